@@ -1,0 +1,60 @@
+//! One type for everything the program has to say about a show's text.
+//!
+//! A [`Diagnostic`] is data: severity, a stable code, a message, labelled places, help that can
+//! be typed. Rendering (plain, coloured, JSON) is separate. This room knows nothing of grammars.
+
+use std::ops::Range;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Legal but surely not meant.
+    Warning,
+    /// The show cannot be used.
+    Error,
+}
+
+/// A place in a source file, with what is to be said of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Index of the file in the [`Sources`].
+    pub file: usize,
+    /// Byte range in that file, on character boundaries.
+    pub span: Range<usize>,
+    /// A few words beside the place; may be empty.
+    pub text: String,
+}
+
+/// One thing to say.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Error or warning.
+    pub severity: Severity,
+    /// Stable code, such as `E012` or `W003`.
+    pub code: &'static str,
+    /// The mistake in one sentence.
+    pub message: String,
+    /// The place; more than one where there are two. The first is the main one.
+    pub labels: Vec<Label>,
+    /// What to do, in words or in text that can be typed.
+    pub help: Vec<String>,
+}
+
+/// The texts that labels point into.
+#[derive(Clone, Debug, Default)]
+pub struct Sources {
+    files: Vec<(String, String)>,
+}
+
+impl Sources {
+    /// Adds a file and returns its index.
+    pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> usize {
+        self.files.push((name.into(), text.into()));
+        self.files.len() - 1
+    }
+
+    /// Name and text of a file.
+    pub fn get(&self, file: usize) -> Option<(&str, &str)> {
+        self.files.get(file).map(|(n, t)| (n.as_str(), t.as_str()))
+    }
+}

@@ -1,0 +1,281 @@
+//! The one door to the outside: reading a show's files, writing results, the clock.
+//!
+//! Invariants: a show reads only from its own folder downwards, whatever links or `..` a path
+//! holds; a file is never left half written (it is written beside its place, then renamed). No
+//! other room of the library touches `std::fs` or a clock.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Component, Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+/// Why a file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The path leaves the show's folder.
+    #[error("`{0}` is outside the show's folder")]
+    Outside(String),
+    /// There is no such file.
+    #[error("`{0}` does not exist")]
+    Missing(String),
+    /// The file is larger than the reader's limit.
+    #[error("`{path}` has {size} bytes; the limit is {limit}")]
+    TooLarge {
+        /// The path as given.
+        path: String,
+        /// Its size in bytes.
+        size: u64,
+        /// The largest size that is read.
+        limit: u64,
+    },
+    /// Anything else the operating system says.
+    #[error("`{path}`: {source}")]
+    Io {
+        /// The path as given.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+/// Reads the files a show refers to, by paths relative to the show's folder.
+pub trait Files: Sync {
+    /// The whole content of `path`.
+    ///
+    /// # Errors
+    /// [`FileError`] when it is outside the folder, missing, over the limit or unreadable.
+    fn read(&self, path: &str) -> Result<Vec<u8>, FileError>;
+}
+
+/// `path` with `.` and `..` resolved; `None` when absolute or when it climbs above its start.
+fn inside(path: &str) -> Option<PathBuf> {
+    let mut out = PathBuf::new();
+    for part in Path::new(path).components() {
+        match part {
+            Component::Normal(name) => out.push(name),
+            Component::CurDir => {}
+            Component::ParentDir => {
+                if !out.pop() {
+                    return None;
+                }
+            }
+            Component::RootDir | Component::Prefix(_) => return None,
+        }
+    }
+    Some(out)
+}
+
+/// A folder on disk; symbolic links are followed only when they stay inside it.
+#[derive(Clone, Debug)]
+pub struct Folder {
+    root: PathBuf,
+    limit: u64,
+}
+
+impl Folder {
+    /// Reads below `root`, files of at most `limit` bytes.
+    pub fn new(root: impl Into<PathBuf>, limit: u64) -> Folder {
+        Folder {
+            root: root.into(),
+            limit,
+        }
+    }
+}
+
+impl Files for Folder {
+    fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
+        let io = |source: io::Error| match source.kind() {
+            io::ErrorKind::NotFound => FileError::Missing(path.to_owned()),
+            _ => FileError::Io {
+                path: path.to_owned(),
+                source,
+            },
+        };
+        let relative = inside(path).ok_or_else(|| FileError::Outside(path.to_owned()))?;
+        let root = self.root.canonicalize().map_err(io)?;
+        let full = root.join(relative).canonicalize().map_err(io)?;
+        if !full.starts_with(&root) {
+            return Err(FileError::Outside(path.to_owned()));
+        }
+        read_limited(&full, path, self.limit)
+    }
+}
+
+/// Reads a file that the user named, wherever it lies, up to `limit` bytes. Devices and pipes are
+/// cut at the limit too, so that no read is unbounded.
+///
+/// # Errors
+/// [`FileError`] when missing, too large or unreadable.
+pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+    read_limited(path, &path.display().to_string(), limit)
+}
+
+fn read_limited(full: &Path, shown: &str, limit: u64) -> Result<Vec<u8>, FileError> {
+    use std::io::Read;
+    let io = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => FileError::Missing(shown.to_owned()),
+        _ => FileError::Io {
+            path: shown.to_owned(),
+            source,
+        },
+    };
+    let file = fs::File::open(full).map_err(io)?;
+    let mut bytes = Vec::new();
+    file.take(limit.saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(io)?;
+    if bytes.len() as u64 > limit {
+        let size = fs::metadata(full).map_or(bytes.len() as u64, |m| m.len());
+        return Err(FileError::TooLarge {
+            path: shown.to_owned(),
+            size,
+            limit,
+        });
+    }
+    Ok(bytes)
+}
+
+/// Files held in memory, for tests and embedding programs.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+impl Memory {
+    /// Adds or replaces a file.
+    #[must_use]
+    pub fn with(mut self, path: &str, content: impl Into<Vec<u8>>) -> Memory {
+        self.files
+            .insert(inside(path).unwrap_or_default(), content.into());
+        self
+    }
+}
+
+impl Files for Memory {
+    fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
+        let inside = inside(path).ok_or_else(|| FileError::Outside(path.to_owned()))?;
+        self.files
+            .get(&inside)
+            .cloned()
+            .ok_or_else(|| FileError::Missing(path.to_owned()))
+    }
+}
+
+/// Writes `content` to `path` by way of a temporary file beside it and a rename, so that readers
+/// and crashes see the old file or the new one, never a part. Missing folders are made.
+///
+/// # Errors
+/// [`FileError::Io`] with the path; the old file is then untouched.
+pub fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
+    let io = |source| FileError::Io {
+        path: path.display().to_string(),
+        source,
+    };
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(io)?;
+    }
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    name.push(format!(".{}-{count}.part", std::process::id()));
+    let beside = path.with_file_name(name);
+    let written = fs::File::create(&beside)
+        .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&beside, path));
+    written.map_err(|source| {
+        // Leaving the part behind would only litter; that it may be gone already is fine.
+        let _ = fs::remove_file(&beside);
+        io(source)
+    })
+}
+
+/// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
+///
+/// # Errors
+/// [`FileError::Io`] when the folder cannot be listed or a file not removed.
+pub fn clear(folder: &Path, ending: &str) -> Result<(), FileError> {
+    let io = |source| FileError::Io {
+        path: folder.display().to_string(),
+        source,
+    };
+    let entries = match fs::read_dir(folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
+        other => other.map_err(io)?,
+    };
+    for entry in entries {
+        let path = entry.map_err(io)?.path();
+        if path.to_string_lossy().ends_with(ending) {
+            fs::remove_file(&path).map_err(io)?;
+        }
+    }
+    Ok(())
+}
+
+/// Seconds passed, as the embedding program measures them.
+pub trait Clock: Sync {
+    /// Seconds since a fixed moment of the clock's own choice; never falls.
+    fn seconds(&self) -> f64;
+}
+
+/// The machine's monotonic clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Monotonic(Instant);
+
+impl Default for Monotonic {
+    fn default() -> Self {
+        Monotonic(Instant::now())
+    }
+}
+
+impl Clock for Monotonic {
+    fn seconds(&self) -> f64 {
+        self.0.elapsed().as_secs_f64()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_keeps_its_readers_inside() {
+        let dir = tempfile::tempdir().unwrap();
+        let show = dir.path().join("show");
+        fs::create_dir(&show).unwrap();
+        fs::write(dir.path().join("secret"), "s").unwrap();
+        fs::write(show.join("a.obj"), "v").unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(dir.path().join("secret"), show.join("link")).unwrap();
+        let files = Folder::new(&show, 10);
+        assert_eq!(files.read("./x/../a.obj").unwrap(), b"v");
+        for bad in ["../secret", "/etc/passwd", "x/../../secret"] {
+            assert!(
+                matches!(files.read(bad), Err(FileError::Outside(_))),
+                "{bad}"
+            );
+        }
+        #[cfg(unix)]
+        assert!(matches!(files.read("link"), Err(FileError::Outside(_))));
+        assert!(matches!(files.read("none"), Err(FileError::Missing(_))));
+        fs::write(show.join("big"), "12345678901").unwrap();
+        assert!(matches!(
+            files.read("big"),
+            Err(FileError::TooLarge { size: 11, .. })
+        ));
+    }
+
+    #[test]
+    fn writing_replaces_whole_files_and_leaves_no_part() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("deep/er/file");
+        write(&path, b"one").unwrap();
+        write(&path, b"two").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        clear(path.parent().unwrap(), "ile").unwrap();
+        assert!(!path.exists());
+        clear(&dir.path().join("none"), ".exr").unwrap();
+    }
+}

@@ -1,0 +1,163 @@
+//! Points, directions and polygons in metres; f64 throughout.
+//!
+//! World coordinates are right-handed with Z up, X to stage left (the right-hand side seen from
+//! the house) and Y upstage. This room knows nothing of materials, lights or pixels.
+
+use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
+
+/// A point or a direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Vec3 {
+    /// Towards stage left.
+    pub x: f64,
+    /// Upstage.
+    pub y: f64,
+    /// Up.
+    pub z: f64,
+}
+
+/// Shorthand for a [`Vec3`].
+pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
+    Vec3 { x, y, z }
+}
+
+impl Vec3 {
+    /// The origin, or no direction.
+    pub const ZERO: Vec3 = vec3(0.0, 0.0, 0.0);
+
+    /// Scalar product.
+    pub fn dot(self, o: Vec3) -> f64 {
+        self.x * o.x + self.y * o.y + self.z * o.z
+    }
+
+    /// Vector product.
+    pub fn cross(self, o: Vec3) -> Vec3 {
+        vec3(
+            self.y * o.z - self.z * o.y,
+            self.z * o.x - self.x * o.z,
+            self.x * o.y - self.y * o.x,
+        )
+    }
+
+    /// Euclidean length.
+    pub fn length(self) -> f64 {
+        self.dot(self).sqrt()
+    }
+
+    /// The unit vector of the same direction; zero stays zero.
+    pub fn normalized(self) -> Vec3 {
+        let l = self.length();
+        if l > 0.0 { self / l } else { self }
+    }
+
+    /// Component-wise minimum.
+    pub fn min(self, o: Vec3) -> Vec3 {
+        vec3(self.x.min(o.x), self.y.min(o.y), self.z.min(o.z))
+    }
+
+    /// Component-wise maximum.
+    pub fn max(self, o: Vec3) -> Vec3 {
+        vec3(self.x.max(o.x), self.y.max(o.y), self.z.max(o.z))
+    }
+
+    /// True when no component is NaN or infinite.
+    pub fn is_finite(self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.z.is_finite()
+    }
+
+    /// From Y-up (OBJ, glTF) to Z-up: (x, y, z) becomes (x, -z, y), a proper rotation.
+    pub fn from_y_up(self) -> Vec3 {
+        vec3(self.x, -self.z, self.y)
+    }
+}
+
+impl Add for Vec3 {
+    type Output = Vec3;
+    fn add(self, o: Vec3) -> Vec3 {
+        vec3(self.x + o.x, self.y + o.y, self.z + o.z)
+    }
+}
+
+impl AddAssign for Vec3 {
+    fn add_assign(&mut self, o: Vec3) {
+        *self = *self + o;
+    }
+}
+
+impl Sub for Vec3 {
+    type Output = Vec3;
+    fn sub(self, o: Vec3) -> Vec3 {
+        vec3(self.x - o.x, self.y - o.y, self.z - o.z)
+    }
+}
+
+impl Mul<f64> for Vec3 {
+    type Output = Vec3;
+    fn mul(self, s: f64) -> Vec3 {
+        vec3(self.x * s, self.y * s, self.z * s)
+    }
+}
+
+impl Div<f64> for Vec3 {
+    type Output = Vec3;
+    fn div(self, s: f64) -> Vec3 {
+        vec3(self.x / s, self.y / s, self.z / s)
+    }
+}
+
+impl Neg for Vec3 {
+    type Output = Vec3;
+    fn neg(self) -> Vec3 {
+        vec3(-self.x, -self.y, -self.z)
+    }
+}
+
+impl Index<usize> for Vec3 {
+    type Output = f64;
+    /// Axis 0, 1 or 2; any other index means 2.
+    fn index(&self, axis: usize) -> &f64 {
+        match axis {
+            0 => &self.x,
+            1 => &self.y,
+            _ => &self.z,
+        }
+    }
+}
+
+/// Twice the vector area of a polygon (Newell's method): its direction is the normal of the side
+/// from which the vertices run counter-clockwise, half its length the area.
+pub fn newell(vertices: &[Vec3]) -> Vec3 {
+    let next = vertices.iter().cycle().skip(1);
+    vertices
+        .iter()
+        .zip(next)
+        .fold(Vec3::ZERO, |sum, (a, b)| sum + a.cross(*b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn newell_gives_area_and_front() {
+        let square = [
+            vec3(0.0, 0.0, 0.0),
+            vec3(2.0, 0.0, 0.0),
+            vec3(2.0, 2.0, 0.0),
+            vec3(0.0, 2.0, 0.0),
+        ];
+        assert_eq!(newell(&square), vec3(0.0, 0.0, 8.0));
+        assert_eq!(newell(&[]), Vec3::ZERO);
+    }
+
+    #[test]
+    fn turning_up_keeps_handedness() {
+        let (x, y, z) = (
+            vec3(1.0, 0.0, 0.0),
+            vec3(0.0, 1.0, 0.0),
+            vec3(0.0, 0.0, 1.0),
+        );
+        assert_eq!(x.from_y_up().cross(y.from_y_up()), z.from_y_up());
+        assert_eq!(y.from_y_up(), z);
+    }
+}

@@ -1,0 +1,55 @@
+//! Footlight: an embeddable interpreter for a cue-sheet language of stage lighting.
+//!
+//! It is the system of Dorsey, Arvo and Greenberg, "Interactive Design of Complex
+//! Time-Dependent Lighting" (1995): a show's text is compiled to *key settings*, a singular value
+//! decomposition orders the few settings worth rendering well, a linear light-transport operator
+//! G renders them, and any frame is at most three linear blends of key images.
+//!
+//! # The way of the data
+//!
+//! ```text
+//! text --lang--> Show --timeline--> key settings --plan--> basis, order, predicted error
+//!                                                    |
+//!               scene --transport (G)--> images --pool--> key images --playback--> frames
+//! ```
+//!
+//! # The rooms
+//!
+//! Each module is a room on a layer. It may import rooms of lower layers that its row names, and
+//! the outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as
+//! they only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares
+//! them.
+//!
+//! | layer | module | its job | may import | its own outside crates |
+//! |---|---|---|---|---|
+//! | 0 | `units` | times, levels, angles, colours | - | - |
+//! | 0 | `geometry` | points, polygons, transforms: plain three-dimensional mathematics | - | - |
+//! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
+//! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
+//! | 0 | `files` | the one door to the outside: reading, writing, the clock | - | - |
+//! | 0 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | - | annotate_snippets, serde_json |
+//! | 1 | `raster` | the software rasterizer: z-buffer, clipping, item buffers | geometry | - |
+//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | files | exr, image, png |
+//! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
+//! | 2 | `scene` | geometry, materials, lights, views; OBJ import | units, geometry, files, picture | tobj |
+//! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, scene | - |
+//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity | geometry, work, scene, raster, picture | rayon |
+//! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
+//! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
+//! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
+//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | timeline, linalg | - |
+//! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients | transport, scene, plan, timeline, linalg, picture, work | - |
+//! | 7 | `playback` | key images, blends, frames | timeline, pool, picture, work | multiversion |
+//! | 8 | `study` | measurements and their records | pool, plan, playback, timeline, chart, picture | - |
+//! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
+//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc |
+
+pub mod diagnostic;
+pub mod files;
+pub mod geometry;
+pub mod picture;
+pub mod scene;
+pub mod show;
+pub mod transport;
+pub mod units;
+pub mod work;

@@ -1,0 +1,110 @@
+//! What stands on the stage: polygons, materials, lights and the eye.
+//!
+//! Invariants: polygons are planar, simple, finite, counter-clockwise seen from the front; only
+//! the front reflects and emits, the back is black and opaque. Coordinates are Z up
+//! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
+//! stay in `show`.
+
+use crate::geometry::Vec3;
+use crate::units::Rgb;
+
+/// A diffuse material, as shows refer to it by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Its name in the stage file.
+    pub name: String,
+    /// Diffuse reflectance of each channel, 0 to 1.
+    pub reflectance: Rgb,
+    /// Emitted radiance at unit setting (cd/m2 or W/m2/sr, as the scene has it); zero for most.
+    pub emission: Rgb,
+}
+
+/// A planar polygon.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Polygon {
+    /// At least three, counter-clockwise seen from the front, metres.
+    pub vertices: Vec<Vec3>,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+}
+
+/// All that light meets.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// Materials; polygons refer to them by index.
+    pub materials: Vec<Material>,
+    /// Surfaces.
+    pub polygons: Vec<Polygon>,
+}
+
+/// A luminaire.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Light {
+    /// Every polygon of a material emits `radiance` (Lambertian) at unit setting.
+    Panel {
+        /// Index into [`Scene::materials`].
+        material: usize,
+        /// Emitted radiance at unit setting.
+        radiance: Rgb,
+    },
+    /// A point source with a beam.
+    Spot(Spot),
+}
+
+/// A point source with a round beam: half the peak intensity at half the beam angle from the
+/// axis, a tenth at half the field angle.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Spot {
+    /// Where it hangs.
+    pub position: Vec3,
+    /// The point it is focused on.
+    pub aim: Vec3,
+    /// Full angle at half the peak intensity, degrees.
+    pub beam: f64,
+    /// Full angle at a tenth of the peak intensity, degrees; more than `beam`.
+    pub field: f64,
+    /// Peak intensity at unit setting (cd).
+    pub intensity: Rgb,
+}
+
+/// A part of a source: one light, seen through a colour.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emitter {
+    /// Index into [`Rig::lights`].
+    pub light: usize,
+    /// Multiplies the light's own colour.
+    pub filter: Rgb,
+}
+
+/// One coordinate of a setting: all that varies in unison with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Source {
+    /// The coordinate's name (`lamps`, `sky.r`, `fixed`).
+    pub name: String,
+    /// Its parts.
+    pub emitters: Vec<Emitter>,
+}
+
+/// The lights, and how settings drive them: setting `i` multiplies source `i`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Rig {
+    /// Luminaires.
+    pub lights: Vec<Light>,
+    /// One for each coordinate.
+    pub sources: Vec<Source>,
+}
+
+/// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The eye.
+    pub from: Vec3,
+    /// The point in the middle of the picture.
+    pub to: Vec3,
+    /// Vertical field of view, full angle, degrees.
+    pub fov: f64,
+    /// Picture width in pixels.
+    pub width: usize,
+    /// Picture height in pixels.
+    pub height: usize,
+}

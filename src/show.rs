@@ -1,0 +1,505 @@
+//! The model of a show (the IR): what the text means, with no syntax and no spans in it.
+//!
+//! `lang` lowers text to a [`Show`]; `timeline` turns it into curves. Names are resolved to
+//! indices; each statement that can be wrong later carries an opaque [`NodeId`], which `lang`'s
+//! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
+//! are valid; cues are sorted by number, numbers unique; a coordinate is moved at most once in a
+//! cue; fades' levels and path levels written in the text are within 0 to 100; path knots start at
+//! time 0 and increase strictly; durations are not negative.
+
+use crate::scene;
+use crate::units::{CueNumber, Rgb, Time};
+
+/// Names a statement or a part of one; meaningful only to the span map made with the show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(pub u32);
+
+/// A whole show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Show {
+    /// Its title.
+    pub title: String,
+    /// What previews and plans aim for.
+    pub preview: Preview,
+    /// Geometry files, in order.
+    pub stages: Vec<Stage>,
+    /// Materials given or replaced in the show.
+    pub surfaces: Vec<Surface>,
+    /// Cameras; the first is current.
+    pub views: Vec<View>,
+    /// Luminaires.
+    pub lights: Vec<Light>,
+    /// Banks, in order of declaration: the varying coordinates.
+    pub banks: Vec<Bank>,
+    /// Lights that never vary.
+    pub fixed: Vec<Fixed>,
+    /// Named selections.
+    pub groups: Vec<Group>,
+    /// Named sets of levels.
+    pub looks: Vec<Look>,
+    /// Named curves (fades and dimmers refer to them).
+    pub curves: Vec<Curve>,
+    /// Lighting changes, sorted by number.
+    pub cues: Vec<Cue>,
+}
+
+/// The `preview` statement: defaults for plan, run and play.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preview {
+    /// Error of the sequence to refine to (0.02 = 2 %).
+    pub tolerance: f64,
+    /// Assumed wait between a cue's completion and the next GO where the text gives no time.
+    pub gap: Time,
+    /// Frames a second.
+    pub rate: f64,
+    /// Exposure in stops; `None` = automatic over the whole sequence.
+    pub exposure: Option<f64>,
+    /// Quality of coarse pictures, a step of G's scale.
+    pub coarse: u8,
+    /// Quality of refined pictures, a step of G's scale.
+    pub refined: u8,
+}
+
+impl Default for Preview {
+    fn default() -> Preview {
+        Preview {
+            tolerance: 0.02,
+            gap: Time::from_micros(5_000_000),
+            rate: 25.0,
+            exposure: None,
+            coarse: 1,
+            refined: 4,
+        }
+    }
+}
+
+/// A geometry file beside the show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// The statement.
+    pub id: NodeId,
+    /// Path relative to the show's folder.
+    pub path: String,
+    /// The file's own up axis is Z already (default: Y up, turned on the way in).
+    pub z_up: bool,
+}
+
+/// A material given in the show: replaces the stage's material of that name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// The statement.
+    pub id: NodeId,
+    /// The material's name.
+    pub name: String,
+    /// Diffuse reflectance, linear, 0 to 1.
+    pub reflectance: Rgb,
+}
+
+/// A named camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// The camera itself.
+    pub camera: scene::View,
+}
+
+/// A named luminaire.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: LightKind,
+}
+
+/// What a luminaire is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// A material of the stage emits.
+    Panel {
+        /// The material's name.
+        material: String,
+        /// Emitted radiance (cd/m2) at full; `None` = what the material itself says.
+        radiance: Option<Rgb>,
+    },
+    /// A spot (see [`scene::Spot`]).
+    Spot(scene::Spot),
+}
+
+/// Lights that always vary in unison: one coordinate, or three when `rgb`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bank {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// Indices into [`Show::lights`].
+    pub lights: Vec<usize>,
+    /// Console channel.
+    pub channel: Option<u32>,
+    /// Level to light.
+    pub dimmer: Dimmer,
+    /// Three emitters: coordinates `NAME.r`, `NAME.g`, `NAME.b`.
+    pub rgb: bool,
+}
+
+/// The law from level (as a fraction, 0 to 1) to setting.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dimmer {
+    /// Setting = level.
+    Linear,
+    /// Setting = level squared.
+    Square,
+    /// A named curve of [`Show::curves`], from level fraction to setting.
+    Curve(usize),
+}
+
+/// Lights that stay at one level throughout.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fixed {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// Indices into [`Show::lights`].
+    pub lights: Vec<usize>,
+    /// Level, 0 to 100.
+    pub level: f64,
+}
+
+/// A named selection of banks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// Indices into [`Show::banks`].
+    pub banks: Vec<usize>,
+}
+
+/// A named set of levels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// Coordinate and level (0 to 100), in order of coordinates, each once.
+    pub levels: Vec<(usize, f64)>,
+}
+
+/// How a curve runs between its knots; all are piecewise polynomials of degree at most 3.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// Holds each value until the next knot. Degree 0, with jumps.
+    Steps,
+    /// Straight between knots. Degree 1.
+    Linear,
+    /// C2 cubic spline, second derivative zero at both ends.
+    Natural,
+    /// C2 cubic spline, first derivative zero at both ends.
+    Clamped,
+    /// Cubic Hermite; slope at a knot is the chord of its neighbours, one-sided at the ends.
+    CatmullRom,
+    /// Cubic Hermite that does not overshoot (Fritsch and Butland's harmonic slopes; zero at
+    /// local extremes).
+    Monotone,
+    /// Cubic Hermite with each knot's slope given.
+    Hermite,
+    /// Each span's two inner Bernstein coefficients given (at thirds of the span).
+    Bezier,
+}
+
+/// A knot of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// Time since the path's start.
+    pub time: Time,
+    /// Level, 0 to 100.
+    pub level: f64,
+    /// [`Interpolation::Hermite`]: slope here, levels a second; else 0.
+    pub slope: f64,
+    /// [`Interpolation::Bezier`]: inner coefficients of the span that starts here; else the level.
+    pub handles: [f64; 2],
+}
+
+/// A function of time in absolute levels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    /// How it runs between knots.
+    pub interpolation: Interpolation,
+    /// At least one, the first at time 0.
+    pub knots: Vec<Knot>,
+}
+
+/// A knot of a named curve: both numbers are fractions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveKnot {
+    /// Fraction of the fade's time (or of the level, for a dimmer), 0 to 1.
+    pub at: f64,
+    /// Completion (or setting), 0 to 1.
+    pub value: f64,
+    /// [`Interpolation::Hermite`]: slope, value per unit of `at`.
+    pub slope: f64,
+    /// [`Interpolation::Bezier`]: inner coefficients of the span that starts here.
+    pub handles: [f64; 2],
+}
+
+/// A named curve: time fraction to completion, or level to light.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Curve {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// How it runs between knots.
+    pub interpolation: Interpolation,
+    /// First `at` 0, last 1.
+    pub knots: Vec<CurveKnot>,
+}
+
+/// Shape of a fade: time fraction u to completion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fade {
+    /// u
+    Linear,
+    /// u²(3-2u)
+    Ease,
+    /// u²
+    Square,
+    /// 1-(1-u)³: arrives slowly.
+    SlowTop,
+    /// u³: leaves slowly.
+    SlowBottom,
+    /// A named curve of [`Show::curves`].
+    Curve(usize),
+}
+
+/// What starts a cue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Trigger {
+    /// The operator's GO, or the `follow` or `hang` of the cue before.
+    Go,
+    /// A clock time.
+    At(Time),
+}
+
+/// What a cue does for the NEXT cue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Link {
+    /// Starts it this long after this cue's GO.
+    Follow(Time),
+    /// Starts it this long after this cue's completion; may be negative.
+    Hang(Time),
+}
+
+/// A numbered lighting change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cue {
+    /// The statement.
+    pub id: NodeId,
+    /// Its number.
+    pub number: CueNumber,
+    /// Its label; may be empty.
+    pub label: String,
+    /// What starts it.
+    pub trigger: Trigger,
+    /// What it starts, with the node that says so.
+    pub link: Option<(NodeId, Link)>,
+    /// Nothing tracks through it when the show is edited (no change of the curves).
+    pub block: bool,
+    /// Tracked levels are stated anew with this cue's times, so that earlier fades end here.
+    pub assert: bool,
+    /// The next cue restores what this one moved.
+    pub cueonly: bool,
+    /// All its functions of time; the first holds what stands directly in the cue.
+    pub parts: Vec<Part>,
+}
+
+/// Functions of time for some coordinates, with common timing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The statement.
+    pub id: NodeId,
+    /// Its number within the cue, from 1.
+    pub number: u32,
+    /// Its label; may be empty.
+    pub label: String,
+    /// Wait after the cue's GO.
+    pub delay: Time,
+    /// Duration of rising fades.
+    pub up: Time,
+    /// Duration of falling fades.
+    pub down: Time,
+    /// Shape of the fades.
+    pub curve: Fade,
+    /// What moves, in order of coordinates, each once in the whole cue.
+    pub moves: Vec<Move>,
+}
+
+/// One coordinate's motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Move {
+    /// The text that says so.
+    pub id: NodeId,
+    /// Index into [`Show::coordinates`].
+    pub coordinate: usize,
+    /// What it does.
+    pub motion: Motion,
+    /// How many times over, at least 1; each pass of a fade starts from the first pass's start.
+    pub repeat: u32,
+}
+
+/// A fade from where the coordinate is, or a path of absolute levels.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Motion {
+    /// To a level, 0 to 100, in the part's up or down time (`up` when the level stays the same).
+    To(f64),
+    /// Along a path, in the path's own time.
+    Path(Path),
+}
+
+/// One dimension of a setting.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    /// `lamps`, `sky.r`, or `fixed`.
+    pub name: String,
+    /// The bank it belongs to; `None` for the fixed lights.
+    pub bank: Option<usize>,
+    /// Which of an rgb bank's three emitters.
+    pub channel: Option<usize>,
+}
+
+/// Why a show's lights do not fit its stage.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// A panel names a material that the stage does not have.
+    #[error("the stage has no material `{material}`")]
+    NoMaterial {
+        /// The light's statement.
+        id: NodeId,
+        /// The name that was not found.
+        material: String,
+    },
+    /// A panel without a radiance of its own names a material that does not emit.
+    #[error("the material `{material}` does not emit")]
+    Dark {
+        /// The light's statement.
+        id: NodeId,
+        /// The material's name.
+        material: String,
+    },
+}
+
+impl Show {
+    /// The dimensions of a setting: one for each bank, three for an rgb bank, then one for the
+    /// fixed lights if there are any.
+    pub fn coordinates(&self) -> Vec<Coordinate> {
+        let mut out = Vec::new();
+        for (i, bank) in self.banks.iter().enumerate() {
+            let names: &[&str] = if bank.rgb { &[".r", ".g", ".b"] } else { &[""] };
+            for (c, suffix) in names.iter().enumerate() {
+                out.push(Coordinate {
+                    name: format!("{}{suffix}", bank.name),
+                    bank: Some(i),
+                    channel: bank.rgb.then_some(c),
+                });
+            }
+        }
+        if !self.fixed.is_empty() {
+            out.push(Coordinate {
+                name: "fixed".to_owned(),
+                bank: None,
+                channel: None,
+            });
+        }
+        out
+    }
+
+    /// The first view, which is the current one.
+    pub fn view(&self) -> Option<&View> {
+        self.views.first()
+    }
+
+    /// The lights as the operator G takes them, one source for each coordinate; light names become
+    /// indices, materials are looked up in `scene`.
+    ///
+    /// # Errors
+    /// Every [`RigError`] of the show.
+    pub fn rig(&self, scene: &scene::Scene) -> Result<scene::Rig, Vec<RigError>> {
+        let mut errors = Vec::new();
+        let mut lights = Vec::new();
+        for light in &self.lights {
+            match resolve(light, scene) {
+                Ok(light) => lights.push(light),
+                Err(error) => errors.push(error),
+            }
+        }
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let sources = self
+            .coordinates()
+            .into_iter()
+            .map(|coordinate| scene::Source {
+                emitters: self.emitters(&coordinate),
+                name: coordinate.name,
+            })
+            .collect();
+        Ok(scene::Rig { lights, sources })
+    }
+
+    fn emitters(&self, coordinate: &Coordinate) -> Vec<scene::Emitter> {
+        let emitter = |light: usize, filter: Rgb| scene::Emitter { light, filter };
+        let Some(bank) = coordinate.bank.and_then(|b| self.banks.get(b)) else {
+            let of = |f: &Fixed| {
+                let filter = Rgb::WHITE.scaled(f.level / 100.0);
+                f.lights
+                    .iter()
+                    .map(move |l| emitter(*l, filter))
+                    .collect::<Vec<_>>()
+            };
+            return self.fixed.iter().flat_map(of).collect();
+        };
+        let filter = match coordinate.channel {
+            None => Rgb::WHITE,
+            Some(0) => Rgb([1.0, 0.0, 0.0]),
+            Some(1) => Rgb([0.0, 1.0, 0.0]),
+            Some(_) => Rgb([0.0, 0.0, 1.0]),
+        };
+        bank.lights.iter().map(|l| emitter(*l, filter)).collect()
+    }
+}
+
+fn resolve(light: &Light, scene: &scene::Scene) -> Result<scene::Light, RigError> {
+    let (material, own) = match &light.kind {
+        LightKind::Spot(spot) => return Ok(scene::Light::Spot(spot.clone())),
+        LightKind::Panel { material, radiance } => (material, radiance),
+    };
+    let found = scene
+        .materials
+        .iter()
+        .enumerate()
+        .find(|(_, m)| m.name == *material);
+    let (index, found) = found.ok_or_else(|| RigError::NoMaterial {
+        id: light.id,
+        material: material.clone(),
+    })?;
+    let radiance = own.unwrap_or(found.emission);
+    if radiance == Rgb::default() {
+        return Err(RigError::Dark {
+            id: light.id,
+            material: material.clone(),
+        });
+    }
+    Ok(scene::Light::Panel {
+        material: index,
+        radiance,
+    })
+}

@@ -1,0 +1,96 @@
+//! The operator G: light settings to pictures, at a quality, exactly linear.
+//!
+//! A [`Transport`] prepares a scene, rig and view once; the [`Prepared`] operator then turns any
+//! settings, of either sign, into pictures. At one quality G is one linear operator: mesh, order
+//! and number of iterations depend on scene, rig, view and quality, never on settings. Results are
+//! bit-equal for any number of threads.
+
+use crate::picture::Image;
+use crate::scene::{Rig, Scene, View};
+use crate::work::{Cancelled, Work};
+
+/// A step on an operator's one ordered scale of quality; 1 is the cheapest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Quality(pub u8);
+
+/// Predicted seconds on this machine: `prepare` once, `per_source` for each source that is lit for
+/// the first time, `per_image` for each picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Meshing, visibility, form factors.
+    pub prepare: f64,
+    /// Direct light and radiosity of one newly lit source.
+    pub per_source: f64,
+    /// Composing one picture.
+    pub per_image: f64,
+}
+
+/// Why an operator could not prepare or render.
+#[derive(Debug, thiserror::Error)]
+pub enum TransportError {
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// It would need more memory than the budget allows.
+    #[error("{what} needs {needed} bytes; the budget is {budget}")]
+    Memory {
+        /// What is too large.
+        what: &'static str,
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
+    /// The quality is not on the operator's scale.
+    #[error("quality {0} is not on the scale 1 to {1}")]
+    Quality(u8, u8),
+    /// A setting has the wrong number of coordinates, or one that is not finite.
+    #[error("a setting must have {expected} finite coordinates")]
+    Setting {
+        /// Number of sources of the rig.
+        expected: usize,
+    },
+    /// The scene, rig or view cannot be used.
+    #[error("{0}")]
+    Scene(String),
+}
+
+/// A light-transport operator, before it knows a scene.
+pub trait Transport: Sync {
+    /// A short name for reports.
+    fn name(&self) -> &str;
+
+    /// The finest step of its scale, which starts at 1.
+    fn finest(&self) -> Quality;
+
+    /// All that does not depend on settings: meshing, visibility, form factors.
+    ///
+    /// # Errors
+    /// [`TransportError`] when the quality is off the scale, the scene, rig or view unusable, the
+    /// memory budget too small, or on cancel.
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError>;
+
+    /// Predicted seconds for this scene, rig, view and quality.
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost;
+}
+
+/// G for one scene, rig, view and quality.
+pub trait Prepared: Send {
+    /// One picture for each of the `settings`, each with one finite number (of any sign) for every
+    /// source of the rig. Work that settings share is done once and kept for later calls.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a wrong setting, a budget too small, or on cancel.
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError>;
+}

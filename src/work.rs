@@ -1,0 +1,76 @@
+//! What a long task is given by the embedding program: progress, cancel, threads, memory.
+//!
+//! The library has no clock, no threads and no limits of its own: every long loop takes a
+//! [`Work`], reports to it and asks it whether to go on.
+
+use std::fmt;
+
+/// Receives the progress of long tasks and may cancel them. All methods may be called from any
+/// thread.
+pub trait Progress: Sync {
+    /// `done` of `total` units of the task called `task` are finished.
+    fn report(&self, task: &str, done: usize, total: usize) {
+        let _ = (task, done, total);
+    }
+
+    /// True once the task should stop at its next convenient point.
+    fn cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// Progress that nobody watches and nobody cancels.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {}
+
+/// The means given to a task.
+#[derive(Clone, Copy)]
+pub struct Work<'a> {
+    /// Where progress goes and cancel comes from.
+    pub progress: &'a dyn Progress,
+    /// Threads to use, at least 1. Results do not depend on it.
+    pub threads: usize,
+    /// Bytes that the task may hold at once; beyond it a leaner method or an error.
+    pub memory: usize,
+}
+
+impl Work<'static> {
+    /// One thread, four gigabytes, nobody watching: for tests and small tools.
+    pub fn silent() -> Work<'static> {
+        Work {
+            progress: &Silent,
+            threads: 1,
+            memory: 4 << 30,
+        }
+    }
+}
+
+impl Work<'_> {
+    /// `Err(Cancelled)` once the embedding program asked to stop.
+    ///
+    /// # Errors
+    /// [`Cancelled`] then.
+    pub fn check(&self) -> Result<(), Cancelled> {
+        if self.progress.cancelled() {
+            Err(Cancelled)
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl fmt::Debug for Work<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Work")
+            .field("threads", &self.threads)
+            .field("memory", &self.memory)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The embedding program asked to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("cancelled")]
+pub struct Cancelled;
