@@ -58,3 +58,40 @@ impl Sources {
         self.files.get(file).map(|(n, t)| (n.as_str(), t.as_str()))
     }
 }
+
+impl Diagnostic {
+    /// An error without places yet.
+    pub fn error(code: &'static str, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(Severity::Error, code, message.into())
+    }
+
+    /// A warning without places yet.
+    pub fn warning(code: &'static str, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(Severity::Warning, code, message.into())
+    }
+
+    fn new(severity: Severity, code: &'static str, message: String) -> Diagnostic {
+        Diagnostic {
+            severity,
+            code,
+            message,
+            labels: Vec::new(),
+            help: Vec::new(),
+        }
+    }
+
+    /// Adds a place; the first is the main one.
+    #[must_use]
+    pub fn at(mut self, file: usize, span: Range<usize>, text: impl Into<String>) -> Diagnostic {
+        let text = text.into();
+        self.labels.push(Label { file, span, text });
+        self
+    }
+
+    /// Adds a line of help.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Diagnostic {
+        self.help.push(help.into());
+        self
+    }
+}

@@ -47,6 +47,7 @@
 pub mod diagnostic;
 pub mod files;
 pub mod geometry;
+pub mod lang;
 pub mod picture;
 pub mod scene;
 pub mod show;

@@ -1,0 +1,300 @@
+//! What was written, with its places: the tree between the grammar and the model.
+//!
+//! Invariants: texts are slices of the source; a [`Span`] is a byte range on character
+//! boundaries. Nothing here is checked yet beyond the grammar: names are words, quantities are
+//! texts. It must not know of indices, units or the model's lists.
+
+use std::ops::Range;
+
+use crate::show::Interpolation;
+
+/// A byte range of one source file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// Index of the file among the sources.
+    pub file: u32,
+    /// First byte.
+    pub start: u32,
+    /// One past the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// The span as a range of bytes.
+    pub fn range(self) -> Range<usize> {
+        self.start as usize..self.end as usize
+    }
+}
+
+/// A piece of the source.
+#[derive(Clone, Copy, Debug)]
+pub struct Word<'a> {
+    /// As written.
+    pub text: &'a str,
+    /// Where.
+    pub span: Span,
+}
+
+/// A statement of the file.
+#[derive(Debug)]
+pub struct Statement<'a> {
+    /// All of it.
+    pub span: Span,
+    /// What it says.
+    pub item: Declaration<'a>,
+}
+
+/// The statements.
+#[derive(Debug)]
+pub enum Declaration<'a> {
+    /// `show "…"`
+    Show(Word<'a>),
+    /// `preview { … }`: key and value.
+    Preview(Vec<(Word<'a>, Word<'a>)>),
+    /// `stage "…" z up`
+    Stage { path: Word<'a>, z_up: bool },
+    /// `surface NAME reflectance …`
+    Surface {
+        material: Word<'a>,
+        reflectance: Vec<Word<'a>>,
+    },
+    /// `view NAME …`
+    View {
+        name: Word<'a>,
+        clauses: Vec<Clause<'a>>,
+    },
+    /// `light NAME …`
+    Light(Light<'a>),
+    /// `bank NAME = …`
+    Bank(Bank<'a>),
+    /// `fixed NAME = … level …`
+    Fixed {
+        name: Word<'a>,
+        lights: Vec<Word<'a>>,
+        level: Option<Word<'a>>,
+    },
+    /// `group NAME = …`
+    Group {
+        name: Word<'a>,
+        banks: Vec<Word<'a>>,
+    },
+    /// `look NAME …`
+    Look {
+        name: Word<'a>,
+        terms: Vec<Term<'a>>,
+    },
+    /// `default time …`
+    Default(Timing<'a>),
+    /// `curve NAME = …`
+    Curve { name: Word<'a>, path: Path<'a> },
+    /// `cue NUMBER …`
+    Cue(Cue<'a>),
+}
+
+/// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.
+#[derive(Debug)]
+pub struct Clause<'a> {
+    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `size`, or the value itself when bare.
+    pub word: Word<'a>,
+    /// What follows the keyword: one value, or three of a position.
+    pub values: Vec<Word<'a>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// `light NAME KIND clauses`
+#[derive(Debug)]
+pub struct Light<'a> {
+    /// Its name.
+    pub name: Word<'a>,
+    /// `spot`, `panel`, `like` or `project`.
+    pub kind: Word<'a>,
+    /// The panel's material, or the light that is like this one.
+    pub of: Option<Word<'a>>,
+    /// In order.
+    pub clauses: Vec<Clause<'a>>,
+}
+
+/// `bank NAME = lights options`
+#[derive(Debug)]
+pub struct Bank<'a> {
+    /// Its name.
+    pub name: Word<'a>,
+    /// Names of lights.
+    pub lights: Vec<Word<'a>>,
+    /// `channel N`, each time it is written.
+    pub channels: Vec<Word<'a>>,
+    /// `dimmer NAME`, each time it is written.
+    pub dimmers: Vec<Word<'a>>,
+    /// `rgb`
+    pub rgb: bool,
+}
+
+/// A bank, a group, a look, or one emitter of an rgb bank.
+#[derive(Clone, Copy, Debug)]
+pub struct Target<'a> {
+    /// The name.
+    pub name: Word<'a>,
+    /// `r`, `g` or `b`.
+    pub channel: Option<Word<'a>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// A term of a look: another look, or levels.
+#[derive(Debug)]
+pub enum Term<'a> {
+    /// By name.
+    Look(Word<'a>),
+    /// In braces.
+    Levels(Vec<Level<'a>>),
+}
+
+/// `lamps 40` in a look.
+#[derive(Debug)]
+pub struct Level<'a> {
+    /// What.
+    pub target: Target<'a>,
+    /// A quantity, `full`, `out` or a colour.
+    pub value: Word<'a>,
+}
+
+/// A function of time or of a fraction.
+#[derive(Debug)]
+pub struct Path<'a> {
+    /// How it runs.
+    pub interpolation: Interpolation,
+    /// At least one.
+    pub knots: Vec<Knot<'a>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// A knot of a path.
+#[derive(Debug)]
+pub struct Knot<'a> {
+    /// Time or fraction.
+    pub at: Word<'a>,
+    /// Level or colour.
+    pub value: Word<'a>,
+    /// After `slope`.
+    pub slope: Option<Word<'a>>,
+    /// After `via`.
+    pub via: Option<(Word<'a>, Word<'a>)>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// Which timing word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TimingKind {
+    /// `time 5`, `time 4/3`
+    Time,
+    /// `up 6`
+    Up,
+    /// `down 9`
+    Down,
+    /// `delay 2`
+    Delay,
+    /// `snap`
+    Snap,
+    /// `curve dawn`
+    Curve,
+    /// `repeat 3`
+    Repeat,
+}
+
+/// A timing word with its values.
+#[derive(Clone, Copy, Debug)]
+pub struct Timing<'a> {
+    /// Which.
+    pub kind: TimingKind,
+    /// The value, if it has one.
+    pub value: Option<Word<'a>>,
+    /// `time UP/DOWN`: the second.
+    pub second: Option<Word<'a>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// `cue NUMBER "label" at T { … }`
+#[derive(Debug)]
+pub struct Cue<'a> {
+    /// Its number.
+    pub number: Word<'a>,
+    /// Its label, with the quotes.
+    pub label: Option<Word<'a>>,
+    /// `at` in the header.
+    pub at: Option<Word<'a>>,
+    /// What stands between the braces.
+    pub body: Body<'a>,
+}
+
+/// What stands between the braces of a cue or a part.
+#[derive(Debug, Default)]
+pub struct Body<'a> {
+    /// Timing of the whole.
+    pub timing: Vec<Timing<'a>>,
+    /// Moves.
+    pub moves: Vec<Move<'a>>,
+    /// `part N { … }`
+    pub parts: Vec<Part<'a>>,
+    /// `follow`, `hang`, `at`, `block`, `assert`, `cueonly`: the word, its value, all of it.
+    pub marks: Vec<(Mark, Option<Word<'a>>, Span)>,
+}
+
+/// Words of a cue that are neither timing nor moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mark {
+    /// `follow T`
+    Follow,
+    /// `hang T`
+    Hang,
+    /// `at T`, which belongs before the brace.
+    At,
+    /// `block`
+    Block,
+    /// `assert`
+    Assert,
+    /// `cueonly`
+    Cueonly,
+}
+
+/// `part N "label" { … }`
+#[derive(Debug)]
+pub struct Part<'a> {
+    /// Its number.
+    pub number: Word<'a>,
+    /// Its label, with the quotes.
+    pub label: Option<Word<'a>>,
+    /// What it does.
+    pub body: Body<'a>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// A move, with timing of its own when that stands after it on its line.
+#[derive(Debug)]
+pub struct Move<'a> {
+    /// What moves; `None` for `blackout`.
+    pub target: Option<Target<'a>>,
+    /// Where it goes.
+    pub motion: Motion<'a>,
+    /// Its own timing.
+    pub timing: Vec<Timing<'a>>,
+    /// Without the timing.
+    pub span: Span,
+}
+
+/// Where a move goes.
+#[derive(Debug)]
+pub enum Motion<'a> {
+    /// Nothing said: a look as it is, or `blackout`.
+    Bare,
+    /// To a level or a colour.
+    To(Word<'a>),
+    /// Along a path.
+    Path(Path<'a>),
+    /// The target, a look, with these on top.
+    Plus(Vec<Term<'a>>),
+}

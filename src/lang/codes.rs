@@ -1,0 +1,82 @@
+//! Every diagnostic's code, in one table. A code keeps its meaning for ever; a code that is no
+//! longer used is not given to another mistake.
+
+/// A row of the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Code {
+    /// `E…` errors, `W…` warnings.
+    pub code: &'static str,
+    /// The kind of mistake in a few words.
+    pub title: &'static str,
+}
+
+macro_rules! codes {
+    ($($name:ident = $code:literal $title:literal;)*) => {
+        $(#[doc = $title] pub const $name: &str = $code;)*
+        /// All codes, errors before warnings, in order.
+        pub const TABLE: &[Code] = &[$(Code { code: $code, title: $title }),*];
+    };
+}
+
+codes! {
+    NOT_TEXT = "E001" "the file is not text";
+    TOO_LARGE = "E002" "more than this program reads";
+    EMPTY = "E003" "nothing is declared";
+    UNCLOSED = "E004" "a brace, quote or comment is not closed";
+    STRAY_BRACE = "E005" "a closing brace without its opening one";
+    UNKNOWN_STATEMENT = "E006" "no statement begins so";
+    SYNTAX = "E007" "something else is expected here";
+    NOT_YET = "E008" "this build does not know it";
+    TOO_MANY = "E009" "too many errors to go on";
+    UNKNOWN_NAME = "E010" "a name that is not declared";
+    WRONG_KIND_OF_NAME = "E011" "a name of another kind";
+    DECLARED_TWICE = "E012" "a name declared twice";
+    RESERVED = "E013" "a word that cannot be a name";
+    SAID_TWICE = "E014" "said twice";
+    CYCLE = "E015" "defined by itself";
+    WRONG_QUANTITY = "E020" "a quantity of another kind";
+    BAD_NUMBER = "E021" "not a number this language knows";
+    LEVEL_RANGE = "E022" "a level outside 0 to 100";
+    RANGE = "E023" "a number out of its range";
+    BAD_COLOUR = "E024" "not a colour";
+    MISSING = "E025" "something is missing";
+    DOES_NOT_FIT = "E026" "does not fit here";
+    BEAM = "E027" "a field not wider than its beam";
+    CUE_NUMBER = "E030" "not a cue number";
+    CUE_TWICE = "E031" "a cue number used twice";
+    MOVED_TWICE = "E032" "a bank twice in a cue";
+    FOLLOW_AND_HANG = "E033" "follow and hang in one cue";
+    MISPLACED = "E034" "in the wrong place";
+    PART_NUMBER = "E035" "a part number used twice";
+    NO_LEVEL = "E036" "a bank without a level";
+    NOT_RGB = "E037" "a colour on a bank that is not rgb";
+    KNOTS = "E038" "knots that do not follow each other";
+    CURVE_ENDS = "E039" "a curve with wrong ends";
+    KNOT_FORM = "E040" "a knot of the wrong form";
+    LAST_LINK = "E050" "follow or hang on the last cue";
+    CURVE_RANGE = "E051" "a curve leaves 0 to 100";
+    ORDER = "E052" "times that go backwards";
+    TIMELINE = "E053" "the cues do not make a timeline";
+    UNUSED_BANK = "W001" "a bank that no cue moves";
+    UNUSED_LIGHT = "W002" "a light in no bank";
+    STILL_CUE = "W003" "a cue that moves nothing";
+    SHARED_LIGHT = "W004" "a light in two banks";
+    OVERTAKEN = "W010" "a cue overtaken before it starts";
+    JUMP = "W011" "a path that jumps at its start";
+}
+
+/// The row of `code`.
+pub fn find(code: &str) -> Option<Code> {
+    TABLE.iter().copied().find(|row| row.code == code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_in_order_and_unique() {
+        assert!(TABLE.windows(2).all(|w| w[0].code < w[1].code));
+        assert_eq!(find("E012").unwrap().title, "a name declared twice");
+    }
+}

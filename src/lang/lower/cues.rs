@@ -1,0 +1,569 @@
+//! Cues: numbers, triggers, parts, timing, moves.
+
+use std::collections::BTreeMap;
+
+use super::values::Setting;
+use super::{Lower, unquoted};
+use crate::diagnostic::Diagnostic;
+use crate::lang::ast::{
+    self, Body, Declaration, Mark, Motion as Written, Span, Statement, Target, Timing, TimingKind,
+    Word,
+};
+use crate::lang::names::Kind;
+use crate::lang::report::Place;
+use crate::lang::{codes, limits};
+use crate::show::{Cue, Fade, Knot, Link, Motion, Move, NodeId, Part, Path, Trigger};
+use crate::units::{CueNumber, Time};
+
+/// The timing in force.
+#[derive(Clone, Copy, Debug)]
+struct Times {
+    delay: Time,
+    up: Time,
+    down: Time,
+    curve: Fade,
+    repeat: u32,
+}
+
+/// Coordinates that a cue moves, with the places.
+type Moved = BTreeMap<usize, Span>;
+
+/// The words of a cue that a mistyped name may have meant.
+const BODY_WORDS: [&str; 16] = [
+    "assert", "at", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
+    "part", "repeat", "snap", "time", "up", "out",
+];
+
+impl<'a> Lower<'a, '_> {
+    /// Lowers `default` and the cues.
+    pub fn cues(&mut self, statements: &[Statement<'a>]) {
+        let standard = Times {
+            delay: Time::ZERO,
+            up: Time::from_micros(5_000_000),
+            down: Time::from_micros(5_000_000),
+            curve: Fade::Linear,
+            repeat: 1,
+        };
+        let (mut times, mut first) = (standard, None);
+        for statement in statements {
+            if let Declaration::Default(timing) = &statement.item {
+                self.once(&mut first, "default time", statement.span);
+                times = self.times(&[*timing], standard);
+            }
+        }
+        let mut numbers: BTreeMap<CueNumber, Span> = BTreeMap::new();
+        for statement in statements {
+            if self.report.full() {
+                return;
+            }
+            let Declaration::Cue(cue) = &statement.item else {
+                continue;
+            };
+            let number = self.cue_number(cue.number);
+            if let Some(earlier) = number.and_then(|n| numbers.insert(n, cue.number.span)) {
+                self.same_number(cue.number, earlier);
+            }
+            let lowered = self.cue(cue, statement.span, number, times);
+            self.show.cues.extend(lowered);
+        }
+        self.show.cues.sort_by_key(|c| c.number);
+    }
+
+    fn cue_number(&mut self, word: Word<'a>) -> Option<CueNumber> {
+        let number = CueNumber::parse(word.text);
+        if number.is_none() {
+            let message = format!("`{}` is not a cue number", word.text);
+            let help = "cue numbers are 0.001 to 9999.999, with three decimals at most: `cue 2.5`";
+            self.report.error::<()>(
+                codes::CUE_NUMBER,
+                message,
+                (word.span, "not a cue number"),
+                help,
+            );
+        }
+        number
+    }
+
+    fn same_number(&mut self, word: Word<'a>, earlier: Span) {
+        self.report.add(
+            Diagnostic::error(
+                codes::CUE_TWICE,
+                format!("there are two cues {}", word.text),
+            )
+            .place(word.span, "again here")
+            .place(earlier, "first here")
+            .help(format!(
+                "between it and the next there is room: `cue {}.5`",
+                whole(word.text)
+            )),
+        );
+    }
+
+    fn cue(
+        &mut self,
+        cue: &ast::Cue<'a>,
+        span: Span,
+        number: Option<CueNumber>,
+        times: Times,
+    ) -> Option<Cue> {
+        let id = self.node(span);
+        let trigger = match cue.at {
+            Some(word) => Trigger::At(self.duration(word).unwrap_or_default()),
+            None => Trigger::Go,
+        };
+        let link = self.link(&cue.body);
+        let parts = self.parts(cue, id, times);
+        let has = |mark: Mark| cue.body.marks.iter().any(|(m, ..)| *m == mark);
+        Some(Cue {
+            id,
+            number: number?,
+            label: cue.label.map(unquoted).unwrap_or_default(),
+            trigger,
+            link,
+            block: has(Mark::Block),
+            assert: has(Mark::Assert),
+            cueonly: has(Mark::Cueonly),
+            parts,
+        })
+    }
+
+    /// `follow` or `hang`, after a look at all marks of the body.
+    fn link(&mut self, body: &Body<'a>) -> Option<(NodeId, Link)> {
+        let mut link: Option<(NodeId, Link)> = None;
+        let mut first: Option<(Mark, Span)> = None;
+        for (i, (mark, value, span)) in body.marks.iter().enumerate() {
+            if let Some((.., earlier)) = body.marks.iter().take(i).find(|(m, ..)| m == mark) {
+                self.once(&mut Some(*earlier), word_of(*mark), *span);
+                return link;
+            }
+            if *mark == Mark::At {
+                let message = "`at` stands before the brace";
+                let help = "write `cue 2 \"Evening\" at 0:04 { … }`";
+                self.report
+                    .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
+            }
+            let (Mark::Follow | Mark::Hang, Some(value)) = (mark, value) else {
+                continue;
+            };
+            if let Some((_, earlier)) = first.replace((*mark, *span)) {
+                self.report.add(
+                    Diagnostic::error(
+                        codes::FOLLOW_AND_HANG,
+                        "a cue has `follow` or `hang`, not both",
+                    )
+                    .place(*span, "and here")
+                    .place(earlier, "here")
+                    .help("`follow` counts from this cue's GO, `hang` from its completion"),
+                );
+                return link;
+            }
+            let time = match mark {
+                Mark::Follow => self.duration(*value).map(Link::Follow),
+                _ => self.time(*value).map(Link::Hang),
+            };
+            let id = self.node(*span);
+            link = time.map(|link| (id, link));
+        }
+        link
+    }
+
+    // ---- parts ------------------------------------------------------------------------------
+
+    fn parts(&mut self, cue: &ast::Cue<'a>, id: NodeId, standard: Times) -> Vec<Part> {
+        let mut moved = Moved::new();
+        let times = self.times(&cue.body.timing, standard);
+        let mut alone = Vec::new();
+        let mut first = part(id, 1, String::new(), times);
+        first.moves = self.moves(&cue.body, times, &mut moved, &mut alone);
+        let mut parts = vec![first];
+        let mut seen: BTreeMap<u32, Span> = BTreeMap::new();
+        for written in &cue.body.parts {
+            let number = self.count(written.number, 99_999, "a part's number");
+            if let Some(earlier) = number.and_then(|n| seen.insert(n, written.number.span)) {
+                self.same_part(written.number.span, earlier, "is used twice in this cue");
+            }
+            let made = self.part(written, number.unwrap_or(1), times, &mut moved, &mut alone);
+            let direct = cue.body.moves.first();
+            match (number, parts.first_mut(), direct) {
+                (Some(1), _, Some(first)) => {
+                    let why = "is what stands directly in the cue";
+                    self.same_part(written.number.span, first.span, why);
+                }
+                (Some(1), Some(slot), None) => *slot = made,
+                _ => parts.push(made),
+            }
+        }
+        let mut next = parts.iter().map(|p| p.number).max().unwrap_or(1);
+        for mut part in alone {
+            next += 1;
+            part.number = next;
+            parts.push(part);
+        }
+        parts
+    }
+
+    fn same_part(&mut self, span: Span, earlier: Span, why: &str) {
+        self.report.add(
+            Diagnostic::error(codes::PART_NUMBER, format!("this part's number {why}"))
+                .place(span, "again here")
+                .place(earlier, "first here")
+                .help("give it another number, such as `part 2`"),
+        );
+    }
+
+    fn part(
+        &mut self,
+        written: &ast::Part<'a>,
+        number: u32,
+        standard: Times,
+        moved: &mut Moved,
+        alone: &mut Vec<Part>,
+    ) -> Part {
+        let id = self.node(written.span);
+        let times = self.times(&written.body.timing, standard);
+        let label = written.label.map(unquoted).unwrap_or_default();
+        let mut made = part(id, number, label, times);
+        made.moves = self.moves(&written.body, times, moved, alone);
+        for (mark, _, span) in &written.body.marks {
+            let word = word_of(*mark);
+            let message = format!("`{word}` stands in the cue, not in a part");
+            let help = "put it after the part's closing brace";
+            self.report
+                .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
+        }
+        for inner in &written.body.parts {
+            let message = "a part has no parts of its own";
+            let at = (inner.number.span, "a part in a part");
+            self.report.error::<()>(
+                codes::MISPLACED,
+                message,
+                at,
+                "close the first part before this one",
+            );
+        }
+        made
+    }
+
+    /// The timing that `list` says, on top of `standard`.
+    fn times(&mut self, list: &[Timing<'a>], standard: Times) -> Times {
+        let mut times = standard;
+        for (i, timing) in list.iter().enumerate() {
+            let clash = list
+                .iter()
+                .take(i)
+                .find(|earlier| clash(earlier.kind, timing.kind));
+            if let Some(earlier) = clash {
+                self.once(
+                    &mut Some(earlier.span),
+                    timing_word(timing.kind),
+                    timing.span,
+                );
+                return times;
+            }
+            // What is wrong was said; the time in force stays.
+            let _ = self.timing(timing, &mut times);
+        }
+        times
+    }
+
+    fn timing(&mut self, timing: &Timing<'a>, times: &mut Times) -> Option<()> {
+        if timing.kind == TimingKind::Snap {
+            (times.up, times.down) = (Time::ZERO, Time::ZERO);
+            return Some(());
+        }
+        let value = timing.value?;
+        match timing.kind {
+            TimingKind::Time => {
+                times.up = self.duration(value)?;
+                times.down = match timing.second {
+                    Some(second) => self.duration(second)?,
+                    None => times.up,
+                };
+            }
+            TimingKind::Up => times.up = self.duration(value)?,
+            TimingKind::Down => times.down = self.duration(value)?,
+            TimingKind::Delay => times.delay = self.duration(value)?,
+            TimingKind::Curve => times.curve = self.fade(value)?,
+            TimingKind::Repeat => times.repeat = self.count(value, limits::REPEAT, "a repeat")?,
+            TimingKind::Snap => {}
+        }
+        Some(())
+    }
+
+    // ---- moves ------------------------------------------------------------------------------
+
+    /// The moves of a body; those with timing of their own become parts of their own.
+    fn moves(
+        &mut self,
+        body: &Body<'a>,
+        times: Times,
+        moved: &mut Moved,
+        alone: &mut Vec<Part>,
+    ) -> Vec<Move> {
+        let mut out = Vec::new();
+        if let Some(timing) = body.timing.iter().find(|t| t.kind == TimingKind::Repeat) {
+            let help = "write it after what is repeated, on the same line: `lamps linear 0 0, 1 50 repeat 3`";
+            let at = (timing.span, "of what?");
+            let message = "`repeat` stands after a move, on its line";
+            self.report.error::<()>(codes::MISPLACED, message, at, help);
+        }
+        for written in &body.moves {
+            let own = self.times(&written.timing, times);
+            let id = self.node(written.span);
+            let mut moves: Vec<Move> = self
+                .motions(written)
+                .into_iter()
+                .map(|(coordinate, motion)| Move {
+                    id,
+                    coordinate,
+                    motion,
+                    repeat: own.repeat,
+                })
+                .collect();
+            let taken = moves
+                .iter()
+                .find_map(|m| Some((m.coordinate, *moved.get(&m.coordinate)?)));
+            if let Some((coordinate, earlier)) = taken {
+                self.twice(coordinate, written.span, earlier, "cue");
+                continue;
+            }
+            moved.extend(moves.iter().map(|m| (m.coordinate, written.span)));
+            if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
+                let mut single = part(id, 0, String::new(), own);
+                moves.sort_by_key(|m| m.coordinate);
+                single.moves = moves;
+                alone.push(single);
+            } else {
+                out.extend(moves);
+            }
+        }
+        out.sort_by_key(|m| m.coordinate);
+        out
+    }
+
+    fn motions(&mut self, written: &ast::Move<'a>) -> Vec<(usize, Motion)> {
+        let Some(target) = written.target else {
+            let all = self.first_coordinates.last().copied().unwrap_or(0);
+            let all = if self.spend(all, written.span) {
+                all
+            } else {
+                0
+            };
+            return (0..all).map(|c| (c, Motion::To(0.0))).collect();
+        };
+        let kind = self.names.get(target.name.text).map(|e| e.kind);
+        match (&written.motion, kind) {
+            (Written::Plus(terms), _) => {
+                let mut levels = self.look(target.name);
+                levels.extend(self.composed(terms));
+                levels
+                    .into_iter()
+                    .map(|(c, (l, _))| (c, Motion::To(l)))
+                    .collect()
+            }
+            (Written::Bare, Some(Kind::Look)) => self.scaled_look(target, 1.0),
+            (Written::To(word), Some(Kind::Look)) => {
+                let share = self.level(*word).unwrap_or_default() / 100.0;
+                self.scaled_look(target, share)
+            }
+            (Written::Bare, _) => self.no_level(target),
+            (Written::To(word), _) => {
+                let setting = self.setting(*word);
+                let banks = self.moving(target);
+                let Some(setting) = setting else {
+                    return Vec::new();
+                };
+                let levels = self.set(&banks, target, setting, word.span);
+                levels
+                    .into_iter()
+                    .map(|(c, l)| (c, Motion::To(l)))
+                    .collect()
+            }
+            (Written::Path(path), _) => self.path_motions(target, path),
+        }
+    }
+
+    /// Banks that a level or a path may stand on; looks are named in the message when they cannot.
+    fn moving(&mut self, target: Target<'a>) -> Vec<usize> {
+        match self.names.get(target.name.text) {
+            None => self.targeted(target, &[Kind::Bank, Kind::Group, Kind::Look], &BODY_WORDS),
+            Some(_) => self.targeted(target, &[Kind::Bank, Kind::Group], &[]),
+        }
+    }
+
+    fn scaled_look(&mut self, target: Target<'a>, share: f64) -> Vec<(usize, Motion)> {
+        if let Some(channel) = target.channel {
+            let message = format!("`{}` is a look: it has no emitters", target.name.text);
+            let at = (channel.span, "not here");
+            return self
+                .report
+                .error(codes::DOES_NOT_FIT, message, at, "")
+                .unwrap_or_default();
+        }
+        let levels = self.look(target.name);
+        levels
+            .into_iter()
+            .map(|(c, (l, _))| (c, Motion::To(l * share)))
+            .collect()
+    }
+
+    fn no_level(&mut self, target: Target<'a>) -> Vec<(usize, Motion)> {
+        if self.moving(target).is_empty() {
+            return Vec::new();
+        }
+        let name = target.name.text;
+        let message = format!("`{name}` has no level");
+        let help = format!("write `{name} 85`, `{name} full` or `{name} out`");
+        self.report
+            .error(
+                codes::NO_LEVEL,
+                message,
+                (target.span, "to which level?"),
+                help,
+            )
+            .unwrap_or_default()
+    }
+
+    fn path_motions(
+        &mut self,
+        target: Target<'a>,
+        written: &ast::Path<'a>,
+    ) -> Vec<(usize, Motion)> {
+        let knots = self.path(written);
+        let banks = self.moving(target);
+        let Some(knots) = knots else {
+            return Vec::new();
+        };
+        let mut out = Vec::new();
+        for bank in banks {
+            for (coordinate, channel) in self.coordinates(bank, target) {
+                if !self.spend(knots.len(), written.span) {
+                    return out;
+                }
+                let mut path = Vec::with_capacity(knots.len());
+                for (knot, source) in knots.iter().zip(&written.knots) {
+                    let setting: Setting = knot.setting;
+                    let Some(level) = self.level_of(bank, channel, setting, source.value.span)
+                    else {
+                        return out;
+                    };
+                    path.push(Knot {
+                        level,
+                        handles: knot.via.unwrap_or([level; 2]),
+                        ..knot.knot
+                    });
+                }
+                let interpolation = written.interpolation;
+                out.push((
+                    coordinate,
+                    Motion::Path(Path {
+                        interpolation,
+                        knots: path,
+                    }),
+                ));
+            }
+        }
+        out
+    }
+
+    // ---- remarks ----------------------------------------------------------------------------
+
+    /// Banks that no cue moves, and cues that move nothing.
+    pub fn banks_in_use(&mut self) {
+        if self.show.cues.is_empty() {
+            return;
+        }
+        let coordinates = self.first_coordinates.last().copied().unwrap_or(0);
+        let mut used = vec![false; coordinates];
+        let mut still = Vec::new();
+        for cue in &self.show.cues {
+            let mut moves = cue.parts.iter().flat_map(|p| &p.moves).peekable();
+            if moves.peek().is_none() {
+                still.push((cue.id, cue.number));
+            }
+            for one in moves {
+                if let Some(slot) = used.get_mut(one.coordinate) {
+                    *slot = true;
+                }
+            }
+        }
+        for (id, number) in still {
+            let Some(span) = self.spans.get(id) else {
+                continue;
+            };
+            let message = format!("cue {number} moves nothing");
+            let start = Span {
+                end: span.start + 3,
+                ..span
+            };
+            self.report
+                .add(Diagnostic::warning(codes::STILL_CUE, message).place(start, ""));
+        }
+        let ends = self
+            .first_coordinates
+            .iter()
+            .zip(self.first_coordinates.iter().skip(1));
+        for (bank, (first, end)) in self.show.banks.iter().zip(ends) {
+            let moved = used.get(*first..*end).is_some_and(|u| u.iter().any(|m| *m));
+            if let (false, Some(span)) = (moved, self.spans.get(bank.id)) {
+                let message = format!("no cue moves the bank `{}`: it stays out", bank.name);
+                self.report.add(
+                    Diagnostic::warning(codes::UNUSED_BANK, message)
+                        .place(span, "")
+                        .help(format!(
+                            "write `{} 50` in a cue, or make it `fixed`",
+                            bank.name
+                        )),
+                );
+            }
+        }
+    }
+}
+
+fn part(id: NodeId, number: u32, label: String, times: Times) -> Part {
+    Part {
+        id,
+        number,
+        label,
+        delay: times.delay,
+        up: times.up,
+        down: times.down,
+        curve: times.curve,
+        moves: Vec::new(),
+    }
+}
+
+/// True when both words set the same thing.
+fn clash(a: TimingKind, b: TimingKind) -> bool {
+    use TimingKind::{Down, Snap, Time, Up};
+    let durations = [a, b].iter().all(|k| matches!(k, Time | Up | Down | Snap));
+    let one_each = matches!((a, b), (Up, Down) | (Down, Up));
+    a == b || (durations && !one_each)
+}
+
+fn timing_word(kind: TimingKind) -> &'static str {
+    match kind {
+        TimingKind::Time => "time",
+        TimingKind::Up => "up",
+        TimingKind::Down => "down",
+        TimingKind::Delay => "delay",
+        TimingKind::Snap => "snap",
+        TimingKind::Curve => "curve",
+        TimingKind::Repeat => "repeat",
+    }
+}
+
+fn word_of(mark: Mark) -> &'static str {
+    match mark {
+        Mark::Follow => "follow",
+        Mark::Hang => "hang",
+        Mark::At => "at",
+        Mark::Block => "block",
+        Mark::Assert => "assert",
+        Mark::Cueonly => "cueonly",
+    }
+}
+
+fn whole(number: &str) -> &str {
+    number.split('.').next().unwrap_or(number)
+}

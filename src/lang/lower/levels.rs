@@ -1,0 +1,292 @@
+//! Levels on banks and groups, and the looks made of them.
+
+use std::collections::BTreeMap;
+
+use super::Lower;
+use super::values::Setting;
+use crate::diagnostic::Diagnostic;
+use crate::lang::ast::{self, Declaration, Span, Statement, Target, Term, Word};
+use crate::lang::codes;
+use crate::lang::names::Kind;
+use crate::lang::report::Place;
+use crate::show::{Dimmer, Look};
+
+/// Levels of coordinates, with the places that say so.
+pub type Levels = BTreeMap<usize, (f64, Span)>;
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    New,
+    Open,
+    Done,
+}
+
+impl<'a> Lower<'a, '_> {
+    /// Lowers the looks.
+    pub fn levels(&mut self, statements: &[Statement<'a>]) {
+        let looks: Vec<(Word<'a>, &[Term<'a>], Span)> = statements
+            .iter()
+            .filter_map(|s| match &s.item {
+                Declaration::Look { name, terms } => Some((*name, terms.as_slice(), s.span)),
+                _ => None,
+            })
+            .collect();
+        for (name, _, span) in &looks {
+            let id = self.node(*span);
+            let name = name.text.to_owned();
+            let levels = Vec::new();
+            self.show.looks.push(Look { id, name, levels });
+        }
+        let mut states = vec![State::New; looks.len()];
+        for start in 0..looks.len() {
+            self.look_after_its_terms(start, &looks, &mut states);
+        }
+    }
+
+    /// Depth first without recursion, so that a long chain of looks costs no stack.
+    fn look_after_its_terms(
+        &mut self,
+        start: usize,
+        looks: &[(Word<'a>, &[Term<'a>], Span)],
+        states: &mut [State],
+    ) {
+        let mut stack = vec![start];
+        while let Some(&index) = stack.last() {
+            let (Some((name, terms, _)), Some(state)) =
+                (looks.get(index), states.get(index).copied())
+            else {
+                return;
+            };
+            let set = |states: &mut [State], value| {
+                if let Some(slot) = states.get_mut(index) {
+                    *slot = value;
+                }
+            };
+            match state {
+                State::Done => {
+                    stack.pop();
+                }
+                State::New => {
+                    set(states, State::Open);
+                    for term in terms.iter() {
+                        let Term::Look(word) = term else { continue };
+                        let entry = self.names.get(word.text).filter(|e| e.kind == Kind::Look);
+                        let Some(other) = entry.and_then(|e| e.index) else {
+                            continue;
+                        };
+                        match states.get(other) {
+                            Some(State::New) => stack.push(other),
+                            Some(State::Open) => self.circle(*name, *word),
+                            _ => {}
+                        }
+                    }
+                }
+                State::Open => {
+                    let levels = self.composed(terms);
+                    if let Some(look) = self.show.looks.get_mut(index) {
+                        look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
+                    }
+                    set(states, State::Done);
+                    stack.pop();
+                }
+            }
+        }
+    }
+
+    fn circle(&mut self, name: Word<'a>, word: Word<'a>) {
+        let message = format!("the look `{}` is made of itself", name.text);
+        let help = "a look is made of other looks and of levels in braces";
+        self.report
+            .error::<()>(codes::CYCLE, message, (word.span, "leads back here"), help);
+    }
+
+    /// The levels of terms; what stands later wins.
+    pub fn composed(&mut self, terms: &[Term<'a>]) -> Levels {
+        let mut out = Levels::new();
+        for term in terms {
+            let levels = match term {
+                Term::Look(word) => self.look(*word),
+                Term::Levels(levels) => self.block(levels),
+            };
+            out.extend(levels);
+        }
+        out
+    }
+
+    /// The levels of a look by name.
+    pub fn look(&mut self, word: Word<'a>) -> Levels {
+        let Some((_, index)) = self.find(word, &[Kind::Look], &[]) else {
+            return Levels::new();
+        };
+        let count = self.show.looks.get(index).map_or(0, |l| l.levels.len());
+        if !self.spend(count, word.span) {
+            return Levels::new();
+        }
+        let levels = self
+            .show
+            .looks
+            .get(index)
+            .into_iter()
+            .flat_map(|l| &l.levels);
+        levels.map(|(c, level)| (*c, (*level, word.span))).collect()
+    }
+
+    fn block(&mut self, levels: &[ast::Level<'a>]) -> Levels {
+        let mut out = Levels::new();
+        for level in levels {
+            let setting = self.setting(level.value);
+            let banks = self.targeted(level.target, &[Kind::Bank, Kind::Group], &[]);
+            let Some(setting) = setting else { continue };
+            for coordinate in self.set(&banks, level.target, setting, level.value.span) {
+                let (coordinate, value) = coordinate;
+                if let Some((_, earlier)) = out.insert(coordinate, (value, level.target.span)) {
+                    self.twice(coordinate, level.target.span, earlier, "look");
+                    break;
+                }
+            }
+        }
+        out
+    }
+
+    /// A coordinate that is set twice where once is allowed.
+    pub fn twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
+        let bank = self.bank_of(coordinate);
+        let name = bank
+            .and_then(|b| self.show.banks.get(b))
+            .map_or("", |b| b.name.as_str());
+        let message = format!("the bank `{name}` stands twice in one {scope}");
+        let help = if scope == "look" {
+            "keep one of the two; to change another look, write `look b = a + { lamps 20 }`"
+        } else {
+            "keep one of the two, or move it again in a later cue; to change a look, write `night + { lamps 20 }`"
+        };
+        self.report.add(
+            Diagnostic::error(codes::MOVED_TWICE, message)
+                .place(span, "again here")
+                .place(earlier, "first here")
+                .help(help),
+        );
+    }
+
+    fn bank_of(&self, coordinate: usize) -> Option<usize> {
+        let after = self
+            .first_coordinates
+            .partition_point(|first| *first <= coordinate);
+        after.checked_sub(1)
+    }
+
+    /// The banks of a target: itself, or its group's.
+    pub fn targeted(
+        &mut self,
+        target: Target<'a>,
+        kinds: &[Kind],
+        words: &[&'a str],
+    ) -> Vec<usize> {
+        let Some((kind, index)) = self.find(target.name, kinds, words) else {
+            return Vec::new();
+        };
+        match kind {
+            Kind::Group => {
+                let banks = self
+                    .show
+                    .groups
+                    .get(index)
+                    .map(|g| g.banks.clone())
+                    .unwrap_or_default();
+                if self.spend(banks.len(), target.span) {
+                    banks
+                } else {
+                    Vec::new()
+                }
+            }
+            _ => vec![index],
+        }
+    }
+
+    /// The coordinates of a bank that `target` means, with which of its emitters each is.
+    pub fn coordinates(&mut self, bank: usize, target: Target<'a>) -> Vec<(usize, usize)> {
+        let (Some(first), Some(rgb)) = (
+            self.first_coordinates.get(bank).copied(),
+            self.show.banks.get(bank).map(|b| b.rgb),
+        ) else {
+            return Vec::new();
+        };
+        let Some(channel) = target.channel else {
+            return (0..if rgb { 3 } else { 1 })
+                .map(|c| (first + c, c))
+                .collect();
+        };
+        if !rgb {
+            self.not_rgb(bank, channel.span, "has no emitters of its own");
+            return Vec::new();
+        }
+        let which = ["r", "g", "b"]
+            .iter()
+            .position(|c| *c == channel.text)
+            .unwrap_or(0);
+        vec![(first + which, which)]
+    }
+
+    fn not_rgb(&mut self, bank: usize, span: Span, what: &str) {
+        let name = self
+            .show
+            .banks
+            .get(bank)
+            .map_or("", |b| b.name.as_str())
+            .to_owned();
+        let message = format!("the bank `{name}` is not rgb");
+        let help = format!("give it a level, such as `{name} 85`, or add `rgb` to its declaration");
+        self.report
+            .error::<()>(codes::NOT_RGB, message, (span, what), help);
+    }
+
+    /// Coordinates and levels that a setting means on some banks.
+    pub fn set(
+        &mut self,
+        banks: &[usize],
+        target: Target<'a>,
+        setting: Setting,
+        span: Span,
+    ) -> Vec<(usize, f64)> {
+        let mut out = Vec::new();
+        for bank in banks {
+            for (coordinate, channel) in self.coordinates(*bank, target) {
+                match self.level_of(*bank, channel, setting, span) {
+                    Some(level) => out.push((coordinate, level)),
+                    None => return out,
+                }
+            }
+        }
+        out
+    }
+
+    /// The level of one emitter for a setting; a colour is light, so that the dimmer is undone.
+    pub fn level_of(
+        &mut self,
+        bank: usize,
+        channel: usize,
+        setting: Setting,
+        span: Span,
+    ) -> Option<f64> {
+        let colour = match setting {
+            Setting::Level(level) => return Some(level),
+            Setting::Colour(colour) => colour,
+        };
+        let (rgb, dimmer) = self.show.banks.get(bank).map(|b| (b.rgb, b.dimmer))?;
+        if !rgb {
+            self.not_rgb(bank, span, "a colour");
+            return None;
+        }
+        let light = colour.0.get(channel)?.clamp(0.0, 1.0);
+        match dimmer {
+            Dimmer::Linear => Some(100.0 * light),
+            Dimmer::Square => Some(100.0 * light.sqrt()),
+            Dimmer::Curve(_) => {
+                let message = "a colour needs a `linear` or a `square` dimmer";
+                let help = "set the three emitters: `sky.r 40  sky.g 20  sky.b 60`";
+                self.report
+                    .error(codes::DOES_NOT_FIT, message, (span, "a colour"), help)
+            }
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! From the tree to the model: names become indices, texts become quantities, invariants of
+//! [`crate::show`] are established.
+//!
+//! Two passes: all names are declared first, so that order plays no part; then each family of
+//! statements is lowered, every mistake reported. A show comes out only if there was no error;
+//! placeholders that stand for broken pieces never leave this room.
+
+mod cues;
+mod curves;
+mod levels;
+mod preview;
+mod rig;
+mod values;
+
+use super::ast::{Declaration, Span, Statement, Word};
+use super::names::{self, Kind, Names};
+use super::report::{Place, Report};
+use super::{SpanMap, codes, limits};
+use crate::diagnostic::Diagnostic;
+use crate::show::{NodeId, Preview, Show};
+
+/// Lowers the statements of a show; `broken` are names whose declarations did not parse.
+pub fn lower<'a>(
+    statements: &[Statement<'a>],
+    broken: &[(Kind, Word<'a>)],
+    report: &mut Report,
+) -> (Option<Show>, SpanMap) {
+    let mut lower = Lower {
+        names: Names::default(),
+        report,
+        spans: SpanMap::default(),
+        show: empty(),
+        first_coordinates: Vec::new(),
+        budget: limits::LEVELS,
+    };
+    lower.declare(statements);
+    for (kind, name) in broken {
+        // A clash with a broken declaration is not worth a word: the first mistake is elsewhere.
+        let _ = lower.names.declare(*name, *kind, None);
+    }
+    lower.preview(statements);
+    lower.rig(statements);
+    lower.curves(statements);
+    lower.levels(statements);
+    lower.cues(statements);
+    let failed = lower.report.failed();
+    if !failed {
+        lower.remarks();
+    }
+    ((!failed).then_some(lower.show), lower.spans)
+}
+
+fn empty() -> Show {
+    Show {
+        title: String::new(),
+        preview: Preview::default(),
+        stages: Vec::new(),
+        surfaces: Vec::new(),
+        views: Vec::new(),
+        lights: Vec::new(),
+        banks: Vec::new(),
+        fixed: Vec::new(),
+        groups: Vec::new(),
+        looks: Vec::new(),
+        curves: Vec::new(),
+        cues: Vec::new(),
+    }
+}
+
+struct Lower<'a, 'r> {
+    names: Names<'a>,
+    report: &'r mut Report,
+    spans: SpanMap,
+    show: Show,
+    /// The first coordinate of each bank, and after the last bank their number.
+    first_coordinates: Vec<usize>,
+    /// Levels that may still be written out.
+    budget: usize,
+}
+
+impl<'a> Lower<'a, '_> {
+    fn declare(&mut self, statements: &[Statement<'a>]) {
+        let mut counts = [0_usize; 7];
+        for statement in statements {
+            let (name, kind) = match &statement.item {
+                Declaration::View { name, .. } => (name, Kind::View),
+                Declaration::Light(light) => (&light.name, Kind::Light),
+                Declaration::Bank(bank) => (&bank.name, Kind::Bank),
+                Declaration::Fixed { name, .. } => (name, Kind::Fixed),
+                Declaration::Group { name, .. } => (name, Kind::Group),
+                Declaration::Look { name, .. } => (name, Kind::Look),
+                Declaration::Curve { name, .. } => (name, Kind::Curve),
+                _ => continue,
+            };
+            let Some(count) = counts.get_mut(kind as usize) else {
+                continue;
+            };
+            let index = *count;
+            *count += 1;
+            self.declare_one(*name, kind, index);
+        }
+    }
+
+    fn declare_one(&mut self, name: Word<'a>, kind: Kind, index: usize) {
+        if names::is_reserved(name.text) {
+            let message = format!(
+                "`{}` is a word of the language and cannot be a name",
+                name.text
+            );
+            let help = format!("choose another, such as `{}_1`", name.text);
+            self.report.error::<()>(
+                codes::RESERVED,
+                message,
+                (name.span, "cannot be a name"),
+                help,
+            );
+        }
+        let Some(earlier) = self.names.declare(name, kind, Some(index)) else {
+            return;
+        };
+        let message = if earlier.kind == kind {
+            format!("`{}` is declared twice", name.text)
+        } else {
+            format!("`{}` is {} already", name.text, earlier.kind.phrase())
+        };
+        self.report.add(
+            Diagnostic::error(codes::DECLARED_TWICE, message)
+                .place(name.span, "declared again here")
+                .place(earlier.span, "first declared here")
+                .help("a name stands for one thing in the whole show: give one of the two another name"),
+        );
+    }
+
+    fn node(&mut self, span: Span) -> NodeId {
+        self.spans.add(span)
+    }
+
+    /// Finds a name of one of `kinds`; says what is wrong when there is none. `words` are keywords
+    /// that might have been meant. `None` without a word for a declaration that is itself broken.
+    fn find(&mut self, name: Word<'a>, kinds: &[Kind], words: &[&'a str]) -> Option<(Kind, usize)> {
+        match self.names.get(name.text) {
+            Some(entry) if kinds.contains(&entry.kind) => entry.index.map(|i| (entry.kind, i)),
+            Some(entry) => {
+                let message = format!(
+                    "expected {}, but `{}` is {}",
+                    one_of(kinds),
+                    name.text,
+                    entry.kind.phrase()
+                );
+                self.report.add(
+                    Diagnostic::error(codes::WRONG_KIND_OF_NAME, message)
+                        .place(name.span, format!("this is {}", entry.kind.phrase()))
+                        .place(entry.span, "declared here"),
+                );
+                None
+            }
+            None => self.unknown(name, kinds, words),
+        }
+    }
+
+    fn unknown<T>(&mut self, name: Word<'a>, kinds: &[Kind], words: &[&'a str]) -> Option<T> {
+        let message = format!(
+            "there is no {} called `{}`",
+            bare(&one_of(kinds)),
+            name.text
+        );
+        let candidates = self.names.of(kinds).chain(words.iter().copied());
+        let help = match names::nearest(name.text, candidates) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                let known: Vec<&str> = self.names.of(kinds).take(6).collect();
+                match known.as_slice() {
+                    [] => format!("the show declares no {} yet", bare(&one_of(kinds))),
+                    some => format!("there are: {}", some.join(", ")),
+                }
+            }
+        };
+        self.report.error(
+            codes::UNKNOWN_NAME,
+            message,
+            (name.span, "not declared"),
+            help,
+        )
+    }
+
+    /// Takes `count` levels from the budget; false, once said, when the show is too large.
+    fn spend(&mut self, count: usize, span: Span) -> bool {
+        if self.budget == 0 {
+            return false;
+        }
+        self.budget = self.budget.saturating_sub(count);
+        if self.budget == 0 {
+            let message = format!("the show sets more than {} levels", limits::LEVELS);
+            let help = "groups, looks and `blackout` count once for each of their banks";
+            self.report.error::<()>(
+                codes::TOO_LARGE,
+                message,
+                (span, "the limit is reached here"),
+                help,
+            );
+        }
+        self.budget > 0
+    }
+
+    /// What is legal and surely not meant.
+    fn remarks(&mut self) {
+        self.lights_in_use();
+        self.banks_in_use();
+    }
+}
+
+fn one_of(kinds: &[Kind]) -> String {
+    let phrases: Vec<&str> = kinds.iter().map(|k| k.phrase()).collect();
+    phrases.join(" or ")
+}
+
+fn bare(phrase: &str) -> String {
+    phrase
+        .replace(" or a ", " or ")
+        .trim_start_matches("a ")
+        .to_owned()
+}
+
+/// A text without its quotes and backslashes.
+fn unquoted(word: Word<'_>) -> String {
+    let inner = word
+        .text
+        .strip_prefix('"')
+        .and_then(|t| t.strip_suffix('"'));
+    let mut out = String::new();
+    let mut chars = inner.unwrap_or(word.text).chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\\' => out.extend(chars.next()),
+            c => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,221 @@
+//! `show`, `preview`, `stage`, `surface`, `view`: everything before the rig.
+
+use super::{Lower, unquoted};
+use crate::diagnostic::Diagnostic;
+use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
+use crate::lang::codes;
+use crate::lang::quantity::Wanted;
+use crate::lang::report::Place;
+use crate::scene;
+use crate::show::{Stage, Surface, View};
+use crate::units::Rgb;
+
+impl<'a> Lower<'a, '_> {
+    /// Lowers the statements of this room.
+    pub fn preview(&mut self, statements: &[Statement<'a>]) {
+        let (mut title, mut preview) = (None, None);
+        for statement in statements {
+            match &statement.item {
+                Declaration::Show(text) => {
+                    self.once(&mut title, "show", statement.span);
+                    self.show.title = unquoted(*text);
+                }
+                Declaration::Preview(entries) => {
+                    self.once(&mut preview, "preview", statement.span);
+                    self.preview_entries(entries);
+                }
+                Declaration::Stage { path, z_up } => self.stage(statement.span, *path, *z_up),
+                Declaration::Surface {
+                    material,
+                    reflectance,
+                } => self.surface(statement.span, *material, reflectance),
+                Declaration::View { name, clauses } => self.view(statement.span, *name, clauses),
+                _ => {}
+            }
+        }
+    }
+
+    /// Reports a second one of what stands once; `first` remembers the first.
+    pub fn once(&mut self, first: &mut Option<Span>, what: &str, span: Span) {
+        let Some(earlier) = first.replace(span) else {
+            return;
+        };
+        *first = Some(earlier);
+        self.report.add(
+            Diagnostic::error(codes::SAID_TWICE, format!("`{what}` stands twice"))
+                .place(span, "again here")
+                .place(earlier, "first here")
+                .help("keep one of the two"),
+        );
+    }
+
+    fn preview_entries(&mut self, entries: &[(Word<'a>, Word<'a>)]) {
+        let mut seen: Vec<Word<'a>> = Vec::new();
+        for (key, value) in entries {
+            if let Some(earlier) = seen.iter().find(|w| w.text == key.text) {
+                self.once(&mut Some(earlier.span), key.text, key.span);
+            }
+            seen.push(*key);
+            self.preview_entry(*key, *value);
+        }
+    }
+
+    fn preview_entry(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
+        if value.text == "auto" {
+            if key.text == "exposure" {
+                self.show.preview.exposure = None;
+                return Some(());
+            }
+            let message = format!("only `exposure` may be `auto`, `{}` is a number", key.text);
+            return self
+                .report
+                .error(codes::DOES_NOT_FIT, message, (value.span, "not here"), "");
+        }
+        let quality = "qualities are 1 to 5";
+        match key.text {
+            "tolerance" => {
+                let range = "a tolerance is 0% to 100%";
+                let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
+                self.show.preview.tolerance = percent / 100.0;
+            }
+            "gap" => self.show.preview.gap = self.duration(value)?,
+            "rate" => {
+                let range = "a rate is 1 to 1000 frames a second";
+                self.show.preview.rate =
+                    self.within(value, Wanted::Number, (1.0, 1000.0), range)?;
+            }
+            "exposure" => {
+                let range = "an exposure is -30 to 30 stops";
+                let stops = self.within(value, Wanted::Number, (-30.0, 30.0), range)?;
+                self.show.preview.exposure = Some(stops);
+            }
+            "coarse" => self.show.preview.coarse = self.step(value, quality)?,
+            _ => self.show.preview.refined = self.step(value, quality)?,
+        }
+        Some(())
+    }
+
+    fn step(&mut self, value: Word<'a>, range: &str) -> Option<u8> {
+        let step = self.within(value, Wanted::Number, (1.0, 5.0), range)?;
+        if step.fract() == 0.0 {
+            return Some(step as u8);
+        }
+        let message = format!("`{}` is not a quality: they are whole numbers", value.text);
+        self.report.error(
+            codes::RANGE,
+            message,
+            (value.span, "not whole"),
+            "write `coarse 1  refined 4`",
+        )
+    }
+
+    fn stage(&mut self, span: Span, path: Word<'a>, z_up: bool) {
+        let id = self.node(span);
+        let text = unquoted(path);
+        if text.is_empty() {
+            let help = "write the name of an OBJ file beside the show: stage \"tavern.obj\"";
+            let at = (path.span, "no file");
+            self.report
+                .error::<()>(codes::MISSING, "the stage has no file", at, help);
+        }
+        self.show.stages.push(Stage {
+            id,
+            path: text,
+            z_up,
+        });
+    }
+
+    fn surface(&mut self, span: Span, material: Word<'a>, values: &[Word<'a>]) {
+        let id = self.node(span);
+        let name = unquoted(material);
+        let earlier = self
+            .show
+            .surfaces
+            .iter()
+            .find(|s| s.name == name)
+            .map(|s| s.id);
+        if let Some(earlier) = earlier.and_then(|id| self.spans.get(id)) {
+            self.once(&mut Some(earlier), &format!("surface {name}"), span);
+        }
+        let reflectance = self.reflectance(values).unwrap_or_default();
+        self.show.surfaces.push(Surface {
+            id,
+            name,
+            reflectance,
+        });
+    }
+
+    fn reflectance(&mut self, values: &[Word<'a>]) -> Option<Rgb> {
+        let range = "reflectances are 0 to 1";
+        let mut number = |w: &Word<'a>| self.within(*w, Wanted::Number, (0.0, 1.0), range);
+        match values {
+            [word] if word.text.starts_with('#') => self.colour(*word),
+            [one] => number(one).map(|v| Rgb([v; 3])),
+            [r, g, b] => {
+                let (r, g, b) = (number(r), number(g), number(b));
+                Some(Rgb([r?, g?, b?]))
+            }
+            _ => None,
+        }
+    }
+
+    fn view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) {
+        let id = self.node(span);
+        self.repeated_clauses(clauses);
+        let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
+        let mut point = |word| find(word).map(|c| self.position(&c.values));
+        let (from, to) = (point("from"), point("to"));
+        let range = "a field of view is 1 to 170 degrees";
+        let fov = find("fov").and_then(|c| c.values.first());
+        let fov = fov.map(|w| self.within(*w, Wanted::Angle, (1.0, 170.0), range));
+        let size = find("size").and_then(|c| c.values.first());
+        let size = size.map_or(Some((640, 360)), |w| self.size(*w));
+        for (missing, there) in [
+            ("from", from.is_some()),
+            ("to", to.is_some()),
+            ("fov", fov.is_some()),
+        ] {
+            if !there {
+                let message = format!("the view `{}` has no `{missing}`", name.text);
+                let help = format!(
+                    "write `view {} from 0, -14, 1.7  to 0, 0, 2.2  fov 28`",
+                    name.text
+                );
+                let at = (name.span, "incomplete");
+                self.report.error::<()>(codes::MISSING, message, at, help);
+            }
+        }
+        let flat = |v: Option<Option<_>>| v.flatten();
+        let (from, to) = (flat(from), flat(to));
+        if from.is_some() && from == to {
+            let message = format!(
+                "the view `{}` looks nowhere: `from` and `to` are one point",
+                name.text
+            );
+            self.report
+                .error::<()>(codes::RANGE, message, (span, "no direction"), "");
+        }
+        let (width, height) = size.unwrap_or_default();
+        self.show.views.push(View {
+            id,
+            name: name.text.to_owned(),
+            camera: scene::View {
+                from: from.unwrap_or_default(),
+                to: to.unwrap_or_default(),
+                fov: fov.flatten().unwrap_or_default(),
+                width,
+                height,
+            },
+        });
+    }
+
+    /// Reports keywords that stand twice among the clauses of a statement.
+    pub fn repeated_clauses(&mut self, clauses: &[Clause<'a>]) {
+        for (i, clause) in clauses.iter().enumerate().take(32) {
+            let same = |c: &&Clause<'a>| !c.values.is_empty() && c.word.text == clause.word.text;
+            if let Some(earlier) = clauses.iter().take(i).find(same) {
+                self.once(&mut Some(earlier.span), clause.word.text, clause.span);
+            }
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! Single values: quantities of a wanted kind, levels, colours, positions.
+
+use super::Lower;
+use crate::diagnostic::Diagnostic;
+use crate::geometry::Vec3;
+use crate::lang::ast::Word;
+use crate::lang::names::nearest;
+use crate::lang::quantity::{self, Fault, UNITS, Unit, Wanted};
+use crate::lang::report::Place;
+use crate::lang::{codes, limits};
+use crate::units::{Rgb, Time};
+
+/// What a bank can be set to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// 0 to 100.
+    Level(f64),
+    /// Linear, each channel 0 to 1.
+    Colour(Rgb),
+}
+
+impl Lower<'_, '_> {
+    fn fault<T>(&mut self, word: Word<'_>, wanted: Wanted, fault: &Fault) -> Option<T> {
+        let diagnostic = match fault {
+            Fault::Kind(kind) => Diagnostic::error(
+                codes::WRONG_QUANTITY,
+                format!(
+                    "expected {}, but `{}` is {kind}",
+                    wanted.phrase(),
+                    word.text
+                ),
+            )
+            .place(word.span, format!("this is {kind}"))
+            .help(wanted.example()),
+            Fault::Unit(unit) => {
+                let base =
+                    Diagnostic::error(codes::BAD_NUMBER, format!("there is no unit `{unit}`"))
+                        .place(word.span, "unknown unit")
+                        .help(wanted.example());
+                match nearest(unit, UNITS.into_iter()) {
+                    Some(near) => base.help(format!("did you mean `{near}`?")),
+                    None => base,
+                }
+            }
+            Fault::Digits(why) => Diagnostic::error(
+                codes::BAD_NUMBER,
+                format!("`{}` is not {}: {why}", word.text, wanted.phrase()),
+            )
+            .place(word.span, "")
+            .help(wanted.example()),
+        };
+        self.report.add(diagnostic);
+        None
+    }
+
+    /// A colour where a quantity is wanted.
+    fn not_colour(&mut self, word: Word<'_>, wanted: Wanted) -> bool {
+        let colour = word.text.starts_with('#');
+        if colour {
+            self.fault::<()>(word, wanted, &Fault::Kind("a colour"));
+        }
+        !colour
+    }
+
+    /// A quantity of the wanted kind.
+    pub fn quantity(&mut self, word: Word<'_>, wanted: Wanted) -> Option<f64> {
+        if !self.not_colour(word, wanted) {
+            return None;
+        }
+        match quantity::read(word.text, wanted) {
+            Ok(value) => Some(value),
+            Err(fault) => self.fault(word, wanted, &fault),
+        }
+    }
+
+    /// A quantity within bounds; `range` says them in words.
+    pub fn within(
+        &mut self,
+        word: Word<'_>,
+        wanted: Wanted,
+        (least, most): (f64, f64),
+        range: &str,
+    ) -> Option<f64> {
+        let value = self.quantity(word, wanted)?;
+        if (least..=most).contains(&value) {
+            return Some(value);
+        }
+        let message = format!("`{}` is out of range: {range}", word.text);
+        self.report.error(
+            codes::RANGE,
+            message,
+            (word.span, "out of range"),
+            wanted.example(),
+        )
+    }
+
+    /// A time, of either sign.
+    pub fn time(&mut self, word: Word<'_>) -> Option<Time> {
+        match quantity::time(word.text) {
+            Ok(time) => Some(time),
+            Err(fault) => self.fault(word, Wanted::Time, &fault),
+        }
+    }
+
+    /// A time that is not negative.
+    pub fn duration(&mut self, word: Word<'_>) -> Option<Time> {
+        let time = self.time(word)?;
+        if time >= Time::ZERO {
+            return Some(time);
+        }
+        let message = format!("`{}` is negative: only `hang` may be", word.text);
+        let help = Wanted::Time.example();
+        self.report
+            .error(codes::RANGE, message, (word.span, "negative"), help)
+    }
+
+    /// A whole number from 1.
+    pub fn count(&mut self, word: Word<'_>, most: u32, what: &str) -> Option<u32> {
+        match word.text.parse::<u32>() {
+            Ok(n) if (1..=most).contains(&n) => Some(n),
+            _ => {
+                let message = format!("`{}` is out of range: {what} is 1 to {most}", word.text);
+                self.report
+                    .error(codes::RANGE, message, (word.span, "out of range"), "")
+            }
+        }
+    }
+
+    /// A level, 0 to 100.
+    pub fn level(&mut self, word: Word<'_>) -> Option<f64> {
+        match word.text {
+            "full" => return Some(100.0),
+            "out" => return Some(0.0),
+            _ => {}
+        }
+        let level = self.quantity(word, Wanted::Level)?;
+        if (0.0..=100.0).contains(&level) {
+            return Some(level);
+        }
+        let message = format!("the level `{}` is outside 0 to 100", word.text);
+        let help = if level > 100.0 {
+            "the brightest is `full`"
+        } else {
+            "the darkest is `out`"
+        };
+        self.report.error(
+            codes::LEVEL_RANGE,
+            message,
+            (word.span, "not a level"),
+            help,
+        )
+    }
+
+    /// A level, a colour, or a colour temperature as a colour (its brightest channel full).
+    pub fn setting(&mut self, word: Word<'_>) -> Option<Setting> {
+        if word.text.starts_with('#') {
+            return self.colour(word).map(Setting::Colour);
+        }
+        if quantity::unit(word.text) == Ok(Unit::Kelvin) {
+            let colour = self.kelvin(word)?;
+            let brightest = colour.0.into_iter().fold(0.0, f64::max);
+            return Some(Setting::Colour(colour.scaled(1.0 / brightest)));
+        }
+        self.level(word).map(Setting::Level)
+    }
+
+    /// `#rrggbb` or `#rgb`, sRGB-coded, as linear light.
+    pub fn colour(&mut self, word: Word<'_>) -> Option<Rgb> {
+        let digits = word.text.trim_start_matches('#');
+        let nibbles: Option<Vec<u8>> = digits
+            .chars()
+            .map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok()))
+            .collect();
+        match nibbles.as_deref() {
+            Some([r, g, b]) => Some(Rgb::from_srgb8([r * 17, g * 17, b * 17])),
+            Some([a, b, c, d, e, f]) => Some(Rgb::from_srgb8([a * 16 + b, c * 16 + d, e * 16 + f])),
+            _ => {
+                let message = format!("`{}` is not a colour", word.text);
+                let help = "write a colour as `#ffb36b` or `#fb6`";
+                self.report.error(
+                    codes::BAD_COLOUR,
+                    message,
+                    (word.span, "not a colour"),
+                    help,
+                )
+            }
+        }
+    }
+
+    /// A colour temperature as a colour of luminance 1.
+    pub fn kelvin(&mut self, word: Word<'_>) -> Option<Rgb> {
+        let kelvin = quantity::number(word.text).ok();
+        if let Some(colour) = kelvin.and_then(Rgb::from_kelvin) {
+            return Some(colour);
+        }
+        let message = format!(
+            "`{}` is out of range: colour temperatures are 1000 K to 25000 K",
+            word.text
+        );
+        let help = "a tungsten lamp has `3200 K`, a candle `1900 K`";
+        self.report
+            .error(codes::RANGE, message, (word.span, "out of range"), help)
+    }
+
+    /// Three lengths.
+    pub fn position(&mut self, words: &[Word<'_>]) -> Option<Vec3> {
+        let lengths: Vec<Option<f64>> = words
+            .iter()
+            .map(|w| {
+                self.within(
+                    *w,
+                    Wanted::Length,
+                    (-1e5, 1e5),
+                    "positions are within 100 km",
+                )
+            })
+            .collect();
+        match lengths.as_slice() {
+            [Some(x), Some(y), Some(z)] => Some(crate::geometry::vec3(*x, *y, *z)),
+            _ => None,
+        }
+    }
+
+    /// Pixels, `640x360`.
+    pub fn size(&mut self, word: Word<'_>) -> Option<(usize, usize)> {
+        let (width, height) = word.text.split_once('x')?;
+        let pixels = |t: &str| t.parse().ok().filter(|n| (1..=limits::PIXELS).contains(n));
+        match (pixels(width), pixels(height)) {
+            (Some(width), Some(height)) => Some((width, height)),
+            _ => {
+                let most = limits::PIXELS;
+                let message = format!(
+                    "`{}` is out of range: pictures are 1 to {most} pixels a side",
+                    word.text
+                );
+                let help = "write a size as `640x360`";
+                self.report
+                    .error(codes::RANGE, message, (word.span, "out of range"), help)
+            }
+        }
+    }
+}

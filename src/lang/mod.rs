@@ -1,0 +1,156 @@
+//! The language of cue sheets: text in, [`Show`], places and diagnostics out.
+//!
+//! The way of a text: `scan` cuts it into statements, `syntax` parses each by the grammar
+//! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
+//! quantities and writes the model. Every mistake of a file is reported in one run.
+//!
+//! Invariants: no file is read and nothing is written here; time and memory are linear in the
+//! text (within [`limits`]); of the parser generator nothing gets out; a show comes out exactly
+//! when there is no error, and then keeps every invariant of [`crate::show`]. This room knows
+//! nothing of curves over time: what only they can tell is `check`'s to say.
+
+mod ast;
+mod build;
+pub mod codes;
+pub mod edit;
+pub mod limits;
+mod lower;
+mod names;
+mod quantity;
+mod read;
+mod report;
+mod scan;
+mod syntax;
+
+pub use ast::Span;
+
+use crate::diagnostic::{Diagnostic, Sources};
+use crate::show::{NodeId, Show};
+use report::Report;
+
+/// Turns the model's node ids back into places.
+#[derive(Clone, Debug, Default)]
+pub struct SpanMap {
+    spans: Vec<Span>,
+}
+
+impl SpanMap {
+    /// The place of a node.
+    pub fn get(&self, id: NodeId) -> Option<Span> {
+        self.spans.get(id.0 as usize).copied()
+    }
+
+    fn add(&mut self, span: Span) -> NodeId {
+        self.spans.push(span);
+        NodeId(self.spans.len() as u32 - 1)
+    }
+}
+
+/// What a text came to.
+#[derive(Clone, Debug)]
+pub struct Parsed {
+    /// The show; `None` when there is an error among the diagnostics.
+    pub show: Option<Show>,
+    /// Places of its nodes.
+    pub spans: SpanMap,
+    /// Errors and warnings, in order of their places.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads a show from `text`, which joins `sources` under `name`.
+///
+/// A show without a `show` statement is called by the name of its file, without the ending.
+pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
+    let file = sources.add(name, if text.len() > limits::FILE { "" } else { text });
+    let mut report = Report::default();
+    if text.len() > limits::FILE {
+        report.add(too_large(name, text.len()));
+        return failed(report);
+    }
+    let read = read::read(text, file as u32, &mut report);
+    if read.statements.is_empty() && !report.failed() {
+        let message = format!("`{name}` declares nothing");
+        report.add(
+            Diagnostic::error(codes::EMPTY, message)
+                .at(file, 0..0, "nothing here")
+                .help("begin with a title: show \"My show\""),
+        );
+        return failed(report);
+    }
+    let (mut show, spans) = lower::lower(&read.statements, &read.broken, &mut report);
+    if let Some(show) = &mut show
+        && show.title.is_empty()
+    {
+        let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        show.title = file.strip_suffix(".lxq").unwrap_or(file).to_owned();
+    }
+    Parsed {
+        show,
+        spans,
+        diagnostics: report.finish(),
+    }
+}
+
+fn failed(report: Report) -> Parsed {
+    Parsed {
+        show: None,
+        spans: SpanMap::default(),
+        diagnostics: report.finish(),
+    }
+}
+
+fn too_large(name: &str, size: usize) -> Diagnostic {
+    let message = format!(
+        "`{name}` has {size} bytes; a show has {} at most",
+        limits::FILE
+    );
+    Diagnostic::error(codes::TOO_LARGE, message)
+}
+
+/// The text of a file's bytes, without a byte order mark.
+///
+/// # Errors
+/// A diagnostic when the file is too large, binary or not UTF-8; its place, if it has one, is in a
+/// source that is added for it.
+pub fn decode(sources: &mut Sources, name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
+    if bytes.len() > limits::FILE {
+        return Err(Box::new(too_large(name, bytes.len())));
+    }
+    let binary = bytes.iter().position(|b| *b == 0);
+    let error = std::str::from_utf8(bytes).err().map(|e| e.valid_up_to());
+    let (message, at) = match (binary, error) {
+        (Some(at), _) => (format!("`{name}` is not a text: byte {at} is zero"), at),
+        (None, Some(at)) => (
+            format!("`{name}` is not UTF-8: byte {at} begins no character"),
+            at,
+        ),
+        (None, None) => {
+            let text = String::from_utf8_lossy(bytes);
+            return Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned());
+        }
+    };
+    let line = bytes.iter().take(at).filter(|b| **b == b'\n').count() + 1;
+    let _ = sources;
+    Err(Box::new(Diagnostic::error(codes::NOT_TEXT, message).help(
+        format!("the byte is in line {line}; a show is a text file in UTF-8"),
+    )))
+}
+
+/// The words that begin statements.
+pub fn keywords() -> &'static [&'static str] {
+    &scan::STATEMENTS
+}
+
+/// True when `text` begins with a statement word.
+pub fn is_declaration(text: &str) -> bool {
+    scan::STATEMENTS.contains(&scan::first_word(text.trim_start()))
+}
+
+/// True when a typed declaration is finished: braces, quotes and comments are closed, and it does
+/// not end in `=`, `,` or `+`.
+pub fn statement_complete(text: &str) -> bool {
+    !scan::scan(text).open
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,175 @@
+//! Names: one kind each, found by whoever asks, with the nearest one when there is none.
+//!
+//! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
+//! stage's names, not the show's: they are not in this table.
+
+use std::collections::BTreeMap;
+
+use super::ast::{Span, Word};
+
+/// What a name stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A camera.
+    View,
+    /// A luminaire.
+    Light,
+    /// Lights that vary in unison.
+    Bank,
+    /// Lights that never vary.
+    Fixed,
+    /// A selection of banks.
+    Group,
+    /// A set of levels.
+    Look,
+    /// A fade or dimmer curve.
+    Curve,
+}
+
+impl Kind {
+    /// With the article.
+    pub fn phrase(self) -> &'static str {
+        match self {
+            Kind::View => "a view",
+            Kind::Light => "a light",
+            Kind::Bank => "a bank",
+            Kind::Fixed => "a `fixed`",
+            Kind::Group => "a group",
+            Kind::Look => "a look",
+            Kind::Curve => "a curve",
+        }
+    }
+
+    /// The kind that a statement word declares.
+    pub fn of_statement(word: &str) -> Option<Kind> {
+        Some(match word {
+            "view" => Kind::View,
+            "light" => Kind::Light,
+            "bank" => Kind::Bank,
+            "fixed" => Kind::Fixed,
+            "group" => Kind::Group,
+            "look" => Kind::Look,
+            "curve" => Kind::Curve,
+            _ => return None,
+        })
+    }
+}
+
+/// A declared name.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// What it stands for.
+    pub kind: Kind,
+    /// Which one; `None` when its declaration is broken, so that uses of it pass in silence.
+    pub index: Option<usize>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// All names of a show.
+#[derive(Debug, Default)]
+pub struct Names<'a> {
+    table: BTreeMap<&'a str, Entry>,
+}
+
+impl<'a> Names<'a> {
+    /// Declares a name; the earlier entry when there is one, which stays.
+    pub fn declare(&mut self, name: Word<'a>, kind: Kind, index: Option<usize>) -> Option<Entry> {
+        if let Some(earlier) = self.table.get(name.text) {
+            return Some(*earlier);
+        }
+        let span = name.span;
+        self.table.insert(name.text, Entry { kind, index, span });
+        None
+    }
+
+    /// Looks a name up.
+    pub fn get(&self, name: &str) -> Option<Entry> {
+        self.table.get(name).copied()
+    }
+
+    /// The declared names of some kinds, in order.
+    pub fn of<'s>(&'s self, kinds: &'s [Kind]) -> impl Iterator<Item = &'a str> + 's {
+        let wanted = self.table.iter().filter(|(_, e)| kinds.contains(&e.kind));
+        wanted.map(|(name, _)| *name)
+    }
+}
+
+/// The built-in fades.
+pub const FADES: [&str; 5] = ["linear", "ease", "square", "slow-top", "slow-bottom"];
+
+/// Words with a meaning where names stand, so that nothing can be named so.
+pub fn is_reserved(word: &str) -> bool {
+    const WORDS: [&str; 25] = [
+        "assert", "at", "blackout", "block", "channel", "cueonly", "curve", "delay", "dimmer",
+        "down", "follow", "full", "hang", "level", "out", "part", "project", "repeat", "rgb",
+        "snap", "spline", "steps", "time", "to", "up",
+    ];
+    WORDS.contains(&word) || FADES.contains(&word) || super::scan::STATEMENTS.contains(&word)
+}
+
+/// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one
+/// mistake in three characters. The first wins among equals.
+pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Option<&'c str> {
+    let word: Vec<char> = word.chars().take(LONGEST + 1).collect();
+    let limit = (word.len() / 3).max(1);
+    if word.len() > LONGEST {
+        return None;
+    }
+    let mut best: Option<(usize, &str)> = None;
+    for candidate in candidates {
+        if candidate.len() > 4 * LONGEST {
+            continue;
+        }
+        let other: Vec<char> = candidate.chars().collect();
+        if other.len().abs_diff(word.len()) > limit || other == word {
+            continue;
+        }
+        let distance = distance(&word, &other);
+        if distance <= limit && best.is_none_or(|(d, _)| distance < d) && distance < word.len() {
+            best = Some((distance, candidate));
+        }
+    }
+    best.map(|(_, name)| name)
+}
+
+/// No suggestion is made for longer words.
+const LONGEST: usize = 40;
+
+/// Edit distance in which swapping two neighbours is one mistake (optimal string alignment).
+fn distance(a: &[char], b: &[char]) -> usize {
+    let mut before: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut row = vec![i + 1];
+        for (j, y) in b.iter().enumerate() {
+            let at = |r: &[usize], k: usize| r.get(k).copied().unwrap_or(usize::MAX / 2);
+            let change = at(&last, j) + usize::from(x != y);
+            let mut best = change.min(at(&last, j + 1) + 1).min(at(&row, j) + 1);
+            let swapped = i > 0 && j > 0 && a.get(i - 1) == Some(y) && b.get(j - 1) == Some(x);
+            if swapped {
+                best = best.min(at(&before, j - 1) + 1);
+            }
+            row.push(best);
+        }
+        before = std::mem::replace(&mut last, row);
+    }
+    last.last().copied().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_name_is_found_and_far_ones_are_not() {
+        let names = ["lamps", "windows", "sky", "fire"];
+        let near = |word| nearest(word, names.into_iter());
+        assert_eq!(near("lmaps"), Some("lamps"));
+        assert_eq!(near("lamp"), Some("lamps"));
+        assert_eq!(near("window"), Some("windows"));
+        assert_eq!(near("fier"), Some("fire"));
+        assert_eq!(near("moon"), None);
+        assert_eq!(near("x"), None);
+    }
+}

@@ -1,0 +1,279 @@
+//! From text to statements: cutting, parsing, and finding more than one mistake in a statement.
+
+use super::ast::{Span, Statement, Word};
+use super::build::Builder;
+use super::names::{Kind, nearest};
+use super::report::{Place, Report};
+use super::scan::{self, Cut, Fault, STATEMENTS, first_word};
+use super::syntax::{self, Failure, Rule};
+use super::{codes, limits};
+use crate::diagnostic::Diagnostic;
+
+/// What was read.
+#[derive(Debug, Default)]
+pub struct Read<'a> {
+    /// Statements that parsed, at least after lines with mistakes were left out.
+    pub statements: Vec<Statement<'a>>,
+    /// Names whose declarations did not parse.
+    pub broken: Vec<(Kind, Word<'a>)>,
+}
+
+/// Reads all statements of a file.
+pub fn read<'a>(text: &'a str, file: u32, report: &mut Report) -> Read<'a> {
+    let mut reader = Reader {
+        text,
+        file,
+        report,
+        out: Read::default(),
+    };
+    let scan = scan::scan(text);
+    for fault in &scan.faults {
+        reader.fault(fault);
+    }
+    for cut in &scan.cuts {
+        if reader.report.full() {
+            break;
+        }
+        reader.statement(cut);
+    }
+    reader.out
+}
+
+struct Reader<'a, 'r> {
+    text: &'a str,
+    file: u32,
+    report: &'r mut Report,
+    out: Read<'a>,
+}
+
+impl<'a> Reader<'a, '_> {
+    fn span(&self, start: usize, end: usize) -> Span {
+        Span {
+            file: self.file,
+            start: start as u32,
+            end: end as u32,
+        }
+    }
+
+    fn fault(&mut self, fault: &Fault) {
+        let one = |at: usize| (at, at + 1);
+        let (code, message, (start, end), label, help) = match fault {
+            Fault::Unclosed(at, _) => (
+                codes::UNCLOSED,
+                "this brace is never closed".to_owned(),
+                one(*at),
+                "opened here",
+                "add `}` where the statement ends",
+            ),
+            Fault::Stray(at) => (
+                codes::STRAY_BRACE,
+                "this brace closes nothing".to_owned(),
+                one(*at),
+                "no `{` before it",
+                "remove it, or look for a brace too many above",
+            ),
+            Fault::Text(span) => (
+                codes::UNCLOSED,
+                "this text is never closed".to_owned(),
+                (span.start, span.end),
+                "opened here",
+                "add `\"` on the same line; a quote inside a text is written `\\\"`",
+            ),
+            Fault::Comment(at) => (
+                codes::UNCLOSED,
+                "this comment is never closed".to_owned(),
+                (*at, at + 2),
+                "opened here",
+                "add `*/`, or begin each line with `//`",
+            ),
+            Fault::Deep(at) => (
+                codes::TOO_LARGE,
+                format!("braces nest deeper than {}", limits::DEPTH),
+                one(*at),
+                "too deep",
+                "a cue holds parts, and nothing nests deeper; the rest of the file was not read",
+            ),
+            Fault::Long(span) => (
+                codes::TOO_LARGE,
+                format!(
+                    "a statement of {} bytes: {} is the most",
+                    span.len(),
+                    limits::STATEMENT
+                ),
+                (span.start, span.start),
+                "begins here",
+                "is a line break or a brace missing?",
+            ),
+            Fault::Many(at) => (
+                codes::TOO_LARGE,
+                format!("more than {} statements", limits::STATEMENTS),
+                one(*at),
+                "too many",
+                "the rest of the file was not read",
+            ),
+        };
+        let mut diagnostic = Diagnostic::error(code, message).place(self.span(start, end), label);
+        if let Fault::Unclosed(_, Some(next)) = fault {
+            let word = self.text.get(*next..).map_or("", first_word);
+            let span = self.span(*next, next + word.len());
+            diagnostic = diagnostic.place(span, "the next statement begins here");
+        }
+        self.report.add(diagnostic.help(help));
+    }
+
+    fn statement(&mut self, cut: &Cut) {
+        let text = self.text.get(cut.span.clone()).unwrap_or("");
+        let word = first_word(text);
+        let Some(rule) = syntax::rule_of(word) else {
+            if !cut.broken {
+                self.unknown(cut.span.start, text, word);
+            }
+            return;
+        };
+        let parsed = if cut.broken {
+            None
+        } else {
+            self.parse(rule, text, cut.span.start)
+        };
+        match parsed {
+            Some(statement) => self.out.statements.push(statement),
+            None => self.broken(word, text, cut.span.start),
+        }
+    }
+
+    fn unknown(&mut self, start: usize, text: &str, word: &str) {
+        if matches!(word, "let" | "include") {
+            let message = format!("this build does not know `{word}` yet");
+            let span = self.span(start, start + word.len());
+            let help = "write values and files out for now";
+            self.report
+                .error::<()>(codes::NOT_YET, message, (span, "not yet"), help);
+            return;
+        }
+        let shown: String = if word.is_empty() {
+            text.chars().take(1).collect()
+        } else {
+            word.to_owned()
+        };
+        let span = self.span(start, start + shown.len());
+        let help = match nearest(word, STATEMENTS.into_iter()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!(
+                "a statement begins with one of: {}",
+                STATEMENTS[..13].join(", ")
+            ),
+        };
+        let shown: String = shown.chars().take(40).collect();
+        let message = format!("no statement begins with `{shown}`");
+        self.report.error::<()>(
+            codes::UNKNOWN_STATEMENT,
+            message,
+            (span, "not a statement"),
+            help,
+        );
+    }
+
+    /// Declares the name of a statement that did not parse, so that its uses pass in silence.
+    fn broken(&mut self, word: &str, text: &'a str, start: usize) {
+        let Some(kind) = Kind::of_statement(word) else {
+            return;
+        };
+        let rest = text.get(word.len()..).unwrap_or("");
+        let name = rest.trim_start();
+        let at = start + word.len() + (rest.len() - name.len());
+        let name = first_word(name);
+        if !name.is_empty() {
+            let span = self.span(at, at + name.len());
+            self.out.broken.push((kind, Word { text: name, span }));
+        }
+    }
+
+    /// Parses a statement; after a mistake inside braces once more without the line of the mistake,
+    /// to find the next.
+    fn parse(&mut self, rule: Rule, text: &str, base: usize) -> Option<Statement<'a>> {
+        let builder = Builder {
+            source: self.text,
+            file: self.file,
+            base,
+        };
+        let first = match syntax::parse(rule, text) {
+            Ok(pairs) => return builder.statement(pairs),
+            Err(failure) => failure,
+        };
+        self.failure(&first, text, base);
+        let mut copy = text.to_owned();
+        let mut failure = first;
+        for _ in 0..limits::RETRIES {
+            copy = without_line(&copy, &failure)?;
+            match syntax::parse(rule, &copy) {
+                Ok(pairs) => return builder.statement(pairs),
+                Err(next) => failure = next,
+            }
+            self.failure(&failure, text, base);
+        }
+        None
+    }
+
+    fn failure(&mut self, failure: &Failure, text: &str, base: usize) {
+        let rest = text.get(failure.at..).unwrap_or("");
+        let word = first_word(rest);
+        let found: &str = match rest.chars().next() {
+            None => "",
+            Some(_) if !word.is_empty() => word,
+            Some(c) if c.is_ascii_digit() || c == '-' || c == '#' => rest
+                .split(|c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}'))
+                .next()
+                .unwrap_or(""),
+            Some(c) => rest.get(..c.len_utf8()).unwrap_or(""),
+        };
+        let shown: String = found.chars().take(40).collect();
+        let what = if found.is_empty() {
+            "the end of the statement".to_owned()
+        } else {
+            format!("`{shown}`")
+        };
+        let message = match failure.expected.as_slice() {
+            [] => format!("{what} does not fit here"),
+            [only] => format!("expected {only}, found {what}"),
+            [most @ .., last] => format!("expected {} or {last}, found {what}", most.join(", ")),
+        };
+        let (start, end) = if found.is_empty() {
+            // Behind the last thing written, where something is missing.
+            let end = base + text.len();
+            (end, end)
+        } else {
+            (base + failure.at, base + failure.at + found.len())
+        };
+        let span = self.span(start, end);
+        let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
+        if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
+            diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
+        } else if syntax::UNIT_WORDS.contains(&word) {
+            diagnostic =
+                diagnostic.help(format!("a unit stands right behind its number: `5{word}`"));
+        }
+        self.report.add(diagnostic);
+    }
+}
+
+/// The text with the line of the mistake blanked out, same length; `None` where that would leave
+/// braces without their partners.
+fn without_line(text: &str, failure: &Failure) -> Option<String> {
+    let before = text.get(..failure.at)?;
+    let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+    let first_on_line = text.get(line_start..failure.at)?.trim().is_empty();
+    // What is missing at the start of a line is missing at the end of the one before.
+    let anchor = if first_on_line && !failure.between_items {
+        before.trim_end().len()
+    } else {
+        failure.at
+    };
+    let start = text.get(..anchor)?.rfind('\n')? + 1;
+    let end = text.get(anchor..)?.find('\n').map(|i| anchor + i)?;
+    let line = text.get(start..end)?;
+    if line.contains(['{', '}']) || line.trim().is_empty() {
+        return None;
+    }
+    let blank = " ".repeat(line.len());
+    Some([text.get(..start)?, &blank, text.get(end..)?].concat())
+}

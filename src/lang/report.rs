@@ -1,0 +1,75 @@
+//! Collects diagnostics, and stops when there are too many to be read by anyone.
+
+use crate::diagnostic::{Diagnostic, Severity};
+
+use super::ast::Span;
+use super::{codes, limits};
+
+/// The diagnostics of one run.
+#[derive(Debug, Default)]
+pub struct Report {
+    found: Vec<Diagnostic>,
+    errors: usize,
+}
+
+impl Report {
+    /// Adds one; beyond the limit nothing is added any more.
+    pub fn add(&mut self, diagnostic: Diagnostic) {
+        if self.full() {
+            return;
+        }
+        self.errors += usize::from(diagnostic.severity == Severity::Error);
+        self.found.push(diagnostic);
+    }
+
+    /// Adds an error with its place, and hands back `None` for the value that is missing.
+    pub fn error<T>(
+        &mut self,
+        code: &'static str,
+        message: impl Into<String>,
+        at: (Span, &str),
+        help: impl Into<String>,
+    ) -> Option<T> {
+        let mut diagnostic = Diagnostic::error(code, message).place(at.0, at.1);
+        let help = help.into();
+        if !help.is_empty() {
+            diagnostic = diagnostic.help(help);
+        }
+        self.add(diagnostic);
+        None
+    }
+
+    /// True once there are too many errors to go on.
+    pub fn full(&self) -> bool {
+        self.errors >= limits::ERRORS
+    }
+
+    /// True when there is an error.
+    pub fn failed(&self) -> bool {
+        self.errors > 0
+    }
+
+    /// All, in order of their places.
+    pub fn finish(mut self) -> Vec<Diagnostic> {
+        let place = |d: &Diagnostic| d.labels.first().map(|l| (l.file, l.span.start));
+        self.found.sort_by_key(place);
+        if self.full() {
+            let message = format!("stopped after {} errors", limits::ERRORS);
+            self.found.push(Diagnostic::error(codes::TOO_MANY, message));
+        }
+        self.found
+    }
+}
+
+/// Labels by spans of the tree.
+pub trait Place {
+    /// Adds a labelled place.
+    #[must_use]
+    fn place(self, span: Span, text: impl Into<String>) -> Self;
+}
+
+impl Place for Diagnostic {
+    fn place(self, span: Span, text: impl Into<String>) -> Diagnostic {
+        self.at(span.file as usize, span.range(), text)
+    }
+}

@@ -1,0 +1,321 @@
+//! Cuts a file into statements, before any grammar sees it.
+//!
+//! That gives recovery (a mistake ends with its statement) and bounded memory (the parser holds
+//! one statement at a time). A statement begins where a line outside all braces begins with a
+//! statement word; it goes on over lines that are indented more, or that begin with punctuation.
+//! Inside braces everything goes on, but a line that begins with a statement word, no deeper than
+//! the statement itself, shows that a brace was forgotten.
+//!
+//! Invariants: one pass, linear, no recursion; cuts are in order, disjoint and on character
+//! boundaries; braces, quotes and comments are balanced in every cut that is not `broken`.
+
+use std::ops::Range;
+
+use super::limits;
+
+/// The words that begin statements.
+pub const STATEMENTS: [&str; 15] = [
+    "show", "preview", "stage", "surface", "view", "light", "bank", "fixed", "group", "look",
+    "default", "curve", "cue", "let", "include",
+];
+
+/// One statement.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cut {
+    /// Its bytes, without the blanks and comments around it.
+    pub span: Range<usize>,
+    /// A fault inside it was reported already; parsing it would only say it again.
+    pub broken: bool,
+}
+
+/// What is wrong with the cutting itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// An opening brace without its closing one; where the next statement begins, if one does.
+    Unclosed(usize, Option<usize>),
+    /// A closing brace without its opening one.
+    Stray(usize),
+    /// A text without its closing quote.
+    Text(Range<usize>),
+    /// A `/*` without its `*/`.
+    Comment(usize),
+    /// Braces nested deeper than [`limits::DEPTH`]; the rest of the file is not read.
+    Deep(usize),
+    /// A statement longer than [`limits::STATEMENT`].
+    Long(Range<usize>),
+    /// More statements than [`limits::STATEMENTS`]; the rest of the file is not read.
+    Many(usize),
+}
+
+/// The statements of a file, and what went wrong in finding them.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Scan {
+    /// In order.
+    pub cuts: Vec<Cut>,
+    /// In order.
+    pub faults: Vec<Fault>,
+    /// The text ends inside a statement: a brace, quote or comment is open, or it ends in a
+    /// character after which more must come.
+    pub open: bool,
+}
+
+/// Cuts `text`.
+pub fn scan(text: &str) -> Scan {
+    let mut scanner = Scanner {
+        text,
+        bytes: text.as_bytes(),
+        out: Scan::default(),
+        current: None,
+        opens: Vec::new(),
+        end: 0,
+        stopped: false,
+    };
+    scanner.run();
+    scanner.out
+}
+
+/// The word that `text` begins with; empty when it does not begin with a letter.
+pub fn first_word(text: &str) -> &str {
+    if !text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
+        return "";
+    }
+    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
+    text.get(..end.unwrap_or(text.len())).unwrap_or("")
+}
+
+struct Open {
+    start: usize,
+    indent: usize,
+    broken: bool,
+}
+
+struct Scanner<'a> {
+    text: &'a str,
+    bytes: &'a [u8],
+    out: Scan,
+    current: Option<Open>,
+    opens: Vec<usize>,
+    /// One past the last byte of code.
+    end: usize,
+    stopped: bool,
+}
+
+impl Scanner<'_> {
+    fn run(&mut self) {
+        let (mut i, mut line, mut fresh) = (0, 0, true);
+        while let Some(&byte) = self.bytes.get(i) {
+            match byte {
+                b'\n' => {
+                    (line, fresh) = (i + 1, true);
+                    i += 1;
+                }
+                b' ' | b'\t' | b'\r' => i += 1,
+                b'/' if self.bytes.get(i + 1) == Some(&b'/') => i = self.line_end(i),
+                b'/' if self.bytes.get(i + 1) == Some(&b'*') => i = self.comment(i),
+                _ => {
+                    if std::mem::take(&mut fresh) {
+                        self.begin_line(i, i - line);
+                    }
+                    if !self.stopped {
+                        i = self.code(i, byte);
+                    }
+                    if self.stopped {
+                        return;
+                    }
+                    self.end = self.end.max(i);
+                }
+            }
+        }
+        self.finish();
+    }
+
+    fn finish(&mut self) {
+        if let Some(open) = self.opens.last().copied() {
+            self.fault(Fault::Unclosed(open, None));
+            self.out.open = true;
+        }
+        let last = self.end.checked_sub(1).and_then(|i| self.bytes.get(i));
+        if self.current.is_some() && matches!(last, Some(b'=' | b',' | b'+')) {
+            self.out.open = true;
+        }
+        self.close();
+    }
+
+    fn line_end(&self, i: usize) -> usize {
+        let rest = self.bytes.get(i..).unwrap_or_default();
+        i + rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
+    }
+
+    fn comment(&mut self, i: usize) -> usize {
+        let found = self.text.get(i + 2..).and_then(|rest| rest.find("*/"));
+        found.map_or_else(
+            || {
+                self.fault(Fault::Comment(i));
+                self.out.open = true;
+                self.bytes.len()
+            },
+            |n| i + n + 4,
+        )
+    }
+
+    /// Decides whether the line whose code begins at `i` begins a statement.
+    fn begin_line(&mut self, i: usize, indent: usize) {
+        let word = first_word(self.text.get(i..).unwrap_or_default());
+        let statement = STATEMENTS.contains(&word);
+        let deeper = self.current.as_ref().is_some_and(|c| indent > c.indent);
+        if let Some(open) = self.opens.last().copied() {
+            // `curve` is the one statement word that may begin a line of a cue.
+            if statement && !deeper && word != "curve" {
+                self.fault(Fault::Unclosed(open, Some(i)));
+                self.opens.clear();
+                self.begin(i, indent);
+            }
+        } else if self.current.is_none() || statement || !(deeper || word.is_empty()) {
+            self.begin(i, indent);
+        }
+    }
+
+    fn begin(&mut self, start: usize, indent: usize) {
+        self.close();
+        if self.out.cuts.len() >= limits::STATEMENTS {
+            self.fault(Fault::Many(start));
+            self.stopped = true;
+            return;
+        }
+        self.current = Some(Open {
+            start,
+            indent,
+            broken: false,
+        });
+    }
+
+    fn close(&mut self) {
+        let Some(open) = self.current.take() else {
+            return;
+        };
+        let span = open.start..self.end.max(open.start);
+        if span.is_empty() {
+            return;
+        }
+        let long = span.len() > limits::STATEMENT;
+        if long {
+            self.out.faults.push(Fault::Long(span.clone()));
+        }
+        self.out.cuts.push(Cut {
+            span,
+            broken: open.broken || long,
+        });
+    }
+
+    fn fault(&mut self, fault: Fault) {
+        self.out.faults.push(fault);
+        if let Some(current) = &mut self.current {
+            current.broken = true;
+        }
+    }
+
+    /// Passes the token at `i` and returns where the next one begins.
+    fn code(&mut self, i: usize, byte: u8) -> usize {
+        match byte {
+            b'"' => return self.quoted(i),
+            b'{' if self.opens.len() >= limits::DEPTH => {
+                self.fault(Fault::Deep(i));
+                self.stopped = true;
+                self.end = i + 1;
+                self.close();
+            }
+            b'{' => self.opens.push(i),
+            b'}' if self.opens.pop().is_none() => self.fault(Fault::Stray(i)),
+            _ => {}
+        }
+        i + 1
+    }
+
+    fn quoted(&mut self, start: usize) -> usize {
+        let mut i = start + 1;
+        loop {
+            match self.bytes.get(i) {
+                Some(b'"') => return i + 1,
+                // What a backslash hides is never the end; stepping into the middle of a
+                // character is fine, its other bytes are neither quotes nor newlines.
+                Some(b'\\') if self.bytes.get(i + 1).is_some_and(|b| *b != b'\n') => i += 2,
+                Some(b'\n') | None => break,
+                Some(_) => i += 1,
+            }
+        }
+        self.out.open |= i >= self.bytes.len();
+        self.fault(Fault::Text(start..i));
+        i
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cuts(text: &str) -> Vec<&str> {
+        scan(text)
+            .cuts
+            .iter()
+            .map(|c| &text[c.span.clone()])
+            .collect()
+    }
+
+    #[test]
+    fn statements_begin_with_their_words_and_go_on_indented() {
+        let text =
+            "show \"a // b\" // c\n\nbank x =\n  y /* bank */\n  z\n  cue 1 {\n up 2\n}\nfoo\n";
+        assert_eq!(
+            cuts(text),
+            [
+                "show \"a // b\"",
+                "bank x =\n  y /* bank */\n  z",
+                "cue 1 {\n up 2\n}",
+                "foo"
+            ]
+        );
+        assert_eq!(cuts("cue 1\n{ up 1 }\n"), ["cue 1\n{ up 1 }"]);
+        assert_eq!(
+            cuts("cue 1 {\ncurve dawn\n}\ncurve a = b"),
+            ["cue 1 {\ncurve dawn\n}", "curve a = b"]
+        );
+        assert!(cuts(" // only\n/* c */ ").is_empty());
+    }
+
+    #[test]
+    fn a_forgotten_brace_ends_with_the_next_statement() {
+        let found = scan("cue 1 {\n  lamps 5\n\ncue 2 { }\n");
+        assert_eq!(found.faults, [Fault::Unclosed(6, Some(19))]);
+        assert_eq!(found.cuts.len(), 2);
+        assert!(found.cuts[0].broken && !found.cuts[1].broken);
+    }
+
+    #[test]
+    fn faults_are_found_and_the_rest_is_read() {
+        let found = scan("show \"abc\n}\nbank a = b\n");
+        assert_eq!(found.faults, [Fault::Text(5..9), Fault::Stray(10)]);
+        assert_eq!(found.cuts.len(), 2);
+        assert!(matches!(
+            scan("show \"a\" /* x").faults[..],
+            [Fault::Comment(9)]
+        ));
+        let deep = "{".repeat(limits::DEPTH + 1);
+        assert!(matches!(scan(&deep).faults[..], [Fault::Deep(_)]));
+    }
+
+    #[test]
+    fn openness_tells_the_line_editor_to_wait() {
+        for open in [
+            "cue 1 {",
+            "bank a =",
+            "show \"x",
+            "/* x",
+            "cue 1 { part 2 { }",
+        ] {
+            assert!(scan(open).open, "{open}");
+        }
+        for done in ["cue 1 { }", "bank a = b", "", "// cue {"] {
+            assert!(!scan(done).open, "{done}");
+        }
+    }
+}

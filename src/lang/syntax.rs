@@ -1,0 +1,253 @@
+//! The parser: one statement in, pairs of the grammar or a [`Failure`] in our own words out.
+//!
+//! Nothing of the parser generator leaves this room: neither its errors nor the names of its
+//! rules. Its process-wide switches are not touched.
+
+use pest::Parser as _;
+use pest::error::{ErrorVariant, InputLocation};
+use pest::iterators::Pairs;
+
+#[allow(
+    missing_docs,
+    reason = "generated from the grammar, which is documented"
+)]
+mod generated {
+    #[derive(pest_derive::Parser)]
+    #[grammar = "grammar/lxq.pest"]
+    pub struct Grammar;
+}
+
+pub use generated::Rule;
+
+/// Where parsing stopped, and what could have stood there.
+#[derive(Debug)]
+pub struct Failure {
+    /// Byte offset in the parsed text.
+    pub at: usize,
+    /// In our words, at most five.
+    pub expected: Vec<&'static str>,
+    /// A closing brace was among what could have stood there, so that a new line may begin.
+    pub between_items: bool,
+}
+
+/// The rule of a statement word.
+pub fn rule_of(word: &str) -> Option<Rule> {
+    Some(match word {
+        "show" => Rule::show_statement,
+        "preview" => Rule::preview_statement,
+        "stage" => Rule::stage_statement,
+        "surface" => Rule::surface_statement,
+        "view" => Rule::view_statement,
+        "light" => Rule::light_statement,
+        "bank" => Rule::bank_statement,
+        "fixed" => Rule::fixed_statement,
+        "group" => Rule::group_statement,
+        "look" => Rule::look_statement,
+        "default" => Rule::default_statement,
+        "curve" => Rule::curve_statement,
+        "cue" => Rule::cue_statement,
+        _ => return None,
+    })
+}
+
+/// Parses one statement.
+///
+/// # Errors
+/// The [`Failure`] at the furthest place that parsing reached.
+pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
+    generated::Grammar::parse(rule, text).map_err(|error| {
+        let at = match error.location {
+            InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
+        };
+        let positives = match &error.variant {
+            ErrorVariant::ParsingError { positives, .. } => positives.as_slice(),
+            ErrorVariant::CustomError { .. } => &[],
+        };
+        Failure {
+            at,
+            expected: expected(positives),
+            between_items: positives.contains(&Rule::close_brace),
+        }
+    })
+}
+
+/// What the rules mean to a designer, each once, at most five.
+fn expected(rules: &[Rule]) -> Vec<&'static str> {
+    let mut out: Vec<&'static str> = Vec::new();
+    // Where a move may stand a dozen keywords may: the move speaks for them.
+    let body = rules.contains(&Rule::body_word) || rules.contains(&Rule::movement);
+    if body {
+        out.push("a move, such as `lamps 85`");
+        out.push("timing, such as `time 5`");
+    }
+    for rule in rules {
+        let word = words(*rule);
+        let spoken_for = body && is_body(*rule);
+        if !word.is_empty() && !spoken_for && !out.contains(&word) {
+            out.push(word);
+        }
+    }
+    out.truncate(5);
+    out
+}
+
+fn is_body(rule: Rule) -> bool {
+    matches!(
+        rule,
+        Rule::part
+            | Rule::kw_part
+            | Rule::time
+            | Rule::kw_time
+            | Rule::up
+            | Rule::kw_up
+            | Rule::down
+            | Rule::kw_down
+            | Rule::delay
+            | Rule::kw_delay
+            | Rule::snap
+            | Rule::kw_snap
+            | Rule::fade
+            | Rule::kw_curve
+            | Rule::repeat
+            | Rule::kw_repeat
+            | Rule::follow
+            | Rule::kw_follow
+            | Rule::hang
+            | Rule::kw_hang
+            | Rule::at
+            | Rule::kw_at
+            | Rule::flag
+            | Rule::blackout
+            | Rule::kw_blackout
+            | Rule::movement
+            | Rule::body_word
+            | Rule::target
+            | Rule::name
+    )
+}
+
+/// A rule in a designer's words; empty where nothing need be said.
+fn words(rule: Rule) -> &'static str {
+    match rule {
+        Rule::EOI => "the end of the statement",
+        Rule::name | Rule::names | Rule::target => "a name",
+        Rule::text => "a text in quotes, such as \"Evening\"",
+        Rule::quantity => "a number, such as 5",
+        Rule::colour => "a colour, such as #ffb36b",
+        Rule::value => "a level, such as 85",
+        Rule::level_word => "a level, such as 85",
+        Rule::cue_number => "a cue number, such as 2.5",
+        Rule::count => "a whole number, such as 2",
+        Rule::open_brace | Rule::body | Rule::look_block => "`{`",
+        Rule::close_brace => "`}`",
+        Rule::equals => "`=`",
+        Rule::comma => "`,`",
+        Rule::plus => "`+`",
+        Rule::slash => "`/`",
+        Rule::preview_entry | Rule::preview_key => "a setting, such as `tolerance 2%`",
+        Rule::material => "the name of a material",
+        Rule::reflectance => "a colour, such as #6b4a2f, or a number, such as 0.4",
+        Rule::position => "a position, such as 0, -2.5, 3",
+        Rule::size => "a size, such as 640x360",
+        Rule::light_kind => "`spot`, `panel MATERIAL` or `like LIGHT`",
+        Rule::path | Rule::interpolation => "a path, such as `spline 0 30, 4 80`",
+        Rule::spline_kind => "a kind of spline, such as `natural`",
+        Rule::knot => "a knot, such as `3s 55`",
+        Rule::part | Rule::kw_part => "`part`",
+        Rule::flag => "`block`",
+        Rule::look_level => "a level, such as `lamps 40`",
+        Rule::look_term => "a look, or levels in braces",
+        Rule::channel => "`r`, `g` or `b`",
+        Rule::view_clause => "`from`, `to`, `fov` or `size`",
+        Rule::light_clause => "`at`, `aim`, `beam`, `field` or an intensity, such as 1200 cd",
+        Rule::kw_channel | Rule::bank_option => "`channel`, `dimmer` or `rgb`",
+        _ => keyword(rule),
+    }
+}
+
+fn keyword(rule: Rule) -> &'static str {
+    match rule {
+        Rule::kw_at | Rule::at => "`at`",
+        Rule::kw_aim => "`aim`",
+        Rule::kw_auto => "`auto`",
+        Rule::kw_beam => "`beam`",
+        Rule::kw_curve => "`curve`",
+        Rule::kw_field => "`field`",
+        Rule::kw_fov => "`fov`",
+        Rule::kw_from => "`from`",
+        Rule::kw_level => "`level`",
+        Rule::kw_reflectance => "`reflectance`",
+        Rule::kw_repeat => "`repeat`",
+        Rule::kw_size => "`size`",
+        Rule::kw_slope | Rule::slope => "`slope`",
+        Rule::kw_time | Rule::time => "`time`",
+        Rule::kw_to => "`to`",
+        Rule::kw_up => "`up`",
+        Rule::kw_via | Rule::via => "`via`",
+        Rule::z_up | Rule::kw_z => "`z up`",
+        _ => "",
+    }
+}
+
+/// Units that stand right behind their numbers.
+pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
+
+/// Words that may stand inside statements, for suggestions.
+pub const INNER_WORDS: [&str; 56] = [
+    "aim",
+    "assert",
+    "at",
+    "auto",
+    "beam",
+    "bezier",
+    "blackout",
+    "block",
+    "catmull-rom",
+    "channel",
+    "clamped",
+    "coarse",
+    "cueonly",
+    "curve",
+    "delay",
+    "dimmer",
+    "down",
+    "ease",
+    "exposure",
+    "field",
+    "follow",
+    "fov",
+    "from",
+    "full",
+    "gap",
+    "hang",
+    "hermite",
+    "level",
+    "like",
+    "linear",
+    "monotone",
+    "natural",
+    "out",
+    "panel",
+    "part",
+    "project",
+    "rate",
+    "refined",
+    "reflectance",
+    "repeat",
+    "rgb",
+    "size",
+    "slope",
+    "slow-bottom",
+    "slow-top",
+    "snap",
+    "spline",
+    "spot",
+    "square",
+    "steps",
+    "time",
+    "to",
+    "tolerance",
+    "up",
+    "via",
+    "z",
+];
