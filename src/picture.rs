@@ -4,6 +4,74 @@
 //! values. Tone mapping makes display-coded bytes of it and is never applied in place. This room
 //! knows nothing of lights or shows.
 
+pub mod exr;
+
+/// Why a picture could not be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum PictureError {
+    /// The bytes are not a whole, well-formed file of the format.
+    #[error("not a readable {format} file: {reason}")]
+    Malformed {
+        /// The format's name.
+        format: &'static str,
+        /// What the format's reader said.
+        reason: String,
+    },
+    /// A well-formed file of a kind that is not read here.
+    #[error("cannot read this {format} file: {reason}")]
+    Unsupported {
+        /// The format's name.
+        format: &'static str,
+        /// What it has that is not read.
+        reason: String,
+    },
+    /// It would need more memory than allowed.
+    #[error("a picture of {width} x {height} pixels needs {needed} bytes; the limit is {limit}")]
+    Memory {
+        /// Pixels a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Bytes needed, all layers included.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// Some numbers are NaN or infinite.
+    #[error(
+        "{count} of the picture's numbers are NaN or infinite, the first at column {x}, row {y}"
+    )]
+    NotFinite {
+        /// How many.
+        count: usize,
+        /// Column of the first.
+        x: usize,
+        /// Row of the first.
+        y: usize,
+    },
+    /// Some numbers are beyond what the precision holds.
+    #[error("{count} numbers are beyond {limit}, the largest is {largest}")]
+    Range {
+        /// How many.
+        count: usize,
+        /// The largest magnitude that the precision holds.
+        limit: f32,
+        /// The largest magnitude in the picture.
+        largest: f32,
+    },
+    /// A size or a buffer that does not fit: no pixels, too many, or the wrong number of bytes.
+    #[error("{0}")]
+    Size(String),
+    /// An attribute that the format cannot hold.
+    #[error("attribute `{name}`: {reason}")]
+    Attribute {
+        /// Its name.
+        name: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+}
+
 /// A linear RGB picture, `width` x `height`, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
