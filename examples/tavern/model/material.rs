@@ -1,0 +1,78 @@
+//! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
+
+/// A material of the set.
+#[derive(Clone, Copy, Debug)]
+pub struct Material {
+    /// As the show's text refers to it.
+    pub name: &'static str,
+    /// Diffuse reflectance, linear RGB.
+    pub reflectance: [f64; 3],
+    /// Emitted radiance at level 100, cd/m2 in linear RGB; zero for all that does not glow.
+    pub emission: [f64; 3],
+}
+
+const fn paint(name: &'static str, reflectance: [f64; 3]) -> Material {
+    Material {
+        name,
+        reflectance,
+        emission: [0.0; 3],
+    }
+}
+
+const fn glow(name: &'static str, emission: [f64; 3]) -> Material {
+    Material {
+        name,
+        reflectance: [0.1, 0.1, 0.1],
+        emission,
+    }
+}
+
+/// Every material of the set.
+pub const MATERIALS: &[Material] = &[
+    // --- the room ---
+    paint("boards_light", [0.27, 0.17, 0.095]),
+    paint("boards_mid", [0.22, 0.132, 0.072]),
+    paint("boards_dark", [0.165, 0.096, 0.052]),
+    paint("plaster", [0.56, 0.47, 0.35]),
+    paint("ceiling", [0.30, 0.22, 0.15]),
+    paint("wainscot", [0.19, 0.105, 0.056]),
+    paint("timber", [0.13, 0.078, 0.046]),
+    paint("brick", [0.34, 0.17, 0.115]),
+    paint("soot", [0.07, 0.06, 0.055]),
+    paint("stone", [0.42, 0.39, 0.35]),
+    paint("lead", [0.09, 0.09, 0.095]),
+    // --- what stands in it ---
+    paint("oak", [0.31, 0.18, 0.09]),
+    paint("bench", [0.25, 0.14, 0.07]),
+    paint("counter", [0.34, 0.165, 0.075]),
+    paint("rail", [0.24, 0.125, 0.06]),
+    paint("barrel", [0.29, 0.18, 0.095]),
+    paint("iron", [0.07, 0.07, 0.075]),
+    paint("enamel", [0.74, 0.70, 0.60]),
+    paint("pewter", [0.46, 0.46, 0.48]),
+    paint("bottle_green", [0.09, 0.28, 0.14]),
+    paint("bottle_amber", [0.46, 0.22, 0.06]),
+    paint("canvas", [0.36, 0.30, 0.22]),
+    paint("gilt", [0.50, 0.36, 0.14]),
+    // --- what is not the tavern ---
+    paint("velvet", [0.24, 0.028, 0.034]),
+    paint("lip", [0.10, 0.07, 0.05]),
+    paint("roofs", [0.05, 0.055, 0.07]),
+    paint("street", [0.22, 0.20, 0.18]),
+    // --- what glows: one material for each group of panels ---
+    glow("lamp1_glass", [4600.0, 2500.0, 800.0]),
+    glow("lamp2_glass", [4600.0, 2500.0, 800.0]),
+    glow("lamp3_glass", [4600.0, 2500.0, 800.0]),
+    glow("bar_glass", [1500.0, 830.0, 280.0]),
+    glow("shelf_strip", [900.0, 540.0, 210.0]),
+    glow("sconce_flame", [2400.0, 1200.0, 330.0]),
+    glow("gallery_flame", [2400.0, 1250.0, 370.0]),
+    glow("fire_left", [900.0, 300.0, 45.0]),
+    glow("fire_right", [900.0, 300.0, 45.0]),
+    glow("foot_glass", [5200.0, 3000.0, 1250.0]),
+    glow("top_warm", [1300.0, 860.0, 450.0]),
+    glow("top_blue", [150.0, 330.0, 900.0]),
+    glow("sky_cloth", [60.0, 60.0, 60.0]),
+    glow("moon_disc", [110.0, 125.0, 150.0]),
+    glow("exit_sign", [0.8, 9.0, 2.6]),
+];
