@@ -123,7 +123,7 @@ fn overhead(set: &mut Set) {
     set.object("overhead");
     let stage = Frame::at([0.0, 0.0, 7.2]);
     for (glass, [y0, y1]) in [("top_warm", [-0.9, -0.1]), ("top_blue", [0.9, 1.7])] {
-        let (left, right) = (-3.2, 3.2);
+        let (left, right) = (-2.4, 2.4);
         set.face(
             stage,
             glass,

@@ -35,6 +35,7 @@ pub const MATERIALS: &[Material] = &[
     paint("boards_dark", [0.165, 0.096, 0.052]),
     paint("plaster", [0.56, 0.47, 0.35]),
     paint("ceiling", [0.30, 0.22, 0.15]),
+    paint("flies", [0.07, 0.06, 0.05]),
     paint("wainscot", [0.19, 0.105, 0.056]),
     paint("timber", [0.13, 0.078, 0.046]),
     paint("brick", [0.34, 0.17, 0.115]),
@@ -55,7 +56,7 @@ pub const MATERIALS: &[Material] = &[
     paint("canvas", [0.36, 0.30, 0.22]),
     paint("gilt", [0.50, 0.36, 0.14]),
     // --- what is not the tavern ---
-    paint("velvet", [0.24, 0.028, 0.034]),
+    paint("velvet", [0.085, 0.011, 0.013]),
     paint("lip", [0.10, 0.07, 0.05]),
     paint("roofs", [0.05, 0.055, 0.07]),
     paint("street", [0.22, 0.20, 0.18]),
@@ -72,7 +73,7 @@ pub const MATERIALS: &[Material] = &[
     glow("foot_glass", [5200.0, 3000.0, 1250.0]),
     glow("top_warm", [1300.0, 860.0, 450.0]),
     glow("top_blue", [150.0, 330.0, 900.0]),
-    glow("sky_cloth", [60.0, 60.0, 60.0]),
-    glow("moon_disc", [110.0, 125.0, 150.0]),
+    glow("sky_cloth", [16.0, 16.0, 16.0]),
+    glow("moon_disc", [14.0, 15.5, 18.0]),
     glow("exit_sign", [0.8, 9.0, 2.6]),
 ];

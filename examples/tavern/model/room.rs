@@ -129,9 +129,11 @@ fn side_walls(set: &mut Set) {
     let (left, x) = (left_wall(), along_left);
     for y in [[FRONT, DOOR[0]], [DOOR[1], CEILING_FROM]] {
         set.upright(left, "wainscot", 0.0, y.map(x), DADO);
-        set.upright(left, "plaster", 0.0, y.map(x), [WAINSCOT, HEAD]);
+        set.upright(left, "plaster", 0.0, y.map(x), [WAINSCOT, CEILING]);
     }
-    set.upright(left, "plaster", 0.0, DOOR.map(x), [DOOR_HEAD, HEAD]);
+    set.upright(left, "plaster", 0.0, DOOR.map(x), [DOOR_HEAD, CEILING]);
+    let above = [FRONT, CEILING_FROM].map(x);
+    set.upright(left, "flies", 0.0, above, [CEILING, HEAD]);
     let upstage = [CEILING_FROM, HEARTH_LEFT[1]].map(x);
     set.upright(left, "wainscot", 0.0, upstage, DADO);
     set.upright(left, "plaster", 0.0, upstage, [WAINSCOT, CEILING]);
@@ -140,7 +142,8 @@ fn side_walls(set: &mut Set) {
     let (right, x) = (right_wall(), along_right);
     let downstage = [CEILING_FROM, FRONT].map(x);
     set.upright(right, "wainscot", 0.0, downstage, DADO);
-    set.upright(right, "plaster", 0.0, downstage, [WAINSCOT, HEAD]);
+    set.upright(right, "plaster", 0.0, downstage, [WAINSCOT, CEILING]);
+    set.upright(right, "flies", 0.0, downstage, [CEILING, HEAD]);
     // Cut at the gallery, so that no element of a mesh lies half above, half below it.
     let bar = [BACK, CEILING_FROM].map(x);
     set.upright(right, "wainscot", 0.0, bar, DADO);
@@ -368,7 +371,7 @@ fn roof(set: &mut Set) {
     let boards: Vec<Point> = boards.iter().map(|[x, y, _]| [*x, *y, CEILING]).collect();
     set.face(stage, "ceiling", &boards);
     let across = [-wide, wide];
-    set.upright(stage, "ceiling", CEILING_FROM, across, [CEILING, HEAD]);
+    set.upright(stage, "flies", CEILING_FROM, across, [CEILING, HEAD]);
 
     set.object("beams");
     for x in [-3.4, -1.8, -0.2, 1.4, 3.0, 4.4] {
