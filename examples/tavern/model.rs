@@ -25,7 +25,7 @@ mod solid;
 mod stair;
 
 pub use material::MATERIALS;
-pub use solid::{Face, Point, Set};
+pub use solid::{Frame, Point, Set, octagon};
 
 /// The whole set, in the order in which a crew would put it up.
 pub fn tavern() -> Set {

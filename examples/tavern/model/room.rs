@@ -428,7 +428,7 @@ fn masking(set: &mut Set) {
     set.object("valance");
     let stage = Frame::at([0.0; 3]);
     const FOLDS: u32 = 18;
-    let depth = |fold: u32| if fold % 2 == 0 { -2.42 } else { -2.28 };
+    let depth = |fold: u32| if fold.is_multiple_of(2) { -2.42 } else { -2.28 };
     let hem = |fold: u32| {
         let t = f64::from(fold % 6) / 6.0; // three swags of six folds
         4.86 - 1.3 * t * (1.0 - t)
@@ -446,7 +446,7 @@ fn masking(set: &mut Set) {
     set.object("tormentors");
     for side in [-1.0, 1.0] {
         for fold in 0..4_u32 {
-            let deep = |f: u32| if f % 2 == 0 { -2.2 } else { -2.08 };
+            let deep = |f: u32| if f.is_multiple_of(2) { -2.2 } else { -2.08 };
             let [a, b] = [fold, fold + 1].map(|f| (side * (4.93 + 0.22 * f64::from(f)), deep(f)));
             let (l, r) = if side > 0.0 { (a, b) } else { (b, a) };
             let quad = [
