@@ -3,7 +3,11 @@
 //! A [`Diagnostic`] is data: severity, a stable code, a message, labelled places, help that can
 //! be typed. Rendering (plain, coloured, JSON) is separate. This room knows nothing of grammars.
 
+mod render;
+
 use std::ops::Range;
+
+pub use render::{MOST, Style, render};
 
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

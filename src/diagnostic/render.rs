@@ -1,0 +1,361 @@
+//! Diagnostics as text: for people, for `grep`, for programs.
+//!
+//! Only the lines that are shown reach the renderer, cut to a readable length, so that a line of
+//! 100 KB or a file of 16 MB costs nothing. What comes from a file is stripped of control
+//! characters before it reaches a terminal.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
+use serde_json::json;
+
+use super::{Diagnostic, Label, Severity, Sources};
+
+/// How diagnostics are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// For people, with the lines of the source.
+    Plain,
+    /// The same in colour, for a terminal.
+    Colour,
+    /// A line each: `file:line:column: error[E010]: message`.
+    Short,
+    /// For programs: an array of objects; lines and columns count from 1, columns in characters.
+    Json,
+}
+
+/// Diagnostics that are shown to people at once.
+pub const MOST: usize = 20;
+
+/// Characters of a source line that are shown.
+const WIDTH: usize = 120;
+/// Characters of it before the place that matters.
+const BEFORE: usize = 40;
+/// Places further apart than this are shown apart.
+const TOGETHER: usize = 8;
+
+/// Writes diagnostics; ends with a newline unless empty. People get [`MOST`] of them and the
+/// number of the rest, errors before warnings only by their order in `diagnostics`.
+pub fn render(diagnostics: &[Diagnostic], sources: &Sources, style: Style) -> String {
+    let mut index = Index {
+        sources,
+        lines: BTreeMap::new(),
+    };
+    match style {
+        Style::Json => index.json(diagnostics),
+        Style::Short => diagnostics.iter().map(|d| index.short(d)).collect(),
+        Style::Plain => index.long(diagnostics, &Renderer::plain()),
+        Style::Colour => index.long(diagnostics, &Renderer::styled()),
+    }
+}
+
+fn severity(diagnostic: &Diagnostic) -> &'static str {
+    match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    }
+}
+
+/// Where the lines of the sources begin, found once for each file.
+struct Index<'a> {
+    sources: &'a Sources,
+    lines: BTreeMap<usize, Vec<usize>>,
+}
+
+/// A piece of a source, ready to be shown.
+struct Excerpt {
+    name: String,
+    first_line: usize,
+    text: String,
+    /// Ranges in `text`, with the words beside them; true for the main place.
+    places: Vec<(Range<usize>, String, bool)>,
+}
+
+impl<'a> Index<'a> {
+    fn text(&self, file: usize) -> (&'a str, &'a str) {
+        self.sources.get(file).unwrap_or(("", ""))
+    }
+
+    fn starts(&mut self, file: usize) -> &[usize] {
+        let (_, text) = self.text(file);
+        self.lines.entry(file).or_insert_with(|| {
+            let after = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+            std::iter::once(0)
+                .chain(after.map(|(i, _)| i + 1))
+                .collect()
+        })
+    }
+
+    /// Line of a byte, from 0.
+    fn line(&mut self, file: usize, byte: usize) -> usize {
+        let after = self.starts(file).partition_point(|start| *start <= byte);
+        after.saturating_sub(1)
+    }
+
+    /// Bytes of a line, without its end.
+    fn line_range(&mut self, file: usize, line: usize) -> Range<usize> {
+        let (_, text) = self.text(file);
+        let starts = self.starts(file);
+        let start = starts.get(line).copied().unwrap_or(text.len());
+        let end = starts.get(line + 1).map_or(text.len(), |next| next - 1);
+        let end = end.max(start);
+        let cr = text.get(start..end).is_some_and(|t| t.ends_with('\r'));
+        start..end - usize::from(cr)
+    }
+
+    /// Line and column of a byte, both from 1.
+    fn position(&mut self, file: usize, byte: usize) -> (usize, usize) {
+        let line = self.line(file, byte);
+        let start = self.line_range(file, line).start;
+        let before = self.text(file).1.get(start..byte);
+        (line + 1, before.map_or(0, |t| t.chars().count()) + 1)
+    }
+
+    fn short(&mut self, diagnostic: &Diagnostic) -> String {
+        let place = diagnostic.labels.first().map_or(String::new(), |label| {
+            let (line, column) = self.position(label.file, label.span.start);
+            format!("{}:{line}:{column}: ", self.text(label.file).0)
+        });
+        let (code, kind) = (diagnostic.code, severity(diagnostic));
+        let line = format!("{place}{kind}[{code}]: {}", diagnostic.message);
+        normalize_untrusted_str(&line) + "\n"
+    }
+
+    fn json(&mut self, diagnostics: &[Diagnostic]) -> String {
+        let all: Vec<_> = diagnostics
+            .iter()
+            .map(|d| {
+                let labels: Vec<_> = d.labels.iter().map(|l| self.json_label(l)).collect();
+                json!({
+                    "severity": severity(d),
+                    "code": d.code,
+                    "message": d.message,
+                    "labels": labels,
+                    "help": d.help,
+                })
+            })
+            .collect();
+        serde_json::Value::Array(all).to_string() + "\n"
+    }
+
+    fn json_label(&mut self, label: &Label) -> serde_json::Value {
+        let (line, column) = self.position(label.file, label.span.start);
+        let (end_line, end_column) = self.position(label.file, label.span.end);
+        json!({
+            "file": self.text(label.file).0,
+            "start": label.span.start,
+            "end": label.span.end,
+            "line": line,
+            "column": column,
+            "end_line": end_line,
+            "end_column": end_column,
+            "text": label.text,
+        })
+    }
+
+    fn long(&mut self, diagnostics: &[Diagnostic], renderer: &Renderer) -> String {
+        let mut out = String::new();
+        for diagnostic in diagnostics.iter().take(MOST) {
+            out += &self.report(diagnostic, renderer);
+            out += "\n\n";
+        }
+        if let Some(more) = diagnostics.len().checked_sub(MOST).filter(|n| *n > 0) {
+            out += &format!("and {more} more\n\n");
+        }
+        // One blank line between them, none at the end.
+        if !out.is_empty() {
+            out.pop();
+        }
+        out
+    }
+
+    fn report(&mut self, diagnostic: &Diagnostic, renderer: &Renderer) -> String {
+        let level = match diagnostic.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let title = level
+            .primary_title(normalize_untrusted_str(&diagnostic.message))
+            .id(diagnostic.code);
+        let mut group = Group::with_title(title);
+        for excerpt in self.excerpts(&diagnostic.labels) {
+            group = group.element(snippet(excerpt));
+        }
+        for help in &diagnostic.help {
+            group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
+        }
+        renderer.render(&[group])
+    }
+
+    /// Labels that are near each other in one file share an excerpt.
+    fn excerpts(&mut self, labels: &[Label]) -> Vec<Excerpt> {
+        let mut groups: Vec<(usize, usize, usize, Vec<(&Label, bool)>)> = Vec::new();
+        for (i, label) in labels.iter().enumerate() {
+            let line = self.line(label.file, label.span.start);
+            let near = groups.iter_mut().find(|(file, first, last, _)| {
+                *file == label.file && line + TOGETHER >= *first && line <= *last + TOGETHER
+            });
+            match near {
+                Some((_, first, last, members)) => {
+                    (*first, *last) = ((*first).min(line), (*last).max(line));
+                    members.push((label, i == 0));
+                }
+                None => groups.push((label.file, line, line, vec![(label, i == 0)])),
+            }
+        }
+        let each = groups.into_iter();
+        each.map(|(file, first, last, labels)| self.excerpt(file, first..last + 1, &labels))
+            .collect()
+    }
+
+    fn excerpt(&mut self, file: usize, lines: Range<usize>, labels: &[(&Label, bool)]) -> Excerpt {
+        let (name, source) = self.text(file);
+        let mut excerpt = Excerpt {
+            name: normalize_untrusted_str(name),
+            first_line: lines.start + 1,
+            text: String::new(),
+            places: Vec::new(),
+        };
+        for line in lines {
+            let range = self.line_range(file, line);
+            let here = |l: &&(&Label, bool)| (range.start..=range.end).contains(&l.0.span.start);
+            let mut labels: Vec<_> = labels.iter().filter(here).collect();
+            labels.sort_by_key(|(label, main)| (!main, label.span.start));
+            let centre = labels.first().map_or(range.start, |(l, _)| l.span.start);
+            let shown = window(source, range.clone(), centre);
+            let cut_before = if shown.start > range.start { "…" } else { "" };
+            let cut_after = if shown.end < range.end { "…" } else { "" };
+            let base = excerpt.text.len() + cut_before.len();
+            for (label, main) in labels {
+                // The first line of a longer piece stands for it.
+                let start = label.span.start.clamp(shown.start, shown.end);
+                let end = label.span.end.clamp(start, shown.end);
+                let place = base + start - shown.start..base + end - shown.start;
+                excerpt.places.push((place, label.text.clone(), *main));
+            }
+            let piece = source.get(shown).unwrap_or("");
+            excerpt.text += cut_before;
+            excerpt.text += piece;
+            excerpt.text += cut_after;
+            excerpt.text.push('\n');
+        }
+        excerpt.text.pop();
+        excerpt
+    }
+}
+
+/// The part of a line that is shown: all of it, or [`WIDTH`] characters around `centre`.
+fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
+    let text = source.get(line.clone()).unwrap_or("");
+    if text.len() <= WIDTH {
+        return line;
+    }
+    let before = source.get(line.start..centre).unwrap_or("");
+    let skip = before
+        .char_indices()
+        .rev()
+        .nth(BEFORE)
+        .map_or(0, |(i, _)| i);
+    let rest = text.get(skip..).unwrap_or("");
+    let length = rest
+        .char_indices()
+        .nth(WIDTH)
+        .map_or(rest.len(), |(i, _)| i);
+    line.start + skip..line.start + skip + length
+}
+
+fn snippet(excerpt: Excerpt) -> Snippet<'static, annotate_snippets::Annotation<'static>> {
+    let annotations = excerpt.places.into_iter().map(|(span, text, main)| {
+        let kind = if main {
+            AnnotationKind::Primary
+        } else {
+            AnnotationKind::Context
+        };
+        let label = (!text.is_empty()).then(|| normalize_untrusted_str(&text));
+        kind.span(span).label(label)
+    });
+    Snippet::source(excerpt.text)
+        .line_start(excerpt.first_line)
+        .path(excerpt.name)
+        .annotations(annotations)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(text: &str, span: Range<usize>) -> (Vec<Diagnostic>, Sources) {
+        let mut sources = Sources::default();
+        let file = sources.add("a.lxq", text);
+        let one = Diagnostic::error("E010", "no such bank")
+            .at(file, span, "not declared")
+            .help("did you mean `lamps`?");
+        (vec![one], sources)
+    }
+
+    #[test]
+    fn people_see_the_line() {
+        let (found, sources) = sample("show \"a\"\n  lmaps 5\n", 11..16);
+        assert_eq!(
+            render(&found, &sources, Style::Plain),
+            "error[E010]: no such bank\n --> a.lxq:2:3\n  |\n2 |   lmaps 5\n  |   ^^^^^ not declared\n  |\n  = help: did you mean `lamps`?\n"
+        );
+        assert_eq!(
+            render(&found, &sources, Style::Short),
+            "a.lxq:2:3: error[E010]: no such bank\n"
+        );
+        assert!(render(&found, &sources, Style::Colour).contains("\u{1b}["));
+        assert_eq!(render(&[], &sources, Style::Plain), "");
+    }
+
+    #[test]
+    fn tabs_and_wide_characters_keep_their_columns() {
+        let text = "\tcue \"照明\" lmaps";
+        let start = text.find("lmaps").unwrap();
+        let (found, sources) = sample(text, start..start + 5);
+        let plain = render(&found, &sources, Style::Plain);
+        // A tab is shown as four columns, each of the two characters takes two.
+        assert!(plain.contains("\n1 |     cue \"照明\" lmaps\n"), "{plain}");
+        assert!(
+            plain.contains(&format!("\n  | {}^^^^^ not", " ".repeat(4 + 5 + 6))),
+            "{plain}"
+        );
+        assert!(render(&found, &sources, Style::Short).starts_with("a.lxq:1:11: "));
+    }
+
+    #[test]
+    fn long_lines_are_cut_and_control_characters_are_shown() {
+        let mut text = "x ".repeat(50_000);
+        text.insert_str(60_000, "\u{1b}[31mlmaps");
+        let (found, sources) = sample(&text, 60_005..60_010);
+        let plain = render(&found, &sources, Style::Plain);
+        assert!(
+            plain.len() < 1000 && plain.contains("^^^^^ not declared"),
+            "{plain}"
+        );
+        assert!(!plain.contains('\u{1b}'));
+    }
+
+    #[test]
+    fn json_has_every_place() {
+        let (found, sources) = sample("é lmaps", 3..8);
+        let value: serde_json::Value =
+            serde_json::from_str(&render(&found, &sources, Style::Json)).unwrap();
+        let label = &value[0]["labels"][0];
+        assert_eq!(
+            (label["column"].as_u64(), label["end_column"].as_u64()),
+            (Some(3), Some(8))
+        );
+        assert_eq!(value[0]["code"], "E010");
+    }
+
+    #[test]
+    fn there_is_an_end() {
+        let (one, sources) = sample("lmaps", 0..5);
+        let many = vec![one[0].clone(); MOST + 7];
+        let plain = render(&many, &sources, Style::Plain);
+        assert_eq!(plain.matches("error[").count(), MOST);
+        assert!(plain.ends_with("\nand 7 more\n"), "{plain}");
+    }
+}
