@@ -72,6 +72,9 @@ struct Excerpt {
     places: Vec<(Range<usize>, String, bool)>,
 }
 
+/// File, first and last line, and the labels in them; true for the main one.
+type Near<'l> = (usize, usize, usize, Vec<(&'l Label, bool)>);
+
 impl<'a> Index<'a> {
     fn text(&self, file: usize) -> (&'a str, &'a str) {
         self.sources.get(file).unwrap_or(("", ""))
@@ -190,7 +193,7 @@ impl<'a> Index<'a> {
 
     /// Labels that are near each other in one file share an excerpt.
     fn excerpts(&mut self, labels: &[Label]) -> Vec<Excerpt> {
-        let mut groups: Vec<(usize, usize, usize, Vec<(&Label, bool)>)> = Vec::new();
+        let mut groups: Vec<Near<'_>> = Vec::new();
         for (i, label) in labels.iter().enumerate() {
             let line = self.line(label.file, label.span.start);
             let near = groups.iter_mut().find(|(file, first, last, _)| {

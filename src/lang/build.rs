@@ -405,7 +405,7 @@ impl<'a> Builder<'a> {
 fn is_word(pair: &Pair<'_, Rule>) -> bool {
     matches!(
         pair.as_rule(),
-        Rule::name | Rule::quantity | Rule::colour | Rule::count | Rule::text
+        Rule::name | Rule::quantity | Rule::amount | Rule::colour | Rule::count | Rule::text
     )
 }
 

@@ -248,9 +248,8 @@ impl<'a> Reader<'a, '_> {
         let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
         if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
-        } else if syntax::UNIT_WORDS.contains(&word) {
-            diagnostic =
-                diagnostic.help(format!("a unit stands right behind its number: `5{word}`"));
+        } else if matches!(failure.expected.as_slice(), ["`,`"]) {
+            diagnostic = diagnostic.help("a position is three lengths with commas: `0, -2.5, 3`");
         }
         self.report.add(diagnostic);
     }

@@ -71,14 +71,16 @@ pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
     })
 }
 
+const END: &str = "the end of the statement";
+
 /// What the rules mean to a designer, each once, at most five.
 fn expected(rules: &[Rule]) -> Vec<&'static str> {
     let mut out: Vec<&'static str> = Vec::new();
     // Where a move may stand a dozen keywords may: the move speaks for them.
-    let body = rules.contains(&Rule::body_word) || rules.contains(&Rule::movement);
+    let body = rules.contains(&Rule::kw_part) && rules.contains(&Rule::kw_time);
     if body {
-        out.push("a move, such as `lamps 85`");
-        out.push("timing, such as `time 5`");
+        out.push("a move (like `lamps 85`)");
+        out.push("timing (like `time 5`)");
     }
     for rule in rules {
         let word = words(*rule);
@@ -87,7 +89,13 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
             out.push(word);
         }
     }
-    out.truncate(5);
+    // The way out comes last.
+    out.sort_by_key(|w| *w == END);
+    let end = out.last() == Some(&END);
+    out.truncate(if end { 4 } else { 5 });
+    if end && !out.contains(&END) {
+        out.push(END);
+    }
     out
 }
 
@@ -129,38 +137,38 @@ fn is_body(rule: Rule) -> bool {
 /// A rule in a designer's words; empty where nothing need be said.
 fn words(rule: Rule) -> &'static str {
     match rule {
-        Rule::EOI => "the end of the statement",
+        Rule::EOI => END,
         Rule::name | Rule::names | Rule::target => "a name",
-        Rule::text => "a text in quotes, such as \"Evening\"",
-        Rule::quantity => "a number, such as 5",
-        Rule::colour => "a colour, such as #ffb36b",
-        Rule::value => "a level, such as 85",
-        Rule::level_word => "a level, such as 85",
-        Rule::cue_number => "a cue number, such as 2.5",
-        Rule::count => "a whole number, such as 2",
+        Rule::text => "a text in quotes (like \"Evening\")",
+        Rule::quantity | Rule::amount => "a number (like 5)",
+        Rule::colour => "a colour (like #ffb36b)",
+        Rule::value => "a level (like 85)",
+        Rule::level_word => "a level (like 85)",
+        Rule::cue_number => "a cue number (like 2.5)",
+        Rule::count => "a whole number (like 2)",
         Rule::open_brace | Rule::body | Rule::look_block => "`{`",
         Rule::close_brace => "`}`",
         Rule::equals => "`=`",
         Rule::comma => "`,`",
         Rule::plus => "`+`",
         Rule::slash => "`/`",
-        Rule::preview_entry | Rule::preview_key => "a setting, such as `tolerance 2%`",
+        Rule::preview_entry | Rule::preview_key => "a setting (like `tolerance 2%`)",
         Rule::material => "the name of a material",
-        Rule::reflectance => "a colour, such as #6b4a2f, or a number, such as 0.4",
-        Rule::position => "a position, such as 0, -2.5, 3",
-        Rule::size => "a size, such as 640x360",
-        Rule::light_kind => "`spot`, `panel MATERIAL` or `like LIGHT`",
-        Rule::path | Rule::interpolation => "a path, such as `spline 0 30, 4 80`",
-        Rule::spline_kind => "a kind of spline, such as `natural`",
-        Rule::knot => "a knot, such as `3s 55`",
+        Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
+        Rule::position => "a position (like `0, -2.5, 3`)",
+        Rule::size => "a size (like 640x360)",
+        Rule::light_kind => "a kind of light (`spot`, `panel MATERIAL`, `like LIGHT`)",
+        Rule::path | Rule::interpolation => "a path (like `spline 0 30, 4 80`)",
+        Rule::spline_kind => "a kind of spline (like `natural`)",
+        Rule::knot => "a knot (like `3s 55`)",
         Rule::part | Rule::kw_part => "`part`",
         Rule::flag => "`block`",
-        Rule::look_level => "a level, such as `lamps 40`",
+        Rule::look_level => "a level (like `lamps 40`)",
         Rule::look_term => "a look, or levels in braces",
         Rule::channel => "`r`, `g` or `b`",
-        Rule::view_clause => "`from`, `to`, `fov` or `size`",
-        Rule::light_clause => "`at`, `aim`, `beam`, `field` or an intensity, such as 1200 cd",
-        Rule::kw_channel | Rule::bank_option => "`channel`, `dimmer` or `rgb`",
+        Rule::view_clause => "a clause (like `fov 28`)",
+        Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
+        Rule::kw_channel | Rule::bank_option => "an option (`channel`, `dimmer`, `rgb`)",
         _ => keyword(rule),
     }
 }

@@ -100,15 +100,3 @@ fn the_sheet_of_the_design_parses() {
     assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 11.697).abs() < 1e-3));
     assert_eq!(three.parts[0].moves.len(), 5);
 }
-
-#[test]
-fn the_examples_parse_without_a_word() {
-    for (name, text) in [(
-        "figure4.lxq",
-        include_str!("../../examples/figure4/figure4.lxq"),
-    )] {
-        let parsed = parse(&mut Sources::default(), name, text);
-        assert_eq!(parsed.diagnostics, [], "{name}");
-        assert!(parsed.show.is_some());
-    }
-}

@@ -92,10 +92,7 @@ impl<'a> Lower<'a, '_> {
             )
             .place(word.span, "again here")
             .place(earlier, "first here")
-            .help(format!(
-                "between it and the next there is room: `cue {}.5`",
-                whole(word.text)
-            )),
+                .help("give one of them another number; between two cues there is room, as 2.5 between 2 and 3"),
         );
     }
 
@@ -253,17 +250,22 @@ impl<'a> Lower<'a, '_> {
                 .take(i)
                 .find(|earlier| clash(earlier.kind, timing.kind));
             if let Some(earlier) = clash {
-                self.once(
-                    &mut Some(earlier.span),
-                    timing_word(timing.kind),
-                    timing.span,
-                );
+                self.timed_twice(earlier.span, timing.span);
                 return times;
             }
             // What is wrong was said; the time in force stays.
             let _ = self.timing(timing, &mut times);
         }
         times
+    }
+
+    fn timed_twice(&mut self, earlier: Span, span: Span) {
+        self.report.add(
+            Diagnostic::error(codes::SAID_TWICE, "the same timing is said twice")
+                .place(span, "again here")
+                .place(earlier, "first here")
+                .help("`time` and `snap` set both directions; to tell them apart write `up 6  down 9`"),
+        );
     }
 
     fn timing(&mut self, timing: &Timing<'a>, times: &mut Times) -> Option<()> {
@@ -541,18 +543,6 @@ fn clash(a: TimingKind, b: TimingKind) -> bool {
     a == b || (durations && !one_each)
 }
 
-fn timing_word(kind: TimingKind) -> &'static str {
-    match kind {
-        TimingKind::Time => "time",
-        TimingKind::Up => "up",
-        TimingKind::Down => "down",
-        TimingKind::Delay => "delay",
-        TimingKind::Snap => "snap",
-        TimingKind::Curve => "curve",
-        TimingKind::Repeat => "repeat",
-    }
-}
-
 fn word_of(mark: Mark) -> &'static str {
     match mark {
         Mark::Follow => "follow",
@@ -562,8 +552,4 @@ fn word_of(mark: Mark) -> &'static str {
         Mark::Assert => "assert",
         Mark::Cueonly => "cueonly",
     }
-}
-
-fn whole(number: &str) -> &str {
-    number.split('.').next().unwrap_or(number)
 }

@@ -15,6 +15,7 @@ mod values;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::names::{self, Kind, Names};
 use super::report::{Place, Report};
+use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Preview, Show};
@@ -167,6 +168,9 @@ impl<'a> Lower<'a, '_> {
         let candidates = self.names.of(kinds).chain(words.iter().copied());
         let help = match names::nearest(name.text, candidates) {
             Some(near) => format!("did you mean `{near}`?"),
+            None if UNIT_WORDS.contains(&name.text) => {
+                format!("a unit stands right behind its number: `5{}`", name.text)
+            }
             None => {
                 let known: Vec<&str> = self.names.of(kinds).take(6).collect();
                 match known.as_slice() {
@@ -211,14 +215,19 @@ impl<'a> Lower<'a, '_> {
 
 fn one_of(kinds: &[Kind]) -> String {
     let phrases: Vec<&str> = kinds.iter().map(|k| k.phrase()).collect();
-    phrases.join(" or ")
+    match phrases.as_slice() {
+        [most @ .., before, last] if !most.is_empty() => {
+            format!("{}, {before} or {last}", most.join(", "))
+        }
+        few => few.join(" or "),
+    }
 }
 
 fn bare(phrase: &str) -> String {
     phrase
-        .replace(" or a ", " or ")
         .trim_start_matches("a ")
-        .to_owned()
+        .replace(", a ", ", ")
+        .replace(" or a ", " or ")
 }
 
 /// A text without its quotes and backslashes.

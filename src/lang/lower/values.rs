@@ -86,16 +86,15 @@ impl Lower<'_, '_> {
             return Some(value);
         }
         let message = format!("`{}` is out of range: {range}", word.text);
-        self.report.error(
-            codes::RANGE,
-            message,
-            (word.span, "out of range"),
-            wanted.example(),
-        )
+        self.report
+            .error(codes::RANGE, message, (word.span, "out of range"), "")
     }
 
     /// A time, of either sign.
     pub fn time(&mut self, word: Word<'_>) -> Option<Time> {
+        if !self.not_colour(word, Wanted::Time) {
+            return None;
+        }
         match quantity::time(word.text) {
             Ok(time) => Some(time),
             Err(fault) => self.fault(word, Wanted::Time, &fault),

@@ -1,0 +1,58 @@
+//! Every example of the manual and every show among the examples is read; none has a mistake,
+//! except where the manual names its code (```lxq,E032).
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use footlight::diagnostic::{Sources, Style, render};
+use footlight::lang;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn complaints(name: &str, text: &str) -> (Vec<&'static str>, String) {
+    let mut sources = Sources::default();
+    let parsed = lang::parse(&mut sources, name, text);
+    let codes = parsed.diagnostics.iter().map(|d| d.code).collect();
+    (codes, render(&parsed.diagnostics, &sources, Style::Plain))
+}
+
+#[test]
+fn the_manuals_examples_are_shows() {
+    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    let mut count = 0;
+    for block in manual.split("```lxq").skip(1) {
+        let (wanted, rest) = block.split_once('\n').unwrap();
+        let (codes, text) = complaints("README.md", rest.split("```").next().unwrap());
+        let errors: Vec<&str> = codes.into_iter().filter(|c| c.starts_with('E')).collect();
+        let wanted: Vec<&str> = wanted.split(',').skip(1).collect();
+        assert_eq!(errors, wanted, "{text}");
+        count += 1;
+    }
+    assert!(count >= 9);
+}
+
+fn shows(folder: &Path, out: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            shows(&path, out);
+        } else if path.extension().is_some_and(|e| e == "lxq") {
+            out.push(path);
+        }
+    }
+}
+
+#[test]
+fn the_examples_are_shows_without_a_complaint() {
+    let mut found = Vec::new();
+    shows(&root().join("examples"), &mut found);
+    assert!(!found.is_empty());
+    for path in found {
+        let text = fs::read_to_string(&path).unwrap();
+        let (_, complaints) = complaints(&path.to_string_lossy(), &text);
+        assert_eq!(complaints, "");
+    }
+}

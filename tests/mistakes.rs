@@ -1,0 +1,60 @@
+//! One tiny show for each mistake, the whole message compared byte for byte with the text beside
+//! it. `FOOTLIGHT_WRITE_MESSAGES=1 cargo test --test mistakes` writes the texts anew; read the
+//! difference before committing it.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "test")]
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use footlight::diagnostic::{Sources, Style, render};
+use footlight::lang;
+
+fn message(name: &str, text: &str) -> (String, BTreeSet<&'static str>) {
+    let mut sources = Sources::default();
+    let parsed = lang::parse(&mut sources, name, text);
+    let errors = parsed.diagnostics.iter().any(|d| d.code.starts_with('E'));
+    assert_eq!(parsed.show.is_none(), errors, "{name}");
+    let codes = parsed.diagnostics.iter().map(|d| d.code).collect();
+    let message = render(&parsed.diagnostics, &sources, Style::Plain);
+    (message, codes)
+}
+
+#[test]
+fn every_mistake_explains_itself() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mistakes");
+    let write = std::env::var_os("FOOTLIGHT_WRITE_MESSAGES").is_some();
+    let mut shows: Vec<_> = fs::read_dir(&folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    shows.retain(|p| p.extension().is_some_and(|e| e == "lxq"));
+    shows.sort();
+    let (mut wrong, mut seen) = (Vec::new(), BTreeSet::new());
+    for path in shows {
+        let text = fs::read_to_string(&path).unwrap();
+        let name = path.file_name().unwrap().to_string_lossy();
+        let (found, codes) = message(&name, &text);
+        seen.extend(codes);
+        assert!(!found.is_empty(), "{name} has no mistake");
+        let beside = path.with_extension("txt");
+        if write {
+            fs::write(&beside, &found).unwrap();
+        } else if fs::read_to_string(&beside).unwrap_or_default() != found {
+            wrong.push(format!("{name} says now:\n{found}"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    // What needs a file too large for this folder, or bytes that are no text, is tested elsewhere;
+    // what only curves can tell is `check`'s.
+    let elsewhere = ["E001", "E002", "E009"];
+    for row in lang::codes::TABLE {
+        let checks = row.code >= "E050" && row.code.starts_with('E') || row.code >= "W010";
+        let known = seen.contains(row.code) || elsewhere.contains(&row.code) || checks;
+        assert!(
+            known,
+            "no show makes the mistake {} ({})",
+            row.code, row.title
+        );
+    }
+}
