@@ -5,6 +5,10 @@
 //! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
 //! stay in `show`.
 
+pub mod obj;
+
+use std::collections::BTreeMap;
+
 use crate::geometry::Vec3;
 use crate::units::Rgb;
 
@@ -35,6 +39,53 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Surfaces.
     pub polygons: Vec<Polygon>,
+}
+
+impl Scene {
+    /// Adds another file's materials and polygons.
+    ///
+    /// A material equal to one that is here already, name and all, becomes that one. One of the
+    /// same name but other colours is kept apart, behind the earlier: its polygons keep its
+    /// colours, and a show that asks for the name means the earlier file's.
+    pub fn append(&mut self, other: Scene) {
+        let mut named: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for (index, material) in self.materials.iter().enumerate() {
+            named.entry(material.name.clone()).or_default().push(index);
+        }
+        let mut indices = Vec::with_capacity(other.materials.len());
+        for material in other.materials {
+            let same_name = named.entry(material.name.clone()).or_default();
+            let mut candidates = same_name.iter().copied();
+            let equal = candidates.find(|i| self.materials.get(*i) == Some(&material));
+            indices.push(equal.unwrap_or_else(|| {
+                self.materials.push(material);
+                same_name.push(self.materials.len() - 1);
+                self.materials.len() - 1
+            }));
+        }
+        self.polygons
+            .extend(other.polygons.into_iter().filter_map(|polygon| {
+                let material = *indices.get(polygon.material)?;
+                Some(Polygon {
+                    material,
+                    ..polygon
+                })
+            }));
+    }
+
+    /// Gives every material called `name` this reflectance; false when there is none, or when a
+    /// channel is outside 0..1 (nothing is changed then).
+    pub fn set_reflectance(&mut self, name: &str, rgb: Rgb) -> bool {
+        if !rgb.0.iter().all(|c| (0.0..=1.0).contains(c)) {
+            return false;
+        }
+        let mut found = false;
+        for material in self.materials.iter_mut().filter(|m| m.name == name) {
+            material.reflectance = rgb;
+            found = true;
+        }
+        found
+    }
 }
 
 /// A luminaire.

@@ -1,0 +1,185 @@
+//! One face of a file to planar polygons with an area.
+
+use super::LineError;
+use super::gate::limit;
+use crate::geometry::{Vec3, newell};
+
+/// Vertices may lie this far from the polygon's plane, as a part of its diameter.
+const PLANAR: f64 = 1e-4;
+/// Twice the area, as a part of the squared diameter, below which a polygon has none. Rounding
+/// leaves about 1e-16 of the coordinates, so this also holds far from the origin.
+const AREA: f64 = 1e-9;
+
+/// The most corners of a face that is cut: the work grows with their cube.
+const BENT_LIMIT: usize = 64;
+
+/// `corners` as polygons: nothing when it has no area, itself when planar, else triangles that
+/// meet its edges.
+///
+/// # Errors
+/// [`LineError::Crossing`] when two edges cross, seen along the normal; [`LineError::Limit`] for
+/// a bent face of many corners.
+pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, LineError> {
+    corners.dedup();
+    while corners.len() > 1 && corners.first() == corners.last() {
+        corners.pop();
+    }
+    let Some(normal) = normal(&corners) else {
+        return Ok(Vec::new());
+    };
+    let flat = Flat::new(&corners, normal);
+    if flat.crosses() {
+        return Err(LineError::Crossing);
+    }
+    if deviation(&corners, normal) <= PLANAR * diameter(&corners) {
+        return Ok(vec![corners]);
+    }
+    if corners.len() > BENT_LIMIT {
+        return Err(limit("corners of a bent face", BENT_LIMIT));
+    }
+    let mut triangles = flat.triangles().ok_or(LineError::Crossing)?;
+    triangles.retain(|triangle| self::normal(triangle).is_some());
+    Ok(triangles)
+}
+
+/// The diagonal of the bounding box.
+fn diameter(corners: &[Vec3]) -> f64 {
+    let bounds = corners
+        .iter()
+        .copied()
+        .map(|v| (v, v))
+        .reduce(|(low, high), (v, _)| (low.min(v), high.max(v)));
+    bounds.map_or(0.0, |(low, high)| (high - low).length())
+}
+
+/// The unit normal; `None` without an area.
+fn normal(corners: &[Vec3]) -> Option<Vec3> {
+    let origin = *corners.first()?;
+    // Relative to a corner, as the products of large coordinates would cancel.
+    let near: Vec<Vec3> = corners.iter().map(|v| *v - origin).collect();
+    let twice_area = newell(&near);
+    let least = AREA * diameter(corners).powi(2);
+    (twice_area.length() > least).then(|| twice_area.normalized())
+}
+
+/// How far the corners lie from the plane through their mean.
+fn deviation(corners: &[Vec3], normal: Vec3) -> f64 {
+    let sum = corners.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
+    let mean = sum / corners.len().max(1) as f64;
+    let off = corners.iter().map(|v| (*v - mean).dot(normal).abs());
+    off.fold(0.0, f64::max)
+}
+
+/// Twice the area over the squared longest side.
+fn shape(triangle: &[Corner; 3]) -> f64 {
+    let [a, b, c] = triangle.map(|corner| corner.vertex);
+    let sides = [b - a, c - b, a - c].map(|side| side.dot(side));
+    let longest = sides.into_iter().fold(f64::MIN_POSITIVE, f64::max);
+    (b - a).cross(c - a).length() / longest
+}
+
+/// A corner, and where it lies in the plane.
+#[derive(Clone, Copy)]
+struct Corner {
+    vertex: Vec3,
+    at: [f64; 2],
+}
+
+/// A polygon seen along its normal: counter-clockwise.
+struct Flat {
+    corners: Vec<Corner>,
+    /// Twice an area below this is rounding.
+    noise: f64,
+}
+
+impl Flat {
+    fn new(corners: &[Vec3], normal: Vec3) -> Flat {
+        let across = [
+            Vec3 {
+                x: 1.0,
+                y: 0.0,
+                z: 0.0,
+            },
+            Vec3 {
+                x: 0.0,
+                y: 1.0,
+                z: 0.0,
+            },
+        ];
+        let [a, b] = across;
+        // The axis that is farther from the normal gives the better-conditioned frame.
+        let seed = if normal.x.abs() < normal.y.abs() {
+            a
+        } else {
+            b
+        };
+        let u = seed.cross(normal).normalized();
+        let v = normal.cross(u);
+        let origin = corners.first().copied().unwrap_or_default();
+        let flat = corners.iter().map(|&vertex| Corner {
+            vertex,
+            at: [(vertex - origin).dot(u), (vertex - origin).dot(v)],
+        });
+        Flat {
+            corners: flat.collect(),
+            noise: 1e-12 * diameter(corners).powi(2),
+        }
+    }
+
+    /// Twice the signed area of a triangle; rounding counts as none.
+    fn turn(&self, a: Corner, b: Corner, c: Corner) -> f64 {
+        let ([ax, ay], [bx, by], [cx, cy]) = (a.at, b.at, c.at);
+        let twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
+        if twice.abs() <= self.noise {
+            0.0
+        } else {
+            twice
+        }
+    }
+
+    /// True when two edges cross in their interiors. Edges that touch, as the bridges to holes do,
+    /// are fine.
+    fn crosses(&self) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        let edges: Vec<(Corner, Corner)> =
+            self.corners.iter().copied().zip(next.copied()).collect();
+        edges.iter().enumerate().any(|(i, &(a, b))| {
+            edges.iter().skip(i + 2).any(|&(c, d)| {
+                self.turn(a, b, c) * self.turn(a, b, d) < 0.0
+                    && self.turn(c, d, a) * self.turn(c, d, b) < 0.0
+            })
+        })
+    }
+
+    /// Cuts off one ear after the other (Meisters 1975), the best-shaped first, as slivers make poor
+    /// elements; `None` when there is none left to cut.
+    fn triangles(mut self) -> Option<Vec<Vec<Vec3>>> {
+        let mut triangles = Vec::new();
+        while self.corners.len() >= 3 {
+            let count = self.corners.len();
+            let triple = |i: usize| {
+                let corner = |k: usize| self.corners.get((i + k) % count).copied();
+                Some([corner(count - 1)?, corner(0)?, corner(1)?])
+            };
+            let best = |slack| {
+                let ears = (0..count).filter_map(|i| Some((i, triple(i)?)));
+                ears.filter(|(_, ear)| self.is_ear(*ear, slack))
+                    .max_by(|(_, a), (_, b)| shape(a).total_cmp(&shape(b)))
+            };
+            // A corner close to the cut would leave a sliver: such ears only when all are so.
+            let (at, ear) = best(1e9 * self.noise).or_else(|| best(0.0))?;
+            triangles.push(ear.map(|c| c.vertex).to_vec());
+            self.corners.remove(at);
+        }
+        Some(triangles)
+    }
+
+    /// Convex (or straight: then it is dropped later for having no area), with no other corner
+    /// inside, or outside by less than `slack` (twice an area) where it is cut off.
+    fn is_ear(&self, [a, b, c]: [Corner; 3], slack: f64) -> bool {
+        let inside = |p: &Corner| {
+            self.turn(a, b, *p) > 0.0 && self.turn(b, c, *p) > 0.0 && self.turn(c, a, *p) >= -slack
+        };
+        self.turn(a, b, c) >= 0.0 && !self.corners.iter().any(inside)
+    }
+}

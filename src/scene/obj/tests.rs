@@ -1,0 +1,306 @@
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::files::Memory;
+use crate::geometry::newell;
+
+const MTL: &str =
+    "newmtl wall\nKd 0.7 0.6 1\n\nnewmtl lamp # hangs\nKd 0 0 0\nKe 10 9 8\nmap_Kd x.png\n";
+const HEAD: &str = "mtllib mtl/stage.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl wall\n";
+
+fn read(obj: &str, mtl: &str) -> Result<Scene, SceneError> {
+    let files = Memory::default()
+        .with("set/stage.obj", obj)
+        .with("set/mtl/stage.mtl", mtl);
+    import(&files, "set/stage.obj", true)
+}
+
+fn refused(obj: &str, mtl: &str) -> (String, usize, LineError) {
+    match read(obj, mtl).unwrap_err() {
+        SceneError::Line { path, line, reason } => (path, line, reason),
+        other => unreachable!("{other}"),
+    }
+}
+
+fn area(polygon: &Polygon) -> f64 {
+    newell(&polygon.vertices).length() / 2.0
+}
+
+#[test]
+fn polygons_stay_whole_and_take_their_materials() {
+    let obj = format!("{HEAD}o a\nf 1/1 2/2/2 3//3 -1\nusemtl lamp\no b\nf 1 2 3\n# f 9 9 9\n");
+    let scene = read(&obj, MTL).unwrap();
+    assert_eq!(scene.materials.len(), 2);
+    assert_eq!(scene.materials[0].reflectance, Rgb([0.7, 0.6, 1.0]));
+    assert_eq!(scene.materials[1].emission, Rgb([10.0, 9.0, 8.0]));
+    let sizes = scene
+        .polygons
+        .iter()
+        .map(|p| (p.vertices.len(), p.material));
+    assert_eq!(sizes.collect::<Vec<_>>(), [(4, 0), (3, 1)]);
+}
+
+#[test]
+fn y_up_is_turned() {
+    let files = Memory::default()
+        .with(
+            "a.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 0 0 1\nv 1 0 0\nusemtl m\nf 1 2 3",
+        )
+        .with("a.mtl", "newmtl m\nKd 1 1 1");
+    let up = |z_up| newell(&import(&files, "a.obj", z_up).unwrap().polygons[0].vertices);
+    assert_eq!(up(true), vec3(0.0, 1.0, 0.0));
+    assert_eq!(up(false), vec3(0.0, 0.0, 1.0));
+}
+
+#[test]
+fn wrong_lines_are_named() {
+    let long = "f 1 2 3 ".to_owned() + &"1 ".repeat(CORNER_LIMIT);
+    for (line, reason) in [
+        (
+            "v 1 2",
+            LineError::Count {
+                keyword: "v",
+                expected: 3,
+                found: 2,
+            },
+        ),
+        ("v 1 nan 2", LineError::Number("nan".into())),
+        ("v 1 2 -inf", LineError::Number("-inf".into())),
+        ("v 1 2 1e999", LineError::Number("1e999".into())),
+        ("v 1 2 1e10", LineError::Far(1e10)),
+        ("v 1 2 x", LineError::Number("x".into())),
+        ("f 1 2", LineError::Corners(2)),
+        ("f 1 2 x", LineError::Corner("x".into())),
+        ("f 1 2 3/1/1/1", LineError::Corner("3/1/1/1".into())),
+        ("f 1 2 /3", LineError::Corner("/3".into())),
+        (
+            "f 1 2 5",
+            LineError::Index {
+                index: 5,
+                defined: 4,
+            },
+        ),
+        (
+            "f 1 2 0",
+            LineError::Index {
+                index: 0,
+                defined: 4,
+            },
+        ),
+        (
+            "f 1 2 -5",
+            LineError::Index {
+                index: -5,
+                defined: 4,
+            },
+        ),
+        (
+            "f 1 3 2 -9223372036854775808",
+            LineError::Index {
+                index: i64::MIN,
+                defined: 4,
+            },
+        ),
+        (
+            "f 1 2 \\\n 6",
+            LineError::Index {
+                index: 6,
+                defined: 4,
+            },
+        ),
+        ("usemtl wal", LineError::UnknownMaterial("wal".into())),
+        ("usemtl", LineError::Name("usemtl")),
+        (
+            long.as_str(),
+            gate::limit("corners of a face", CORNER_LIMIT),
+        ),
+        ("v 3 1 0\nv 2 2 0\nf 1 5 4 6", LineError::Crossing),
+    ] {
+        let (path, at, found) = refused(&format!("{HEAD}{line}\nf 1 2 3\n"), MTL);
+        let expected = if found == LineError::Crossing { 9 } else { 7 };
+        assert_eq!(
+            (path.as_str(), at, found),
+            ("set/stage.obj", expected, reason),
+            "{line}"
+        );
+    }
+    let early = HEAD.replace("usemtl wall", "f 1 2 3");
+    assert_eq!(refused(&early, MTL).2, LineError::NoMaterial);
+    assert_eq!(refused("\u{0}\u{1}", MTL).2, LineError::NotText);
+}
+
+#[test]
+fn wrong_materials_are_named() {
+    let obj = format!("{HEAD}f 1 2 3\n");
+    for (mtl, line, reason) in [
+        ("newmtl wall\nKd 0.5 1.1 0", 2, LineError::Reflectance(1.1)),
+        (
+            "newmtl wall\nKd 0.5 -0.1 0",
+            2,
+            LineError::Reflectance(-0.1),
+        ),
+        (
+            "newmtl wall\n\nKd 0.5",
+            3,
+            LineError::Count {
+                keyword: "Kd",
+                expected: 3,
+                found: 1,
+            },
+        ),
+        ("newmtl wall\nKe -1 0 0", 2, LineError::Emission(-1.0)),
+        (
+            "newmtl wall\nKe 1 nan 0",
+            2,
+            LineError::Number("nan".into()),
+        ),
+        ("Kd 1 1 1", 1, LineError::Name("newmtl")),
+        (
+            "newmtl wall\nnewmtl wall",
+            2,
+            LineError::TwiceMaterial("wall".into()),
+        ),
+    ] {
+        let found = refused(&obj, mtl);
+        assert_eq!(found, ("set/mtl/stage.mtl".to_owned(), line, reason));
+    }
+    let files = Memory::default().with("a.obj", "mtllib ../a.mtl\nv 0 0 0");
+    let outside = import(&files, "a.obj", true);
+    assert!(matches!(
+        outside,
+        Err(SceneError::File(FileError::Outside(_)))
+    ));
+    let missing = import(&files, "b.obj", true);
+    assert!(matches!(
+        missing,
+        Err(SceneError::File(FileError::Missing(_)))
+    ));
+    assert!(matches!(read("", MTL), Err(SceneError::Empty { .. })));
+}
+
+/// Kd exactly 1 is the furnace's wall, a flat polygon its own reflection twice: dropped.
+#[test]
+fn polygons_without_area_are_dropped() {
+    let obj = format!("{HEAD}v 0.5 0 0\nf 1 2 5\nf 1 2 2\nf 1 2 3\nf 1 1 2 1\n");
+    assert_eq!(read(&obj, MTL).unwrap().polygons.len(), 1);
+}
+
+#[test]
+fn concave_polygons_stay_whole_and_bent_ones_are_cut() {
+    // An L of area 3, flat, then with one corner lifted.
+    let ell = |lift: f64| {
+        format!(
+            "mtllib mtl/stage.mtl\nusemtl wall\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 {lift}\nv 1 2 0\nv 0 2 0\nf 1 2 3 4 5 6\n"
+        )
+    };
+    let flat = read(&ell(1e-5), MTL).unwrap();
+    assert_eq!(flat.polygons.len(), 1);
+    let bent = read(&ell(0.01), MTL).unwrap();
+    assert_eq!(bent.polygons.len(), 4);
+    assert!(bent.polygons.iter().all(|p| p.vertices.len() == 3));
+    assert!(bent.polygons.iter().all(|p| newell(&p.vertices).z > 0.0));
+    let covered: f64 = bent.polygons.iter().map(area).sum();
+    assert!((covered - 3.0).abs() < 1e-3, "{covered}");
+}
+
+#[test]
+fn limits_hold() {
+    let vertices = "v 0 0 0\n".repeat(VERTEX_LIMIT + 1);
+    let (_, line, reason) = refused(&vertices, MTL);
+    assert_eq!(
+        (line, reason),
+        (VERTEX_LIMIT + 1, gate::limit("vertices", VERTEX_LIMIT))
+    );
+    let faces = format!("{HEAD}{}", "f 1 2 3\n".repeat(POLYGON_LIMIT + 1));
+    assert_eq!(refused(&faces, MTL).2, gate::limit("faces", POLYGON_LIMIT));
+}
+
+#[test]
+fn appended_scenes_share_equal_materials_only() {
+    let mut scene = read(&format!("{HEAD}f 1 2 3\n"), MTL).unwrap();
+    let same = scene.clone();
+    scene.append(same);
+    assert_eq!((scene.materials.len(), scene.polygons.len()), (2, 2));
+    let other = read(&format!("{HEAD}f 1 2 4\n"), "newmtl wall\nKd 0 0 1").unwrap();
+    scene.append(other.clone());
+    scene.append(other);
+    assert_eq!(scene.materials.len(), 3);
+    let used: Vec<_> = scene.polygons.iter().map(|p| p.material).collect();
+    assert_eq!(used, [0, 0, 2, 2]);
+    assert!(scene.set_reflectance("wall", Rgb([0.1; 3])));
+    assert!(!scene.set_reflectance("wall", Rgb([1.1; 3])));
+    assert!(!scene.set_reflectance("none", Rgb([0.1; 3])));
+    assert_eq!(scene.materials[2].reflectance, Rgb([0.1; 3]));
+}
+
+fn line() -> impl Strategy<Value = String> {
+    let word = prop_oneof![
+        Just("v".to_owned()),
+        Just("f".to_owned()),
+        Just("vt".to_owned()),
+        Just("vn".to_owned()),
+        Just("usemtl".to_owned()),
+        Just("mtllib".to_owned()),
+        Just("newmtl".to_owned()),
+        Just("Kd".to_owned()),
+        Just("Ke".to_owned()),
+        Just("o".to_owned()),
+        Just("l".to_owned()),
+        Just("illum".to_owned()),
+        Just("wall".to_owned()),
+        Just("\\".to_owned()),
+        "-?[0-9]{1,2}(\\.[0-9])?",
+        "-?[0-9]{1,3}/-?[0-9]{0,3}/-?[0-9]{0,3}",
+        "\\PC{0,4}",
+    ];
+    prop::collection::vec(word, 0..7).prop_map(|words| words.join(" "))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever the files hold: a scene that keeps its promises, or an error.
+    #[test]
+    fn nothing_panics(
+        obj in prop::collection::vec(line(), 0..20),
+        mtl in prop::collection::vec(line(), 0..8),
+    ) {
+        let obj = format!("{HEAD}{}\nf 1 2 3\n", obj.join("\n"));
+        let mtl = format!("{MTL}{}", mtl.join("\n"));
+        if let Ok(scene) = read(&obj, &mtl) {
+            for polygon in &scene.polygons {
+                prop_assert!(polygon.material < scene.materials.len());
+                prop_assert!(area(polygon) > 0.0);
+            }
+        }
+    }
+
+    #[test]
+    fn cut_and_flipped_files_do_not_panic(cut in 0_usize..200, at in 0_usize..200, to in any::<u8>()) {
+        let mut bytes = format!("{HEAD}f 1/1/1 2/2/2 3/3/3 4\nusemtl lamp\nf 1 2 -1\n").into_bytes();
+        let at = at % bytes.len();
+        bytes[at] = to;
+        bytes.truncate(cut);
+        let files = Memory::default().with("a.obj", bytes).with("mtl/stage.mtl", MTL);
+        if let Ok(scene) = import(&files, "a.obj", false) {
+            prop_assert!(!scene.polygons.is_empty());
+        }
+    }
+
+    /// Star-shaped bent polygons: the triangles cover what the polygon covers from above.
+    #[test]
+    fn cutting_keeps_the_area(radii in prop::collection::vec((0.2_f64..1.0, -0.05_f64..0.05), 4..24)) {
+        let step = std::f64::consts::TAU / radii.len() as f64;
+        let corners: Vec<Vec3> = radii.iter().enumerate().map(|(i, (r, z))| {
+            let angle = i as f64 * step;
+            vec3(r * angle.cos(), r * angle.sin(), *z)
+        }).collect();
+        let whole = newell(&corners);
+        let parts = polygon::planar(corners).unwrap();
+        let sum = parts.iter().fold(Vec3::ZERO, |s, p| s + newell(p));
+        prop_assert!((sum - whole).length() < 1e-9 * whole.length());
+    }
+}
