@@ -5,6 +5,10 @@
 //! knows nothing of lights or shows.
 
 pub mod exr;
+pub mod png;
+pub mod signed;
+pub mod terminal;
+pub mod tone;
 
 /// Why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]

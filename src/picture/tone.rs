@@ -1,0 +1,226 @@
+//! Linear light to display bytes: exposure, a curve, the sRGB code.
+//!
+//! Invariants: the same bytes for the same picture anywhere (each byte is found by comparing with
+//! 255 thresholds, so no power function runs per pixel); more light never gives a smaller byte;
+//! negative and NaN channels show as black, and only here: pictures keep them.
+
+use super::Image;
+
+/// How light becomes a displayed brightness. Both map 0 to 0 and mean "white" by exposed light 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Curve {
+    /// A shoulder, each channel by itself, so that bright coloured light pales as it does on film:
+    /// y (1 + y / w^2) / (1 + y) with y = 2 x and w = 5 (Reinhard, Stark, Shirley and Ferwerda,
+    /// "Photographic Tone Reproduction for Digital Images", 2002, equation 4). Darks are up to
+    /// twice as bright as in truth, light 1 shows at 0.72, light 2.5 and more as full white.
+    #[default]
+    Filmic,
+    /// As it is, cut at white.
+    Plain,
+}
+
+/// y for x in [`Curve::Filmic`].
+const GAIN: f64 = 2.0;
+/// The y that shows as full white.
+const WHITE: f64 = 5.0;
+/// Where [`auto_exposure`] puts bright light: just below white.
+const BRIGHT: f64 = 0.9;
+/// The part of a picture's pixels that are not brighter than what counts as its bright light.
+const PERCENTILE: f64 = 0.995;
+
+impl Curve {
+    /// The displayed brightness, 0 to 1, of exposed light.
+    pub fn apply(self, light: f64) -> f64 {
+        let x = light.max(0.0);
+        match self {
+            // A quotient of infinities otherwise.
+            Curve::Filmic if GAIN * x >= WHITE => 1.0,
+            Curve::Filmic => {
+                let y = GAIN * x;
+                y * (1.0 + y / (WHITE * WHITE)) / (1.0 + y)
+            }
+            Curve::Plain => x.min(1.0),
+        }
+    }
+
+    /// The exposed light that shows as `brightness`, 0 to 1: the positive root of
+    /// y^2 / w^2 + (1 - b) y - b = 0.
+    pub fn invert(self, brightness: f64) -> f64 {
+        let b = brightness.clamp(0.0, 1.0);
+        match self {
+            Curve::Filmic => {
+                let root = (1.0 - b).hypot(2.0 * b.sqrt() / WHITE);
+                // Rationalised: the plain form cancels for small b.
+                2.0 * b / (root + (1.0 - b)) / GAIN
+            }
+            Curve::Plain => b,
+        }
+    }
+}
+
+/// An exposure and a curve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tone {
+    /// In stops: light is multiplied by 2^exposure.
+    pub exposure: f64,
+    /// The curve after it.
+    pub curve: Curve,
+}
+
+impl Tone {
+    /// `image` as sRGB bytes, interleaved, row by row from the top.
+    pub fn encode(&self, image: &Image) -> Vec<u8> {
+        let thresholds = self.thresholds();
+        let code = |light: &f32| thresholds.partition_point(|t| t <= light) as u8;
+        image.data().iter().map(code).collect()
+    }
+
+    /// The least light that shows as each code from 1 to 255: where it rounds up to the code.
+    fn thresholds(&self) -> [f32; 255] {
+        let gain = self.exposure.exp2();
+        std::array::from_fn(|below| {
+            let brightness = srgb_decode((below as f64 + 0.5) / 255.0);
+            let light = (self.curve.invert(brightness) / gain) as f32;
+            // No light is black, however long the exposure.
+            light.max(f32::MIN_POSITIVE)
+        })
+    }
+}
+
+/// How many channels of `image` are negative: they show as black.
+pub fn negative(image: &Image) -> usize {
+    image.data().iter().filter(|v| **v < 0.0).count()
+}
+
+/// One exposure, in stops, for a whole sequence: it puts the bright light of the brightest picture
+/// just below white (0.9). A picture's bright light is the 99.5th percentile of its luminance, so
+/// that lamps seen as a few pixels do not darken the rest. Without light, 0.
+pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
+    let bright = images.map(bright_luminance).fold(0.0, f64::max);
+    if bright > 0.0 {
+        (BRIGHT / bright).log2()
+    } else {
+        0.0
+    }
+}
+
+fn bright_luminance(image: &Image) -> f64 {
+    let (pixels, _) = image.data().as_chunks::<3>();
+    let luminance = |[r, g, b]: &[f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    f64::from(bright_level(pixels.iter().map(luminance).collect()))
+}
+
+/// The 99.5th percentile of what is finite; 0 when nothing is, or when it is negative.
+pub(super) fn bright_level(mut values: Vec<f32>) -> f32 {
+    values.retain(|v| v.is_finite());
+    let rank = (values.len() as f64 * PERCENTILE) as usize;
+    if rank >= values.len() {
+        return 0.0;
+    }
+    let (_, level, _) = values.select_nth_unstable_by(rank, f32::total_cmp);
+    level.max(0.0)
+}
+
+/// The sRGB code, 0 to 1, of a linear value (IEC 61966-2-1).
+pub(super) fn srgb_encode(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// The linear value of an sRGB code, 0 to 1.
+pub(super) fn srgb_decode(code: f64) -> f64 {
+    if code <= 0.040_45 {
+        code / 12.92
+    } else {
+        ((code + 0.055) / 1.055).powf(2.4)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use proptest::prelude::*;
+
+    const CURVES: [Curve; 2] = [Curve::Filmic, Curve::Plain];
+
+    fn grey(level: f32) -> Image {
+        Image::from_data(1, 1, vec![level; 3]).unwrap()
+    }
+
+    #[test]
+    fn curves_rise_from_black_to_white_and_invert() {
+        for curve in CURVES {
+            assert_eq!(curve.apply(0.0), 0.0);
+            assert_eq!(curve.apply(f64::INFINITY), 1.0);
+            assert_eq!(curve.apply(-1.0), 0.0);
+            let mut last = -1.0;
+            for step in 0..=2500 {
+                let shown = curve.apply(f64::from(step) * 1e-3);
+                assert!(shown > last || shown == 1.0);
+                last = shown;
+                if shown < 1.0 {
+                    let back = curve.invert(shown);
+                    assert!(
+                        (back - f64::from(step) * 1e-3).abs() < 1e-12,
+                        "{curve:?} {step}"
+                    );
+                }
+            }
+            assert_eq!(last, 1.0);
+        }
+    }
+
+    #[test]
+    fn bytes_are_srgb() {
+        let plain = Tone {
+            exposure: 1.0,
+            curve: Curve::Plain,
+        };
+        // 18 % grey after one stop; sRGB's own value for 0.18 is 118.
+        assert_eq!(plain.encode(&grey(0.09)), [118; 3]);
+        for (light, byte) in [(0.5, 255), (9.0, 255), (0.0, 0), (-1.0, 0), (f32::NAN, 0)] {
+            assert_eq!(plain.encode(&grey(light)), [byte; 3], "{light}");
+        }
+        for extreme in [-2000.0, 2000.0] {
+            let tone = Tone {
+                exposure: extreme,
+                curve: Curve::Filmic,
+            };
+            assert_eq!(tone.encode(&grey(0.0)), [0; 3]);
+        }
+    }
+
+    #[test]
+    fn one_exposure_serves_the_brightest_picture_and_not_its_lamps() {
+        let mut bright = Image::new(100, 100);
+        bright.data_mut().fill(4.0);
+        // 0.4 % of the pixels are lamps.
+        bright.data_mut()[..120].fill(1e6);
+        let dim = Image::from_data(1, 1, vec![0.1; 3]).unwrap();
+        let exposure = auto_exposure([&dim, &bright, &Image::new(5, 5)].into_iter());
+        assert!((exposure - (0.9_f64 / 4.0).log2()).abs() < 1e-6);
+        assert_eq!(auto_exposure([&Image::new(5, 5)].into_iter()), 0.0);
+        assert_eq!(
+            auto_exposure([&grey(-1.0), &grey(f32::NAN)].into_iter()),
+            0.0
+        );
+        assert_eq!(auto_exposure(std::iter::empty()), 0.0);
+        assert_eq!(negative(&grey(-1.0)), 3);
+    }
+
+    proptest! {
+        /// Comparing with thresholds is the same as applying the curve and rounding.
+        #[test]
+        fn thresholds_are_the_curve(light in 0.0_f32..4.0, exposure in -3.0..3.0_f64, at in 0_usize..2) {
+            let tone = Tone { exposure, curve: CURVES[at] };
+            let shown = 255.0 * srgb_encode(tone.curve.apply(f64::from(light) * exposure.exp2()));
+            let byte = f64::from(tone.encode(&grey(light))[0]);
+            prop_assert!((byte - shown).abs() <= 0.5 + 1e-4, "{byte} {shown}");
+        }
+    }
+}
