@@ -65,18 +65,19 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Blanks before an optional rest that is absent belong to no one.
+    /// Blanks before an optional rest that is absent belong to no one: the end is that of the last
+    /// piece of the last piece.
     fn trimmed(&self, pair: &Pair<'_, Rule>) -> Span {
         let mut span = self.span(pair);
-        if let Some(last) = pair
-            .clone()
-            .into_inner()
-            .flatten()
-            .filter(|p| p.as_rule() != Rule::EOI)
-            .last()
-        {
-            span.end = self.span(&last).end.max(span.start);
+        let mut last = pair.clone();
+        loop {
+            let mut inner = last.clone().into_inner();
+            match inner.rfind(|p| p.as_rule() != Rule::EOI) {
+                Some(piece) => last = piece,
+                None => break,
+            }
         }
+        span.end = self.span(&last).end.max(span.start);
         span
     }
 

@@ -14,6 +14,9 @@ use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
 use crate::units::CueNumber;
 
+/// Declarations in one edit; each costs a pass over the source.
+const MOST: usize = 100;
+
 /// A text after an edit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edited {
@@ -76,6 +79,10 @@ pub fn apply(source: &str, statement: &str) -> Result<Edited, Vec<Diagnostic>> {
     if typed.statements.is_empty() {
         let message = "there is no declaration in this";
         return Err(vec![Diagnostic::error(codes::EMPTY, message)]);
+    }
+    if typed.statements.len() > MOST {
+        let message = format!("more than {MOST} declarations at once");
+        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
     let mut out = Edited {
         source: source.to_owned(),

@@ -141,9 +141,16 @@ pub fn keywords() -> &'static [&'static str] {
     &scan::STATEMENTS
 }
 
-/// True when `text` begins with a statement word.
+/// True when `text` begins with a statement word. `show` is one only before a title, since it is
+/// also what a user says to be shown something.
 pub fn is_declaration(text: &str) -> bool {
-    scan::STATEMENTS.contains(&scan::first_word(text.trim_start()))
+    let text = text.trim_start();
+    let word = scan::first_word(text);
+    let title = || {
+        text.get(word.len()..)
+            .is_some_and(|rest| rest.trim_start().starts_with('"'))
+    };
+    scan::STATEMENTS.contains(&word) && (word != "show" || title())
 }
 
 /// True when a typed declaration is finished: braces, quotes and comments are closed, and it does

@@ -117,7 +117,7 @@ pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Opt
         return None;
     }
     let mut best: Option<(usize, &str)> = None;
-    for candidate in candidates {
+    for candidate in candidates.take(CANDIDATES) {
         if candidate.len() > 4 * LONGEST {
             continue;
         }
@@ -132,6 +132,9 @@ pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Opt
     }
     best.map(|(_, name)| name)
 }
+
+/// More names than these are not compared: a suggestion is not worth seconds.
+const CANDIDATES: usize = 10_000;
 
 /// No suggestion is made for longer words.
 const LONGEST: usize = 40;

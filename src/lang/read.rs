@@ -248,6 +248,10 @@ impl<'a> Reader<'a, '_> {
         let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
         if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
             diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
+        } else if found.starts_with(['“', '”', '„', '‘', '’', '\'']) {
+            diagnostic = diagnostic.help("write texts in straight double quotes: \"Evening\"");
+        } else if found.starts_with(char::is_whitespace) {
+            diagnostic = diagnostic.help("this is no ordinary space: delete it and type it anew");
         } else if matches!(failure.expected.as_slice(), ["`,`"]) {
             diagnostic = diagnostic.help("a position is three lengths with commas: `0, -2.5, 3`");
         }

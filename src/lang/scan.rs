@@ -208,6 +208,8 @@ impl Scanner<'_> {
     }
 
     fn fault(&mut self, fault: Fault) {
+        // A file of ten million faults is not worth ten million records.
+        self.stopped |= self.out.faults.len() >= limits::ERRORS;
         self.out.faults.push(fault);
         if let Some(current) = &mut self.current {
             current.broken = true;

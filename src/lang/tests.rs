@@ -100,3 +100,119 @@ fn the_sheet_of_the_design_parses() {
     assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 11.697).abs() < 1e-3));
     assert_eq!(three.parts[0].moves.len(), 5);
 }
+
+const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  field 40  100 cd\n\
+    light m like l\nlight n like l\nbank a = l\nbank b = m  dimmer square\nbank c = n  rgb  dimmer square\n\
+    group ab = a b\nlook low { a 40  b 20 }\n";
+
+/// The show of the rig above with some cues.
+fn with(cues: &str) -> Show {
+    let parsed = parsed(&format!("{RIG}{cues}"));
+    let errors = parsed
+        .diagnostics
+        .iter()
+        .filter(|d| d.code.starts_with('E'));
+    assert_eq!(errors.count(), 0, "{:?}", parsed.diagnostics);
+    parsed.show.unwrap()
+}
+
+fn levels(part: &crate::show::Part) -> Vec<(usize, f64)> {
+    let level = |m: &crate::show::Move| match m.motion {
+        Motion::To(level) => (m.coordinate, level),
+        Motion::Path(_) => panic!(),
+    };
+    part.moves.iter().map(level).collect()
+}
+
+#[test]
+fn timing_belongs_to_the_move_before_it_on_its_line() {
+    let show = with(
+        "default time 4/3\ncue 1 {\n time 7\n a 5 time 2 delay 1\n b 6\n delay 9\n}\ncue 2 { a 6 }",
+    );
+    let [whole, alone] = show.cues[0].parts.as_slice() else {
+        panic!()
+    };
+    assert_eq!(
+        (levels(whole), whole.up.seconds(), whole.delay.seconds()),
+        (vec![(1, 6.0)], 7.0, 9.0)
+    );
+    assert_eq!(
+        (levels(alone), alone.up.seconds(), alone.delay.seconds()),
+        (vec![(0, 5.0)], 2.0, 1.0)
+    );
+    assert_eq!((alone.number, alone.down.seconds()), (2, 2.0));
+    let standard = &show.cues[1].parts[0];
+    assert_eq!((standard.up.seconds(), standard.down.seconds()), (4.0, 3.0));
+}
+
+#[test]
+fn parts_inherit_and_part_one_is_the_cue_itself() {
+    let show = with("cue 1 { up 3  part 4 \"x\" { down 8  a 5 }  part 1 { b 5 } }");
+    let [first, fourth] = show.cues[0].parts.as_slice() else {
+        panic!()
+    };
+    assert_eq!((first.number, levels(first)), (1, vec![(1, 5.0)]));
+    assert_eq!((fourth.number, fourth.label.as_str()), (4, "x"));
+    assert_eq!((fourth.up.seconds(), fourth.down.seconds()), (3.0, 8.0));
+}
+
+#[test]
+fn groups_looks_and_blackout_are_written_out() {
+    let show = with(
+        "cue 1 { ab 30 }\ncue 2 { low }\ncue 3 { low 50 }\ncue 4 { low + { c 10  a 1 } }\ncue 5 { blackout }",
+    );
+    let found: Vec<_> = show.cues.iter().map(|c| levels(&c.parts[0])).collect();
+    assert_eq!(found[0], [(0, 30.0), (1, 30.0)]);
+    assert_eq!(found[1], [(0, 40.0), (1, 20.0)]);
+    assert_eq!(found[2], [(0, 20.0), (1, 10.0)]);
+    assert_eq!(
+        found[3],
+        [(0, 1.0), (1, 20.0), (2, 10.0), (3, 10.0), (4, 10.0)]
+    );
+    assert_eq!(found[4], (0..5).map(|c| (c, 0.0)).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_colour_is_light_so_that_the_dimmer_is_undone() {
+    let show =
+        with("cue 1 { c #ff0000  a 1 }\ncue 2 { c #808080 }\ncue 3 { c 3200 K }\ncue 4 { c.g 7 }");
+    let found: Vec<_> = show.cues.iter().map(|c| levels(&c.parts[0])).collect();
+    assert_eq!(found[0][1..], [(2, 100.0), (3, 0.0), (4, 0.0)]);
+    // The square of the level is the linear value of sRGB 128, 0.2158605.
+    assert!(((found[1][0].1 / 100.0).powi(2) - 0.215_860_5).abs() < 1e-7);
+    assert!(found[2][0].1 == 100.0 && found[2][2].1 < found[2][1].1);
+    assert_eq!(found[3], [(3, 7.0)]);
+}
+
+#[test]
+fn cues_are_sorted_and_keep_their_words() {
+    let show = with(
+        "cue 10 { a 1 repeat 4 }\ncue 9.5 \"say \\\"now\\\"\" at 1:00 { block assert cueonly a 2 follow 3 }",
+    );
+    let [first, second] = show.cues.as_slice() else {
+        panic!()
+    };
+    assert_eq!(
+        (first.number.to_string(), first.label.as_str()),
+        ("9.5".to_owned(), "say \"now\"")
+    );
+    assert!(first.block && first.assert && first.cueonly);
+    assert_eq!(first.trigger, Trigger::At(Time::from_micros(60_000_000)));
+    assert_eq!(second.parts[0].moves[0].repeat, 4);
+}
+
+#[test]
+fn declarations_are_told_from_verbs() {
+    for yes in ["show \"A\"", "  cue 3 { }", "bank a = b", "let x = 3"] {
+        assert!(is_declaration(yes), "{yes}");
+    }
+    for no in ["show", "show cue 3", "plan", "", "cues", "at 0:30"] {
+        assert!(!is_declaration(no), "{no}");
+    }
+}
+
+#[test]
+fn texts_in_windows_line_ends_mean_the_same() {
+    let unix = parsed(SHEET).show;
+    assert_eq!(parsed(&SHEET.replace('\n', "\r\n")).show, unix);
+}

@@ -160,6 +160,9 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn unknown<T>(&mut self, name: Word<'a>, kinds: &[Kind], words: &[&'a str]) -> Option<T> {
+        if self.report.full() {
+            return None;
+        }
         let message = format!(
             "there is no {} called `{}`",
             bare(&one_of(kinds)),

@@ -1,5 +1,7 @@
 //! `show`, `preview`, `stage`, `surface`, `view`: everything before the rig.
 
+use std::collections::BTreeMap;
+
 use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
@@ -14,6 +16,7 @@ impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this room.
     pub fn preview(&mut self, statements: &[Statement<'a>]) {
         let (mut title, mut preview) = (None, None);
+        let mut surfaces = BTreeMap::new();
         for statement in statements {
             match &statement.item {
                 Declaration::Show(text) => {
@@ -28,7 +31,7 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Surface {
                     material,
                     reflectance,
-                } => self.surface(statement.span, *material, reflectance),
+                } => self.surface(statement.span, *material, reflectance, &mut surfaces),
                 Declaration::View { name, clauses } => self.view(statement.span, *name, clauses),
                 _ => {}
             }
@@ -125,16 +128,16 @@ impl<'a> Lower<'a, '_> {
         });
     }
 
-    fn surface(&mut self, span: Span, material: Word<'a>, values: &[Word<'a>]) {
+    fn surface(
+        &mut self,
+        span: Span,
+        material: Word<'a>,
+        values: &[Word<'a>],
+        seen: &mut BTreeMap<String, Span>,
+    ) {
         let id = self.node(span);
         let name = unquoted(material);
-        let earlier = self
-            .show
-            .surfaces
-            .iter()
-            .find(|s| s.name == name)
-            .map(|s| s.id);
-        if let Some(earlier) = earlier.and_then(|id| self.spans.get(id)) {
+        if let Some(earlier) = seen.insert(name.clone(), span) {
             self.once(&mut Some(earlier), &format!("surface {name}"), span);
         }
         let reflectance = self.reflectance(values).unwrap_or_default();

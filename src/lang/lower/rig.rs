@@ -443,3 +443,18 @@ fn lumens_per_candela(beam: f64, field: f64) -> f64 {
     let ends = value(0.0) + value(std::f64::consts::PI);
     std::f64::consts::TAU * (inner + ends) * width / 3.0
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flux_of_a_narrow_gaussian_beam_has_a_closed_form() {
+        // With field/beam = sqrt(log2 10) the power is 2; the integral of 2 pi a 2^-(a/b)^2 over
+        // all a is pi b^2 / ln 2, and sin a = a to 2e-4 for a beam of 2 degrees.
+        let half = 1.0_f64.to_radians();
+        let exact = std::f64::consts::PI * half * half / std::f64::consts::LN_2;
+        let found = lumens_per_candela(2.0, 2.0 * 10.0_f64.log2().sqrt());
+        assert!((found / exact - 1.0).abs() < 5e-4, "{found} {exact}");
+    }
+}
