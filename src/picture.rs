@@ -4,6 +4,7 @@
 //! values. Tone mapping makes display-coded bytes of it and is never applied in place. This room
 //! knows nothing of lights or shows.
 
+pub mod apng;
 pub mod exr;
 pub mod png;
 pub mod signed;
@@ -62,6 +63,14 @@ pub enum PictureError {
         limit: f32,
         /// The largest magnitude in the picture.
         largest: f32,
+    },
+    /// The file would be larger than allowed, whatever can be spared.
+    #[error("it needs about {needed} bytes; the limit is {limit}")]
+    Bytes {
+        /// Bytes needed, estimated.
+        needed: usize,
+        /// Bytes allowed.
+        limit: usize,
     },
     /// A size or a buffer that does not fit: no pixels, too many, or the wrong number of bytes.
     #[error("{0}")]
