@@ -48,6 +48,7 @@ pub mod diagnostic;
 pub mod files;
 pub mod geometry;
 pub mod lang;
+pub mod linalg;
 pub mod picture;
 pub mod scene;
 pub mod show;

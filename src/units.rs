@@ -34,9 +34,9 @@ impl Time {
         self.0
     }
 
-    /// Seconds, for reports and charts.
+    /// Seconds, for reports and charts: the double nearest to the decimal instant.
     pub fn seconds(self) -> f64 {
-        self.0 as f64 * 1e-6
+        self.0 as f64 / 1e6
     }
 
     /// The instant at `fraction` of this duration, to the nearest microsecond.

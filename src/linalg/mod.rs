@@ -1,0 +1,17 @@
+//! Linear algebra that is checked, and the Bernstein form of polynomials: mathematics only.
+//!
+//! Invariants: a decomposition is verified before it is returned (see [`svd`]); a direction that
+//! lies in the span of others is refused, never normalised ([`Orthonormal`]); a polynomial's end
+//! values are exact under every operation that keeps them ([`Bernstein`]). Sums run in a fixed
+//! order on one thread. This room must not know what a light, a cue or an image is.
+
+mod bernstein;
+mod orthogonal;
+mod svd;
+
+pub use bernstein::{Bernstein, mass, mass_factor};
+pub use orthogonal::{Dependent, Orthonormal, least_squares, lower_factor};
+pub use svd::{Svd, SvdError, svd};
+
+/// A dense matrix of doubles, column by column.
+pub type Matrix = nalgebra::DMatrix<f64>;

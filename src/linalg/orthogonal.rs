@@ -1,0 +1,247 @@
+//! Orthogonal bases by modified Gram-Schmidt done twice, least squares by Householder QR.
+//!
+//! Gram-Schmidt as printed loses orthogonality with the square of the condition number, modified
+//! with its first power; two passes are enough (Giraud, Langou and Rozloznik 2005). A vector whose
+//! norm after the second pass is below 10u of its norm before lies in the span as far as doubles
+//! can tell: what is left of it is rounding noise, so it is refused.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrix indices run over the matrix's own shape"
+)]
+
+use super::Matrix;
+
+/// Below this share of its former norm, a vector is in the span.
+const IN_SPAN: f64 = 10.0 * (f64::EPSILON / 2.0);
+
+/// A direction that lies in the span of those before it.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "vector {index} lies in the span of those before it (norm {before:e}, outside it {after:e})"
+)]
+pub struct Dependent {
+    /// Which vector, counted from 0 in the order given.
+    pub index: usize,
+    /// Its norm.
+    pub before: f64,
+    /// The norm of what is outside the span.
+    pub after: f64,
+}
+
+/// An orthonormal set of vectors of one length, grown one by one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Orthonormal {
+    vectors: Vec<Vec<f64>>,
+    offered: usize,
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+/// Euclidean norm; scaled, so that no square overflows or vanishes.
+fn norm(a: &[f64]) -> f64 {
+    let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    if largest == 0.0 || !largest.is_finite() {
+        return largest;
+    }
+    let sum: f64 = a.iter().map(|x| (x / largest) * (x / largest)).sum();
+    largest * sum.sqrt()
+}
+
+impl Orthonormal {
+    /// The empty set.
+    pub fn new() -> Orthonormal {
+        Orthonormal::default()
+    }
+
+    /// Its vectors.
+    pub fn vectors(&self) -> &[Vec<f64>] {
+        &self.vectors
+    }
+
+    /// Takes the component in the span away from `vector`, in two passes.
+    pub fn remove_from(&self, vector: &mut [f64]) {
+        for _ in 0..2 {
+            for q in &self.vectors {
+                let c = dot(q, vector);
+                vector.iter_mut().zip(q).for_each(|(x, y)| *x -= c * y);
+            }
+        }
+    }
+
+    /// Adds the normalised part of `vector` that is outside the span.
+    ///
+    /// # Errors
+    /// [`Dependent`] when nothing but rounding is outside (a zero vector too); the set stays as it
+    /// was.
+    pub fn push(&mut self, vector: &[f64]) -> Result<(), Dependent> {
+        let index = self.offered;
+        self.offered += 1;
+        let before = norm(vector);
+        let refused = |after| Dependent {
+            index,
+            before,
+            after,
+        };
+        if before == 0.0 || !before.is_finite() {
+            return Err(refused(0.0));
+        }
+        // Scaled first, so that the products neither overflow nor vanish.
+        let mut rest: Vec<f64> = vector.iter().map(|x| x / before).collect();
+        self.remove_from(&mut rest);
+        let after = norm(&rest);
+        if after < IN_SPAN {
+            return Err(refused(after * before));
+        }
+        rest.iter_mut().for_each(|x| *x /= after);
+        // Normalising magnifies what the passes left behind; one more pass on the unit vector.
+        self.remove_from(&mut rest);
+        let unit = norm(&rest);
+        rest.iter_mut().for_each(|x| *x /= unit);
+        self.vectors.push(rest);
+        Ok(())
+    }
+}
+
+/// The x that makes ‖A·x − B‖ least, column by column of B, by Householder QR.
+///
+/// # Errors
+/// The first column of A that lies in the span of those before it.
+pub fn least_squares(a: &Matrix, b: &Matrix) -> Result<Matrix, Dependent> {
+    let (m, n) = a.shape();
+    if n == 0 {
+        return Ok(Matrix::zeros(0, b.ncols()));
+    }
+    let refused = |index: usize, after: f64| Dependent {
+        index,
+        before: a.column(index).norm(),
+        after,
+    };
+    if m < n {
+        return Err(refused(m, 0.0));
+    }
+    let qr = a.clone().qr();
+    let r = qr.r();
+    for j in 0..n {
+        let rest = r[(j, j)].abs();
+        if rest <= IN_SPAN * a.column(j).norm() {
+            return Err(refused(j, rest));
+        }
+    }
+    let mut x = qr.q().transpose() * b;
+    for column in 0..x.ncols() {
+        for i in (0..n).rev() {
+            let known: f64 = (i + 1..n).map(|k| r[(i, k)] * x[(k, column)]).sum();
+            x[(i, column)] = (x[(i, column)] - known) / r[(i, i)];
+        }
+    }
+    Ok(x)
+}
+
+/// A lower triangular L with L·Lᵀ = A·Aᵀ and at most as many columns as A has rows, by Householder
+/// QR of Aᵀ: the left singular vectors and singular values of A without its many columns. It is
+/// made a block of columns at a time, so memory beyond A's is small.
+pub fn lower_factor(a: &Matrix) -> Matrix {
+    let n = a.nrows();
+    if n == 0 || a.ncols() <= n {
+        return a.clone();
+    }
+    let block = (2 * n).max(64);
+    let mut held = Matrix::zeros(0, n);
+    for first in (0..a.ncols()).step_by(block) {
+        let count = block.min(a.ncols() - first);
+        let mut stacked = Matrix::zeros(held.nrows() + count, n);
+        stacked.rows_mut(0, held.nrows()).copy_from(&held);
+        stacked
+            .rows_mut(held.nrows(), count)
+            .copy_from(&a.columns(first, count).transpose());
+        held = stacked.qr().r();
+    }
+    held.transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn orthogonality(set: &Orthonormal) -> f64 {
+        let v = set.vectors();
+        let mut worst = 0.0f64;
+        for (i, a) in v.iter().enumerate() {
+            for (j, b) in v.iter().enumerate() {
+                let want = if i == j { 1.0 } else { 0.0 };
+                worst = worst.max((dot(a, b) - want).abs());
+            }
+        }
+        worst
+    }
+
+    #[test]
+    fn lauchli_stays_orthogonal() {
+        let e = 1e-8;
+        let mut set = Orthonormal::new();
+        for j in 0..6 {
+            let mut v = vec![0.0; 7];
+            v[0] = 1.0;
+            v[j + 1] = e;
+            set.push(&v).unwrap();
+        }
+        assert!(orthogonality(&set) < 1e-15);
+    }
+
+    #[test]
+    fn hilbert_stays_orthogonal_until_it_is_refused() {
+        let mut set = Orthonormal::new();
+        for j in 0..14 {
+            let column: Vec<f64> = (0..14).map(|i| 1.0 / (i + j + 1) as f64).collect();
+            let _ = set.push(&column);
+        }
+        assert!(set.vectors().len() >= 11);
+        assert!(orthogonality(&set) < 1e-15);
+    }
+
+    #[test]
+    fn a_copy_is_refused_with_its_reason() {
+        let mut set = Orthonormal::new();
+        set.push(&[1.0, 2.0, 0.1]).unwrap();
+        set.push(&[0.3, -1.0, 0.7]).unwrap();
+        let copy: Vec<f64> = [1.0, 2.0, 0.1].iter().map(|x| x * 3.7).collect();
+        let refused = set.push(&copy).unwrap_err();
+        assert_eq!(refused.index, 2);
+        assert!(refused.after < 1e-14 && refused.before > 8.0);
+        assert!(set.push(&[0.0; 3]).is_err());
+        assert!(set.push(&[f64::NAN, 0.0, 0.0]).is_err());
+        assert_eq!(set.vectors().len(), 2);
+    }
+
+    #[test]
+    fn extreme_magnitudes_do_not_matter() {
+        let mut set = Orthonormal::new();
+        set.push(&[1e200, 2e200]).unwrap();
+        set.push(&[3e-200, -1e-200]).unwrap();
+        assert!(orthogonality(&set) < 1e-15);
+    }
+
+    #[test]
+    fn least_squares_meets_the_normal_equations() {
+        let a = Matrix::from_fn(7, 3, |i, j| ((i * (j + 3)) as f64).sin());
+        let b = Matrix::from_fn(7, 2, |i, j| ((i + 2 * j) as f64).cos());
+        let x = least_squares(&a, &b).unwrap();
+        assert!((a.transpose() * (&a * x - &b)).amax() < 1e-14);
+        let twice = Matrix::from_fn(4, 2, |i, _| i as f64 + 1.0);
+        let found = least_squares(&twice, &Matrix::zeros(4, 1)).unwrap_err();
+        assert_eq!(found.index, 1);
+        assert!(least_squares(&Matrix::zeros(1, 2), &Matrix::zeros(1, 1)).is_err());
+        assert_eq!(least_squares(&Matrix::zeros(3, 0), &b).unwrap().nrows(), 0);
+    }
+
+    #[test]
+    fn the_lower_factor_keeps_the_moments() {
+        let a = Matrix::from_fn(5, 403, |i, j| ((i * i + j * 3 + i * j) as f64).sin());
+        let l = lower_factor(&a);
+        assert_eq!(l.shape(), (5, 5));
+        assert!((&l * l.transpose() - &a * a.transpose()).amax() < 1e-11);
+    }
+}
