@@ -4,8 +4,10 @@
 use std::path::Path;
 
 use footlight::diagnostic::Sources;
+use footlight::files::Folder;
 use footlight::geometry::{Vec3, newell, vec3};
 use footlight::lang;
+use footlight::scene::obj;
 use footlight::show::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
@@ -165,6 +167,25 @@ fn the_show_is_as_large_as_it_says() {
             );
         }
     }
+}
+
+#[test]
+fn the_rig_fits_the_stage() {
+    let show = show();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let files = Folder::new(folder, 1 << 24);
+    let stage = &show.stages[0];
+    let scene = obj::import(&files, &stage.path, stage.z_up).unwrap();
+    assert_eq!(scene.polygons.len(), model::tavern().faces.len());
+    let rig = show.rig(&scene).unwrap();
+    let lit = |s: &footlight::scene::Source| s.emitters.iter().map(|e| e.light).collect::<Vec<_>>();
+    let mut lit: Vec<usize> = rig.sources.iter().flat_map(lit).collect();
+    lit.sort_unstable();
+    lit.dedup();
+    assert_eq!(lit.len(), rig.lights.len(), "a light hangs that no bank drives");
+    let emits = |m: usize| scene.materials[m].emission != footlight::units::Rgb::default();
+    let glowing = scene.polygons.iter().filter(|p| emits(p.material)).count();
+    assert!(glowing <= 40, "{glowing} emitting polygons");
 }
 
 #[test]
