@@ -182,7 +182,11 @@ fn the_rig_fits_the_stage() {
     let mut lit: Vec<usize> = rig.sources.iter().flat_map(lit).collect();
     lit.sort_unstable();
     lit.dedup();
-    assert_eq!(lit.len(), rig.lights.len(), "a light hangs that no bank drives");
+    assert_eq!(
+        lit.len(),
+        rig.lights.len(),
+        "a light hangs that no bank drives"
+    );
     let emits = |m: usize| scene.materials[m].emission != footlight::units::Rgb::default();
     let glowing = scene.polygons.iter().filter(|p| emits(p.material)).count();
     assert!(glowing <= 40, "{glowing} emitting polygons");
