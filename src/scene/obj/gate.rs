@@ -165,7 +165,7 @@ pub(super) fn mtl(path: &str, bytes: &[u8], known: &mut Names) -> Result<String,
             }
             "Kd" | "Ke" if !open => return Err(LineError::Name("newmtl")),
             "Kd" => {
-                let kd = numbers("Kd", rest, 3)?;
+                let kd = colour("Kd", rest)?;
                 if let Some(bad) = kd.iter().find(|v| !(0.0..=1.0).contains(*v)) {
                     return Err(LineError::Reflectance(*bad));
                 }
@@ -173,7 +173,7 @@ pub(super) fn mtl(path: &str, bytes: &[u8], known: &mut Names) -> Result<String,
                 plain(&mut text, format_args!("Kd {r:e} {g:e} {b:e}"));
             }
             "Ke" => {
-                let ke = numbers("Ke", rest, 3)?;
+                let ke = colour("Ke", rest)?;
                 if let Some(bad) = ke.iter().find(|v| **v < 0.0) {
                     return Err(LineError::Emission(*bad));
                 }
@@ -252,6 +252,15 @@ fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError>
     } else {
         Ok(rest)
     }
+}
+
+/// Three channels, or one number for all three, as MTL allows.
+fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], LineError> {
+    if rest.split_whitespace().count() == 1 {
+        let [grey, ..] = numbers(keyword, rest, 1)?;
+        return Ok([grey; 3]);
+    }
+    numbers(keyword, rest, 3)
 }
 
 /// The first three of `expected` finite numbers.

@@ -13,11 +13,12 @@ const AREA: f64 = 1e-9;
 /// The most corners of a face that is cut: the work grows with their cube.
 const BENT_LIMIT: usize = 64;
 
-/// `corners` as polygons: nothing when it has no area, itself when planar, else triangles that
+/// `corners` as polygons: nothing when they lie on one line, itself when planar, else triangles that
 /// meet its edges.
 ///
 /// # Errors
-/// [`LineError::Crossing`] when two edges cross, seen along the normal; [`LineError::Limit`] for
+/// [`LineError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
+/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`LineError::Limit`] for
 /// a bent face of many corners.
 pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, LineError> {
     corners.dedup();
@@ -25,7 +26,11 @@ pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, LineError
         corners.pop();
     }
     let Some(normal) = normal(&corners) else {
-        return Ok(Vec::new());
+        return if on_a_line(&corners) {
+            Ok(Vec::new())
+        } else {
+            Err(LineError::Crossing)
+        };
     };
     let flat = Flat::new(&corners, normal);
     if flat.crosses() {
@@ -60,6 +65,16 @@ fn normal(corners: &[Vec3]) -> Option<Vec3> {
     let twice_area = newell(&near);
     let least = AREA * diameter(corners).powi(2);
     (twice_area.length() > least).then(|| twice_area.normalized())
+}
+
+/// True when no corner is off the line through the first and the one farthest from it.
+fn on_a_line(corners: &[Vec3]) -> bool {
+    let origin = corners.first().copied().unwrap_or_default();
+    let near = corners.iter().map(|v| *v - origin);
+    let farther = |a: Vec3, b: Vec3| if b.length() > a.length() { b } else { a };
+    let along = near.clone().fold(Vec3::ZERO, farther);
+    let least = AREA * diameter(corners).powi(2);
+    near.map(|v| v.cross(along).length()).all(|a| a <= least)
 }
 
 /// How far the corners lie from the plane through their mean.

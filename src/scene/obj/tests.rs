@@ -118,6 +118,8 @@ fn wrong_lines_are_named() {
             gate::limit("corners of a face", CORNER_LIMIT),
         ),
         ("v 3 1 0\nv 2 2 0\nf 1 5 4 6", LineError::Crossing),
+        // A square's bow tie: its lobes cancel, and it must not vanish as a face without area.
+        ("\n\nf 1 3 2 4", LineError::Crossing),
     ] {
         let (path, at, found) = refused(&format!("{HEAD}{line}\nf 1 2 3\n"), MTL);
         let expected = if found == LineError::Crossing { 9 } else { 7 };
@@ -143,12 +145,12 @@ fn wrong_materials_are_named() {
             LineError::Reflectance(-0.1),
         ),
         (
-            "newmtl wall\n\nKd 0.5",
+            "newmtl wall\n\nKd 0.5 0.5",
             3,
             LineError::Count {
                 keyword: "Kd",
                 expected: 3,
-                found: 1,
+                found: 2,
             },
         ),
         ("newmtl wall\nKe -1 0 0", 2, LineError::Emission(-1.0)),
@@ -303,4 +305,12 @@ proptest! {
         let sum = parts.iter().fold(Vec3::ZERO, |s, p| s + newell(p));
         prop_assert!((sum - whole).length() < 1e-9 * whole.length());
     }
+}
+
+#[test]
+fn one_number_is_grey() {
+    let mtl = "newmtl wall\nKd 0.25\nKe 3\n";
+    let scene = read(&format!("{HEAD}f 1 2 3\n"), mtl).unwrap();
+    assert_eq!(scene.materials[0].reflectance, Rgb([0.25; 3]));
+    assert_eq!(scene.materials[0].emission, Rgb([3.0; 3]));
 }
