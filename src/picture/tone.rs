@@ -27,6 +27,12 @@ const WHITE: f64 = 5.0;
 const BRIGHT: f64 = 0.9;
 /// The part of a picture's pixels that are not brighter than what counts as its bright light.
 const PERCENTILE: f64 = 0.995;
+/// The part of the lit pixels that show surfaces rather than lamps, for certain.
+const SURFACES: f64 = 0.97;
+/// How far beyond those the bright light may lie: past it the filmic curve is white anyway.
+const BEYOND: f32 = 3.0;
+/// A pixel is lit from this part of the bright light on.
+const LIT: f32 = 0.003;
 
 impl Curve {
     /// The displayed brightness, 0 to 1, of exposed light.
@@ -93,8 +99,11 @@ pub fn negative(image: &Image) -> usize {
 }
 
 /// One exposure, in stops, for a whole sequence: it puts the bright light of the brightest picture
-/// just below white (0.9). A picture's bright light is the 99.5th percentile of its luminance, so
-/// that lamps seen as a few pixels do not darken the rest. Without light, 0.
+/// just below white (0.9). Without light, 0.
+///
+/// A picture's bright light is the 99.5th percentile of its luminance, so that lamps seen as a few
+/// pixels do not darken the rest; and at most three times the 97th percentile of its lit pixels
+/// (those of at least 0.3 % of the former), so that larger lamps may be cut at white.
 pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
     let bright = images.map(bright_luminance).fold(0.0, f64::max);
     if bright > 0.0 {
@@ -107,13 +116,21 @@ pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
 fn bright_luminance(image: &Image) -> f64 {
     let (pixels, _) = image.data().as_chunks::<3>();
     let luminance = |[r, g, b]: &[f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    f64::from(bright_level(pixels.iter().map(luminance).collect()))
+    let mut values: Vec<f32> = pixels.iter().map(luminance).collect();
+    let bright = level(&mut values, PERCENTILE);
+    values.retain(|v| *v > 0.0 && *v >= LIT * bright);
+    f64::from(bright.min(BEYOND * level(&mut values, SURFACES)))
 }
 
 /// The 99.5th percentile of what is finite; 0 when nothing is, or when it is negative.
 pub(super) fn bright_level(mut values: Vec<f32>) -> f32 {
+    level(&mut values, PERCENTILE)
+}
+
+/// A percentile of what is finite, which is kept alone; 0 when nothing is, or when it is negative.
+fn level(values: &mut Vec<f32>, percentile: f64) -> f32 {
     values.retain(|v| v.is_finite());
-    let rank = (values.len() as f64 * PERCENTILE) as usize;
+    let rank = (values.len() as f64 * percentile) as usize;
     if rank >= values.len() {
         return 0.0;
     }
@@ -201,7 +218,7 @@ mod tests {
         bright.data_mut().fill(4.0);
         // 0.4 % of the pixels are lamps.
         bright.data_mut()[..120].fill(1e6);
-        let dim = Image::from_data(1, 1, vec![0.1; 3]).unwrap();
+        let dim = grey(0.1);
         let exposure = auto_exposure([&dim, &bright, &Image::new(5, 5)].into_iter());
         assert!((exposure - (0.9_f64 / 4.0).log2()).abs() < 1e-6);
         assert_eq!(auto_exposure([&Image::new(5, 5)].into_iter()), 0.0);
@@ -210,6 +227,16 @@ mod tests {
             0.0
         );
         assert_eq!(auto_exposure(std::iter::empty()), 0.0);
+        // 2 % lamps, 98 % walls: the lamps are cut at white.
+        let mut lamps = Image::new(100, 100);
+        lamps.data_mut().fill(1.0);
+        lamps.data_mut()[..600].fill(50.0);
+        let exposure = auto_exposure([&lamps].into_iter());
+        assert!((exposure - 0.3_f64.log2()).abs() < 1e-6);
+        // The same 2 % are the only light: they are the picture.
+        lamps.data_mut()[600..].fill(1e-3);
+        let exposure = auto_exposure([&lamps].into_iter());
+        assert!((exposure - (0.9_f64 / 50.0).log2()).abs() < 1e-6);
         assert_eq!(negative(&grey(-1.0)), 3);
     }
 
