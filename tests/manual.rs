@@ -34,6 +34,21 @@ fn the_manuals_examples_are_shows() {
     assert!(count >= 9);
 }
 
+/// The manual's list of words that cannot be names is complete and has none too many.
+#[test]
+fn the_manuals_reserved_words_are_the_reserved_words() {
+    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    let list = manual.split("these cannot be names: `").nth(1).unwrap();
+    let listed: Vec<&str> = list.split('`').next().unwrap().split_whitespace().collect();
+    for word in lang::keywords().iter().chain(lang::words()) {
+        let show = format!("light l panel m\nbank {word} = l\ncue 1 {{ blackout }}\n");
+        let refused = complaints("names.lxq", &show).0.contains(&"E013");
+        let said = listed.contains(word) || lang::keywords().contains(word);
+        assert_eq!(refused, said, "{word}");
+    }
+    assert!(listed.iter().all(|w| lang::words().contains(w)));
+}
+
 fn shows(folder: &Path, out: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

@@ -141,6 +141,11 @@ pub fn keywords() -> &'static [&'static str] {
     &scan::STATEMENTS
 }
 
+/// The words that mean something inside statements.
+pub fn words() -> &'static [&'static str] {
+    &syntax::INNER_WORDS
+}
+
 /// True when `text` begins with a statement word. `show` is one only before a title, since it is
 /// also what a user says to be shown something.
 pub fn is_declaration(text: &str) -> bool {
