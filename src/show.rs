@@ -5,7 +5,8 @@
 //! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
 //! are valid; cues are sorted by number, numbers unique; a coordinate is moved at most once in a
 //! cue; fades' levels and path levels written in the text are within 0 to 100; path knots start at
-//! time 0 and increase strictly; durations are not negative.
+//! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
+//! that another one starts waits for GO; clock times do not fall from cue to cue.
 
 use crate::scene;
 use crate::units::{CueNumber, Rgb, Time};

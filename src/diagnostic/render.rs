@@ -109,6 +109,7 @@ impl<'a> Index<'a> {
 
     /// Line and column of a byte, both from 1.
     fn position(&mut self, file: usize, byte: usize) -> (usize, usize) {
+        let byte = boundary(self.text(file).1, byte);
         let line = self.line(file, byte);
         let start = self.line_range(file, line).start;
         let before = self.text(file).1.get(start..byte);
@@ -232,8 +233,8 @@ impl<'a> Index<'a> {
             let base = excerpt.text.len() + cut_before.len();
             for (label, main) in labels {
                 // The first line of a longer piece stands for it.
-                let start = label.span.start.clamp(shown.start, shown.end);
-                let end = label.span.end.clamp(start, shown.end);
+                let start = boundary(source, label.span.start.clamp(shown.start, shown.end));
+                let end = boundary(source, label.span.end.clamp(start, shown.end));
                 let place = base + start - shown.start..base + end - shown.start;
                 excerpt.places.push((place, label.text.clone(), *main));
             }
@@ -248,13 +249,23 @@ impl<'a> Index<'a> {
     }
 }
 
+/// The last character boundary up to `at`.
+fn boundary(text: &str, at: usize) -> usize {
+    (0..=at)
+        .rev()
+        .find(|i| text.is_char_boundary(*i))
+        .unwrap_or(0)
+}
+
 /// The part of a line that is shown: all of it, or [`WIDTH`] characters around `centre`.
 fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
     let text = source.get(line.clone()).unwrap_or("");
     if text.len() <= WIDTH {
         return line;
     }
-    let before = source.get(line.start..centre).unwrap_or("");
+    let before = source
+        .get(line.start..boundary(source, centre))
+        .unwrap_or("");
     let skip = before
         .char_indices()
         .rev()

@@ -53,10 +53,11 @@ codes! {
     KNOTS = "E038" "knots that do not follow each other";
     CURVE_ENDS = "E039" "a curve with wrong ends";
     KNOT_FORM = "E040" "a knot of the wrong form";
-    LAST_LINK = "E050" "follow or hang on the last cue";
-    CURVE_RANGE = "E051" "a curve leaves 0 to 100";
-    ORDER = "E052" "times that go backwards";
-    TIMELINE = "E053" "the cues do not make a timeline";
+    LAST_LINK = "E041" "follow or hang on the last cue";
+    ORDER = "E042" "times that go backwards";
+    STARTED_TWICE = "E043" "a cue with two triggers";
+    CURVE_RANGE = "E050" "a curve leaves 0 to 100";
+    TIMELINE = "E051" "the cues do not make a timeline";
     UNUSED_BANK = "W001" "a bank that no cue moves";
     UNUSED_LIGHT = "W002" "a light in no bank";
     STILL_CUE = "W003" "a cue that moves nothing";

@@ -35,7 +35,7 @@ pub struct SpanMap {
 }
 
 impl SpanMap {
-    /// The place of a node.
+    /// The place of a node: the whole statement, but of a cue or a part only its word and number.
     pub fn get(&self, id: NodeId) -> Option<Span> {
         self.spans.get(id.0 as usize).copied()
     }
@@ -77,7 +77,7 @@ pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
         );
         return failed(report);
     }
-    let (mut show, spans) = lower::lower(&read.statements, &read.broken, &mut report);
+    let (mut show, spans) = lower::lower(&read, &mut report);
     if let Some(show) = &mut show
         && show.title.is_empty()
     {

@@ -16,6 +16,8 @@ pub struct Read<'a> {
     pub statements: Vec<Statement<'a>>,
     /// Names whose declarations did not parse.
     pub broken: Vec<(Kind, Word<'a>)>,
+    /// A cue did not parse, so that the order of cues cannot be judged.
+    pub cue_lost: bool,
 }
 
 /// Reads all statements of a file.
@@ -175,6 +177,7 @@ impl<'a> Reader<'a, '_> {
 
     /// Declares the name of a statement that did not parse, so that its uses pass in silence.
     fn broken(&mut self, word: &str, text: &'a str, start: usize) {
+        self.out.cue_lost |= word == "cue";
         let Some(kind) = Kind::of_statement(word) else {
             return;
         };

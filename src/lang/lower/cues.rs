@@ -63,7 +63,8 @@ impl<'a> Lower<'a, '_> {
             if let Some(earlier) = number.and_then(|n| numbers.insert(n, cue.number.span)) {
                 self.same_number(cue.number, earlier);
             }
-            let lowered = self.cue(cue, statement.span, number, times);
+            let header = headed(statement.span, cue.number);
+            let lowered = self.cue(cue, header, number, times);
             self.show.cues.extend(lowered);
         }
         self.show.cues.sort_by_key(|c| c.number);
@@ -216,7 +217,7 @@ impl<'a> Lower<'a, '_> {
         moved: &mut Moved,
         alone: &mut Vec<Part>,
     ) -> Part {
-        let id = self.node(written.span);
+        let id = self.node(headed(written.span, written.number));
         let times = self.times(&written.body.timing, standard);
         let label = written.label.map(unquoted).unwrap_or_default();
         let mut made = part(id, number, label, times);
@@ -494,12 +495,8 @@ impl<'a> Lower<'a, '_> {
                 continue;
             };
             let message = format!("cue {number} moves nothing");
-            let start = Span {
-                end: span.start + 3,
-                ..span
-            };
             self.report
-                .add(Diagnostic::warning(codes::STILL_CUE, message).place(start, ""));
+                .add(Diagnostic::warning(codes::STILL_CUE, message).place(span, ""));
         }
         let ends = self
             .first_coordinates
@@ -519,6 +516,14 @@ impl<'a> Lower<'a, '_> {
                 );
             }
         }
+    }
+}
+
+/// A cue or a part stands in messages by its word and number; its body would hide what matters.
+fn headed(span: Span, number: Word<'_>) -> Span {
+    Span {
+        end: number.span.end,
+        ..span
     }
 }
 

@@ -10,22 +10,21 @@ mod curves;
 mod levels;
 mod preview;
 mod rig;
+mod triggers;
 mod values;
 
 use super::ast::{Declaration, Span, Statement, Word};
 use super::names::{self, Kind, Names};
+use super::read::Read;
 use super::report::{Place, Report};
 use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Preview, Show};
 
-/// Lowers the statements of a show; `broken` are names whose declarations did not parse.
-pub fn lower<'a>(
-    statements: &[Statement<'a>],
-    broken: &[(Kind, Word<'a>)],
-    report: &mut Report,
-) -> (Option<Show>, SpanMap) {
+/// Lowers what was read of a show.
+pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
+    let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
         report,
@@ -35,7 +34,7 @@ pub fn lower<'a>(
         budget: limits::LEVELS,
     };
     lower.declare(statements);
-    for (kind, name) in broken {
+    for (kind, name) in &read.broken {
         // A clash with a broken declaration is not worth a word: the first mistake is elsewhere.
         let _ = lower.names.declare(*name, *kind, None);
     }
@@ -44,6 +43,9 @@ pub fn lower<'a>(
     lower.curves(statements);
     lower.levels(statements);
     lower.cues(statements);
+    if !read.cue_lost {
+        lower.triggers();
+    }
     let failed = lower.report.failed();
     if !failed {
         lower.remarks();

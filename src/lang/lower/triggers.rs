@@ -1,0 +1,84 @@
+//! What starts each cue, over the whole show: every cue is started by one thing, in order.
+
+use super::Lower;
+use crate::diagnostic::Diagnostic;
+use crate::lang::codes;
+use crate::lang::report::Place;
+use crate::show::{Cue, Link, NodeId, Trigger};
+use crate::units::Time;
+
+impl Lower<'_, '_> {
+    /// Checks the sorted cues.
+    pub fn triggers(&mut self) {
+        let cues = std::mem::take(&mut self.show.cues);
+        if let Some(last) = cues.last()
+            && let Some((id, link)) = last.link
+        {
+            self.last_link(last, id, link);
+        }
+        let mut before: Option<&Cue> = None;
+        let mut clock: Option<(Time, &Cue)> = None;
+        for cue in &cues {
+            if let Trigger::At(time) = cue.trigger {
+                if let Some((id, _)) = before.and_then(|b| b.link) {
+                    self.started_twice(cue, id);
+                }
+                if let Some((earlier, other)) = clock.filter(|(earlier, _)| time < *earlier) {
+                    self.backwards_in_time(cue, time, other, earlier);
+                }
+                clock = Some((time, cue));
+            }
+            before = Some(cue);
+        }
+        self.show.cues = cues;
+    }
+
+    fn last_link(&mut self, cue: &Cue, id: NodeId, link: Link) {
+        let word = match link {
+            Link::Follow(_) => "follow",
+            Link::Hang(_) => "hang",
+        };
+        let message = format!(
+            "`{word}` starts the next cue, but cue {} is the last",
+            cue.number
+        );
+        let Some(span) = self.spans.get(id) else {
+            return;
+        };
+        let help = "remove it, or add the cue that it is to start";
+        self.report
+            .error::<()>(codes::LAST_LINK, message, (span, "starts nothing"), help);
+    }
+
+    fn started_twice(&mut self, cue: &Cue, link: NodeId) {
+        let message = format!(
+            "cue {} is started twice: by the cue before it, and by `at`",
+            cue.number
+        );
+        let (Some(header), Some(there)) = (self.spans.get(cue.id), self.spans.get(link)) else {
+            return;
+        };
+        self.report.add(
+            Diagnostic::error(codes::STARTED_TWICE, message)
+                .place(header, "has a time of its own")
+                .place(there, "starts it too")
+                .help("keep one of the two"),
+        );
+    }
+
+    fn backwards_in_time(&mut self, cue: &Cue, time: Time, other: &Cue, earlier: Time) {
+        let message = format!(
+            "cue {} at {time} comes after cue {} at {earlier}",
+            cue.number, other.number
+        );
+        let (Some(here), Some(there)) = (self.spans.get(cue.id), self.spans.get(other.id)) else {
+            return;
+        };
+        self.report.add(
+            Diagnostic::error(codes::ORDER, message)
+                .place(here, "earlier in time")
+                .place(there, "earlier in number")
+                .help("cues run in the order of their numbers: change a time or a number"),
+        );
+    }
+}
