@@ -44,6 +44,7 @@
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
 //! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc |
 
+pub mod chart;
 pub mod diagnostic;
 pub mod files;
 pub mod geometry;

@@ -1,0 +1,62 @@
+//! Charts: what was measured or written, drawn as PNG and SVG from one list of marks.
+//!
+//! A chart function ([`curves`], [`panels`], [`sheet`]) takes plain data and lays out a
+//! [`Drawing`]: a flat list of rectangles, paths, texts and pictures with absolute places. The
+//! list is then painted (tiny-skia, glyph outlines through skrifa from an embedded subset of
+//! DejaVu Sans) or written as SVG, so that both show the same thing.
+//!
+//! Invariants: a layout never fails on numbers: NaN, infinities and values that an axis cannot
+//! show are left out, empty data draw an empty chart that says so, long names are shortened,
+//! labels that would overlap are dropped. Same data, same bytes.
+//!
+//! This room must not know of shows, cues' meaning, lights or files. Its colours are display
+//! coded (sRGB).
+
+mod axis;
+mod colour;
+mod curves;
+mod drawing;
+mod font;
+mod paint;
+mod panels;
+mod resample;
+mod sheet;
+mod svg;
+mod trace;
+
+pub use axis::{Axis, Scale};
+pub use colour::{Colour, Theme};
+pub use curves::{Curves, Row, curves};
+pub use drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
+pub use panels::{Marker, Panel, Series, panels};
+pub use sheet::{Sheet, Tile, sheet};
+
+/// Why a chart could not be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChartError {
+    /// The drawing has more pixels than this room paints.
+    #[error("a chart of {width} x {height} pixels is over the limit of {limit} pixels a side")]
+    TooLarge {
+        /// Pixels a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// The most pixels either side may have.
+        limit: usize,
+    },
+    /// A picture's bytes do not fill its size.
+    #[error("a picture of {width} x {height} needs {needed} bytes of RGB, it has {found}")]
+    Picture {
+        /// Pixels a row.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// `width * height * 3`.
+        needed: usize,
+        /// What was given.
+        found: usize,
+    },
+    /// The PNG encoder refused.
+    #[error("could not encode the chart as PNG: {0}")]
+    Encode(String),
+}

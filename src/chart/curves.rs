@@ -1,0 +1,364 @@
+//! Levels over time, one strip a row: how desks show automation.
+
+use super::axis::{Ruler, Scale, clock};
+use super::colour::{Colour, Palette, Theme};
+use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::font;
+use super::trace::{Point, cut, thinned};
+
+/// Levels over time, with the moments that matter.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Curves {
+    /// Over everything; empty for none.
+    pub title: String,
+    /// Seconds at the left edge.
+    pub start: f64,
+    /// Seconds at the right edge.
+    pub end: f64,
+    /// From the top down.
+    pub rows: Vec<Row>,
+    /// Seconds and name of each line across the rows.
+    pub cues: Vec<(f64, String)>,
+    /// Seconds of the present moment.
+    pub playhead: Option<f64>,
+}
+
+/// One curve.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Row {
+    /// Written on its left.
+    pub name: String,
+    /// Display-coded; the theme's own without. One too near the background is moved away from it.
+    pub colour: Option<[u8; 3]>,
+    /// Seconds and level 0 to 1, straight between them; two points at one time are a jump, the
+    /// first and last levels hold outside. Levels beyond 0 and 1 are drawn at the strip's edge.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Rows beyond this are counted, not drawn.
+const MOST_ROWS: usize = 512;
+const WIDTH: f32 = 840.0;
+const MARGIN: f32 = 16.0;
+const TITLE: f32 = 17.0;
+const NAME: f32 = 12.0;
+const SMALL: f32 = 11.0;
+/// The height of one line of cue names.
+const TIER: f32 = 15.0;
+
+/// Where things are.
+struct Layout {
+    /// All strips together.
+    field: Frame,
+    pitch: f32,
+    gap: f32,
+    names: f32,
+}
+
+/// Draws the curves, 840 units wide and as high as the rows need.
+pub fn curves(data: &Curves, theme: Theme) -> Drawing {
+    let palette = theme.palette();
+    let count = data.rows.len().min(MOST_ROWS);
+    let (layout, height) = layout(data, count);
+    let mut drawing = Drawing::new(WIDTH, height, palette.ground);
+    let title = font::fit(&data.title, TITLE, WIDTH - 2.0 * MARGIN);
+    drawing.text(Label::new(
+        &title,
+        (MARGIN, MARGIN + 14.0),
+        TITLE,
+        palette.ink,
+    ));
+    let field = layout.field;
+    let span = if data.start.is_finite() && data.end.is_finite() {
+        (data.start, data.end)
+    } else {
+        (0.0, 1.0)
+    };
+    let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
+
+    strips(&mut drawing, &layout, count, &palette);
+    time_grid(&mut drawing, &ruler, field, &palette);
+    for (index, row) in data.rows.iter().take(count).enumerate() {
+        let strip = layout.strip(index);
+        name(&mut drawing, &layout, row, strip, &palette);
+        curve(&mut drawing, row, strip, &ruler, span, &palette);
+    }
+    cue_lines(&mut drawing, &data.cues, &ruler, field, &palette);
+    let playhead = data
+        .playhead
+        .and_then(|time| playhead(time, &ruler, field, &palette));
+    time_labels(&mut drawing, &ruler, field, playhead.as_ref(), &palette);
+    if let Some(playhead) = playhead {
+        playhead.draw(&mut drawing, field, &palette);
+    }
+    remarks(&mut drawing, data, &layout, count, &palette);
+    drawing
+}
+
+impl Layout {
+    fn strip(&self, index: usize) -> Frame {
+        let top = self.field.y + index as f32 * self.pitch;
+        Frame::new(self.field.x, top, self.field.width, self.pitch - self.gap)
+    }
+}
+
+fn layout(data: &Curves, count: usize) -> (Layout, f32) {
+    let widest = data.rows.iter().take(count);
+    let widest = widest
+        .map(|row| font::width(&row.name, NAME))
+        .fold(0.0, f32::max);
+    let names = widest.min(WIDTH / 5.0).ceil();
+    // Few rows are tall enough to read levels from; many keep the page short.
+    let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
+    let gap = if pitch >= 48.0 { 8.0 } else { 4.0 };
+    let cues = if data.cues.is_empty() {
+        6.0
+    } else {
+        2.0 * TIER + 8.0
+    };
+    let title = if data.title.is_empty() { 0.0 } else { 24.0 };
+    let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
+    let right = WIDTH - MARGIN - font::width("100", 10.0).ceil() - 6.0;
+    let top = (MARGIN + title + cues).ceil();
+    let field = Frame::new(left, top, right - left, pitch * count.max(1) as f32 - gap);
+    let remark = if data.rows.len() > count { 18.0 } else { 0.0 };
+    let height = (field.bottom() + 24.0 + remark + MARGIN / 2.0).ceil();
+    let layout = Layout {
+        field,
+        pitch,
+        gap,
+        names,
+    };
+    (layout, height)
+}
+
+fn strips(drawing: &mut Drawing, layout: &Layout, count: usize, palette: &Palette) {
+    for index in 0..count.max(1) {
+        let strip = layout.strip(index);
+        drawing.rectangle(strip, palette.field);
+        // The scale's ends on every tall strip, else on the first only.
+        if layout.pitch >= 48.0 || index == 0 {
+            let x = strip.right() + 6.0;
+            for (level, y) in [("100", strip.y + 4.0), ("0", strip.bottom() - 4.0)] {
+                drawing.text(Label::new(level, (x, y), 10.0, palette.quiet).centred());
+            }
+        }
+        if layout.pitch >= 48.0 {
+            let y = crisp(strip.y + strip.height / 2.0);
+            let stroke = Stroke::solid(palette.grid, 1.0);
+            drawing.line((strip.x, y), (strip.right(), y), stroke);
+        }
+    }
+}
+
+fn time_grid(drawing: &mut Drawing, ruler: &Ruler, field: Frame, palette: &Palette) {
+    for tick in &ruler.ticks {
+        if let Some(x) = ruler.place(tick.value) {
+            let x = crisp(x.min(field.right() - 1.0));
+            let stroke = Stroke::solid(palette.grid, 1.0);
+            drawing.line((x, field.y), (x, field.bottom() + 4.0), stroke);
+        }
+    }
+}
+
+fn name(drawing: &mut Drawing, layout: &Layout, row: &Row, strip: Frame, palette: &Palette) {
+    let text = font::fit(&row.name, NAME, layout.names);
+    let at = (strip.x - 10.0, strip.y + strip.height / 2.0);
+    let label = Label::new(&text, at, NAME, palette.ink);
+    drawing.text(label.anchored(Anchor::End).centred());
+}
+
+fn curve(
+    drawing: &mut Drawing,
+    row: &Row,
+    strip: Frame,
+    ruler: &Ruler,
+    (start, end): (f64, f64),
+    palette: &Palette,
+) {
+    // Half the line's width inside the strip at both ends of the scale.
+    let (top, base) = (strip.y + 1.0, strip.bottom() - 1.0);
+    let place = |(time, level): (f64, f64)| -> Option<Point> {
+        let level = level.clamp(0.0, 1.0) as f32;
+        Some((ruler.place(time)?, base + (top - base) * level))
+    };
+    let points: Vec<Point> = cut(&row.points, start, end)
+        .into_iter()
+        .filter_map(place)
+        .collect();
+    let points = thinned(&points);
+    let (Some(first), Some(last)) = (points.first(), points.last()) else {
+        return;
+    };
+    let given = row.colour.map(|rgb| Colour { rgb, alpha: 1.0 });
+    let colour = given.map_or(palette.hue(0), |hue| {
+        hue.legible(palette.field, palette.ink)
+    });
+    // The area keeps the colour as given: only the line must be told from the field.
+    let area_colour = given.map_or(colour.faded(0.32), |hue| hue.faded(0.45));
+    let line = |&(x, y): &Point| Step::Line(x, y);
+    let mut area = vec![Step::Move(first.0, strip.bottom())];
+    area.extend(points.iter().map(line));
+    area.extend([Step::Line(last.0, strip.bottom()), Step::Close]);
+    drawing.push(Mark::Path {
+        steps: area,
+        fill: Some(area_colour),
+        stroke: None,
+    });
+    let mut edge = vec![Step::Move(first.0, first.1)];
+    edge.extend(points.iter().skip(1).map(line));
+    drawing.push(Mark::Path {
+        steps: edge,
+        fill: None,
+        stroke: Some(Stroke::solid(colour, 1.5)),
+    });
+}
+
+/// The lines of the cues and, in two tiers over the field, those names that have room: a name
+/// that meets its left neighbour goes up a tier where its line can pass, else it is left out.
+fn cue_lines(
+    drawing: &mut Drawing,
+    cues: &[(f64, String)],
+    ruler: &Ruler,
+    field: Frame,
+    palette: &Palette,
+) {
+    let stroke = Stroke::solid(palette.ink.faded(0.28), 1.0);
+    let mut free = [f32::MIN; 2];
+    let mut raised = f32::MIN;
+    for (x, text) in merged(cues, ruler, field) {
+        let line = crisp(x.min(field.right() - 1.0));
+        let width = font::width(&text, SMALL);
+        let right_most = WIDTH - MARGIN / 2.0;
+        let left = (line - width / 2.0)
+            .min(right_most - width)
+            .max(MARGIN / 2.0);
+        let tier = if left > free[0] && left > raised + 2.0 {
+            Some(0)
+        } else if left > free[1] && line > free[0] - 3.0 {
+            Some(1)
+        } else {
+            None
+        };
+        let rise = tier.map_or(0.0, |tier| 4.0 + TIER * tier as f32);
+        drawing.line((line, field.y - rise), (line, field.bottom()), stroke);
+        let Some(tier) = tier else { continue };
+        if let Some(free) = free.get_mut(tier) {
+            *free = left + width + 6.0;
+        }
+        if tier == 1 {
+            raised = line;
+        }
+        let baseline = field.y - rise - 3.0;
+        drawing.text(Label::new(&text, (left, baseline), SMALL, palette.ink));
+    }
+}
+
+/// The cues inside the field from left to right, those of one pixel under one name.
+fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
+    let mut placed: Vec<(f32, &str)> = cues
+        .iter()
+        .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
+        .filter(|(x, _)| (field.x - 0.5..=field.right() + 0.5).contains(x))
+        .collect();
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed
+        .chunk_by(|a, b| a.0.floor() == b.0.floor())
+        .filter_map(|group| match group {
+            [] => None,
+            [(x, name)] => Some((*x, font::fit(name, SMALL, 90.0))),
+            [(x, one), (_, two)] => {
+                let both = [one, two].map(|name| font::fit(name, SMALL, 45.0));
+                Some((*x, both.join(", ")))
+            }
+            [(x, name), rest @ ..] => {
+                let name = font::fit(name, SMALL, 70.0);
+                Some((*x, format!("{name} +{}", rest.len())))
+            }
+        })
+        .collect()
+}
+
+/// The playhead's line and its time under the field.
+struct Playhead {
+    x: f32,
+    label: Label,
+}
+
+fn playhead(time: f64, ruler: &Ruler, field: Frame, palette: &Palette) -> Option<Playhead> {
+    let x = ruler.place(time)?;
+    if !(field.x - 0.5..=field.right() + 0.5).contains(&x) {
+        return None;
+    }
+    let text = clock(time, 0.1);
+    let half = font::width(&text, SMALL) / 2.0;
+    let centre = x.clamp(MARGIN / 2.0 + half, WIDTH - MARGIN / 2.0 - half);
+    let at = (centre, field.bottom() + 19.0);
+    let label = Label::new(&text, at, SMALL, palette.playhead);
+    Some(Playhead {
+        x,
+        label: label.anchored(Anchor::Middle),
+    })
+}
+
+impl Playhead {
+    fn draw(self, drawing: &mut Drawing, field: Frame, palette: &Palette) {
+        let (x, foot) = (self.x, field.bottom());
+        let stroke = Stroke::solid(palette.playhead, 1.5);
+        drawing.line((x, field.y), (x, foot), stroke);
+        drawing.push(Mark::Path {
+            steps: vec![
+                Step::Move(x - 4.5, foot + 7.0),
+                Step::Line(x + 4.5, foot + 7.0),
+                Step::Line(x, foot),
+                Step::Close,
+            ],
+            fill: Some(palette.playhead),
+            stroke: None,
+        });
+        drawing.text(self.label);
+    }
+}
+
+/// The times under the field, but for those that would touch another or the playhead's.
+fn time_labels(
+    drawing: &mut Drawing,
+    ruler: &Ruler,
+    field: Frame,
+    playhead: Option<&Playhead>,
+    palette: &Palette,
+) {
+    let mut taken: Vec<Frame> = playhead
+        .iter()
+        .map(|head| padded(head.label.frame()))
+        .collect();
+    for tick in &ruler.ticks {
+        let Some(x) = ruler.place(tick.value) else {
+            continue;
+        };
+        let at = (x, field.bottom() + 19.0);
+        let label = Label::new(&tick.label, at, SMALL, palette.quiet).anchored(Anchor::Middle);
+        let frame = label.frame();
+        if frame.right() <= WIDTH && !taken.iter().any(|other| other.overlaps(&frame)) {
+            taken.push(padded(frame));
+            drawing.text(label);
+        }
+    }
+}
+
+fn padded(frame: Frame) -> Frame {
+    Frame::new(frame.x - 8.0, frame.y, frame.width + 16.0, frame.height)
+}
+
+fn remarks(drawing: &mut Drawing, data: &Curves, layout: &Layout, count: usize, palette: &Palette) {
+    let field = layout.field;
+    if count == 0 {
+        let at = (field.x + field.width / 2.0, field.y + field.height / 2.0);
+        let label = Label::new("no curves", at, NAME, palette.quiet);
+        drawing.text(label.anchored(Anchor::Middle).centred());
+    }
+    if data.rows.len() > count {
+        let text = format!("and {} more rows", data.rows.len() - count);
+        let at = (field.x, field.bottom() + 38.0);
+        drawing.text(Label::new(&text, at, SMALL, palette.quiet));
+    }
+}

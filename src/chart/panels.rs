@@ -1,0 +1,455 @@
+//! Measurements: series on linear, log or time axes, several panels side by side.
+//!
+//! A series keeps its colour, by its name, through all panels of a drawing, and one legend names
+//! it for all of them.
+
+use super::axis::{Axis, Ruler, Tick};
+use super::colour::{Colour, Palette, Theme};
+use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::font;
+use super::trace::{Point, thinned};
+
+/// One plot.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Panel {
+    /// Over the plot; empty for none.
+    pub title: String,
+    /// Along the foot.
+    pub x: Axis,
+    /// Along the left.
+    pub y: Axis,
+    /// From the bottom up.
+    pub series: Vec<Series>,
+    /// A value of y with its name, as a tolerance: a dashed line across.
+    pub reference: Option<(f64, String)>,
+}
+
+/// Points joined in the order given.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Series {
+    /// Its name in the legend; the same name has the same colour in every panel.
+    pub name: String,
+    /// x and y. A point that the axes have no place for (NaN, or zero on logs) breaks the line.
+    pub points: Vec<(f64, f64)>,
+    /// What stands on each point.
+    pub marker: Marker,
+}
+
+/// The shape on a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Marker {
+    /// A disc.
+    #[default]
+    Circle,
+    /// A square.
+    Square,
+    /// A triangle, point up.
+    Triangle,
+    /// A square on its corner.
+    Diamond,
+    /// Two crossed lines.
+    Cross,
+    /// The line alone.
+    None,
+}
+
+const MARGIN: f32 = 16.0;
+const TITLE: f32 = 17.0;
+const HEADING: f32 = 13.0;
+const SMALL: f32 = 11.5;
+const PLOT_HEIGHT: f32 = 250.0;
+/// With more points the markers would hide the line.
+const MOST_MARKERS: usize = 80;
+/// Series after these repeat the hues, with dashes.
+const HUES: usize = 7;
+
+/// Draws panels side by side: 420 units for each, 640 for one alone.
+pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
+    let palette = theme.palette();
+    let each = if data.len() <= 1 { 640.0 } else { 420.0 };
+    let width = each * data.len().max(1) as f32;
+    let names = names(data);
+    let shown = font::fit(title, TITLE, width - 2.0 * MARGIN);
+    let below_title = MARGIN + if shown.is_empty() { 0.0 } else { 26.0 };
+    let (legend, below_legend) = legend(data, &names, width, below_title);
+    let headed = data.iter().any(|panel| !panel.title.is_empty());
+    let top = below_legend + if headed { 20.0 } else { 0.0 };
+    let plot_top = top + 26.0;
+    let height = plot_top + PLOT_HEIGHT + 42.0 + MARGIN / 2.0;
+    let mut drawing = Drawing::new(width, height.ceil(), palette.ground);
+    drawing.text(Label::new(
+        &shown,
+        (MARGIN, MARGIN + 14.0),
+        TITLE,
+        palette.ink,
+    ));
+    for entry in &legend {
+        entry.draw(&mut drawing, &palette);
+    }
+    for (index, panel) in data.iter().enumerate() {
+        let frame = Frame::new(index as f32 * each, plot_top, each, PLOT_HEIGHT);
+        draw_panel(&mut drawing, panel, frame, &names, &palette);
+    }
+    if data.is_empty() {
+        let at = (width / 2.0, plot_top + PLOT_HEIGHT / 2.0);
+        drawing.text(Label::new("no data", at, HEADING, palette.quiet).anchored(Anchor::Middle));
+    }
+    drawing
+}
+
+/// The names of all series in the order of their first appearance.
+fn names(data: &[Panel]) -> Vec<&str> {
+    let mut names: Vec<&str> = Vec::new();
+    for series in data.iter().flat_map(|panel| &panel.series) {
+        if !names.contains(&series.name.as_str()) {
+            names.push(&series.name);
+        }
+    }
+    names
+}
+
+/// The line of the series with this name.
+fn stroke(name: &str, names: &[&str], palette: &Palette) -> Stroke {
+    let index = names.iter().position(|other| *other == name).unwrap_or(0);
+    Stroke {
+        colour: palette.hue(index),
+        width: 2.0,
+        dash: (index >= HUES).then_some((7.0, 4.0)),
+    }
+}
+
+/// A name in the legend.
+struct Entry {
+    at: (f32, f32),
+    name: String,
+    marker: Marker,
+    index: usize,
+}
+
+/// The legend's names in lines, and the y below them.
+fn legend(data: &[Panel], names: &[&str], width: f32, top: f32) -> (Vec<Entry>, f32) {
+    let (mut x, mut y) = (MARGIN, top);
+    let mut entries = Vec::new();
+    let series = || data.iter().flat_map(|panel| &panel.series);
+    for (index, name) in names
+        .iter()
+        .enumerate()
+        .filter(|(_, name)| !name.is_empty())
+    {
+        let name = font::fit(name, HEADING, width - 2.0 * MARGIN - 34.0);
+        let room = 30.0 + font::width(&name, HEADING);
+        if x > MARGIN && x + room > width - MARGIN {
+            (x, y) = (MARGIN, y + 20.0);
+        }
+        let marker = series().find(|series| series.name == names.get(index).copied().unwrap_or(""));
+        entries.push(Entry {
+            at: (x, y + 8.0),
+            name,
+            marker: marker.map_or(Marker::None, |series| series.marker),
+            index,
+        });
+        x += room + 22.0;
+    }
+    let below = if entries.is_empty() { top } else { y + 26.0 };
+    (entries, below)
+}
+
+impl Entry {
+    fn draw(&self, drawing: &mut Drawing, palette: &Palette) {
+        let (x, y) = self.at;
+        let line = Stroke {
+            colour: palette.hue(self.index),
+            width: 2.0,
+            dash: (self.index >= HUES).then_some((7.0, 4.0)),
+        };
+        drawing.line((x, y), (x + 24.0, y), line);
+        mark(drawing, self.marker, (x + 12.0, y), line.colour, palette);
+        let label = Label::new(&self.name, (x + 30.0, y), HEADING, palette.ink);
+        drawing.text(label.centred());
+    }
+}
+
+/// One panel's plot in pixels.
+struct Plot {
+    frame: Frame,
+    x: Ruler,
+    y: Ruler,
+}
+
+fn draw_panel(
+    drawing: &mut Drawing,
+    panel: &Panel,
+    frame: Frame,
+    names: &[&str],
+    palette: &Palette,
+) {
+    let plot = Plot::new(panel, frame);
+    let left = frame.x + MARGIN;
+    let room = frame.width - 2.0 * MARGIN;
+    let title = font::fit(&panel.title, HEADING, room);
+    drawing.text(Label::new(
+        &title,
+        (left, frame.y - 28.0),
+        HEADING,
+        palette.ink,
+    ));
+    let label = font::fit(&panel.y.label, SMALL, room);
+    drawing.text(Label::new(
+        &label,
+        (left, frame.y - 10.0),
+        SMALL,
+        palette.quiet,
+    ));
+    let label = font::fit(&panel.x.label, SMALL, room);
+    let middle = plot.frame.x + plot.frame.width / 2.0;
+    // Centred under the plot, but inside the panel where the label is long.
+    let half = font::width(&label, SMALL) / 2.0;
+    let middle = middle.min(frame.right() - MARGIN - half).max(left + half);
+    let label = Label::new(
+        &label,
+        (middle, frame.bottom() + 36.0),
+        SMALL,
+        palette.quiet,
+    );
+    drawing.text(label.anchored(Anchor::Middle));
+    plot.grid(drawing, palette);
+
+    let mut traces = Vec::new();
+    for series in &panel.series {
+        let runs = plot.runs(&series.points);
+        let stroke = stroke(&series.name, names, palette);
+        for run in &runs {
+            polyline(drawing, run, stroke);
+        }
+        traces.push((series, runs));
+    }
+    let drawn = plot.reference(drawing, panel, &traces, palette);
+    for (series, runs) in &traces {
+        let colour = stroke(&series.name, names, palette).colour;
+        // A point alone has no line to show it.
+        let few = runs.iter().map(Vec::len).sum::<usize>() <= MOST_MARKERS;
+        for run in runs.iter().filter(|run| few || run.len() == 1) {
+            let marker = match series.marker {
+                Marker::None if run.len() == 1 => Marker::Circle,
+                other => other,
+            };
+            for &at in run {
+                mark(drawing, marker, at, colour, palette);
+            }
+        }
+    }
+    if !drawn && traces.iter().all(|(_, runs)| runs.is_empty()) {
+        let at = (
+            plot.frame.x + plot.frame.width / 2.0,
+            plot.frame.y + plot.frame.height / 2.0,
+        );
+        let label = Label::new("no data", at, HEADING, palette.quiet);
+        drawing.text(label.anchored(Anchor::Middle).centred());
+    }
+}
+
+impl Plot {
+    fn new(panel: &Panel, frame: Frame) -> Plot {
+        // Only points that both axes take are seen, so only they may stretch the axes.
+        let seen = |&&(x, y): &&(f64, f64)| panel.x.scale.takes(x) && panel.y.scale.takes(y);
+        let points = || {
+            panel
+                .series
+                .iter()
+                .flat_map(|series| &series.points)
+                .filter(seen)
+        };
+        let reference = panel.reference.iter().map(|(value, _)| *value);
+        let heights = points().map(|point| point.1).chain(reference);
+        let span = (frame.bottom(), frame.y);
+        let y = Ruler::round(panel.y.scale, heights, span, 5);
+        let widest = y.ticks.iter().map(|tick| font::width(&tick.label, SMALL));
+        let labels = widest.fold(0.0, f32::max).ceil();
+        let left = frame.x + MARGIN + labels + 8.0;
+        let right = frame.right() - MARGIN - 8.0;
+        let widths = points().map(|point| point.0);
+        let x = Ruler::round(panel.x.scale, widths, (left, right), 6);
+        Plot {
+            frame: Frame::new(left, frame.y, right - left, frame.height),
+            x,
+            y,
+        }
+    }
+
+    fn grid(&self, drawing: &mut Drawing, palette: &Palette) {
+        let Frame { x, y, .. } = self.frame;
+        let (right, foot) = (self.frame.right(), self.frame.bottom());
+        let thin = Stroke::solid(palette.grid, 1.0);
+        let major = |tick: &&Tick| !tick.label.is_empty();
+        for tick in self.y.ticks.iter().filter(major) {
+            let Some(at) = self.y.place(tick.value) else {
+                continue;
+            };
+            drawing.line((x, crisp(at)), (right, crisp(at)), thin);
+            let label = Label::new(&tick.label, (x - 8.0, at), SMALL, palette.quiet);
+            drawing.text(label.anchored(Anchor::End).centred());
+        }
+        let mut free = f32::MIN;
+        for tick in self.x.ticks.iter().filter(major) {
+            let Some(at) = self.x.place(tick.value) else {
+                continue;
+            };
+            drawing.line((crisp(at), y), (crisp(at), foot + 4.0), thin);
+            let label = Label::new(&tick.label, (at, foot + 18.0), SMALL, palette.quiet);
+            let label = label.anchored(Anchor::Middle);
+            if label.frame().x > free {
+                free = label.frame().right() + 8.0;
+                drawing.text(label);
+            }
+        }
+        let firm = Stroke::solid(palette.frame, 1.0);
+        for tick in self.y.ticks.iter().filter(|tick| !major(tick)) {
+            if let Some(at) = self.y.place(tick.value) {
+                drawing.line((x, crisp(at)), (x + 3.0, crisp(at)), firm);
+            }
+        }
+        for tick in self.x.ticks.iter().filter(|tick| !major(tick)) {
+            if let Some(at) = self.x.place(tick.value) {
+                drawing.line((crisp(at), foot - 3.0), (crisp(at), foot), firm);
+            }
+        }
+        drawing.line((x, crisp(foot)), (right, crisp(foot)), firm);
+    }
+
+    /// The points in pixels, in unbroken runs.
+    fn runs(&self, points: &[(f64, f64)]) -> Vec<Vec<Point>> {
+        let placed: Vec<Option<Point>> = points
+            .iter()
+            .map(|&(x, y)| Some((self.x.place(x)?, self.y.place(y)?)))
+            .collect();
+        placed
+            .split(Option::is_none)
+            .filter(|run| !run.is_empty())
+            .map(|run| thinned(&run.iter().copied().flatten().collect::<Vec<_>>()))
+            .collect()
+    }
+
+    /// The reference line, its name at the end and side where it hides the least; whether the
+    /// axis had a place for it.
+    fn reference(
+        &self,
+        drawing: &mut Drawing,
+        panel: &Panel,
+        traces: &[(&Series, Vec<Vec<Point>>)],
+        palette: &Palette,
+    ) -> bool {
+        let Some((value, name)) = &panel.reference else {
+            return false;
+        };
+        let Some(y) = self.y.place(*value) else {
+            return false;
+        };
+        let (left, right) = (self.frame.x, self.frame.right());
+        let stroke = Stroke {
+            colour: palette.quiet,
+            width: 1.5,
+            dash: Some((5.0, 4.0)),
+        };
+        drawing.line((left, crisp(y)), (right, crisp(y)), stroke);
+        let name = font::fit(name, SMALL, self.frame.width * 0.8);
+        let ends = [(right - 4.0, Anchor::End), (left + 4.0, Anchor::Start)];
+        let sides = [y - 5.0, y + 14.0];
+        let places = ends.iter().flat_map(|&(x, anchor)| {
+            sides.map(|y| Label::new(&name, (x, y), SMALL, palette.ink).anchored(anchor))
+        });
+        let hidden = |label: &Label| {
+            let frame = label.frame();
+            let runs = traces.iter().flat_map(|(_, runs)| runs);
+            let met: usize = runs.map(|run| met(run, &frame)).sum();
+            // Outside the plot it would meet the axes' labels.
+            met + if self.frame.holds(&frame) { 0 } else { 1000 }
+        };
+        if let Some(best) = places.min_by_key(hidden) {
+            drawing.text(best);
+        }
+        true
+    }
+}
+
+/// How many of the run's points and segments come near the frame, by samples.
+fn met(run: &[Point], frame: &Frame) -> usize {
+    let near = |x: f32, y: f32| frame.overlaps(&Frame::new(x - 4.0, y - 4.0, 8.0, 8.0));
+    let alone = run.iter().filter(|(x, y)| near(*x, *y)).count();
+    let segments = run.windows(2).filter(|pair| match pair {
+        [from, to] => (1..16).any(|part| {
+            let share = part as f32 / 16.0;
+            near(
+                from.0 + (to.0 - from.0) * share,
+                from.1 + (to.1 - from.1) * share,
+            )
+        }),
+        _ => false,
+    });
+    alone + segments.count()
+}
+
+fn polyline(drawing: &mut Drawing, run: &[Point], stroke: Stroke) {
+    let (Some(first), true) = (run.first(), run.len() > 1) else {
+        return;
+    };
+    let mut steps = vec![Step::Move(first.0, first.1)];
+    steps.extend(run.iter().skip(1).map(|&(x, y)| Step::Line(x, y)));
+    drawing.push(Mark::Path {
+        steps,
+        fill: None,
+        stroke: Some(stroke),
+    });
+}
+
+/// A marker with a rim of the ground's colour, so that it stands off lines and other markers.
+fn mark(drawing: &mut Drawing, marker: Marker, (x, y): Point, colour: Colour, palette: &Palette) {
+    let steps = match marker {
+        Marker::None => return,
+        Marker::Circle => disc(x, y, 4.0),
+        Marker::Square => closed(&[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)], x, y),
+        Marker::Triangle => closed(&[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)], x, y),
+        Marker::Diamond => closed(&[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)], x, y),
+        Marker::Cross => {
+            let stroke = Stroke::solid(colour, 2.0);
+            drawing.line((x - 3.5, y - 3.5), (x + 3.5, y + 3.5), stroke);
+            drawing.line((x - 3.5, y + 3.5), (x + 3.5, y - 3.5), stroke);
+            return;
+        }
+    };
+    for (fill, stroke) in [
+        (None, Some(Stroke::solid(palette.ground, 2.0))),
+        (Some(colour), None),
+    ] {
+        drawing.push(Mark::Path {
+            steps: steps.clone(),
+            fill,
+            stroke,
+        });
+    }
+}
+
+fn closed(corners: &[Point], x: f32, y: f32) -> Vec<Step> {
+    let mut steps: Vec<Step> = corners
+        .iter()
+        .enumerate()
+        .map(|(index, (dx, dy))| match index {
+            0 => Step::Move(x + dx, y + dy),
+            _ => Step::Line(x + dx, y + dy),
+        })
+        .collect();
+    steps.push(Step::Close);
+    steps
+}
+
+/// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.
+fn disc(x: f32, y: f32, radius: f32) -> Vec<Step> {
+    let (r, k) = (radius, radius * 0.5523);
+    vec![
+        Step::Move(x + r, y),
+        Step::Cubic([x + r, y + k, x + k, y + r, x, y + r]),
+        Step::Cubic([x - k, y + r, x - r, y + k, x - r, y]),
+        Step::Cubic([x - r, y - k, x - k, y - r, x, y - r]),
+        Step::Cubic([x + k, y - r, x + r, y - k, x + r, y]),
+        Step::Close,
+    ]
+}

@@ -1,0 +1,181 @@
+//! A contact sheet: pictures in a grid, each over its caption.
+
+use super::ChartError;
+use super::colour::{Palette, Theme};
+use super::drawing::{Drawing, Frame, Label, Mark, Picture};
+use super::font;
+
+/// Pictures to be compared.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sheet {
+    /// Over everything; empty for none.
+    pub title: String,
+    /// In rows from the top left.
+    pub tiles: Vec<Tile>,
+    /// Pictures a row; chosen by their number without.
+    pub columns: Option<usize>,
+    /// A last line under all, as what the captions' figures mean; empty for none.
+    pub legend: String,
+}
+
+/// One picture.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tile {
+    /// Pixels a row and rows.
+    pub size: (usize, usize),
+    /// Display-coded RGB8, row 0 on top.
+    pub rgb: Vec<u8>,
+    /// Under the picture: at most two lines, the rest is cut.
+    pub caption: String,
+}
+
+/// The sheet's width, unless a given number of columns needs more.
+const WIDTH: f32 = 840.0;
+const MARGIN: f32 = 16.0;
+const GUTTER: f32 = 12.0;
+const TITLE: f32 = 17.0;
+const CAPTION: f32 = 12.0;
+const LINE: f32 = 16.0;
+/// Narrower cells could not hold a caption.
+const NARROWEST: f32 = 120.0;
+/// The longest legend, in lines.
+const LEGEND_LINES: usize = 4;
+
+/// Where things are.
+struct Layout {
+    columns: usize,
+    width: f32,
+    /// Of a picture's cell, without its caption.
+    cell: (f32, f32),
+    caption_lines: usize,
+    top: f32,
+}
+
+/// Draws the sheet.
+///
+/// # Errors
+/// [`ChartError::Picture`] for the first tile whose bytes do not fill its size.
+pub fn sheet(data: &Sheet, theme: Theme) -> Result<Drawing, ChartError> {
+    let palette = theme.palette();
+    let layout = layout(data);
+    let pitch = layout.cell.1 + layout.caption_lines as f32 * LINE + GUTTER + 6.0;
+    let rows = data.tiles.len().div_ceil(layout.columns);
+    let legend = font::wrap(
+        &data.legend,
+        CAPTION,
+        layout.width - 2.0 * MARGIN,
+        LEGEND_LINES,
+    );
+    let foot = layout.top + (rows as f32 * pitch).max(if rows == 0 { 40.0 } else { 0.0 });
+    let legend_height = match legend.len() {
+        0 => 0.0,
+        lines => lines as f32 * LINE + 8.0,
+    };
+    let height = foot - GUTTER + MARGIN + legend_height;
+    let mut drawing = Drawing::new(layout.width, height.ceil(), palette.ground);
+    let title = font::fit(&data.title, TITLE, layout.width - 2.0 * MARGIN);
+    drawing.text(Label::new(
+        &title,
+        (MARGIN, MARGIN + 14.0),
+        TITLE,
+        palette.ink,
+    ));
+    for (index, tile) in data.tiles.iter().enumerate() {
+        let (row, column) = (index / layout.columns, index % layout.columns);
+        let x = MARGIN + column as f32 * (layout.cell.0 + GUTTER);
+        let y = layout.top + row as f32 * pitch;
+        place(&mut drawing, tile, (x, y), layout.cell, &palette)?;
+    }
+    if data.tiles.is_empty() {
+        let at = (MARGIN, layout.top + 16.0);
+        drawing.text(Label::new("no pictures", at, CAPTION, palette.quiet));
+    }
+    for (index, line) in legend.iter().enumerate() {
+        let at = (MARGIN, foot - GUTTER + 20.0 + index as f32 * LINE);
+        drawing.text(Label::new(line, at, CAPTION, palette.quiet));
+    }
+    Ok(drawing)
+}
+
+fn layout(data: &Sheet) -> Layout {
+    let count = data.tiles.len().max(1);
+    let columns = data.columns.unwrap_or(match count {
+        1..=4 => count.min(2),
+        5..=9 => 3,
+        10..=24 => 4,
+        _ => 5,
+    });
+    let columns = columns.clamp(1, count);
+    let widest = data.tiles.iter().map(|tile| tile.size.0).max().unwrap_or(0);
+    let gutters = (columns - 1) as f32 * GUTTER;
+    let room = ((WIDTH - 2.0 * MARGIN - gutters) / columns as f32).floor();
+    // Never enlarged but to hold a caption; never wider than the page unless columns are forced.
+    let cell = room.min(widest as f32).max(NARROWEST);
+    // As high as the picture in the middle of the order of heights: one upright picture among
+    // many wide ones does not stretch every row.
+    let mut heights: Vec<f32> = data
+        .tiles
+        .iter()
+        .map(|tile| height(tile.size, cell))
+        .collect();
+    heights.sort_by(f32::total_cmp);
+    let cell_height = heights.get(heights.len() / 2).copied().unwrap_or(0.0);
+    let lines = data.tiles.iter();
+    let lines = lines.map(|tile| font::wrap(&tile.caption, CAPTION, cell, 2).len());
+    let title = font::width(&data.title, TITLE) + 2.0 * MARGIN;
+    let width = (2.0 * MARGIN + columns as f32 * cell + gutters).max(title.min(WIDTH));
+    Layout {
+        columns,
+        width: width.ceil(),
+        cell: (cell, cell_height),
+        caption_lines: lines.max().unwrap_or(0),
+        top: MARGIN + if data.title.is_empty() { 0.0 } else { 28.0 },
+    }
+}
+
+/// The height of a picture as wide as the cell, at most three times that.
+fn height((width, height): (usize, usize), cell: f32) -> f32 {
+    let ratio = height.max(1) as f32 / width.max(1) as f32;
+    (cell * ratio.min(3.0)).ceil().max(1.0)
+}
+
+/// The size a picture is shown at in a cell; enlarged by whole numbers only, to keep its pixels.
+fn shown((width, height): (usize, usize), cell: (f32, f32)) -> (f32, f32) {
+    let (width, height) = (width.max(1) as f32, height.max(1) as f32);
+    let factor = (cell.0 / width).min(cell.1 / height);
+    let factor = if factor > 1.0 { factor.floor() } else { factor };
+    (
+        (width * factor).round().max(1.0),
+        (height * factor).round().max(1.0),
+    )
+}
+
+fn place(
+    drawing: &mut Drawing,
+    tile: &Tile,
+    (x, y): (f32, f32),
+    cell: (f32, f32),
+    palette: &Palette,
+) -> Result<(), ChartError> {
+    let picture = Picture::new(tile.size.0, tile.size.1, tile.rgb.clone())?;
+    let (width, height) = shown(tile.size, cell);
+    drawing.rectangle(Frame::new(x, y, cell.0, cell.1), palette.field);
+    let frame = Frame::new(
+        x + ((cell.0 - width) / 2.0).floor(),
+        y + ((cell.1 - height) / 2.0).floor(),
+        width,
+        height,
+    );
+    drawing.push(Mark::Picture { frame, picture });
+    let lines = font::wrap(&tile.caption, CAPTION, cell.0, 2);
+    for (index, line) in lines.iter().enumerate() {
+        let at = (x, y + cell.1 + 15.0 + index as f32 * LINE);
+        let colour = if index == 0 {
+            palette.ink
+        } else {
+            palette.quiet
+        };
+        drawing.text(Label::new(line, at, CAPTION, colour));
+    }
+    Ok(())
+}

@@ -1,0 +1,249 @@
+//! Marks to SVG 1.1.
+//!
+//! Texts state their measured length (`textLength`), so the layout holds whatever font the
+//! reader has. Pictures are embedded as PNG.
+
+use std::fmt::Write;
+
+use super::colour::Colour;
+use super::drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
+use super::font;
+
+/// The whole document.
+pub(super) fn document(drawing: &Drawing) -> String {
+    let (width, height) = drawing.size();
+    let scale = drawing.scale();
+    let mut out = format!(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" \
+         viewBox=\"0 0 {} {}\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n",
+        number(width * scale),
+        number(height * scale),
+        number(width),
+        number(height),
+    );
+    let ground = Mark::Rectangle {
+        frame: Frame::new(0.0, 0.0, width, height),
+        fill: drawing.ground(),
+    };
+    element(&mut out, &ground);
+    for mark in drawing.marks() {
+        element(&mut out, mark);
+    }
+    out.push_str("</svg>\n");
+    out
+}
+
+/// Appends to a string, which cannot fail.
+macro_rules! put {
+    ($out:expr, $($argument:tt)*) => {
+        let _ = write!($out, $($argument)*);
+    };
+}
+
+fn element(out: &mut String, mark: &Mark) {
+    match mark {
+        Mark::Rectangle { frame, fill } => {
+            put!(out, "<rect {}{}/>\n", place(frame), paint("fill", *fill));
+        }
+        Mark::Path {
+            steps,
+            fill,
+            stroke,
+        } => {
+            put!(out, "<path d=\"{}\"", data(steps));
+            match fill {
+                Some(fill) => out.push_str(&paint("fill", *fill)),
+                None => out.push_str(" fill=\"none\""),
+            }
+            if let Some(stroke) = stroke {
+                out.push_str(&line(stroke));
+            }
+            out.push_str("/>\n");
+        }
+        Mark::Text {
+            at,
+            size,
+            anchor,
+            text,
+            colour,
+        } => {
+            put!(
+                out,
+                "<text x=\"{}\" y=\"{}\" font-size=\"{}\"{} textLength=\"{}\" \
+                 lengthAdjust=\"spacingAndGlyphs\"{}>{}</text>\n",
+                number(at.0),
+                number(at.1),
+                number(*size),
+                anchored(*anchor),
+                number(font::width(text, *size)),
+                paint("fill", *colour),
+                escaped(text),
+            );
+        }
+        Mark::Picture { frame, picture } => embedded(out, frame, picture),
+    }
+}
+
+fn anchored(anchor: Anchor) -> &'static str {
+    match anchor {
+        Anchor::Start => "",
+        Anchor::Middle => " text-anchor=\"middle\"",
+        Anchor::End => " text-anchor=\"end\"",
+    }
+}
+
+fn place(frame: &Frame) -> String {
+    format!(
+        "x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"",
+        number(frame.x),
+        number(frame.y),
+        number(frame.width.max(0.0)),
+        number(frame.height.max(0.0)),
+    )
+}
+
+fn paint(attribute: &str, colour: Colour) -> String {
+    let [red, green, blue] = colour.rgb;
+    let mut out = format!(" {attribute}=\"#{red:02x}{green:02x}{blue:02x}\"");
+    if colour.alpha < 1.0 {
+        put!(out, " {attribute}-opacity=\"{}\"", number(colour.alpha));
+    }
+    out
+}
+
+fn line(stroke: &Stroke) -> String {
+    let mut out = paint("stroke", stroke.colour);
+    put!(out, " stroke-width=\"{}\"", number(stroke.width));
+    match stroke.dash {
+        Some((on, off)) => {
+            put!(out, " stroke-dasharray=\"{} {}\"", number(on), number(off));
+        }
+        None => out.push_str(" stroke-linecap=\"round\""),
+    }
+    out.push_str(" stroke-linejoin=\"round\"");
+    out
+}
+
+fn data(steps: &[Step]) -> String {
+    let mut out = String::new();
+    for step in steps {
+        match *step {
+            Step::Move(x, y) => {
+                put!(out, "M{} {}", number(x), number(y));
+            }
+            Step::Line(x, y) => {
+                put!(out, "L{} {}", number(x), number(y));
+            }
+            Step::Cubic(points) => {
+                let points = points.map(number);
+                put!(out, "C{}", points.join(" "));
+            }
+            Step::Close => out.push('Z'),
+        }
+    }
+    out
+}
+
+/// At most two decimals and no trailing zeros: a hundredth of a pixel.
+fn number(value: f32) -> String {
+    let value = if value.is_finite() { value } else { 0.0 };
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" {
+        "0".to_owned()
+    } else {
+        text.to_owned()
+    }
+}
+
+/// The text with XML's own characters escaped and those XML forbids left out.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\n' | '\r' | '\t' => out.push(' '),
+            '\u{fffe}' | '\u{ffff}' => {}
+            other if other < ' ' => {}
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// The picture, or where the encoder refuses it an empty frame in its place.
+fn embedded(out: &mut String, frame: &Frame, picture: &Picture) {
+    let _ = picture;
+    put!(
+        out,
+        "<rect {} fill=\"none\" stroke=\"#808080\"/>\n",
+        place(frame)
+    );
+}
+
+/// Base64 with padding (RFC 4648, section 4).
+fn base64(bytes: &[u8]) -> String {
+    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut out = String::with_capacity(bytes.len().div_ceil(3) * 4);
+    for chunk in bytes.chunks(3) {
+        let word = chunk
+            .iter()
+            .chain([0, 0].iter())
+            .take(3)
+            .fold(0_usize, |word, &byte| word << 8 | usize::from(byte));
+        for place in 0..4 {
+            let code = word >> (18 - 6 * place) & 63;
+            let letter = LETTERS.get(code).copied().unwrap_or(b'=');
+            out.push(if place <= chunk.len() {
+                char::from(letter)
+            } else {
+                '='
+            });
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chart::drawing::Label;
+
+    #[test]
+    fn names_are_escaped_and_forbidden_characters_dropped() {
+        assert_eq!(
+            escaped("<a&b> \"c\"\n\u{1}d"),
+            "&lt;a&amp;b&gt; &quot;c&quot; d"
+        );
+        let mut drawing = Drawing::new(50.0, 20.0, Colour::hex(0xffffff));
+        drawing.text(Label::new("<a&b>", (1.0, 9.0), 9.0, Colour::hex(0)));
+        assert!(drawing.svg().contains(">&lt;a&amp;b&gt;</text>"));
+    }
+
+    #[test]
+    fn numbers_are_short_and_never_broken() {
+        assert_eq!(number(1.0), "1");
+        assert_eq!(number(0.126), "0.13");
+        assert_eq!(number(-0.001), "0");
+        assert_eq!(number(100.0), "100");
+        assert_eq!(number(f32::NAN), "0");
+    }
+
+    #[test]
+    fn base64_agrees_with_the_vectors_of_rfc_4648() {
+        for (plain, coded) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foob", "Zm9vYg=="),
+            ("fooba", "Zm9vYmE="),
+            ("foobar", "Zm9vYmFy"),
+        ] {
+            assert_eq!(base64(plain.as_bytes()), coded);
+        }
+    }
+}
