@@ -17,22 +17,28 @@ mod colour;
 mod curves;
 mod drawing;
 mod font;
+mod marker;
 mod paint;
 mod panels;
 mod resample;
 mod sheet;
 mod svg;
+#[cfg(test)]
+mod tests;
 mod trace;
 
 pub use axis::{Axis, Scale};
 pub use colour::{Colour, Theme};
 pub use curves::{Curves, Row, curves};
 pub use drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
-pub use panels::{Marker, Panel, Series, panels};
+pub use marker::Marker;
+pub use panels::{Panel, Series, panels};
 pub use sheet::{Sheet, Tile, sheet};
 
+use crate::picture::PictureError;
+
 /// Why a chart could not be made.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum ChartError {
     /// The drawing has more pixels than this room paints.
     #[error("a chart of {width} x {height} pixels is over the limit of {limit} pixels a side")]
@@ -57,6 +63,6 @@ pub enum ChartError {
         found: usize,
     },
     /// The PNG encoder refused.
-    #[error("could not encode the chart as PNG: {0}")]
-    Encode(String),
+    #[error("could not encode the chart: {0}")]
+    Encode(#[from] PictureError),
 }

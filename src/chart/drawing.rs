@@ -2,6 +2,7 @@
 
 use super::colour::Colour;
 use super::{ChartError, font, paint, svg};
+use crate::picture::png;
 
 /// A rectangle, pixels, y down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -240,6 +241,15 @@ impl Drawing {
     /// [`ChartError::TooLarge`] over the room's limit.
     pub fn rgb8(&self) -> Result<(usize, usize, Vec<u8>), ChartError> {
         paint::rgb8(self)
+    }
+
+    /// The painted pixels as a PNG file.
+    ///
+    /// # Errors
+    /// [`ChartError::TooLarge`] over the room's limit, [`ChartError::Encode`] from the encoder.
+    pub fn png(&self) -> Result<Vec<u8>, ChartError> {
+        let (width, height, rgb) = self.rgb8()?;
+        Ok(png::encode(width, height, &rgb)?)
     }
 
     /// The drawing as an SVG document. Text stays text.

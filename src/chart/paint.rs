@@ -255,6 +255,7 @@ mod tests {
     fn painting_twice_gives_the_same_bytes() {
         let mut drawing = Drawing::new(60.0, 30.0, WHITE);
         drawing.text(Label::new("same", (3.0, 20.0), 15.0, BLACK));
-        assert_eq!(drawing.rgb8(), drawing.rgb8());
+        assert_eq!(drawing.rgb8().unwrap(), drawing.rgb8().unwrap());
+        assert_eq!(drawing.png().unwrap(), drawing.png().unwrap());
     }
 }

@@ -4,9 +4,10 @@
 //! it for all of them.
 
 use super::axis::{Axis, Ruler, Tick};
-use super::colour::{Colour, Palette, Theme};
+use super::colour::{Palette, Theme};
 use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
 use super::font;
+use super::marker::Marker;
 use super::trace::{Point, thinned};
 
 /// One plot.
@@ -35,24 +36,6 @@ pub struct Series {
     pub marker: Marker,
 }
 
-/// The shape on a point.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Marker {
-    /// A disc.
-    #[default]
-    Circle,
-    /// A square.
-    Square,
-    /// A triangle, point up.
-    Triangle,
-    /// A square on its corner.
-    Diamond,
-    /// Two crossed lines.
-    Cross,
-    /// The line alone.
-    None,
-}
-
 const MARGIN: f32 = 16.0;
 const TITLE: f32 = 17.0;
 const HEADING: f32 = 13.0;
@@ -60,6 +43,8 @@ const SMALL: f32 = 11.5;
 const PLOT_HEIGHT: f32 = 250.0;
 /// With more points the markers would hide the line.
 const MOST_MARKERS: usize = 80;
+/// With more points the markers are smaller, to leave line between them.
+const CROWD: usize = 14;
 /// Series after these repeat the hues, with dashes.
 const HUES: usize = 7;
 
@@ -163,7 +148,8 @@ impl Entry {
             dash: (self.index >= HUES).then_some((7.0, 4.0)),
         };
         drawing.line((x, y), (x + 24.0, y), line);
-        mark(drawing, self.marker, (x + 12.0, y), line.colour, palette);
+        self.marker
+            .draw(drawing, (x + 12.0, y), 1.0, line.colour, palette.ground);
         let label = Label::new(&self.name, (x + 30.0, y), HEADING, palette.ink);
         drawing.text(label.centred());
     }
@@ -227,14 +213,16 @@ fn draw_panel(
     for (series, runs) in &traces {
         let colour = stroke(&series.name, names, palette).colour;
         // A point alone has no line to show it.
-        let few = runs.iter().map(Vec::len).sum::<usize>() <= MOST_MARKERS;
+        let count = runs.iter().map(Vec::len).sum::<usize>();
+        let few = count <= MOST_MARKERS;
+        let size = if count > CROWD { 0.75 } else { 1.0 };
         for run in runs.iter().filter(|run| few || run.len() == 1) {
             let marker = match series.marker {
                 Marker::None if run.len() == 1 => Marker::Circle,
                 other => other,
             };
             for &at in run {
-                mark(drawing, marker, at, colour, palette);
+                marker.draw(drawing, at, size, colour, palette.ground);
             }
         }
     }
@@ -399,57 +387,4 @@ fn polyline(drawing: &mut Drawing, run: &[Point], stroke: Stroke) {
         fill: None,
         stroke: Some(stroke),
     });
-}
-
-/// A marker with a rim of the ground's colour, so that it stands off lines and other markers.
-fn mark(drawing: &mut Drawing, marker: Marker, (x, y): Point, colour: Colour, palette: &Palette) {
-    let steps = match marker {
-        Marker::None => return,
-        Marker::Circle => disc(x, y, 4.0),
-        Marker::Square => closed(&[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)], x, y),
-        Marker::Triangle => closed(&[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)], x, y),
-        Marker::Diamond => closed(&[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)], x, y),
-        Marker::Cross => {
-            let stroke = Stroke::solid(colour, 2.0);
-            drawing.line((x - 3.5, y - 3.5), (x + 3.5, y + 3.5), stroke);
-            drawing.line((x - 3.5, y + 3.5), (x + 3.5, y - 3.5), stroke);
-            return;
-        }
-    };
-    for (fill, stroke) in [
-        (None, Some(Stroke::solid(palette.ground, 2.0))),
-        (Some(colour), None),
-    ] {
-        drawing.push(Mark::Path {
-            steps: steps.clone(),
-            fill,
-            stroke,
-        });
-    }
-}
-
-fn closed(corners: &[Point], x: f32, y: f32) -> Vec<Step> {
-    let mut steps: Vec<Step> = corners
-        .iter()
-        .enumerate()
-        .map(|(index, (dx, dy))| match index {
-            0 => Step::Move(x + dx, y + dy),
-            _ => Step::Line(x + dx, y + dy),
-        })
-        .collect();
-    steps.push(Step::Close);
-    steps
-}
-
-/// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.
-fn disc(x: f32, y: f32, radius: f32) -> Vec<Step> {
-    let (r, k) = (radius, radius * 0.5523);
-    vec![
-        Step::Move(x + r, y),
-        Step::Cubic([x + r, y + k, x + k, y + r, x, y + r]),
-        Step::Cubic([x - k, y + r, x - r, y + k, x - r, y]),
-        Step::Cubic([x - r, y - k, x - k, y - r, x, y - r]),
-        Step::Cubic([x + k, y - r, x + r, y - k, x + r, y]),
-        Step::Close,
-    ]
 }

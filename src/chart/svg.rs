@@ -1,4 +1,4 @@
-//! Marks to SVG 1.1.
+//! Marks to SVG (1.1, with SVG 2's plain `href`).
 //!
 //! Texts state their measured length (`textLength`), so the layout holds whatever font the
 //! reader has. Pictures are embedded as PNG.
@@ -8,6 +8,7 @@ use std::fmt::Write;
 use super::colour::Colour;
 use super::drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
 use super::font;
+use crate::picture::png;
 
 /// The whole document.
 pub(super) fn document(drawing: &Drawing) -> String {
@@ -174,13 +175,29 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The picture, or where the encoder refuses it an empty frame in its place.
+/// The picture as it is, or where the encoder refuses it an empty frame in its place.
 fn embedded(out: &mut String, frame: &Frame, picture: &Picture) {
-    let _ = picture;
+    let (width, height) = picture.size();
+    let Ok(png) = png::encode(width, height, picture.rgb()) else {
+        put!(
+            out,
+            "<rect {} fill=\"none\" stroke=\"#808080\"/>\n",
+            place(frame)
+        );
+        return;
+    };
+    // A picture that is enlarged shows its pixels, as when painted.
+    let rendering = if frame.width > width as f32 {
+        " image-rendering=\"pixelated\""
+    } else {
+        ""
+    };
     put!(
         out,
-        "<rect {} fill=\"none\" stroke=\"#808080\"/>\n",
-        place(frame)
+        "<image {} preserveAspectRatio=\"none\"{rendering} \
+         href=\"data:image/png;base64,{}\"/>\n",
+        place(frame),
+        base64(&png),
     );
 }
 
