@@ -33,7 +33,7 @@
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, views; OBJ import | units, geometry, files, picture | tobj |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, scene | - |
-//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity | geometry, work, scene, raster, picture | rayon |
+//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity | units, geometry, work, scene, raster, picture | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
@@ -51,6 +51,7 @@ pub mod geometry;
 pub mod lang;
 pub mod linalg;
 pub mod picture;
+pub mod raster;
 pub mod scene;
 pub mod show;
 pub mod transport;

@@ -5,6 +5,17 @@
 //! and number of iterations depend on scene, rig, view and quality, never on settings. Results are
 //! bit-equal for any number of threads.
 
+pub mod beam;
+pub mod direct;
+pub mod eye;
+pub mod form;
+pub mod hemicube;
+pub mod lambert;
+pub mod mesh;
+pub mod radiosity;
+pub mod surface;
+pub mod visibility;
+
 use crate::picture::Image;
 use crate::scene::{Rig, Scene, View};
 use crate::work::{Cancelled, Work};

@@ -1,0 +1,394 @@
+//! Direct light: one number for each receiving point and light, at unit radiance or intensity.
+//!
+//! Receivers are sorted facet by facet into trees of small flat clusters. Each cluster is tested
+//! against the shaft between it and the emitter: nothing in the shaft leaves the closed form, one
+//! occluder across all of it leaves nothing, and only what is mixed descends, with a shorter list,
+//! to exact clipping. Invariant: results depend on the points alone, not on threads, batches or
+//! settings. This room knows nothing of colour.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "ranges of receivers and pieces are made by this module and the surfaces"
+)]
+
+use crate::geometry::{Vec3, vec3};
+use crate::scene::{Light, Rig};
+use crate::transport::TransportError;
+use crate::transport::beam::Beam;
+use crate::transport::lambert::Clipper;
+use crate::transport::surface::{Piece, Surfaces};
+use crate::transport::visibility::{Hierarchy, Shaft, blocks};
+use crate::work::{Cancelled, Work};
+use rayon::prelude::*;
+
+/// Points in the smallest cluster.
+const LEAF: usize = 6;
+/// Points in the largest: a task of one thread.
+const CHUNK: usize = 512;
+
+/// Where light is to be known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Receiver {
+    /// On the facet's plane.
+    pub point: Vec3,
+    /// Index into [`Surfaces::facets`].
+    pub facet: usize,
+}
+
+/// A range of points of one facet, their bounding rectangle, and its halves.
+#[derive(Clone, Debug)]
+struct Cluster {
+    range: std::ops::Range<usize>,
+    corners: [Vec3; 4],
+    halves: Option<Box<[Cluster; 2]>>,
+}
+
+/// Receivers in the order of their clusters.
+#[derive(Clone, Debug)]
+pub struct Receivers {
+    points: Vec<Vec3>,
+    /// For each, its index in the list they were made from.
+    origin: Vec<usize>,
+    chunks: Vec<(usize, Cluster)>,
+}
+
+impl Receivers {
+    /// Sorts them into clusters.
+    pub fn new(surfaces: &Surfaces, receivers: &[Receiver]) -> Receivers {
+        let mut origin: Vec<usize> = (0..receivers.len()).collect();
+        origin.sort_by_key(|&i| receivers[i].facet);
+        let mut chunks = Vec::new();
+        let mut from = 0;
+        while from < origin.len() {
+            let facet = receivers[origin[from]].facet;
+            let count = origin[from..]
+                .iter()
+                .take_while(|&&i| receivers[i].facet == facet)
+                .count();
+            let frame = frame(surfaces.facets[facet].normal);
+            let plane = Plane {
+                receivers,
+                frame,
+                height: 0.0,
+            };
+            plane.chunks(&mut origin[from..from + count], from, facet, &mut chunks);
+            from += count;
+        }
+        Receivers {
+            points: origin.iter().map(|&i| receivers[i].point).collect(),
+            origin,
+            chunks,
+        }
+    }
+}
+
+/// Two unit vectors that span the plane of `normal`.
+pub fn frame(normal: Vec3) -> [Vec3; 2] {
+    let aside = if normal.x.abs() < 0.6 {
+        vec3(1.0, 0.0, 0.0)
+    } else {
+        vec3(0.0, 1.0, 0.0)
+    };
+    let u = normal.cross(aside).normalized();
+    [u, normal.cross(u)]
+}
+
+struct Plane<'a> {
+    receivers: &'a [Receiver],
+    frame: [Vec3; 2],
+    height: f64,
+}
+
+impl Plane<'_> {
+    fn place(&self, i: usize) -> (f64, f64) {
+        let p = self.receivers[i].point;
+        (self.frame[0].dot(p), self.frame[1].dot(p))
+    }
+
+    fn rectangle(&self, members: &[usize]) -> (f64, f64, f64, f64) {
+        let start = (
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        );
+        members
+            .iter()
+            .map(|&i| self.place(i))
+            .fold(start, |(a, b, c, d), (u, v)| {
+                (a.min(u), b.max(u), c.min(v), d.max(v))
+            })
+    }
+
+    fn halve(&self, members: &mut [usize]) -> usize {
+        let (a, b, c, d) = self.rectangle(members);
+        let middle = members.len() / 2;
+        let wide = b - a >= d - c;
+        let key = |i: usize| {
+            let (u, v) = self.place(i);
+            if wide { u } else { v }
+        };
+        members.select_nth_unstable_by(middle, |&i, &j| key(i).total_cmp(&key(j)).then(i.cmp(&j)));
+        middle
+    }
+
+    fn chunks(
+        &self,
+        members: &mut [usize],
+        from: usize,
+        facet: usize,
+        out: &mut Vec<(usize, Cluster)>,
+    ) {
+        if members.len() > CHUNK {
+            let middle = self.halve(members);
+            let (left, right) = members.split_at_mut(middle);
+            self.chunks(left, from, facet, out);
+            self.chunks(right, from + middle, facet, out);
+            return;
+        }
+        let plane = Plane {
+            height: members.first().map_or(0.0, |&i| {
+                self.receivers[i]
+                    .point
+                    .dot(self.frame[0].cross(self.frame[1]))
+            }),
+            ..*self
+        };
+        out.push((facet, plane.cluster(members, from)));
+    }
+
+    fn cluster(&self, members: &mut [usize], from: usize) -> Cluster {
+        let (a, b, c, d) = self.rectangle(members);
+        let normal = self.frame[0].cross(self.frame[1]);
+        let corner = |u: f64, v: f64| self.frame[0] * u + self.frame[1] * v + normal * self.height;
+        let corners = [corner(a, c), corner(b, c), corner(b, d), corner(a, d)];
+        let range = from..from + members.len();
+        let halves = (members.len() > LEAF).then(|| {
+            let middle = self.halve(members);
+            let (left, right) = members.split_at_mut(middle);
+            Box::new([self.cluster(left, from), self.cluster(right, from + middle)])
+        });
+        Cluster {
+            range,
+            corners,
+            halves,
+        }
+    }
+}
+
+/// A light made ready for direct illumination.
+#[derive(Clone, Debug)]
+pub enum Luminaire {
+    /// Pieces (indices) that emit.
+    Panel(Vec<usize>),
+    /// A point source.
+    Spot(Beam),
+}
+
+/// Makes the rig's lights ready.
+///
+/// # Errors
+/// [`TransportError::Scene`] for a spot whose angles or aim are impossible.
+pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, TransportError> {
+    rig.lights
+        .iter()
+        .enumerate()
+        .map(|(i, light)| match light {
+            Light::Panel { material, .. } => {
+                let lit = |p: &Piece| surfaces.facets[p.facet].material == *material;
+                let pieces = (0..surfaces.pieces.len()).filter(|&p| lit(&surfaces.pieces[p]));
+                Ok(Luminaire::Panel(pieces.collect()))
+            }
+            Light::Spot(spot) => Beam::new(spot).map(Luminaire::Spot).ok_or_else(|| {
+                TransportError::Scene(format!(
+                    "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
+                ))
+            }),
+        })
+        .collect()
+}
+
+/// Who stands where: what the direct light needs to know of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// The facets and pieces.
+    pub surfaces: &'a Surfaces,
+    /// The hierarchy over the same pieces.
+    pub hierarchy: &'a Hierarchy,
+}
+
+/// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
+/// intensity of one light.
+///
+/// # Errors
+/// On cancel.
+pub fn irradiance(
+    setting: Setting<'_>,
+    light: &Luminaire,
+    receivers: &Receivers,
+    work: Work<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
+        .chunks
+        .par_iter()
+        .map(|(facet, cluster)| {
+            work.check()?;
+            let mut gather = Gather {
+                setting,
+                points: &receivers.points,
+                normal: setting.surfaces.facets[*facet].normal,
+                facet: *facet,
+                start: cluster.range.start,
+                sums: vec![0.0; cluster.range.len()],
+                clipper: Clipper::default(),
+            };
+            gather.light(light, cluster);
+            Ok(gather.sums.iter().map(|s| *s as f32).collect())
+        })
+        .collect();
+    let mut out = vec![0.0; receivers.points.len()];
+    for (value, &at) in parts?.iter().flatten().zip(&receivers.origin) {
+        out[at] = *value;
+    }
+    Ok(out)
+}
+
+/// The work of one chunk of one facet.
+struct Gather<'a> {
+    setting: Setting<'a>,
+    points: &'a [Vec3],
+    normal: Vec3,
+    facet: usize,
+    start: usize,
+    sums: Vec<f64>,
+    clipper: Clipper,
+}
+
+impl<'a> Gather<'a> {
+    fn light(&mut self, light: &Luminaire, cluster: &Cluster) {
+        match light {
+            Luminaire::Panel(pieces) => {
+                let surfaces = self.setting.surfaces;
+                for &i in pieces {
+                    let piece = &surfaces.pieces[i];
+                    if piece.facet != self.facet {
+                        self.begin(&Source::Area(piece), cluster);
+                    }
+                }
+            }
+            Luminaire::Spot(beam) => self.begin(&Source::Point(beam, [beam.position]), cluster),
+        }
+    }
+
+    /// Drops pairs that face away, finds the first list of occluders.
+    fn begin(&mut self, source: &Source<'_>, cluster: &Cluster) {
+        let touching = self.setting.surfaces.touching();
+        let at = cluster.corners[0];
+        let below = |v: &Vec3| self.normal.dot(*v - at) <= touching;
+        let behind = |n: Vec3| {
+            let o = source.corners().first().copied().unwrap_or_default();
+            cluster.corners.iter().all(|c| n.dot(*c - o) <= 0.0)
+        };
+        if source.corners().iter().all(below) || source.normal().is_some_and(behind) {
+            return;
+        }
+        let shaft = self.shaft(source, cluster);
+        let mut list = Vec::new();
+        self.setting
+            .hierarchy
+            .occluders(self.setting.surfaces, &shaft, &mut list);
+        self.settle(source, cluster, &shaft, &list);
+    }
+
+    fn shaft<'b>(&self, source: &'b Source<'_>, cluster: &'b Cluster) -> Shaft<'b> {
+        let touching = self.setting.surfaces.touching();
+        Shaft::new(
+            &cluster.corners,
+            self.normal,
+            source.corners(),
+            source.normal(),
+            touching,
+        )
+    }
+
+    fn settle(
+        &mut self,
+        source: &Source<'_>,
+        cluster: &Cluster,
+        shaft: &Shaft<'_>,
+        list: &[usize],
+    ) {
+        let surfaces = self.setting.surfaces;
+        let touching = surfaces.touching();
+        if list
+            .iter()
+            .any(|&i| shaft.is_blocked_by(&surfaces.pieces[i], touching))
+        {
+            return;
+        }
+        let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
+            for i in cluster.range.clone() {
+                let value = self.at(source, self.points[i], list);
+                self.sums[i - self.start] += value;
+            }
+            return;
+        };
+        for half in halves {
+            let shaft = self.shaft(source, half);
+            let shorter: Vec<usize> = list
+                .iter()
+                .copied()
+                .filter(|&i| !shaft.misses(&surfaces.pieces[i]))
+                .collect();
+            self.settle(source, half, &shaft, &shorter);
+        }
+    }
+
+    fn at(&mut self, source: &Source<'_>, point: Vec3, list: &[usize]) -> f64 {
+        let surfaces = self.setting.surfaces;
+        let touching = surfaces.touching();
+        let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
+        match source {
+            Source::Area(piece) => {
+                if piece.normal.dot(point - piece.vertices[0]) <= 0.0 {
+                    0.0
+                } else if list.is_empty() {
+                    self.clipper.unoccluded(point, self.normal, &piece.vertices)
+                } else {
+                    self.clipper
+                        .occluded(point, self.normal, &piece.vertices, occluders, touching)
+                }
+            }
+            Source::Point(beam, _) => {
+                let open = beam.irradiance(point, self.normal);
+                let dark = open > 0.0
+                    && occluders
+                        .into_iter()
+                        .any(|p| blocks(p, point, beam.position, touching));
+                if dark { 0.0 } else { open }
+            }
+        }
+    }
+}
+
+/// One emitting piece or point.
+enum Source<'a> {
+    Area(&'a Piece),
+    Point(&'a Beam, [Vec3; 1]),
+}
+
+impl Source<'_> {
+    fn corners(&self) -> &[Vec3] {
+        match self {
+            Source::Area(piece) => &piece.vertices,
+            Source::Point(_, position) => position,
+        }
+    }
+
+    fn normal(&self) -> Option<Vec3> {
+        match self {
+            Source::Area(piece) => Some(piece.normal),
+            Source::Point(..) => None,
+        }
+    }
+}

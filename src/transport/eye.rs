@@ -1,0 +1,267 @@
+//! What the eye sees: fragments of facets and their share of each pixel.
+//!
+//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of
+//! it) that shows one facet is one fragment, seen at its middle; one with edges in it has a
+//! fragment for each facet, weighted by the sub-pixels it covers. Backs are black and opaque: they
+//! take their place and leave no fragment. This room knows nothing of lights.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "sub-pixels are addressed within the band's buffer by construction"
+)]
+
+use crate::geometry::{Vec3, vec3};
+use crate::raster::{Camera, ItemBuffer, NOTHING};
+use crate::scene::View;
+use crate::transport::TransportError;
+use crate::transport::mesh::kept_inside;
+use crate::transport::surface::Surfaces;
+use crate::work::Work;
+use rayon::prelude::*;
+
+/// Pixel rows that are rasterized at once.
+const BAND: usize = 16;
+
+/// Pictures beyond this many pixels are refused.
+const MOST_PIXELS: usize = 1 << 27;
+
+/// A part of a pixel that shows one facet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fragment {
+    /// Index into [`Surfaces::facets`].
+    pub facet: usize,
+    /// On the facet.
+    pub point: Vec3,
+    /// Share of the pixel's square.
+    pub weight: f32,
+}
+
+/// The fragments of all pixels.
+#[derive(Clone, Debug)]
+pub struct Fragments {
+    /// Pixel by pixel, row by row from the top.
+    pub all: Vec<Fragment>,
+    /// Where each pixel's fragments start, and at last their number.
+    pub offsets: Vec<usize>,
+}
+
+/// How finely a pixel is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampling {
+    /// Sub-pixels along a pixel's side.
+    pub subpixels: usize,
+    /// Fragments along a pixel's side where it shows one facet; divides `subpixels`.
+    pub split: usize,
+    /// The same where it shows several.
+    pub edge_split: usize,
+}
+
+/// The camera of a view, at one sample a pixel.
+///
+/// # Errors
+/// [`TransportError::Scene`] when the view has no pixels or too many, looks nowhere, or its field
+/// of view is not between 0 and 180 degrees.
+pub fn camera(view: &View) -> Result<Camera, TransportError> {
+    let bad = |what: &str| TransportError::Scene(format!("the view {what}"));
+    let pixels = view.width.checked_mul(view.height);
+    if pixels.is_none_or(|n| n == 0 || n > MOST_PIXELS) {
+        return Err(bad("must have 1 to 2^27 pixels"));
+    }
+    if !(view.fov > 0.0 && view.fov < 180.0) {
+        return Err(bad("must have a field between 0 and 180 degrees"));
+    }
+    let forward = (view.to - view.from).normalized();
+    if !forward.is_finite() || !view.from.is_finite() || forward == Vec3::ZERO {
+        return Err(bad("must look from one point to another"));
+    }
+    let vertical = forward.x.hypot(forward.y) < 1e-9;
+    let up = if vertical {
+        vec3(0.0, 1.0, 0.0)
+    } else {
+        vec3(0.0, 0.0, 1.0)
+    };
+    let right = forward.cross(up).normalized();
+    let slope = (view.fov.to_radians() * 0.5).tan();
+    let step = 2.0 * slope / view.height as f64;
+    Ok(Camera {
+        origin: view.from,
+        right,
+        up: right.cross(forward),
+        forward,
+        left: -0.5 * step * view.width as f64,
+        top: slope,
+        step_x: step,
+        step_y: step,
+    })
+}
+
+/// Finds the fragments of a view.
+///
+/// # Errors
+/// Those of [`camera`], and cancel.
+pub fn fragments(
+    surfaces: &Surfaces,
+    view: &View,
+    sampling: Sampling,
+    work: Work<'_>,
+) -> Result<Fragments, TransportError> {
+    let camera = camera(view)?;
+    let bands: Result<Vec<Vec<Vec<Fragment>>>, TransportError> = (0..view.height.div_ceil(BAND))
+        .into_par_iter()
+        .map(|band| {
+            work.check()?;
+            let from = band * BAND;
+            let rows = BAND.min(view.height - from);
+            Ok(Band::draw(surfaces, &camera, view.width, from, rows, sampling).pixels())
+        })
+        .collect();
+    let mut out = Fragments {
+        all: Vec::new(),
+        offsets: vec![0],
+    };
+    for pixel in bands?.iter().flatten() {
+        out.all.extend(pixel);
+        out.offsets.push(out.all.len());
+    }
+    Ok(out)
+}
+
+struct Band<'a> {
+    surfaces: &'a Surfaces,
+    camera: Camera,
+    sampling: Sampling,
+    width: usize,
+    rows: usize,
+    buffer: ItemBuffer,
+}
+
+impl<'a> Band<'a> {
+    fn draw(
+        surfaces: &'a Surfaces,
+        whole: &Camera,
+        width: usize,
+        from: usize,
+        rows: usize,
+        sampling: Sampling,
+    ) -> Band<'a> {
+        let s = sampling.subpixels;
+        let camera = Camera {
+            top: whole.top - whole.step_y * from as f64,
+            step_x: whole.step_x / s as f64,
+            step_y: whole.step_y / s as f64,
+            ..*whole
+        };
+        let mut buffer = ItemBuffer::new(width * s, rows * s);
+        for piece in &surfaces.pieces {
+            buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+        }
+        Band {
+            surfaces,
+            camera,
+            sampling,
+            width,
+            rows,
+            buffer,
+        }
+    }
+
+    fn pixels(&self) -> Vec<Vec<Fragment>> {
+        let s = self.sampling.subpixels;
+        let mut out = Vec::with_capacity(self.width * self.rows);
+        for y in 0..self.rows {
+            for x in 0..self.width {
+                let mut pixel = Vec::new();
+                let whole = self.uniform(x * s, y * s, s);
+                let split = if whole.is_some() {
+                    self.sampling.split
+                } else {
+                    self.sampling.edge_split
+                };
+                let part = s / split;
+                for j in 0..split {
+                    for i in 0..split {
+                        self.part(x * s + i * part, y * s + j * part, part, &mut pixel);
+                    }
+                }
+                out.push(pixel);
+            }
+        }
+        out
+    }
+
+    fn item(&self, x: usize, y: usize) -> u32 {
+        self.buffer.items()[y * self.width * self.sampling.subpixels + x]
+    }
+
+    /// The one item of a square of sub-pixels, if it has only one.
+    fn uniform(&self, x: usize, y: usize, side: usize) -> Option<u32> {
+        let first = self.item(x, y);
+        let same = (0..side).all(|j| (0..side).all(|i| self.item(x + i, y + j) == first));
+        same.then_some(first)
+    }
+
+    /// Adds the fragments of a square of sub-pixels.
+    fn part(&self, x: usize, y: usize, side: usize, out: &mut Vec<Fragment>) {
+        let s = self.sampling.subpixels as f32;
+        if let Some(item) = self.uniform(x, y, side) {
+            let middle = side as f64 * 0.5;
+            let weight = (side as f32 / s).powi(2);
+            out.extend(self.fragment(item, x as f64 + middle, y as f64 + middle, weight));
+            return;
+        }
+        // Item, sub-pixels, sums of their positions.
+        let mut seen: Vec<(u32, usize, usize, usize)> = Vec::with_capacity(4);
+        for j in y..y + side {
+            for i in x..x + side {
+                let item = self.item(i, j);
+                match seen.iter_mut().find(|e| e.0 == item) {
+                    Some(e) => *e = (item, e.1 + 1, e.2 + i, e.3 + j),
+                    None => seen.push((item, 1, i, j)),
+                }
+            }
+        }
+        for (item, count, sum_x, sum_y) in seen {
+            let mean = (sum_x as f64 / count as f64, sum_y as f64 / count as f64);
+            // The facet is surely seen at a sub-pixel of its own, not always at their mean.
+            let (i, j) = self.nearest(item, x, y, side, mean);
+            let weight = count as f32 / (s * s);
+            out.extend(self.fragment(item, i as f64 + 0.5, j as f64 + 0.5, weight));
+        }
+    }
+
+    fn nearest(
+        &self,
+        item: u32,
+        x: usize,
+        y: usize,
+        side: usize,
+        mean: (f64, f64),
+    ) -> (usize, usize) {
+        let distance = |(i, j): (usize, usize)| (i as f64 - mean.0).hypot(j as f64 - mean.1);
+        (y..y + side)
+            .flat_map(|j| (x..x + side).map(move |i| (i, j)))
+            .filter(|&(i, j)| self.item(i, j) == item)
+            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+            .unwrap_or((x, y))
+    }
+
+    /// The front of a facet at a position in sub-pixels; `None` for the void and for backs.
+    fn fragment(&self, item: u32, x: f64, y: f64, weight: f32) -> Option<Fragment> {
+        if item == NOTHING {
+            return None;
+        }
+        let facet = &self.surfaces.facets[item as usize];
+        let ray = self.camera.ray(x, y);
+        let slope = facet.normal.dot(ray);
+        let distance = facet.normal.dot(facet.vertices[0] - self.camera.origin);
+        if slope >= 0.0 || distance >= 0.0 {
+            return None;
+        }
+        let point = self.camera.origin + ray * (distance / slope);
+        Some(Fragment {
+            facet: item as usize,
+            point: kept_inside(self.surfaces, facet, point),
+            weight,
+        })
+    }
+}
