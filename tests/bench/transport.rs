@@ -1,0 +1,83 @@
+//! Error beside time for each step of quality: `cargo bench --bench transport`.
+//!
+//! Prints, for each reference scene, seconds to prepare, to render all banks one by one and to
+//! compose one more picture, and the error of the mixed picture. `--pictures FOLDER` also writes
+//! what it rendered beside the reference, as PPM.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "a bench that reports to its reader"
+)]
+
+#[path = "../reference/mod.rs"]
+mod reference;
+
+use footlight::picture::Image;
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Quality, Transport};
+use footlight::work::{Silent, Work};
+use reference::{Case, cornell, counted, errors, picture, stage};
+use std::time::Instant;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let at = arguments.iter().position(|a| a == "--pictures");
+    let folder = at.and_then(|i| arguments.get(i + 1));
+    println!("scene    quality  prepare s  all banks s  one more s  error %  without noise %");
+    for case in [cornell(), stage()] {
+        let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
+        for quality in 1..=5 {
+            measure(
+                &case,
+                quality,
+                [&halves[0], &halves[1]],
+                folder.map(String::as_str),
+            );
+        }
+    }
+}
+
+fn measure(case: &Case, quality: u8, halves: [&Image; 2], folder: Option<&str>) {
+    let work = Work {
+        progress: &Silent,
+        threads: 2,
+        memory: 4 << 30,
+    };
+    let start = Instant::now();
+    let mut g = Radiosity
+        .prepare(&case.scene, &case.rig, &case.view, Quality(quality), work)
+        .unwrap();
+    let prepared = start.elapsed().as_secs_f64();
+    let n = case.mix.len();
+    let banks: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    g.render(&banks, work).unwrap();
+    let all = start.elapsed().as_secs_f64() - prepared;
+    let mixed = g.render(std::slice::from_ref(&case.mix), work).unwrap();
+    let more = start.elapsed().as_secs_f64() - prepared - all;
+    let (plain, fair) = errors(&mixed[0], halves, &counted(case, halves[0]));
+    println!(
+        "{:<8} {quality:>7} {prepared:>10.3} {all:>12.3} {more:>11.3} {:>8.2} {:>16.2}",
+        case.name,
+        plain * 100.0,
+        fair * 100.0
+    );
+    if let Some(folder) = folder {
+        write(&mixed[0], &format!("{folder}/{}_{quality}.ppm", case.name));
+        write(halves[0], &format!("{folder}/{}_reference.ppm", case.name));
+    }
+}
+
+/// As a plain PPM with a gamma of 2.2, the brightest hundredth clipped.
+fn write(image: &Image, path: &str) {
+    let mut sorted = image.data().to_vec();
+    sorted.sort_by(f32::total_cmp);
+    let white = sorted[sorted.len() * 98 / 100].max(1e-9);
+    let code = |v: &f32| ((v / white).clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0) as u8;
+    let mut bytes = format!("P6 {} {} 255\n", image.width(), image.height()).into_bytes();
+    bytes.extend(image.data().iter().map(code));
+    std::fs::write(path, bytes).unwrap();
+}

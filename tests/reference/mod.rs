@@ -1,0 +1,173 @@
+//! The reference scenes of `examples/reference`, and the one measure of error.
+
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "test support, used by several test programs"
+)]
+
+use footlight::files::Folder;
+use footlight::geometry::vec3;
+use footlight::picture::{Image, exr};
+use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Quality, Transport};
+use footlight::units::Rgb;
+use footlight::work::{Silent, Work};
+use std::path::PathBuf;
+
+/// A scene with one source for each of its banks.
+pub struct Case {
+    pub name: &'static str,
+    pub scene: Scene,
+    pub rig: Rig,
+    pub view: View,
+    /// Settings of the mixed picture.
+    pub mix: Vec<f64>,
+}
+
+fn folder(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("examples/reference")
+        .join(name)
+}
+
+/// Reads a picture of a scene.
+pub fn picture(scene: &str, file: &str) -> Image {
+    exr::decode(&std::fs::read(folder(scene).join(file)).unwrap(), 1 << 28).unwrap()
+}
+
+fn case(
+    name: &'static str,
+    banks: &[&str],
+    mix: &[f64],
+    eye: [[f64; 3]; 2],
+    lens: (f64, usize, usize),
+) -> Case {
+    let scene = obj::import(&Folder::new(folder(name), 1 << 20), "scene.obj", false).unwrap();
+    let lights = banks.iter().map(|b| {
+        let material = scene.materials.iter().position(|m| m.name == *b).unwrap();
+        Light::Panel {
+            material,
+            radiance: scene.materials[material].emission,
+        }
+    });
+    let sources = banks.iter().enumerate().map(|(light, name)| Source {
+        name: (*name).to_owned(),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb::WHITE,
+        }],
+    });
+    let [from, to] = eye.map(|[x, y, z]| vec3(x, y, z).from_y_up());
+    let (fov, width, height) = lens;
+    Case {
+        name,
+        rig: Rig {
+            lights: lights.collect(),
+            sources: sources.collect(),
+        },
+        scene,
+        view: View {
+            from,
+            to,
+            fov,
+            width,
+            height,
+        },
+        mix: mix.to_vec(),
+    }
+}
+
+pub fn furnace() -> Case {
+    let walls = [
+        "wall_xneg",
+        "wall_xpos",
+        "wall_yneg",
+        "wall_ypos",
+        "wall_zneg",
+        "wall_zpos",
+    ];
+    let eye = [[0.3, 0.1, 0.85], [-0.1, -0.05, -1.0]];
+    case("furnace", &walls, &[1.0; 6], eye, (75.0, 128, 128))
+}
+
+pub fn cornell() -> Case {
+    let banks = ["bank_ceiling", "bank_wall", "bank_floor"];
+    let eye = [[2.78, 2.73, -8.0], [2.78, 2.73, 0.0]];
+    case(
+        "cornell",
+        &banks,
+        &[0.35, 1.25, 0.6],
+        eye,
+        (39.3077, 256, 256),
+    )
+}
+
+pub fn stage() -> Case {
+    let banks = [
+        "bank_ds_l_warm",
+        "bank_ds_r_warm",
+        "bank_us_l_warm",
+        "bank_us_r_warm",
+        "bank_ds_l_cool",
+        "bank_ds_r_cool",
+        "bank_us_l_cool",
+        "bank_us_r_cool",
+    ];
+    let mix = [0.8, 0.15, 0.35, 1.2, 0.05, 0.6, 0.25, 0.95];
+    let eye = [[0.0, 1.9, 13.5], [0.0, 2.15, 0.0]];
+    case("stage", &banks, &mix, eye, (25.0, 320, 180))
+}
+
+/// Pictures of a case.
+pub fn render(case: &Case, quality: u8, settings: &[Vec<f64>], threads: usize) -> Vec<Image> {
+    let work = Work {
+        progress: &Silent,
+        threads,
+        memory: 4 << 30,
+    };
+    let mut g = Radiosity
+        .prepare(&case.scene, &case.rig, &case.view, Quality(quality), work)
+        .unwrap();
+    g.render(settings, work).unwrap()
+}
+
+/// Pixels that the measure counts: on cornell those whose 3 x 3 neighbourhood shows no emitter,
+/// which are far brighter than anything lit.
+pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
+    let (w, h) = (reference.width(), reference.height());
+    let bright = |x: usize, y: usize| {
+        case.name == "cornell" && reference.pixel(x, y).unwrap().iter().any(|c| *c > 2.9)
+    };
+    (0..w * h)
+        .map(|at| {
+            let (x, y) = (at % w, at / w);
+            let near = |c: usize, n: usize| c.saturating_sub(1)..(c + 2).min(n);
+            !near(y, h).any(|j| near(x, w).any(|i| bright(i, j)))
+        })
+        .collect()
+}
+
+/// Relative root mean square error against the mean of two halves, and its estimate free of their
+/// noise (negative when below what the halves can tell).
+pub fn errors(x: &Image, halves: [&Image; 2], counted: &[bool]) -> (f64, f64) {
+    let [a, b] = halves;
+    let (mut plain, mut fair, mut power) = (0.0, 0.0, 0.0);
+    for (i, value) in x.data().iter().enumerate() {
+        if counted[i / 3] {
+            let (v, p, q) = (
+                f64::from(*value),
+                f64::from(a.data()[i]),
+                f64::from(b.data()[i]),
+            );
+            let mean = 0.5 * (p + q);
+            plain += (v - mean).powi(2);
+            fair += (v - p) * (v - q);
+            power += mean * mean;
+        }
+    }
+    let fair = fair / power;
+    ((plain / power).sqrt(), fair.abs().sqrt().copysign(fair))
+}
