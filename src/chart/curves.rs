@@ -193,8 +193,12 @@ fn curve(
     let colour = given.map_or(palette.hue(0), |hue| {
         hue.legible(palette.field, palette.ink)
     });
-    // The area keeps the colour as given: only the line must be told from the field.
-    let area_colour = given.map_or(colour.faded(0.32), |hue| hue.faded(0.45));
+    // The area keeps the colour as given where it shows; the line must always be told from the
+    // field.
+    let area_colour = match given {
+        Some(hue) if hue.contrast(palette.field) >= 1.2 => hue.faded(0.45),
+        _ => colour.faded(0.32),
+    };
     let line = |&(x, y): &Point| Step::Line(x, y);
     let mut area = vec![Step::Move(first.0, strip.bottom())];
     area.extend(points.iter().map(line));

@@ -59,7 +59,7 @@ pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     let (legend, below_legend) = legend(data, &names, width, below_title);
     let headed = data.iter().any(|panel| !panel.title.is_empty());
     let top = below_legend + if headed { 20.0 } else { 0.0 };
-    let plot_top = top + 26.0;
+    let plot_top = top + 28.0;
     let height = plot_top + PLOT_HEIGHT + 42.0 + MARGIN / 2.0;
     let mut drawing = Drawing::new(width, height.ceil(), palette.ground);
     drawing.text(Label::new(
@@ -175,14 +175,14 @@ fn draw_panel(
     let title = font::fit(&panel.title, HEADING, room);
     drawing.text(Label::new(
         &title,
-        (left, frame.y - 28.0),
+        (left, frame.y - 31.0),
         HEADING,
         palette.ink,
     ));
     let label = font::fit(&panel.y.label, SMALL, room);
     drawing.text(Label::new(
         &label,
-        (left, frame.y - 10.0),
+        (left, frame.y - 12.0),
         SMALL,
         palette.quiet,
     ));
