@@ -54,6 +54,7 @@ pub mod picture;
 pub mod raster;
 pub mod scene;
 pub mod show;
+pub mod timeline;
 pub mod transport;
 pub mod units;
 pub mod work;

@@ -226,7 +226,7 @@ impl Bernstein {
 
 /// Real roots of a x² + b x + c, ascending, by the form that does not cancel. A zero polynomial
 /// has none.
-pub(crate) fn quadratic_roots(a: f64, b: f64, c: f64) -> Vec<f64> {
+pub fn quadratic_roots(a: f64, b: f64, c: f64) -> Vec<f64> {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {
         return Vec::new();

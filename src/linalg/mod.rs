@@ -9,7 +9,7 @@ mod bernstein;
 mod orthogonal;
 mod svd;
 
-pub use bernstein::{Bernstein, mass, mass_factor};
+pub use bernstein::{Bernstein, mass, mass_factor, quadratic_roots};
 pub use orthogonal::{Dependent, Orthonormal, least_squares, lower_factor};
 pub use svd::{Svd, SvdError, svd};
 

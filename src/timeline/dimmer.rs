@@ -1,0 +1,334 @@
+//! Dimmers: level to light.
+//!
+//! Where the product of the degrees of level and law is at most 3 the composition is exact (a
+//! user's law with knots inside a fade is exact but within half a microsecond of its knots, since
+//! those instants are rounded). Elsewhere it is fitted by cubics: ends exact, values between the
+//! ends' values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
+
+use super::curve::Piece;
+use super::error::TimelineError;
+use super::spline::curve_spans;
+use crate::linalg::Bernstein;
+use crate::show::{Curve, Dimmer, Interpolation, Show};
+use crate::units::Time;
+
+/// How far a fitted composition may be from the true one, in settings.
+pub(super) const TOLERANCE: f64 = 1e-4;
+/// A law may leave 0 to 1 by this much rounding.
+const ROUNDING: f64 = 1e-12;
+/// Interior points at which a fit is compared; half the tolerance is asked for at them.
+const SAMPLES: usize = 15;
+
+/// A dimmer ready to be applied.
+pub(super) enum Law {
+    Linear,
+    Square,
+    Spans {
+        at: Vec<f64>,
+        spans: Vec<Bernstein>,
+        last: f64,
+        jumps: bool,
+    },
+}
+
+/// Laws that leave 0 to 1 at a level between 0 and 100.
+pub(super) fn check(show: &Show) -> Vec<TimelineError> {
+    let mut used: Vec<usize> = Vec::new();
+    for bank in &show.banks {
+        if let Dimmer::Curve(i) = bank.dimmer
+            && !used.contains(&i)
+        {
+            used.push(i);
+        }
+    }
+    used.iter()
+        .filter_map(|i| leaves(show.curves.get(*i)?))
+        .collect()
+}
+
+fn leaves(curve: &Curve) -> Option<TimelineError> {
+    let mut worst: Option<(f64, f64, f64)> = None;
+    let ends = curve.knots.iter().map(|k| (k.at, k.value));
+    let inner = curve
+        .knots
+        .windows(2)
+        .zip(curve_spans(curve))
+        .flat_map(|(k, s)| {
+            let (low, high) = s.range();
+            let (from, to) = match k {
+                [a, b] => (a.at, b.at),
+                _ => (0.0, 1.0),
+            };
+            [low, high].map(|(t, v)| (from + t * (to - from), v))
+        });
+    for (at, value) in ends.chain(inner) {
+        let off = (-value).max(value - 1.0);
+        if off > ROUNDING && worst.is_none_or(|w| off > w.2) {
+            worst = Some((at, value, off));
+        }
+    }
+    let id = curve.id;
+    worst.map(|(at, value, _)| TimelineError::Dimmer { id, at, value })
+}
+
+impl Law {
+    pub(super) fn new(dimmer: Dimmer, curves: &[Curve]) -> Law {
+        let curve = match dimmer {
+            Dimmer::Linear => return Law::Linear,
+            Dimmer::Square => return Law::Square,
+            Dimmer::Curve(i) => curves.get(i),
+        };
+        curve.map_or(Law::Linear, |c| Law::Spans {
+            at: c.knots.iter().map(|k| k.at).collect(),
+            spans: curve_spans(c),
+            last: c.knots.last().map_or(1.0, |k| k.value),
+            jumps: c.interpolation == Interpolation::Steps,
+        })
+    }
+
+    /// Setting of a level fraction.
+    pub(super) fn value(&self, level: f64) -> f64 {
+        match self {
+            Law::Linear => level,
+            Law::Square => level * level,
+            Law::Spans { at, last, .. } => {
+                if level >= at.last().copied().unwrap_or(1.0) {
+                    return *last;
+                }
+                let after = at.partition_point(|a| *a <= level);
+                self.local(after.saturating_sub(1))
+                    .map_or(*last, |l| l.value(level))
+            }
+        }
+    }
+
+    /// The law's one polynomial around a span, as (from, length, polynomial).
+    fn local(&self, span: usize) -> Option<Local> {
+        let Law::Spans { at, spans, .. } = self else {
+            return None;
+        };
+        let (from, to) = (*at.get(span)?, *at.get(span + 1)?);
+        Some(Local {
+            from,
+            length: to - from,
+            polynomial: *spans.get(span)?,
+        })
+    }
+
+    /// The polynomial that holds around a level fraction.
+    fn around(&self, level: f64) -> Local {
+        let whole = |p: Bernstein| Local {
+            from: 0.0,
+            length: 1.0,
+            polynomial: p,
+        };
+        match self {
+            Law::Linear => whole(Bernstein::linear(0.0, 1.0)),
+            Law::Square => {
+                whole(Bernstein::new(&[0.0, 0.0, 1.0]).unwrap_or(Bernstein::constant(0.0)))
+            }
+            Law::Spans { at, last, .. } => {
+                let after = at.partition_point(|a| *a <= level);
+                let span = after.saturating_sub(1).min(at.len().saturating_sub(2));
+                self.local(span)
+                    .unwrap_or(whole(Bernstein::constant(*last)))
+            }
+        }
+    }
+
+    fn knots(&self) -> &[f64] {
+        match self {
+            Law::Spans { at, .. } => at,
+            _ => &[],
+        }
+    }
+
+    /// A curve of levels (0 to 100) as settings.
+    pub(super) fn applied(&self, levels: &[Piece]) -> Vec<Piece> {
+        let mut out = Vec::with_capacity(levels.len());
+        for piece in levels {
+            let fraction = Piece {
+                polynomial: piece.polynomial.mapped(|c| c / 100.0),
+                ..*piece
+            };
+            match self {
+                Law::Linear => out.push(fraction),
+                Law::Square if piece.polynomial.degree() <= 1 => out.push(squared(&fraction)),
+                _ => self.compose(&fraction, &mut out),
+            }
+        }
+        out
+    }
+
+    fn compose(&self, piece: &Piece, out: &mut Vec<Piece>) {
+        let p = &piece.polynomial;
+        if p.is_constant() {
+            let polynomial = Bernstein::constant(self.value(p.first()));
+            out.push(Piece {
+                polynomial,
+                ..*piece
+            });
+            return;
+        }
+        let mut times = vec![piece.start];
+        times.extend(self.splits(piece));
+        times.push(piece.end);
+        for w in times.windows(2) {
+            let &[start, end] = w else { continue };
+            let level = Piece {
+                start,
+                end,
+                polynomial: piece.between(start, end),
+            };
+            self.compose_monotone(&level, out);
+        }
+    }
+
+    /// Where a piece turns or crosses one of the law's knots, to the microsecond.
+    fn splits(&self, piece: &Piece) -> Vec<Time> {
+        let p = &piece.polynomial;
+        let mut parts = vec![0.0];
+        parts.extend(p.turns());
+        parts.push(1.0);
+        let mut at: Vec<f64> = p.turns();
+        for w in parts.windows(2) {
+            let &[s, e] = w else { continue };
+            for knot in self.knots() {
+                at.extend(crossing(p, s, e, *knot));
+            }
+        }
+        let span = piece.end - piece.start;
+        let mut times: Vec<Time> = at.iter().map(|t| piece.start + span.scaled(*t)).collect();
+        times.retain(|t| *t > piece.start && *t < piece.end);
+        times.sort();
+        times.dedup();
+        times
+    }
+
+    fn compose_monotone(&self, level: &Piece, out: &mut Vec<Piece>) {
+        let q = &level.polynomial;
+        let law = self.around(q.value(0.5));
+        let jumps = matches!(self, Law::Spans { jumps: true, .. });
+        let one_sided = |x: f64| if jumps { law.value(x) } else { self.value(x) };
+        let ends = (one_sided(q.first()), one_sided(q.last()));
+        let exact = match (q.degree(), law.polynomial.degree()) {
+            (_, 0) => Some(Bernstein::constant(law.polynomial.first())),
+            (1, _) => {
+                let local = |x: f64| (x - law.from) / law.length;
+                Some(law.polynomial.part(local(q.first()), local(q.last())))
+            }
+            (_, 1) => Some(q.mapped(|x| law.value(x))),
+            _ => None,
+        };
+        match exact {
+            Some(polynomial) => out.push(Piece {
+                polynomial: with_ends(&polynomial, ends),
+                ..*level
+            }),
+            None => fit(&law, level, ends, out),
+        }
+    }
+}
+
+/// A law's polynomial with its place.
+struct Local {
+    from: f64,
+    length: f64,
+    polynomial: Bernstein,
+}
+
+impl Local {
+    fn value(&self, level: f64) -> f64 {
+        self.polynomial.value((level - self.from) / self.length)
+    }
+
+    fn slope(&self, level: f64) -> f64 {
+        self.polynomial.slope((level - self.from) / self.length) / self.length
+    }
+}
+
+fn squared(piece: &Piece) -> Piece {
+    let (a, b) = (piece.polynomial.first(), piece.polynomial.last());
+    let polynomial = if piece.polynomial.degree() == 0 {
+        Bernstein::constant(a * a)
+    } else {
+        Bernstein::new(&[a * a, a * b, b * b]).unwrap_or(Bernstein::constant(a * a))
+    };
+    Piece {
+        polynomial,
+        ..*piece
+    }
+}
+
+fn with_ends(p: &Bernstein, ends: (f64, f64)) -> Bernstein {
+    let mut c = p.coefficients().to_vec();
+    if let Some(first) = c.first_mut() {
+        *first = ends.0;
+    }
+    if c.len() > 1
+        && let Some(last) = c.last_mut()
+    {
+        *last = ends.1;
+    }
+    Bernstein::new(&c).unwrap_or(*p)
+}
+
+/// Where `p`, monotone on [s, e], crosses `value` strictly inside, by bisection.
+fn crossing(p: &Bernstein, s: f64, e: f64, value: f64) -> Option<f64> {
+    let above = |t: f64| p.value(t) > value;
+    if above(s) == above(e) {
+        return None;
+    }
+    let (mut low, mut high) = (s, e);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if above(middle) == above(s) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    Some(high)
+}
+
+/// Cubics for the composition of a law with a monotone level: Hermite, slopes limited to what
+/// keeps them between the end values (Fritsch and Carlson), halved in time until close enough.
+fn fit(law: &Local, level: &Piece, ends: (f64, f64), out: &mut Vec<Piece>) {
+    let q = &level.polynomial;
+    let chord = ends.1 - ends.0;
+    let limited = |slope: f64| {
+        if slope * chord <= 0.0 {
+            0.0
+        } else {
+            slope.abs().min(3.0 * chord.abs()).copysign(chord)
+        }
+    };
+    let slope = |t: f64, x: f64| limited(law.slope(x) * q.slope(t));
+    let cubic = Bernstein::hermite(ends.0, ends.1, slope(0.0, q.first()), slope(1.0, q.last()));
+    let off = (1..=SAMPLES)
+        .map(|i| i as f64 / (SAMPLES + 1) as f64)
+        .map(|t| (cubic.value(t) - law.value(q.value(t))).abs())
+        .fold(0.0f64, f64::max);
+    let half = (level.end - level.start).scaled(0.5);
+    if off <= 0.5 * TOLERANCE || half == Time::ZERO || level.start + half == level.end {
+        out.push(Piece {
+            polynomial: cubic,
+            ..*level
+        });
+        return;
+    }
+    let middle = level.start + half;
+    let value = law.value(level.value(middle));
+    let left = Piece {
+        end: middle,
+        polynomial: level.between(level.start, middle),
+        ..*level
+    };
+    let right = Piece {
+        start: middle,
+        polynomial: level.between(middle, level.end),
+        ..*level
+    };
+    fit(law, &left, (ends.0, value), out);
+    fit(law, &right, (value, ends.1), out);
+}

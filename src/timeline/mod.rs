@@ -1,0 +1,154 @@
+//! Cues to curves, and curves to key settings.
+//!
+//! A [`Timeline`] is the whole show as exact piecewise polynomials, one list of pieces for each
+//! coordinate, in settings (light after the dimmer, 1 = level 100). [`KeySequence`] cuts it into
+//! segments on which all coordinates are one polynomial each, so that every frame is a blend of at
+//! most four key settings.
+//!
+//! Invariants: the knots are whole microseconds; a piece's degree comes from the kind of part, never
+//! from its coefficients (only coefficients that are all the same number count as constant); a
+//! knot's value is computed once and shared by the pieces that meet there, so what is continuous is
+//! so to the bit; pieces cover the sequence without gaps. At a jump the later value holds.
+//!
+//! It must not know of text, images or what a setting costs.
+
+mod blend;
+mod clock;
+mod curve;
+mod dimmer;
+mod error;
+mod key;
+mod positivity;
+mod spline;
+mod track;
+
+#[cfg(test)]
+pub(crate) mod planted;
+#[cfg(test)]
+#[path = "timeline_test.rs"]
+mod tests;
+
+pub use blend::{Blend, blend};
+pub use clock::CueTime;
+pub use curve::Piece;
+pub use error::{TimelineError, Warning};
+pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
+
+use crate::show::{Dimmer, Show};
+use crate::units::Time;
+
+/// A show as curves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timeline {
+    start: Time,
+    end: Time,
+    cues: Vec<CueTime>,
+    curves: Vec<Vec<Piece>>,
+    last: Vec<f64>,
+    warnings: Vec<Warning>,
+    joined: usize,
+}
+
+impl Timeline {
+    /// Compiles a show.
+    ///
+    /// The sequence runs from the first cue's GO to the last completion. The rules of timing are
+    /// [`CueTime`]'s; those of motion: at any time the latest cue (in order of the list) whose move
+    /// of a coordinate has started rules it, from the level it had at that start; so a move
+    /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target with
+    /// part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what that
+    /// one moved and this one leaves.
+    ///
+    /// # Errors
+    /// Every mistake that only the times and the curves can tell.
+    pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
+        let motions = track::motions(show);
+        let cues = clock::cue_times(show, &motions)?;
+        let start = cues.first().map_or(Time::ZERO, |c| c.go);
+        let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
+        let (tracks, warnings) = track::tracks(show, &cues, motions)?;
+        let mut errors = dimmer::check(show);
+        errors.extend(track::out_of_range(&tracks, start, end));
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let mut curves = Vec::new();
+        let mut last = Vec::new();
+        let mut dropped = 0;
+        for (coordinate, track) in show.coordinates().iter().zip(&tracks) {
+            let Some(bank) = coordinate.bank else {
+                curves.push(curve::hold(start, end, 1.0));
+                last.push(1.0);
+                continue;
+            };
+            let law = show.banks.get(bank).map_or(Dimmer::Linear, |b| b.dimmer);
+            let law = dimmer::Law::new(law, &show.curves);
+            let levels = track::trimmed(track, start, end);
+            let pieces = law.applied(&levels);
+            let curve = curve::joined(&pieces);
+            dropped += pieces.len() - curve.len();
+            curves.push(curve);
+            last.push(law.value(track::level_at(track, end) / 100.0));
+        }
+        Ok(Timeline {
+            start,
+            end,
+            cues,
+            curves,
+            last,
+            warnings,
+            joined: dropped,
+        })
+    }
+
+    /// The first cue's GO (0 without cues).
+    pub fn start(&self) -> Time {
+        self.start
+    }
+
+    /// The last completion; may equal the start.
+    pub fn end(&self) -> Time {
+        self.end
+    }
+
+    /// When each cue starts and is complete.
+    pub fn cues(&self) -> &[CueTime] {
+        &self.cues
+    }
+
+    /// What is legal but surely not meant.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// How many coordinates a setting has.
+    pub fn coordinates(&self) -> usize {
+        self.curves.len()
+    }
+
+    /// A coordinate's pieces over the sequence, in settings; none when the sequence has no length
+    /// (or there is no such coordinate).
+    pub fn curve(&self, coordinate: usize) -> &[Piece] {
+        self.curves.get(coordinate).map_or(&[], Vec::as_slice)
+    }
+
+    /// The settings at the end, after whatever jumps there.
+    pub fn last(&self) -> &[f64] {
+        &self.last
+    }
+
+    /// The settings at a time; before the start those of the start, after the end the last. At a
+    /// jump the later value holds.
+    pub fn evaluate(&self, time: Time) -> Vec<f64> {
+        if time >= self.end {
+            return self.last.clone();
+        }
+        let time = time.max(self.start);
+        let value = |(pieces, last): (&Vec<Piece>, &f64)| {
+            let after = pieces.partition_point(|p| p.start <= time);
+            let piece = after.checked_sub(1).and_then(|i| pieces.get(i));
+            piece.map_or(*last, |p| p.value(time))
+        };
+        self.curves.iter().zip(&self.last).map(value).collect()
+    }
+}

@@ -1,0 +1,395 @@
+//! A coordinate's levels through the show: moves in the order of the cue list, each taking over
+//! from whatever runs or waits.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the model's indices are valid (show's invariant) and tables are made to its shape"
+)]
+
+use std::borrow::Cow;
+
+use super::clock::{CueTime, length};
+use super::curve::Piece;
+use super::error::{TimelineError, Warning};
+use super::spline::{curve_spans, path_spans};
+use crate::linalg::Bernstein;
+use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Path, Show};
+use crate::units::Time;
+
+/// Levels outside 0 to 100 by less than this are rounding.
+const ROUNDING: f64 = 1e-9;
+/// No show has more pieces than this in all its curves.
+const MOST_PIECES: usize = 500_000;
+/// Before and after every show.
+const NEVER: Time = Time::from_micros(i64::MAX / 4);
+
+/// A part's times and shape.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timing {
+    pub delay: Time,
+    pub up: Time,
+    pub down: Time,
+    pub fade: Fade,
+}
+
+/// One coordinate's motion in one cue, written or implied.
+#[derive(Clone, Debug)]
+pub(super) struct Moved<'a> {
+    pub id: NodeId,
+    pub coordinate: usize,
+    pub motion: Cow<'a, Motion>,
+    pub repeat: u32,
+    pub timing: Timing,
+}
+
+/// All that one cue moves.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Motions<'a> {
+    pub moves: Vec<Moved<'a>>,
+}
+
+/// A stretch of levels with the move that made it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub piece: Piece,
+    pub by: Option<(NodeId, usize)>,
+}
+
+/// A coordinate's stretches; the last is a hold for ever.
+pub(super) type Track = Vec<Stretch>;
+
+/// The level a motion arrives at.
+fn target(motion: &Motion) -> f64 {
+    match motion {
+        Motion::To(level) => *level,
+        Motion::Path(path) => path.knots.last().map_or(0.0, |k| k.level),
+    }
+}
+
+/// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
+/// the list by what is written, whether or not a move is later interrupted.
+pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
+    let n = show.coordinates().len();
+    let lit: Vec<bool> = show
+        .coordinates()
+        .iter()
+        .map(|c| c.bank.is_some())
+        .collect();
+    // What each coordinate goes to, and what it would go to without cueonly cues.
+    let (mut now, mut lasting) = (vec![0.0; n], vec![0.0; n]);
+    let mut to_restore: Vec<usize> = Vec::new();
+    let mut out = Vec::with_capacity(show.cues.len());
+    for cue in &show.cues {
+        let mut all = Motions {
+            moves: written(cue),
+        };
+        let mut moved = vec![false; n];
+        let mut here = Vec::new();
+        for m in &all.moves {
+            moved[m.coordinate] = true;
+            here.push((m.coordinate, target(&m.motion)));
+        }
+        for c in to_restore.drain(..).filter(|c| !moved[*c]) {
+            now[c] = lasting[c];
+            if !cue.assert {
+                all.moves.push(implied(cue, c, now[c]));
+            }
+        }
+        if cue.assert {
+            let stay = (0..n).filter(|c| !moved[*c] && lit[*c]);
+            all.moves.extend(stay.map(|c| implied(cue, c, now[c])));
+        }
+        for (c, level) in here {
+            now[c] = level;
+            if cue.cueonly {
+                to_restore.push(c);
+            } else {
+                lasting[c] = level;
+            }
+        }
+        out.push(all);
+    }
+    out
+}
+
+fn written(cue: &Cue) -> Vec<Moved<'_>> {
+    let of = |part: &crate::show::Part| Timing {
+        delay: part.delay,
+        up: part.up,
+        down: part.down,
+        fade: part.curve,
+    };
+    let parts = cue.parts.iter();
+    parts
+        .flat_map(|part| {
+            part.moves.iter().map(move |m| Moved {
+                id: m.id,
+                coordinate: m.coordinate,
+                motion: Cow::Borrowed(&m.motion),
+                repeat: m.repeat.max(1),
+                timing: of(part),
+            })
+        })
+        .collect()
+}
+
+/// A move to `level` that the cue makes without saying so, in its first part's time.
+fn implied<'a>(cue: &Cue, coordinate: usize, level: f64) -> Moved<'a> {
+    let timing = cue.parts.first().map_or(
+        Timing {
+            delay: Time::ZERO,
+            up: Time::ZERO,
+            down: Time::ZERO,
+            fade: Fade::Linear,
+        },
+        |p| Timing {
+            delay: p.delay,
+            up: p.up,
+            down: p.down,
+            fade: p.curve,
+        },
+    );
+    Moved {
+        id: cue.id,
+        coordinate,
+        motion: Cow::Owned(Motion::To(level)),
+        repeat: 1,
+        timing,
+    }
+}
+
+/// Plays all moves in the order of the list.
+pub(super) fn tracks(
+    show: &Show,
+    cues: &[CueTime],
+    motions: Vec<Motions>,
+) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
+    let dark = Stretch {
+        piece: Piece {
+            start: -NEVER,
+            end: NEVER,
+            polynomial: Bernstein::constant(0.0),
+        },
+        by: None,
+    };
+    let mut tracks: Vec<Track> = vec![vec![dark]; show.coordinates().len()];
+    let fades = Fades::new(show);
+    let mut warnings = Vec::new();
+    let mut waiting: Vec<Option<(NodeId, Time)>> = vec![None; tracks.len()];
+    let mut count = 0usize;
+    let first = cues.first().map_or(Time::ZERO, |c| c.go);
+    for (time, moved) in cues.iter().zip(&motions) {
+        for m in &moved.moves {
+            let start = time.go + m.timing.delay;
+            if let Some((id, late)) = waiting[m.coordinate].filter(|w| w.1 > start) {
+                warnings.push(Warning::Overtaken {
+                    id,
+                    by: m.id,
+                    coordinate: m.coordinate,
+                    time: late,
+                });
+            }
+            waiting[m.coordinate] = Some((m.id, start));
+            let track = &mut tracks[m.coordinate];
+            let from = cut(track, start);
+            let passes = fades.pieces(m, from, start, MOST_PIECES - count);
+            let Some((pieces, level)) = passes else {
+                let limit = MOST_PIECES;
+                return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
+            };
+            count += pieces.len();
+            if let Some(to) = first_level(&m.motion).filter(|to| *to != from && start > first) {
+                warnings.push(Warning::Jump {
+                    id: m.id,
+                    coordinate: m.coordinate,
+                    time: start,
+                    from,
+                    to,
+                });
+            }
+            let end = pieces.last().map_or(start, |p| p.end);
+            let by = Some((m.id, m.coordinate));
+            track.extend(pieces.into_iter().map(|piece| Stretch { piece, by }));
+            track.push(Stretch {
+                piece: Piece {
+                    start: end,
+                    end: NEVER,
+                    polynomial: Bernstein::constant(level),
+                },
+                by,
+            });
+        }
+    }
+    Ok((tracks, warnings))
+}
+
+fn first_level(motion: &Motion) -> Option<f64> {
+    match motion {
+        Motion::To(_) => None,
+        Motion::Path(path) => path.knots.first().map(|k| k.level),
+    }
+}
+
+/// Ends a track at `time` and returns the level it has there (after a jump, the later one).
+fn cut(track: &mut Track, time: Time) -> f64 {
+    let level = level_at(track, time);
+    while track.last().is_some_and(|s| s.piece.start >= time) {
+        track.pop();
+    }
+    if let Some(last) = track.last_mut() {
+        let kept = last
+            .piece
+            .between(last.piece.start, time.min(last.piece.end));
+        last.piece.polynomial = kept;
+        last.piece.end = time.min(last.piece.end);
+    }
+    level
+}
+
+/// The level at a time; at a jump the later one.
+pub(super) fn level_at(track: &Track, time: Time) -> f64 {
+    let after = track.partition_point(|s| s.piece.start <= time);
+    let at = after.checked_sub(1).and_then(|i| track.get(i));
+    at.map_or(0.0, |s| s.piece.value(time))
+}
+
+/// The pieces within [start, end], cut at both.
+pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<Piece> {
+    let within = |s: &Stretch| {
+        let (a, b) = (s.piece.start.max(start), s.piece.end.min(end));
+        (a < b).then(|| Piece {
+            start: a,
+            end: b,
+            polynomial: s.piece.between(a, b),
+        })
+    };
+    track.iter().filter_map(within).collect()
+}
+
+/// One error for each move that leaves 0 to 100 where it is seen: where it is farthest outside.
+pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
+    let mut errors: Vec<TimelineError> = Vec::new();
+    for track in tracks {
+        let mut worst: Option<((NodeId, usize), Time, f64, f64)> = None;
+        let mut report = |found: &mut Option<((NodeId, usize), Time, f64, f64)>| {
+            if let Some(((id, coordinate), time, level, _)) = found.take() {
+                errors.push(TimelineError::Level {
+                    id,
+                    coordinate,
+                    time,
+                    level,
+                });
+            }
+        };
+        for s in track
+            .iter()
+            .filter(|s| s.piece.start <= end && s.piece.end >= start)
+        {
+            let Some(by) = s.by else { continue };
+            if worst.is_some_and(|w| w.0 != by) {
+                report(&mut worst);
+            }
+            let (low, high) = s.piece.polynomial.range();
+            for (t, level) in [low, high] {
+                let off = (-level).max(level - 100.0);
+                if off > ROUNDING && worst.is_none_or(|w| off > w.3) {
+                    let span = s.piece.end - s.piece.start;
+                    let time = s.piece.start + if t == 0.0 { Time::ZERO } else { span.scaled(t) };
+                    worst = Some((by, time, level, off));
+                }
+            }
+        }
+        report(&mut worst);
+    }
+    errors
+}
+
+/// Shapes of fades: spans over fractions of the fade's time.
+struct Fades {
+    named: Vec<(Vec<f64>, Vec<Bernstein>, f64)>,
+}
+
+impl Fades {
+    fn new(show: &Show) -> Fades {
+        let of = |c: &crate::show::Curve| {
+            let at = c.knots.iter().map(|k| k.at).collect();
+            let last = c.knots.last().map_or(1.0, |k| k.value);
+            (at, curve_spans(c), last)
+        };
+        Fades {
+            named: show.curves.iter().map(of).collect(),
+        }
+    }
+
+    /// Where its knots are, what it does between them, and where it arrives.
+    fn shape(&self, fade: Fade) -> (Vec<f64>, Vec<Bernstein>, f64) {
+        let one = match fade {
+            Fade::Curve(i) => return self.named[i].clone(),
+            Fade::Linear => Bernstein::linear(0.0, 1.0),
+            Fade::Ease => Bernstein::cubic([0.0, 0.0, 1.0, 1.0]),
+            Fade::Square => {
+                return (
+                    vec![0.0, 1.0],
+                    Bernstein::new(&[0., 0., 1.]).into_iter().collect(),
+                    1.0,
+                );
+            }
+            Fade::SlowTop => Bernstein::cubic([0.0, 1.0, 1.0, 1.0]),
+            Fade::SlowBottom => Bernstein::cubic([0.0, 0.0, 0.0, 1.0]),
+        };
+        (vec![0.0, 1.0], vec![one], 1.0)
+    }
+
+    /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
+    /// `most`.
+    fn pieces(&self, m: &Moved, from: f64, start: Time, most: usize) -> Option<(Vec<Piece>, f64)> {
+        let (times, spans, level) = match m.motion.as_ref() {
+            Motion::To(to) => self.fade(&m.timing, from, *to),
+            Motion::Path(path) => along(path),
+        };
+        let whole = times.last().copied().unwrap_or(Time::ZERO);
+        let passes = if whole == Time::ZERO { 1 } else { m.repeat };
+        if spans.len().saturating_mul(passes as usize) > most {
+            return None;
+        }
+        let mut pieces = Vec::new();
+        for pass in 0..i64::from(passes) {
+            let begin = start + Time::from_micros(whole.micros().saturating_mul(pass));
+            for (w, polynomial) in times.windows(2).zip(&spans) {
+                // Knots of a curve may fall on the same microsecond of a short fade.
+                if w[0] < w[1] {
+                    pieces.push(Piece {
+                        start: begin + w[0],
+                        end: begin + w[1],
+                        polynomial: *polynomial,
+                    });
+                }
+            }
+        }
+        Some((pieces, level))
+    }
+
+    fn fade(&self, timing: &Timing, from: f64, to: f64) -> (Vec<Time>, Vec<Bernstein>, f64) {
+        let whole = if to < from { timing.down } else { timing.up };
+        let (at, spans, arrives) = self.shape(timing.fade);
+        // Exact at completion 0 and 1, where a difference scaled would not be.
+        let level = |completion: f64| (1.0 - completion) * from + completion * to;
+        if from == to {
+            // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
+            return (vec![Time::ZERO], Vec::new(), to);
+        }
+        let times = at.iter().map(|a| whole.scaled(*a)).collect();
+        let spans = spans.iter().map(|s| s.mapped(level)).collect();
+        (times, spans, level(arrives))
+    }
+}
+
+fn along(path: &Path) -> (Vec<Time>, Vec<Bernstein>, f64) {
+    let times: Vec<Time> = path.knots.iter().map(|k| k.time).collect();
+    let spans = if length(path) == Time::ZERO && path.interpolation != Interpolation::Steps {
+        Vec::new()
+    } else {
+        path_spans(path)
+    };
+    (times, spans, path.knots.last().map_or(0.0, |k| k.level))
+}
