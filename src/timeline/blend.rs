@@ -60,8 +60,9 @@ mod tests {
     #[test]
     fn lerps_reproduce_bernstein_to_rounding() {
         let mut worst = 0.0f64;
-        for i in 0..=1000 {
-            let t = i as f64 / 1000.0;
+        // At 1024ths the Bernstein weights themselves have no rounding.
+        for i in 0..=1024 {
+            let t = i as f64 / 1024.0;
             let s = 1.0 - t;
             let exact = [
                 vec![1.0],
@@ -78,7 +79,7 @@ mod tests {
                 }
             }
         }
-        assert!(worst < 2.3e-16, "{worst:e}");
+        assert!(worst < 1.2e-16, "{worst:e}");
     }
 
     #[test]

@@ -23,6 +23,8 @@ mod spline;
 mod track;
 
 #[cfg(test)]
+mod naive;
+#[cfg(test)]
 pub(crate) mod planted;
 #[cfg(test)]
 #[path = "timeline_test.rs"]

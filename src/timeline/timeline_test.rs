@@ -1,1 +1,372 @@
+//! Curves against an independent evaluation of the cues; planted segments, degrees and keys; rules
+//! of timing one by one.
 
+use proptest::prelude::*;
+
+use super::naive;
+use super::planted::*;
+use super::*;
+use crate::show::*;
+
+fn at(show: &Show, seconds_: f64) -> Vec<f64> {
+    Timeline::new(show).unwrap().evaluate(seconds(seconds_))
+}
+
+fn go(t: f64) -> Trigger {
+    Trigger::At(seconds(t))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn keys_give_what_the_cues_say(seed in any::<u64>()) {
+        let mut random = Random::new(seed);
+        let show = wild(&mut random);
+        let go = naive::go_times(&show);
+        let level = |c: usize, t: i64| naive::level(&show, &go, c, show.cues.len(), t);
+        let timeline = match Timeline::new(&show) {
+            Ok(timeline) => timeline,
+            Err(errors) => {
+                for e in errors {
+                    match e {
+                        TimelineError::Level { coordinate, time, level: found, .. } => {
+                            prop_assert!(!(0.0..=100.0).contains(&found));
+                            prop_assert!((level(coordinate, time.micros()) - found).abs() < 1e-3
+                                || (level(coordinate, time.micros() - 1) - found).abs() < 1e-3);
+                        }
+                        TimelineError::Backwards { .. } => {}
+                        other => prop_assert!(false, "{other:?}"),
+                    }
+                }
+                return Ok(());
+            }
+        };
+        let (start, end) = (timeline.start().micros(), timeline.end().micros());
+        prop_assert_eq!(start, go[0].0);
+        prop_assert_eq!(end, go.iter().map(|g| g.1).max().unwrap());
+        for signed_keys in [false, true] {
+            let keys = KeySequence::new(&timeline, KeyOptions { signed_keys }).unwrap();
+            let knots = keys.segments().iter().map(|s| (s.start() * 1e6).round() as i64);
+            let mut times: Vec<i64> = knots.collect();
+            times.extend((0..40).map(|_| random.between(start, end)));
+            times.push(end);
+            for t in times {
+                let blended = keys.evaluate(Time::from_micros(t));
+                let curves = timeline.evaluate(Time::from_micros(t));
+                for (c, coordinate) in show.coordinates().iter().enumerate() {
+                    let want = if coordinate.bank.is_some() { level(c, t) / 100.0 } else { 1.0 };
+                    prop_assert!((blended[c] - want).abs() < 1e-12, "{t} {c}: {} for {want}", blended[c]);
+                    prop_assert!((curves[c] - want).abs() < 1e-12);
+                }
+            }
+            if !signed_keys {
+                prop_assert!(keys.keys().iter().flatten().all(|x| *x >= 0.0));
+            }
+            for w in keys.segments().windows(2) {
+                prop_assert_eq!(w[0].end(), w[1].start());
+            }
+        }
+    }
+
+    #[test]
+    fn planted_segments_degrees_and_keys_come_back(seed in any::<u64>()) {
+        let mut random = Random::new(seed);
+        let rank = random.between(2, 5) as usize;
+        let n = rank + random.between(0, 5) as usize;
+        let mut degrees: Vec<usize> = Vec::new();
+        for _ in 0..random.between(1, 7) {
+            let d = random.between(0, 3) as usize;
+            if d > 0 || degrees.last() != Some(&0) {
+                degrees.push(d);
+            }
+        }
+        let planted = planted(&mut random, n, rank, &degrees);
+        let timeline = Timeline::new(&planted.show).unwrap();
+        prop_assert!(timeline.warnings().is_empty());
+        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let found: Vec<(f64, f64, usize)> =
+            keys.segments().iter().map(|s| (s.start(), s.end(), s.degree)).collect();
+        // Two straight stretches may happen to be one line; nothing else may be lost.
+        prop_assert_eq!(found, planted.segments);
+        prop_assert_eq!(keys.keys().len(), planted.keys);
+        prop_assert_eq!(keys.inserted(), 0);
+    }
+
+    #[test]
+    fn dimmers_are_within_their_tolerance(seed in any::<u64>()) {
+        let mut random = Random::new(seed);
+        let mut show = wild(&mut random);
+        for bank in &mut show.banks {
+            bank.dimmer = random.pick(&[Dimmer::Square, Dimmer::Square, Dimmer::Curve(0)]);
+        }
+        let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
+        let go = naive::go_times(&show);
+        let own = &show.curves[0];
+        let steps = own.interpolation == Interpolation::Steps;
+        let law = dimmer::Law::new(Dimmer::Curve(0), &show.curves);
+        for _ in 0..60 {
+            let t = random.between(timeline.start().micros(), timeline.end().micros());
+            let found = timeline.evaluate(Time::from_micros(t));
+            for (c, coordinate) in show.coordinates().iter().enumerate() {
+                let Some(bank) = coordinate.bank else { continue };
+                let level = naive::level(&show, &go, c, show.cues.len(), t) / 100.0;
+                let want = match show.banks[bank].dimmer {
+                    Dimmer::Square => level * level,
+                    _ => law.value(level.clamp(0.0, 1.0)),
+                };
+                // A step of the law falls within a microsecond of where it should.
+                let near_step = steps && own.knots.iter().any(|k| (k.at - level).abs() < 1e-3);
+                prop_assert!(near_step || (found[c] - want).abs() < dimmer::TOLERANCE, "{c} {t}: {} for {want}", found[c]);
+                prop_assert!((0.0..=1.0).contains(&found[c]));
+            }
+        }
+    }
+}
+
+#[test]
+fn most_wild_shows_are_shows() {
+    let good = |seed: &u64| Timeline::new(&wild(&mut Random::new(*seed))).is_ok();
+    let count = (0..200u64).filter(good).count();
+    assert!(count > 100, "{count}");
+}
+
+#[test]
+fn a_line_continued_is_one_segment() {
+    let mut show = empty(1);
+    let line = path(Interpolation::Linear, &[(0., 0.), (1., 10.), (4., 40.)]);
+    show.cues.push(cue(1, go(0.), 0., vec![moving(0, line)]));
+    let timeline = Timeline::new(&show).unwrap();
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(
+        (keys.segments().len(), keys.keys().len(), keys.joined()),
+        (1, 2, 1)
+    );
+}
+
+#[test]
+fn go_follow_hang_gap_and_at() {
+    let mut show = empty(1);
+    let moves = |level| vec![to(0, level)];
+    show.cues.push(cue(1, Trigger::Go, 4., moves(10.)));
+    show.cues.push(cue(2, Trigger::Go, 4., moves(20.)));
+    show.cues.push(cue(3, Trigger::Go, 3., moves(30.)));
+    show.cues.push(cue(4, Trigger::Go, 1., moves(40.)));
+    show.cues.push(cue(5, go(60.), 0., moves(50.)));
+    show.cues[1].link = Some((NodeId(7), Link::Follow(seconds(6.))));
+    show.cues[2].link = Some((NodeId(8), Link::Hang(seconds(-1.))));
+    show.cues[2].parts[0].delay = seconds(2.);
+    let timeline = Timeline::new(&show).unwrap();
+    let found: Vec<(f64, f64, bool)> = timeline
+        .cues()
+        .iter()
+        .map(|c| (c.go.seconds(), c.completion.seconds(), c.assumed))
+        .collect();
+    let want = [
+        (0., 4., false),
+        (9., 13., true),
+        (15., 20., false),
+        (19., 20., false),
+        (60., 60., false),
+    ];
+    assert_eq!(found, want);
+    assert_eq!(
+        (timeline.start(), timeline.end()),
+        (seconds(0.), seconds(60.))
+    );
+    // The jump at the very end has its key.
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(keys.evaluate(seconds(60.)), vec![0.5]);
+    assert_eq!(keys.segments().last().unwrap().duration(), 0.0);
+}
+
+#[test]
+fn mistakes_of_timing_are_all_reported() {
+    let mut show = empty(1);
+    show.cues.push(cue(1, go(10.), 1., vec![]));
+    show.cues.push(cue(2, go(5.), 1., vec![]));
+    show.cues.push(cue(3, go(50.), 1., vec![]));
+    show.cues[1].link = Some((NodeId(7), Link::Follow(seconds(6.))));
+    show.cues[2].link = Some((NodeId(8), Link::Hang(seconds(1.))));
+    let errors = Timeline::new(&show).unwrap_err();
+    assert!(matches!(
+        errors[0],
+        TimelineError::Backwards {
+            cue: NodeId(2000),
+            ..
+        }
+    ));
+    assert!(matches!(
+        errors[1],
+        TimelineError::AtAndLink {
+            link: NodeId(7),
+            ..
+        }
+    ));
+    assert!(matches!(
+        errors[2],
+        TimelineError::LinkOnLast {
+            link: NodeId(8),
+            ..
+        }
+    ));
+    assert_eq!(errors.len(), 3);
+    let mut show = empty(1);
+    show.cues.push(cue(1, go(0.), 1., vec![]));
+    show.cues.push(cue(2, Trigger::Go, 1., vec![]));
+    show.cues[0].link = Some((NodeId(7), Link::Hang(seconds(-3.))));
+    let errors = Timeline::new(&show).unwrap_err();
+    assert!(matches!(
+        errors[0],
+        TimelineError::Backwards {
+            link: Some(NodeId(7)),
+            ..
+        }
+    ));
+}
+
+#[test]
+fn a_move_interrupts_a_move_and_waits_out_its_delay() {
+    let mut show = empty(1);
+    show.cues.push(cue(1, go(0.), 10., vec![to(0, 100.)]));
+    show.cues.push(cue(2, go(2.), 4., vec![to(0, 0.)]));
+    show.cues[1].parts[0].delay = seconds(3.);
+    for (t, want) in [
+        (2., 0.2),
+        (4.5, 0.45),
+        (5., 0.5),
+        (7., 0.25),
+        (9., 0.0),
+        (20., 0.0),
+    ] {
+        assert!((at(&show, t)[0] - want).abs() < 1e-15, "{t}");
+    }
+}
+
+#[test]
+fn an_overtaken_move_never_happens_and_is_told() {
+    let mut show = empty(1);
+    show.cues.push(cue(1, go(0.), 10., vec![to(0, 100.)]));
+    show.cues[0].parts[0].delay = seconds(20.);
+    show.cues.push(cue(2, go(5.), 5., vec![to(0, 50.)]));
+    let timeline = Timeline::new(&show).unwrap();
+    assert!(matches!(
+        timeline.warnings(),
+        [Warning::Overtaken { coordinate: 0, .. }]
+    ));
+    assert_eq!(timeline.evaluate(seconds(25.)), vec![0.5]);
+}
+
+#[test]
+fn up_and_down_assert_and_cueonly() {
+    let mut show = empty(3);
+    show.cues
+        .push(cue(1, go(0.), 0., vec![to(0, 50.), to(1, 50.), to(2, 20.)]));
+    show.cues
+        .push(cue(2, go(10.), 0., vec![to(0, 100.), to(1, 0.)]));
+    (show.cues[1].parts[0].up, show.cues[1].parts[0].down) = (seconds(4.), seconds(8.));
+    show.cues[1].cueonly = true;
+    show.cues.push(cue(3, go(14.), 2., vec![to(2, 60.)]));
+    assert_eq!(at(&show, 12.), vec![0.75, 0.375, 0.2]);
+    // Cue 3 restores what cue 2 moved, from where each is, in its own time.
+    assert_eq!(at(&show, 15.), vec![0.75, 0.375, 0.4]);
+    assert_eq!(at(&show, 16.), vec![0.5, 0.5, 0.6]);
+    show.cues[1].cueonly = false;
+    assert_eq!(at(&show, 18.), vec![1.0, 0.0, 0.6]);
+    assert_eq!(at(&show, 16.), vec![1.0, 0.125, 0.6]);
+    // Asserting ends the fade of bank 1 with cue 3's time.
+    show.cues[2].assert = true;
+    assert_eq!(at(&show, 16.), vec![1.0, 0.0, 0.6]);
+}
+
+#[test]
+fn a_spline_that_starts_elsewhere_jumps_with_a_warning() {
+    let mut show = empty(1);
+    show.cues.push(cue(1, go(0.), 0., vec![to(0, 85.)]));
+    let spline = path(
+        Interpolation::Monotone,
+        &[(0., 30.), (3., 55.), (4., 52.), (9., 90.)],
+    );
+    show.cues.push(cue(2, go(5.), 0., vec![moving(0, spline)]));
+    let timeline = Timeline::new(&show).unwrap();
+    let [Warning::Jump { from, to, time, .. }] = timeline.warnings() else {
+        panic!("{:?}", timeline.warnings())
+    };
+    assert_eq!((*from, *to, time.seconds()), (85.0, 30.0, 5.0));
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(keys.evaluate(seconds(5.)), vec![0.3]);
+    let before = &keys.segments()[0];
+    assert_eq!((keys.keys()[before.keys[0]][0], before.end()), (0.85, 5.0));
+}
+
+#[test]
+fn levels_outside_are_an_error_with_time_and_value() {
+    let mut show = empty(2);
+    let spline = path(
+        Interpolation::Natural,
+        &[(0., 0.), (1., 100.), (2., 100.), (3., 0.)],
+    );
+    show.cues.push(cue(1, go(10.), 0., vec![moving(1, spline)]));
+    let errors = Timeline::new(&show).unwrap_err();
+    let [
+        TimelineError::Level {
+            coordinate,
+            time,
+            level,
+            ..
+        },
+    ] = errors.as_slice()
+    else {
+        panic!("{errors:?}")
+    };
+    // The natural spline through these is 115 at the middle (by symmetry, slopes 1/2 and -3/2…).
+    assert_eq!((*coordinate, time.seconds()), (1, 11.5));
+    assert!((level - 115.0).abs() < 1e-12, "{level}");
+}
+
+#[test]
+fn the_square_of_a_linear_fade_is_an_exact_quadratic() {
+    let mut show = empty(1);
+    show.banks[0].dimmer = Dimmer::Square;
+    show.cues.push(cue(1, go(0.), 0., vec![to(0, 20.)]));
+    show.cues.push(cue(2, go(0.), 8., vec![to(0, 80.)]));
+    let timeline = Timeline::new(&show).unwrap();
+    let [piece] = timeline.curve(0) else { panic!() };
+    assert_eq!(piece.polynomial.degree(), 2);
+    for i in 0..=80 {
+        let t = i as f64 / 10.0;
+        let level: f64 = 0.2 + 0.6 * t / 8.0;
+        assert!((timeline.evaluate(seconds(t))[0] - level * level).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn nothing_and_fixed_lights_alone() {
+    let timeline = Timeline::new(&empty(0)).unwrap();
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!((keys.segments().len(), keys.duration()), (1, 0.0));
+    let mut show = empty(1);
+    fixed_light(&mut show);
+    assert_eq!(at(&show, 3.), vec![0.0, 1.0]);
+    show.cues.push(cue(1, go(3.), 5., vec![to(0, 100.)]));
+    let timeline = Timeline::new(&show).unwrap();
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(keys.keys(), [vec![0.0, 1.0], vec![1.0, 1.0]]);
+    assert_eq!(
+        (keys.segments()[0].start(), keys.segments()[0].end()),
+        (3.0, 8.0)
+    );
+}
+
+#[test]
+fn endless_repeats_are_refused() {
+    let mut show = empty(1);
+    let spline = path(Interpolation::Linear, &[(0., 0.), (0.000_001, 100.)]);
+    show.cues.push(cue(1, go(0.), 0., vec![moving(0, spline)]));
+    show.cues[0].parts[0].moves[0].repeat = u32::MAX;
+    let errors = Timeline::new(&show).unwrap_err();
+    assert!(matches!(errors[0], TimelineError::TooManyPieces { .. }));
+    show.cues[0].parts[0].moves[0].motion = path(Interpolation::Linear, &[(0., 0.), (1000., 100.)]);
+    let errors = Timeline::new(&show).unwrap_err();
+    assert!(matches!(errors[0], TimelineError::TooLong { .. }));
+}
