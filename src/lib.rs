@@ -45,6 +45,7 @@
 //! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc |
 
 pub mod chart;
+pub mod check;
 pub mod diagnostic;
 pub mod files;
 pub mod geometry;

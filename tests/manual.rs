@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use footlight::diagnostic::{Sources, Style, render};
-use footlight::lang;
+use footlight::{check, lang};
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -15,8 +15,12 @@ fn root() -> PathBuf {
 fn complaints(name: &str, text: &str) -> (Vec<&'static str>, String) {
     let mut sources = Sources::default();
     let parsed = lang::parse(&mut sources, name, text);
-    let codes = parsed.diagnostics.iter().map(|d| d.code).collect();
-    (codes, render(&parsed.diagnostics, &sources, Style::Plain))
+    let mut found = parsed.diagnostics;
+    if let Some(show) = parsed.show {
+        found.extend(check::check(&show, &parsed.spans).diagnostics);
+    }
+    let codes = found.iter().map(|d| d.code).collect();
+    (codes, render(&found, &sources, Style::Plain))
 }
 
 #[test]

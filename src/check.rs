@@ -1,0 +1,315 @@
+//! What only the curves can tell, said in the designer's words.
+//!
+//! `timeline` finds it and knows no text; this room turns its findings into diagnostics with
+//! places, numbers and help. Invariants: every finding of `timeline` becomes exactly one
+//! diagnostic, except that a move of several coordinates is complained of once; findings keep
+//! their order. It must not compute curves of its own.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostic::Diagnostic;
+use crate::lang::{SpanMap, codes};
+use crate::show::{Interpolation, Motion, Move, NodeId, Show};
+use crate::timeline::{Timeline, TimelineError, Warning};
+use crate::units::Time;
+
+/// A show that was compiled and judged.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    /// The curves; `None` when there is an error among the diagnostics.
+    pub timeline: Option<Timeline>,
+    /// Errors, or the warnings of a show without any.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Compiles a show's curves and says what is wrong with them.
+pub fn check(show: &Show, spans: &SpanMap) -> Checked {
+    let teller = Teller { show, spans };
+    match Timeline::new(show) {
+        Ok(timeline) => Checked {
+            diagnostics: teller.warnings(timeline.warnings()),
+            timeline: Some(timeline),
+        },
+        Err(errors) => Checked {
+            timeline: None,
+            diagnostics: teller.errors(&errors),
+        },
+    }
+}
+
+struct Teller<'a> {
+    show: &'a Show,
+    spans: &'a SpanMap,
+}
+
+impl Teller<'_> {
+    fn errors(&self, errors: &[TimelineError]) -> Vec<Diagnostic> {
+        let mut told = BTreeSet::new();
+        let mut out = Vec::new();
+        for error in errors {
+            let again = matches!(error, TimelineError::Level { id, .. } if !told.insert(*id));
+            if !again {
+                out.push(self.error(error));
+            }
+        }
+        out
+    }
+
+    fn warnings(&self, warnings: &[Warning]) -> Vec<Diagnostic> {
+        let mut told = BTreeSet::new();
+        let mut out = Vec::new();
+        for warning in warnings {
+            let key = match warning {
+                Warning::Jump { id, .. } => (*id, None),
+                Warning::Overtaken { id, by, .. } => (*id, Some(*by)),
+            };
+            if told.insert(key) {
+                out.push(self.warning(warning));
+            }
+        }
+        out
+    }
+
+    fn error(&self, error: &TimelineError) -> Diagnostic {
+        let say = |code, message: String| Diagnostic::error(code, message);
+        match *error {
+            TimelineError::AtAndLink { cue, link } => {
+                let name = self.cue(cue);
+                let message = format!("{name} is started twice: by the cue before it, and by `at`");
+                let there = self.place(
+                    say(codes::STARTED_TWICE, message),
+                    cue,
+                    "has a time of its own",
+                );
+                self.place(there, link, "starts it too")
+            }
+            TimelineError::LinkOnLast { link, .. } => {
+                let message =
+                    "`follow` and `hang` start the next cue, but this is the last".to_owned();
+                self.place(say(codes::LAST_LINK, message), link, "starts nothing")
+            }
+            TimelineError::Backwards {
+                cue,
+                go,
+                link,
+                previous,
+                previous_go,
+            } => {
+                let (name, before) = (self.cue(cue), self.cue(previous));
+                let message =
+                    format!("{name} would start at {go}, before {before} at {previous_go}");
+                let first =
+                    self.place(say(codes::ORDER, message), link.unwrap_or(cue), "too early");
+                let both = self.place(first, previous, "starts later");
+                both.help(match link {
+                    Some(_) => "a negative `hang` reaches back at most to its own cue's GO",
+                    None => "change its `at`: cues run in the order of their numbers",
+                })
+            }
+            TimelineError::TooLong { cue } => {
+                let message = format!("the show runs beyond {}", Time::MAX);
+                self.place(say(codes::TIMELINE, message), cue, "here")
+            }
+            TimelineError::TooManyPieces { id, limit } => {
+                let message = format!("the curves have more than {limit} pieces");
+                self.place(say(codes::TOO_LARGE, message), id, "here")
+                    .help("repeat fewer times: every pass counts")
+            }
+            TimelineError::Level {
+                id,
+                coordinate,
+                time,
+                level,
+            } => self.level(id, coordinate, time, level),
+            TimelineError::Dimmer { id, at, value } => {
+                let (at, light) = (rounded(100.0 * at), rounded(100.0 * value));
+                let message = format!("this dimmer gives {light} % of the light at level {at}");
+                self.place(say(codes::CURVE_RANGE, message), id, "leaves 0 to 100")
+                    .help("a `monotone` curve stays between its knots")
+            }
+        }
+    }
+
+    fn level(&self, id: NodeId, coordinate: usize, time: Time, level: f64) -> Diagnostic {
+        let name = self.coordinate(coordinate);
+        let message = format!(
+            "`{name}` reaches {} at {time}: levels are 0 to 100",
+            rounded(level)
+        );
+        let help = match self.find(id, coordinate).map(|m| &m.motion) {
+            Some(Motion::Path(path)) => match path.interpolation {
+                Interpolation::Hermite => {
+                    "make a slope smaller, or take `monotone`, which stays between its knots"
+                }
+                Interpolation::Bezier => {
+                    "bring the levels after `via` closer to those of the knots"
+                }
+                _ => "`spline monotone` stays between its knots; or move a knot",
+            },
+            _ => "the fade's curve overshoots: give it `monotone` knots, or another `curve`",
+        };
+        let what = if level > 100.0 {
+            "too bright"
+        } else {
+            "darker than out"
+        };
+        let error = Diagnostic::error(codes::CURVE_RANGE, message);
+        self.place(error, id, what).help(help)
+    }
+
+    fn warning(&self, warning: &Warning) -> Diagnostic {
+        match *warning {
+            Warning::Jump {
+                id,
+                coordinate,
+                time,
+                from,
+                to,
+            } => {
+                let (name, from, to) = (self.coordinate(coordinate), rounded(from), rounded(to));
+                let message = format!("`{name}` jumps from {from} to {to} at {time}");
+                self.place(
+                    Diagnostic::warning(codes::JUMP, message),
+                    id,
+                    "starts elsewhere",
+                )
+                .help(format!(
+                    "a path gives absolute levels: begin it with `0s {from}`, or get there before"
+                ))
+            }
+            Warning::Overtaken {
+                id,
+                by,
+                coordinate,
+                time,
+            } => {
+                let name = self.coordinate(coordinate);
+                let message = format!(
+                    "this move of `{name}` never happens: at {time} another has taken over"
+                );
+                let warning = Diagnostic::warning(codes::OVERTAKEN, message);
+                let first = self.place(warning, id, "never starts");
+                self.place(first, by, "comes first")
+                    .help("a shorter `delay` here, or a later GO there")
+            }
+        }
+    }
+
+    fn place(&self, diagnostic: Diagnostic, id: NodeId, text: &str) -> Diagnostic {
+        match self.spans.get(id) {
+            Some(span) => diagnostic.at(span.file as usize, span.range(), text),
+            None => diagnostic,
+        }
+    }
+
+    fn cue(&self, id: NodeId) -> String {
+        let cue = self.show.cues.iter().find(|c| c.id == id);
+        cue.map_or_else(|| "a cue".to_owned(), |c| format!("cue {}", c.number))
+    }
+
+    fn coordinate(&self, index: usize) -> String {
+        let all = self.show.coordinates();
+        all.get(index).map_or_else(String::new, |c| c.name.clone())
+    }
+
+    /// The written move; `None` for what `assert` and `cueonly` imply.
+    fn find(&self, id: NodeId, coordinate: usize) -> Option<&Move> {
+        let parts = self.show.cues.iter().flat_map(|c| &c.parts);
+        let mut moves = parts.flat_map(|p| &p.moves);
+        moves.find(|m| m.id == id && m.coordinate == coordinate)
+    }
+}
+
+/// A level to read: as few decimals as show on which side of 0 and 100 it lies.
+fn rounded(level: f64) -> String {
+    let hides = |text: &str| {
+        let shown: f64 = text.parse().unwrap_or(level);
+        (level > 100.0 && shown <= 100.0) || (level < 0.0 && shown >= 0.0)
+    };
+    let texts = [1, 3, 6].map(|decimals| format!("{level:.decimals$}"));
+    let [.., last] = &texts;
+    let text = texts.iter().find(|t| !hides(t)).unwrap_or(last);
+    let trimmed = text.trim_end_matches('0').trim_end_matches('.');
+    if text.contains('.') {
+        trimmed.to_owned()
+    } else {
+        text.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::Sources;
+    use crate::lang;
+
+    const RIG: &str = "light l panel m\nlight n panel o\nbank a = l\nbank b = n\n";
+
+    fn checked(cues: &str) -> Checked {
+        let mut sources = Sources::default();
+        let parsed = lang::parse(&mut sources, "t.lxq", &format!("{RIG}{cues}"));
+        check(&parsed.show.unwrap(), &parsed.spans)
+    }
+
+    #[test]
+    fn an_overshoot_names_its_time_and_level() {
+        // Catmull-Rom through 0, 100, 100, 0: the slope at 1 s is 50, so that the middle span is
+        // 100 + 50 u (1-u)^2 + 50 u^2 (1-u) = 100 + 50 u (1-u), farthest at its middle.
+        let found = checked("cue 1 { a catmull-rom 0 0, 1 100, 2 100, 3 0 }");
+        assert!(found.timeline.is_none());
+        let [only] = found.diagnostics.as_slice() else {
+            panic!("{:?}", found.diagnostics)
+        };
+        assert_eq!(only.code, codes::CURVE_RANGE);
+        assert_eq!(
+            only.message,
+            "`a` reaches 112.5 at 1.5s: levels are 0 to 100"
+        );
+        assert!(only.help[0].contains("spline monotone"));
+        let mended = checked("cue 1 { a spline 0 0, 1 100, 2 100, 3 0 }");
+        assert!(mended.timeline.is_some() && mended.diagnostics.is_empty());
+    }
+
+    #[test]
+    fn a_jump_and_an_overtaken_move_are_warned_of() {
+        let found = checked(
+            "cue 1 { time 2  a 30  b 5  delay 50 }\ncue 2 at 0:10 { a linear 0 40, 2 50\n b 60 time 1 }",
+        );
+        let codes: Vec<_> = found.diagnostics.iter().map(|d| d.code).collect();
+        assert!(found.timeline.is_some());
+        assert!(
+            codes.contains(&codes::JUMP) && codes.contains(&codes::OVERTAKEN),
+            "{codes:?}"
+        );
+        let jump = found
+            .diagnostics
+            .iter()
+            .find(|d| d.code == codes::JUMP)
+            .unwrap();
+        assert_eq!(jump.message, "`a` jumps from 30 to 40 at 10s");
+    }
+
+    #[test]
+    fn a_hang_that_reaches_too_far_back_is_refused() {
+        let found = checked("cue 1 { time 3  a 30  hang -4 }\ncue 2 { b 5 }");
+        assert_eq!(found.diagnostics[0].code, codes::ORDER);
+        assert_eq!(
+            found.diagnostics[0].message,
+            "cue 2 would start at -1s, before cue 1 at 0s"
+        );
+        assert_eq!(found.diagnostics[0].labels.len(), 2);
+    }
+
+    #[test]
+    fn levels_are_shown_on_their_side_of_the_limit() {
+        for (level, text) in [
+            (104.25, "104.2"),
+            (100.004, "100.004"),
+            (-0.000_2, "-0.0002"),
+            (30.0, "30"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(rounded(level), text);
+        }
+    }
+}
