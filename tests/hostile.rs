@@ -201,16 +201,15 @@ fn a_long_chain_costs_no_stack() {
 
 #[test]
 fn what_is_not_text_is_said_to_be_so() {
-    let mut sources = Sources::default();
     for (bytes, what) in [
         (&b"show \"a\"\n\0\0"[..], "line 2"),
         (b"\xff\xfe", "line 1"),
         (b"show \"\n\n\xe9t\xe9\"", "line 3"),
     ] {
-        let error = lang::decode(&mut sources, "a.lxq", bytes).unwrap_err();
+        let error = lang::decode("a.lxq", bytes).unwrap_err();
         assert_eq!(error.code, "E001");
         assert!(error.help[0].contains(what), "{:?}", error.help);
     }
-    let text = lang::decode(&mut sources, "a.lxq", b"\xef\xbb\xbfshow \"a\"").unwrap();
+    let text = lang::decode("a.lxq", b"\xef\xbb\xbfshow \"a\"").unwrap();
     assert_eq!(text, "show \"a\"");
 }

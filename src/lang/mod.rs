@@ -110,9 +110,8 @@ fn too_large(name: &str, size: usize) -> Diagnostic {
 /// The text of a file's bytes, without a byte order mark.
 ///
 /// # Errors
-/// A diagnostic when the file is too large, binary or not UTF-8; its place, if it has one, is in a
-/// source that is added for it.
-pub fn decode(sources: &mut Sources, name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
+/// A diagnostic without a place when the file is too large, binary or not UTF-8.
+pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     if bytes.len() > limits::FILE {
         return Err(Box::new(too_large(name, bytes.len())));
     }
@@ -130,7 +129,6 @@ pub fn decode(sources: &mut Sources, name: &str, bytes: &[u8]) -> Result<String,
         }
     };
     let line = bytes.iter().take(at).filter(|b| **b == b'\n').count() + 1;
-    let _ = sources;
     Err(Box::new(Diagnostic::error(codes::NOT_TEXT, message).help(
         format!("the byte is in line {line}; a show is a text file in UTF-8"),
     )))
