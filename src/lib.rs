@@ -37,7 +37,7 @@
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
-//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | timeline, linalg | - |
+//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients | transport, scene, plan, timeline, linalg, picture, work | - |
 //! | 7 | `playback` | key images, blends, frames | timeline, pool, picture, work | multiversion |
 //! | 8 | `study` | measurements and their records | pool, plan, playback, timeline, chart, picture | - |
@@ -52,6 +52,7 @@ pub mod geometry;
 pub mod lang;
 pub mod linalg;
 pub mod picture;
+pub mod plan;
 pub mod raster;
 pub mod scene;
 pub mod show;

@@ -1,0 +1,369 @@
+//! What to render well, and in which order: a pure function of keys, durations, a metric and the
+//! settings that the pool already has.
+//!
+//! With K a segment's control points, B its Bernstein mass matrix and h its length, the integral of
+//! L·Lᵀ over the sequence is M = A·Aᵀ for A = [K · chol(h·B)] over all segments; the singular value
+//! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
+//! the weighted error that they remove, summed over time. The decomposition is taken of the factor,
+//! never of M: squaring costs half the digits.
+//!
+//! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
+//! key can still be expressed while such banks come last in every order.
+//!
+//! This room knows no pixels and no clock: norms of images come in as numbers.
+
+mod moment;
+mod next;
+mod projection;
+mod report;
+
+#[cfg(test)]
+#[path = "plan_test.rs"]
+mod tests;
+
+pub use moment::{second_moment, sequence_norm};
+pub use next::{Direction, NextSteps, next};
+pub use projection::{forecast, projection};
+pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
+
+use crate::linalg::{Matrix, Orthonormal, SvdError, lower_factor, svd};
+use crate::timeline::KeySequence;
+
+/// What the weights of the coordinates mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// All weights 1: light as the desk sees it.
+    Settings,
+    /// The paper's: the norm of bank i's coarse image times its time-averaged setting.
+    Influence,
+    /// The norm of bank i's estimated coarse error at full.
+    Error,
+}
+
+impl Metric {
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Metric::Settings => "settings",
+            Metric::Influence => "influence",
+            Metric::Error => "error",
+        }
+    }
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// A weight is negative or not finite.
+    #[error("the weight of coordinate {coordinate} is {weight}")]
+    Weight {
+        /// Which coordinate.
+        coordinate: usize,
+        /// Its weight.
+        weight: f64,
+    },
+    /// All weights are zero: nothing is wrong with any coarse image, so nothing is worth refining.
+    #[error("all weights are zero: nothing is left to improve")]
+    NoWeight,
+    /// Weights, settings and keys must have the same number of coordinates.
+    #[error("{found} numbers were given for {wanted} coordinates")]
+    Shape {
+        /// How many there are.
+        found: usize,
+        /// How many the keys have.
+        wanted: usize,
+    },
+    /// The decomposition failed its check.
+    #[error(transparent)]
+    Svd(#[from] SvdError),
+    /// Keys are not the product of weights and basis.
+    #[error("the basis misses a key by {off:e} of the largest")]
+    Unverified {
+        /// By how much.
+        off: f64,
+    },
+}
+
+/// Zero weights count as this share of the largest.
+const FLOOR: f64 = 1e-6;
+/// Singular values below this many eps·max(rows, columns) of the largest are rounding.
+const RANK: f64 = 8.0 * f64::EPSILON;
+/// Keys are expressed to this share of the largest; a tenth of what is promised.
+const EXPRESSED: f64 = 1e-10;
+
+/// The diagonal metric W.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighting {
+    metric: Metric,
+    weights: Vec<f64>,
+}
+
+impl Weighting {
+    /// Weights of a metric, one for each coordinate.
+    ///
+    /// # Errors
+    /// A negative or not finite weight; all weights zero.
+    pub fn new(metric: Metric, weights: Vec<f64>) -> Result<Weighting, PlanError> {
+        let bad = |w: &f64| !w.is_finite() || *w < 0.0;
+        if let Some(coordinate) = weights.iter().position(bad) {
+            let weight = weights.get(coordinate).copied().unwrap_or(f64::NAN);
+            return Err(PlanError::Weight { coordinate, weight });
+        }
+        if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
+            return Err(PlanError::NoWeight);
+        }
+        Ok(Weighting { metric, weights })
+    }
+
+    /// The metric `settings` for this many coordinates.
+    pub fn settings(coordinates: usize) -> Weighting {
+        Weighting {
+            metric: Metric::Settings,
+            weights: vec![1.0; coordinates],
+        }
+    }
+
+    /// The metric `influence`: w_i = ‖C_i‖ · (1/T) ∫ l_i dt, from the norms of the coarse images at
+    /// full.
+    ///
+    /// # Errors
+    /// As [`Weighting::new`]; as many norms as coordinates.
+    pub fn influence(norms: &[f64], keys: &KeySequence) -> Result<Weighting, PlanError> {
+        same_shape(norms.len(), keys)?;
+        let means = moment::means(keys);
+        let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
+        Weighting::new(Metric::Influence, weights.collect())
+    }
+
+    /// What the weights mean.
+    pub fn metric(&self) -> Metric {
+        self.metric
+    }
+
+    /// The weights as given.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The weights with zeros lifted.
+    fn lifted(&self) -> Vec<f64> {
+        let largest = self.weights.iter().fold(0.0f64, |m, w| m.max(*w));
+        let lift = |w: &f64| w.max(FLOOR * largest);
+        self.weights.iter().map(lift).collect()
+    }
+}
+
+fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
+    let wanted = keys.coordinates();
+    if found == wanted {
+        Ok(())
+    } else {
+        Err(PlanError::Shape { found, wanted })
+    }
+}
+
+/// A basis of all key settings in the order of what it is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    metric: Metric,
+    tolerance: f64,
+    time_weighted: bool,
+    singular_values: Vec<f64>,
+    basis: Vec<Vec<f64>>,
+    weights: Vec<Vec<f64>>,
+    predicted: Vec<f64>,
+    used: usize,
+    unseen: Vec<usize>,
+}
+
+impl Plan {
+    /// Plans a sequence.
+    ///
+    /// `tolerance` is the error of the sequence that is aimed for (0: no error at all); `norm` is
+    /// the sequence's own norm in the units of the weights, sqrt of ∫ ‖I(t)‖² dt
+    /// ([`sequence_norm`]); without it errors are relative to the weighted norm of the settings.
+    ///
+    /// The basis has full numerical rank. Where a key lasts so short that the time weights lose it
+    /// in rounding (a last look without length, a zero weight), a direction for it comes last.
+    ///
+    /// # Errors
+    /// Weights of another number than the coordinates; a decomposition that fails its check.
+    pub fn new(
+        keys: &KeySequence,
+        weighting: &Weighting,
+        tolerance: f64,
+        norm: Option<f64>,
+    ) -> Result<Plan, PlanError> {
+        same_shape(weighting.weights.len(), keys)?;
+        let w = weighting.lifted();
+        let a = moment::weighted(keys, &w);
+        let total = a.norm();
+        let found = svd(&lower_factor(&a))?;
+        let count = found.rank(RANK * a.nrows().max(a.ncols()) as f64);
+        let mut directions = Orthonormal::new();
+        let mut sigma: Vec<f64> = Vec::new();
+        for (k, s) in found.sigma.iter().take(count).enumerate() {
+            let u: Vec<f64> = found.u.column(k).iter().copied().collect();
+            if directions.push(&u).is_ok() {
+                sigma.push(*s);
+            }
+        }
+        complete(keys, &w, &a, &mut directions, &mut sigma)?;
+        let (basis, weights) = express(keys, &w, &directions);
+        let predicted = predicted(&sigma, norm.unwrap_or(total));
+        let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
+        let used = predicted.iter().position(enough).unwrap_or(basis.len());
+        let zero = |(i, w): (usize, &f64)| (*w == 0.0).then_some(i);
+        Ok(Plan {
+            metric: weighting.metric,
+            tolerance,
+            time_weighted: keys.duration() > 0.0,
+            singular_values: sigma,
+            basis,
+            weights,
+            predicted,
+            used,
+            unseen: weighting
+                .weights
+                .iter()
+                .enumerate()
+                .filter_map(zero)
+                .collect(),
+        })
+    }
+
+    /// The metric it was made in.
+    pub fn metric(&self) -> Metric {
+        self.metric
+    }
+
+    /// The error of the sequence that was aimed for.
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// False only for a sequence without length, whose looks count alike.
+    pub fn time_weighted(&self) -> bool {
+        self.time_weighted
+    }
+
+    /// The numerical rank of the key settings.
+    pub fn rank(&self) -> usize {
+        self.basis.len()
+    }
+
+    /// How many of the basis settings the tolerance needs.
+    pub fn used(&self) -> usize {
+        self.used
+    }
+
+    /// `rank` numbers, descending: weighted light times the square root of seconds.
+    pub fn singular_values(&self) -> &[f64] {
+        &self.singular_values
+    }
+
+    /// `rank` settings, each scaled so that its largest number (disregarding signs) is 1. Many are
+    /// negative in places: G takes settings of any sign.
+    pub fn basis(&self) -> &[Vec<f64>] {
+        &self.basis
+    }
+
+    /// For each key, `rank` numbers: key = sum of weight · basis setting.
+    pub fn weights(&self) -> &[Vec<f64>] {
+        &self.weights
+    }
+
+    /// Predicted error of the sequence after each number of refined images, 0 to `rank`.
+    pub fn predicted(&self) -> &[f64] {
+        &self.predicted
+    }
+
+    /// Coordinates whose weight is zero.
+    pub fn unseen(&self) -> &[usize] {
+        &self.unseen
+    }
+}
+
+/// Square roots of the tails' sums of squares, over `norm`; 0 where there is nothing.
+fn predicted(sigma: &[f64], norm: f64) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut out = vec![0.0];
+    for s in sigma.iter().rev() {
+        sum += s * s;
+        let error = sum.sqrt() / norm;
+        out.push(if norm > 0.0 { error } else { 0.0 });
+    }
+    out.reverse();
+    out
+}
+
+/// Adds directions, worst key first, until every key is expressed.
+fn complete(
+    keys: &KeySequence,
+    w: &[f64],
+    a: &Matrix,
+    directions: &mut Orthonormal,
+    sigma: &mut Vec<f64>,
+) -> Result<(), PlanError> {
+    let all = keys.keys().iter().flatten();
+    let largest = all.fold(0.0f64, |m, x| m.max(x.abs()));
+    loop {
+        let mut worst = (0.0f64, Vec::new());
+        for key in keys.keys() {
+            let mut rest: Vec<f64> = key.iter().zip(w).map(|(x, w)| x * w).collect();
+            directions.remove_from(&mut rest);
+            let off = rest
+                .iter()
+                .zip(w)
+                .fold(0.0f64, |m, (x, w)| m.max((x / w).abs()));
+            if off > worst.0 {
+                worst = (off, rest);
+            }
+        }
+        if worst.0 <= EXPRESSED * largest {
+            return Ok(());
+        }
+        if directions.push(&worst.1).is_err() {
+            let off = worst.0 / largest;
+            return Err(PlanError::Unverified { off });
+        }
+        let energy = directions.vectors().last().map_or(0.0, |q| {
+            let squares = a.column_iter().map(|c| {
+                let across: f64 = c.iter().zip(q).map(|(x, y)| x * y).sum();
+                across * across
+            });
+            squares.sum::<f64>().sqrt()
+        });
+        sigma.push(sigma.last().map_or(energy, |s| s.min(energy)));
+    }
+}
+
+/// Basis settings scaled to a largest number of 1, and each key's weights.
+fn express(
+    keys: &KeySequence,
+    w: &[f64],
+    directions: &Orthonormal,
+) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+    let mut scales = Vec::new();
+    let mut basis = Vec::new();
+    for q in directions.vectors() {
+        let (setting, scale) = as_setting(q, w);
+        basis.push(setting);
+        scales.push(scale);
+    }
+    let weights = |key: &Vec<f64>| -> Vec<f64> {
+        let weighted: Vec<f64> = key.iter().zip(w).map(|(x, w)| x * w).collect();
+        let all = directions.vectors().iter().zip(&scales);
+        all.map(|(q, s)| s * weighted.iter().zip(q).map(|(x, y)| x * y).sum::<f64>() + 0.0)
+            .collect()
+    };
+    let weights = keys.keys().iter().map(weights).collect();
+    (basis, weights)
+}
+
+/// A direction of weighted light as a setting with a largest number of 1, and its scale.
+fn as_setting(q: &[f64], w: &[f64]) -> (Vec<f64>, f64) {
+    let raw: Vec<f64> = q.iter().zip(w).map(|(x, w)| x / w).collect();
+    let scale = raw.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    (raw.iter().map(|x| x / scale + 0.0).collect(), scale)
+}

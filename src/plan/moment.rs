@@ -1,0 +1,69 @@
+//! Second moments of a sequence, as factors.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a segment's indices are those of its sequence's keys (timeline's invariant)"
+)]
+
+use crate::linalg::{Matrix, mass_factor};
+use crate::timeline::KeySequence;
+
+/// Length of each segment in seconds; all alike when the sequence has none.
+fn lengths(keys: &KeySequence) -> Vec<f64> {
+    let timeless = keys.duration() <= 0.0;
+    let of = |s: &crate::timeline::Segment| if timeless { 1.0 } else { s.duration() };
+    keys.segments().iter().map(of).collect()
+}
+
+/// W · [K · chol(h·B)] over all segments: coordinates x control points.
+pub(super) fn weighted(keys: &KeySequence, w: &[f64]) -> Matrix {
+    let factors: Vec<Matrix> = (0..=3).map(mass_factor).collect();
+    let columns = keys.segments().iter().map(|s| s.keys.len()).sum();
+    let mut out = Matrix::zeros(keys.coordinates(), columns);
+    let mut first = 0;
+    for (segment, length) in keys.segments().iter().zip(lengths(keys)) {
+        let factor = &factors[segment.degree.min(3)];
+        let root = length.sqrt();
+        for j in 0..segment.keys.len() {
+            // Lower: column j has the rows from j on.
+            for (i, key) in segment.keys.iter().enumerate().skip(j) {
+                let share = root * factor[(i, j)];
+                for (c, x) in keys.keys()[*key].iter().enumerate() {
+                    out[(c, first + j)] += w[c] * x * share;
+                }
+            }
+        }
+        first += segment.keys.len();
+    }
+    out
+}
+
+/// Time-averaged settings; the average of a segment is that of its control points.
+pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
+    let lengths = lengths(keys);
+    let total: f64 = lengths.iter().sum();
+    let mut out = vec![0.0; keys.coordinates()];
+    for (segment, length) in keys.segments().iter().zip(&lengths) {
+        let share = length / total / segment.keys.len() as f64;
+        for key in &segment.keys {
+            for (m, x) in out.iter_mut().zip(&keys.keys()[*key]) {
+                *m += share * x;
+            }
+        }
+    }
+    out
+}
+
+/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For a
+/// sequence without length the sum over its looks.
+pub fn second_moment(keys: &KeySequence) -> Matrix {
+    let a = weighted(keys, &vec![1.0; keys.coordinates()]);
+    &a * a.transpose()
+}
+
+/// The norm of a sequence of images: sqrt of ∫ ‖I(t)‖² dt = sqrt(Σ_ij G_ij M_ij), with `gram` the
+/// inner products of the coordinates' images at full.
+pub fn sequence_norm(gram: &Matrix, moment: &Matrix) -> f64 {
+    let sum: f64 = gram.iter().zip(moment.iter()).map(|(g, m)| g * m).sum();
+    sum.max(0.0).sqrt()
+}

@@ -1,0 +1,100 @@
+//! What to refine next, given what is refined already.
+
+use super::{PlanError, RANK, Weighting, as_setting, moment, predicted, same_shape};
+use crate::linalg::{Dependent, Orthonormal, lower_factor, svd};
+use crate::timeline::KeySequence;
+
+/// A setting worth rendering well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Direction {
+    /// The setting, scaled so that its largest number (disregarding signs) is 1; orthogonal in the
+    /// metric to the pool and to the directions before it.
+    pub setting: Vec<f64>,
+    /// Weighted light times the square root of seconds that it accounts for.
+    pub singular_value: f64,
+    /// Predicted error of the sequence once it and those before it are refined.
+    pub error: f64,
+}
+
+/// What is left to refine, the most useful first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NextSteps {
+    /// Predicted error with the pool as it is.
+    pub error: f64,
+    /// The directions; none when the pool spans the sequence.
+    pub directions: Vec<Direction>,
+    /// Settings of the pool that lie in the span of those before them (`index` counts the pool):
+    /// they add nothing.
+    pub refused: Vec<Dependent>,
+}
+
+/// Orders what `pool` (settings of refined images) leaves of the sequence: its span is taken away
+/// from W·A, the rest decomposed. Directions that are rounding or near the span are refused, not
+/// normalised. `norm` as in [`super::Plan::new`].
+///
+/// # Errors
+/// Weights or settings of another number than the coordinates; a decomposition that fails its check.
+pub fn next(
+    keys: &KeySequence,
+    pool: &[Vec<f64>],
+    weighting: &Weighting,
+    norm: Option<f64>,
+) -> Result<NextSteps, PlanError> {
+    same_shape(weighting.weights.len(), keys)?;
+    let w = weighting.lifted();
+    let a = lower_factor(&moment::weighted(keys, &w));
+    let total = a.norm();
+    let (mut span, refused) = span(keys, pool, &w)?;
+    let mut rest = a;
+    for mut column in rest.column_iter_mut() {
+        let mut x: Vec<f64> = column.iter().copied().collect();
+        span.remove_from(&mut x);
+        column.iter_mut().zip(x).for_each(|(to, x)| *to = x);
+    }
+    let noise = RANK * rest.nrows().max(rest.ncols()) as f64 * total;
+    let found = svd(&rest)?;
+    let mut sigma = Vec::new();
+    let mut settings = Vec::new();
+    for (k, s) in found.sigma.iter().enumerate().filter(|(_, s)| **s > noise) {
+        let u: Vec<f64> = found.u.column(k).iter().copied().collect();
+        if span.push(&u).is_err() {
+            continue;
+        }
+        if let Some(q) = span.vectors().last() {
+            settings.push(as_setting(q, &w).0);
+            sigma.push(*s);
+        }
+    }
+    let errors = predicted(&sigma, norm.unwrap_or(total));
+    let after = errors.iter().skip(1);
+    let directions = settings.into_iter().zip(sigma).zip(after);
+    Ok(NextSteps {
+        error: errors.first().copied().unwrap_or(0.0),
+        directions: directions
+            .map(|((setting, singular_value), error)| Direction {
+                setting,
+                singular_value,
+                error: *error,
+            })
+            .collect(),
+        refused,
+    })
+}
+
+/// An orthonormal basis of the weighted pool, and what was refused.
+pub(super) fn span(
+    keys: &KeySequence,
+    pool: &[Vec<f64>],
+    w: &[f64],
+) -> Result<(Orthonormal, Vec<Dependent>), PlanError> {
+    let mut span = Orthonormal::new();
+    let mut refused = Vec::new();
+    for setting in pool {
+        same_shape(setting.len(), keys)?;
+        let weighted: Vec<f64> = setting.iter().zip(w).map(|(x, w)| x * w).collect();
+        if let Err(dependent) = span.push(&weighted) {
+            refused.push(dependent);
+        }
+    }
+    Ok((span, refused))
+}
