@@ -1,9 +1,10 @@
 //! The paper's Figure 4, from its text to its key settings: three segments of which two are linear,
-//! six keys. (Its rank is the plan's to tell.)
+//! six keys, rank four.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "test")]
 
 use footlight::diagnostic::Sources;
 use footlight::lang;
+use footlight::plan::{Plan, Weighting};
 use footlight::timeline::{KeyOptions, KeySequence, Timeline};
 
 #[test]
@@ -23,4 +24,29 @@ fn the_simple_example_has_three_segments_and_six_keys() {
     assert_eq!(degrees, [1, 3, 1]);
     assert_eq!(sequence.keys().len(), 6);
     assert_eq!(sequence.inserted(), 0);
+}
+
+#[test]
+fn the_simple_example_has_rank_four_and_its_plan_prints_the_same_bytes_twice() {
+    let text = include_str!("../examples/figure4/figure4.lxq");
+    let print = || {
+        let parsed = lang::parse(&mut Sources::default(), "figure4.lxq", text);
+        let show = parsed.show.unwrap();
+        let timeline = Timeline::new(&show).unwrap();
+        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let plan = Plan::new(&keys, &Weighting::settings(8), 0.0, None).unwrap();
+        assert_eq!((plan.rank(), plan.used()), (4, 4));
+        for (key, weights) in keys.keys().iter().zip(plan.weights()) {
+            for (c, x) in key.iter().enumerate() {
+                let sum: f64 = (weights.iter().zip(plan.basis()))
+                    .map(|(w, b)| w * b[c])
+                    .sum();
+                assert!((sum - x).abs() < 1e-9);
+            }
+        }
+        serde_json::to_string(&plan.report(&show, &keys)).unwrap()
+    };
+    let text = print();
+    assert!(text.starts_with("{\"schema\":0,\"show\":\"Figure 4\",\"banks\":[{\"name\":\"b1\""));
+    assert_eq!(text, print());
 }
