@@ -6,6 +6,7 @@
 //! bit-equal for any number of threads.
 
 pub mod beam;
+pub mod burial;
 pub mod direct;
 pub mod eye;
 pub mod form;

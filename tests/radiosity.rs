@@ -4,8 +4,12 @@
 
 mod reference;
 
+use footlight::geometry::vec3;
 use footlight::picture::Image;
-use reference::{cornell, counted, errors, furnace, picture, render, stage};
+use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
+use footlight::transport::beam::Beam;
+use footlight::units::Rgb;
+use reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 
 #[test]
 fn furnace_is_two_everywhere() {
@@ -13,6 +17,112 @@ fn furnace_is_two_everywhere() {
         let image = &render(&furnace(), quality, &[vec![1.0; 6]], 2)[0];
         for value in image.data() {
             assert!((value - 2.0).abs() < 0.02, "quality {quality}: {value}");
+        }
+    }
+}
+
+/// A small picture of the stage with a spot added, at every quality.
+fn small() -> Case {
+    let mut case = stage();
+    (case.view.width, case.view.height) = (40, 24);
+    case.rig.lights.push(Light::Spot(Spot {
+        position: vec3(-4.0, -6.0, 6.0),
+        aim: vec3(1.0, 1.0, 0.0),
+        beam: 18.0,
+        field: 30.0,
+        intensity: Rgb([900.0, 700.0, 400.0]),
+    }));
+    let light = case.rig.lights.len() - 1;
+    let filter = Rgb([0.9, 0.2, 0.5]);
+    case.rig.sources[1].emitters.push(Emitter { light, filter });
+    case
+}
+
+#[test]
+fn light_adds_and_scales_whatever_its_sign() {
+    let case = small();
+    let n = case.rig.sources.len();
+    let mix = [0.8, -1.7, 0.0, 2.5, -0.3, 1e-3, 40.0, -12.0];
+    let mut settings: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    settings.push(mix.to_vec());
+    for quality in 1..=5 {
+        let images = render(&case, quality, &settings, 2);
+        let peak = |i: &Image| i.data().iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        let largest = f64::from(images[..n].iter().map(peak).fold(0.0, f32::max));
+        let allowed = 1e-6 * mix.iter().map(|c| c.abs()).sum::<f64>() * largest;
+        for (at, together) in images[n].data().iter().enumerate() {
+            let sum: f64 = (0..n)
+                .map(|i| mix[i] * f64::from(images[i].data()[at]))
+                .sum();
+            let off = (sum - f64::from(*together)).abs();
+            assert!(off <= allowed, "quality {quality}: {off} > {allowed}");
+        }
+    }
+}
+
+#[test]
+fn the_same_bits_for_any_threads_and_any_batch() {
+    let case = small();
+    let others: Vec<f64> = (0..case.mix.len()).map(|i| i as f64 - 3.5).collect();
+    for quality in [1, 3] {
+        let one = render(&case, quality, &[case.mix.clone(), others.clone()], 1);
+        let two = render(&case, quality, &[case.mix.clone(), others.clone()], 2);
+        let alone = render(&case, quality, std::slice::from_ref(&others), 2);
+        let bits = |i: &Image| i.data().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
+        assert_eq!(bits(&one[0]), bits(&two[0]), "quality {quality}");
+        assert_eq!(bits(&one[1]), bits(&two[1]), "quality {quality}");
+        assert_eq!(bits(&one[1]), bits(&alone[0]), "quality {quality}");
+    }
+}
+
+#[test]
+fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
+    let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+    let spot = Spot {
+        position: vec3(0.0, 0.0, 3.0),
+        aim: vec3(0.0, 0.0, 0.0),
+        beam: 170.0,
+        field: 179.0,
+        intensity: Rgb([1000.0; 3]),
+    };
+    let mut case = stage();
+    case.scene = Scene {
+        materials: vec![Material {
+            name: "floor".into(),
+            reflectance: Rgb([0.5; 3]),
+            emission: Rgb::default(),
+        }],
+        polygons: vec![Polygon {
+            vertices: floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
+            material: 0,
+        }],
+    };
+    case.rig.lights = vec![Light::Spot(spot.clone())];
+    case.rig.sources.truncate(1);
+    // Straight down on the floor: pixel (x, y) shows the floor there.
+    case.view = View {
+        from: vec3(0.0, 0.0, 2.0),
+        to: vec3(0.0, 0.0, 0.0),
+        fov: 90.0,
+        width: 4,
+        height: 4,
+    };
+    let image = &render(&case, 1, &[vec![1.0]], 1)[0];
+    let beam = Beam::new(&spot).unwrap();
+    for y in 0..4 {
+        for x in 0..4 {
+            let (px, py) = (f64::from(x) - 1.5, f64::from(y) - 1.5);
+            let square = px * px + py * py + 9.0;
+            let angle = px.hypot(py).atan2(3.0);
+            let lux = 1000.0 * beam.share(angle) * (3.0 / square.sqrt()) / square;
+            let expected = lux * 0.5 / std::f64::consts::PI;
+            let got = f64::from(image.pixel(x as usize, y as usize).unwrap()[0]);
+            assert!(
+                (got / expected - 1.0).abs() < 1e-5,
+                "{x} {y}: {got} {expected}"
+            );
         }
     }
 }
@@ -64,8 +174,8 @@ fn single_walls_of_the_furnace() {
 #[test]
 fn cornell_and_stage_meet_their_references_better_with_quality() {
     for (case, most) in [
-        (cornell(), [0.05, 0.03, 0.016]),
-        (stage(), [0.03, 0.02, 0.015]),
+        (cornell(), [0.05, 0.03, 0.016, 0.014]),
+        (stage(), [0.03, 0.02, 0.015, 0.012]),
     ] {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         let counted = counted(&case, &halves[0]);

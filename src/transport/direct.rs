@@ -15,16 +15,22 @@ use crate::geometry::{Vec3, vec3};
 use crate::scene::{Light, Rig};
 use crate::transport::TransportError;
 use crate::transport::beam::Beam;
-use crate::transport::lambert::Clipper;
+use crate::transport::lambert::{Clipper, halved};
 use crate::transport::surface::{Piece, Surfaces};
 use crate::transport::visibility::{Hierarchy, Shaft, blocks};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// Points in the smallest cluster.
 const LEAF: usize = 6;
 /// Points in the largest: a task of one thread.
 const CHUNK: usize = 512;
+
+/// Occluders that are cut one by one without dividing the emitter first.
+const FEW: usize = 48;
+/// How often an emitter is halved at most.
+const HALVINGS: usize = 4;
 
 /// Where light is to be known.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -272,7 +278,8 @@ impl<'a> Gather<'a> {
                 for &i in pieces {
                     let piece = &surfaces.pieces[i];
                     if piece.facet != self.facet {
-                        self.begin(&Source::Area(piece), cluster);
+                        let corners = Cow::Borrowed(piece.vertices.as_slice());
+                        self.begin(&Source::Area(corners, piece.normal), cluster);
                     }
                 }
             }
@@ -297,7 +304,7 @@ impl<'a> Gather<'a> {
         self.setting
             .hierarchy
             .occluders(self.setting.surfaces, &shaft, &mut list);
-        self.settle(source, cluster, &shaft, &list);
+        self.settle(source, cluster, &shaft, &list, HALVINGS);
     }
 
     fn shaft<'b>(&self, source: &'b Source<'_>, cluster: &'b Cluster) -> Shaft<'b> {
@@ -311,19 +318,31 @@ impl<'a> Gather<'a> {
         )
     }
 
+    /// Evaluates what is clear, drops what is dark, and divides the rest: the cluster first,
+    /// then the emitter while too many occluders are left between them.
     fn settle(
         &mut self,
         source: &Source<'_>,
         cluster: &Cluster,
         shaft: &Shaft<'_>,
         list: &[usize],
+        halvings: usize,
     ) {
         let surfaces = self.setting.surfaces;
         let touching = surfaces.touching();
-        if list
-            .iter()
-            .any(|&i| shaft.is_blocked_by(&surfaces.pieces[i], touching))
+        let dark = |i: &usize| shaft.is_blocked_by(&surfaces.pieces[*i], touching);
+        if list.iter().any(dark) {
+            return;
+        }
+        let crowded = list.len() > FEW && halvings > 0;
+        if crowded
+            && cluster.halves.is_none()
+            && let Source::Area(emitter, normal) = source
         {
+            for half in halved(emitter).into_iter().filter(|h| h.len() >= 3) {
+                let half = Source::Area(Cow::Owned(half), *normal);
+                self.descend(&half, cluster, list, halvings - 1);
+            }
             return;
         }
         let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
@@ -334,14 +353,17 @@ impl<'a> Gather<'a> {
             return;
         };
         for half in halves {
-            let shaft = self.shaft(source, half);
-            let shorter: Vec<usize> = list
-                .iter()
-                .copied()
-                .filter(|&i| !shaft.misses(&surfaces.pieces[i]))
-                .collect();
-            self.settle(source, half, &shaft, &shorter);
+            self.descend(source, half, list, halvings);
         }
+    }
+
+    /// Settles a half with those of the occluders that reach into its shaft.
+    fn descend(&mut self, source: &Source<'_>, cluster: &Cluster, list: &[usize], halvings: usize) {
+        let shaft = self.shaft(source, cluster);
+        let pieces = &self.setting.surfaces.pieces;
+        let kept = list.iter().copied().filter(|&i| !shaft.misses(&pieces[i]));
+        let shorter: Vec<usize> = kept.collect();
+        self.settle(source, cluster, &shaft, &shorter, halvings);
     }
 
     fn at(&mut self, source: &Source<'_>, point: Vec3, list: &[usize]) -> f64 {
@@ -349,14 +371,14 @@ impl<'a> Gather<'a> {
         let touching = surfaces.touching();
         let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
         match source {
-            Source::Area(piece) => {
-                if piece.normal.dot(point - piece.vertices[0]) <= 0.0 {
+            Source::Area(corners, normal) => {
+                if normal.dot(point - corners[0]) <= 0.0 {
                     0.0
                 } else if list.is_empty() {
-                    self.clipper.unoccluded(point, self.normal, &piece.vertices)
+                    self.clipper.unoccluded(point, self.normal, corners)
                 } else {
                     self.clipper
-                        .occluded(point, self.normal, &piece.vertices, occluders, touching)
+                        .occluded(point, self.normal, corners, occluders, touching)
                 }
             }
             Source::Point(beam, _) => {
@@ -371,23 +393,23 @@ impl<'a> Gather<'a> {
     }
 }
 
-/// One emitting piece or point.
+/// A part of an emitting piece, or a point.
 enum Source<'a> {
-    Area(&'a Piece),
+    Area(Cow<'a, [Vec3]>, Vec3),
     Point(&'a Beam, [Vec3; 1]),
 }
 
 impl Source<'_> {
     fn corners(&self) -> &[Vec3] {
         match self {
-            Source::Area(piece) => &piece.vertices,
+            Source::Area(corners, _) => corners,
             Source::Point(_, position) => position,
         }
     }
 
     fn normal(&self) -> Option<Vec3> {
         match self {
-            Source::Area(piece) => Some(piece.normal),
+            Source::Area(_, normal) => Some(*normal),
             Source::Point(..) => None,
         }
     }

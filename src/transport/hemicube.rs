@@ -179,7 +179,7 @@ impl<'a> Hemicube<'a> {
             if facet.normal.dot(ray) >= 0.0 {
                 continue; // the black back
             }
-            let element = self.mesh.cells[grid.cell(camera.origin + ray * (1.0 / inverse))];
+            let element = self.mesh.seen[grid.cell(camera.origin + ray * (1.0 / inverse))];
             if element != NONE {
                 let share = &mut self.shares[element as usize];
                 if *share == 0.0 {

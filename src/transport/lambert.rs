@@ -34,6 +34,9 @@ pub struct Clipper {
     next: Vec<Part>,
     distances: Vec<f64>,
     walls: Vec<Vec3>,
+    /// The whole emitter above the horizon, and planes through the point and its edges.
+    whole: Vec<Vec3>,
+    sides: Vec<Vec3>,
 }
 
 /// Irradiance per unit radiance at the point from which the polygon's corners are seen in
@@ -53,7 +56,7 @@ fn closed_form(corners: &[Vec3], normal: Vec3) -> f64 {
 }
 
 /// A convex polygon cut in two across its longest extent.
-fn halved(polygon: &[Vec3]) -> [Vec<Vec3>; 2] {
+pub fn halved(polygon: &[Vec3]) -> [Vec<Vec3>; 2] {
     let first = polygon.first().copied().unwrap_or_default();
     let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len().max(1) as f64;
     let far = polygon.iter().fold(first, |far, v| {
@@ -140,6 +143,18 @@ impl Clipper {
         if !self.start(point, normal, emitter) {
             return 0.0;
         }
+        self.whole.clone_from(&self.arena);
+        self.sides.clear();
+        let n = self.whole.len();
+        self.sides
+            .extend((0..n).map(|i| self.whole[i].cross(self.whole[(i + 1) % n])));
+        // All on one side of each, but for rounding on the edge itself.
+        let centre = self.whole.iter().fold(Vec3::ZERO, |sum, c| sum + *c);
+        for side in &mut self.sides {
+            if side.dot(centre) < 0.0 {
+                *side = -*side;
+            }
+        }
         let mut rest = occluders.clone();
         while let Some(piece) = rest.next() {
             self.subtract(point, piece, touching);
@@ -197,12 +212,21 @@ impl Clipper {
             return;
         }
         let side = height.signum();
+        // Separated by a plane through the point and an edge of either.
+        let outside = |w: &Vec3| piece.vertices.iter().all(|v| w.dot(*v - point) <= 0.0);
+        if self.sides.iter().any(outside) {
+            return;
+        }
         self.walls.clear();
         let n = piece.vertices.len();
         for (i, v) in piece.vertices.iter().enumerate() {
             let w = piece.vertices[(i + 1) % n];
             // Inside the cone: wall . direction > 0.
-            self.walls.push((*v - point).cross(w - point) * side);
+            let wall = (*v - point).cross(w - point) * side;
+            if self.whole.iter().all(|c| wall.dot(*c) <= 0.0) {
+                return;
+            }
+            self.walls.push(wall);
         }
         let mut parts = std::mem::take(&mut self.parts);
         let mut next = std::mem::take(&mut self.next);

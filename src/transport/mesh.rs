@@ -13,6 +13,7 @@
 )]
 
 use crate::geometry::{Vec3, newell};
+use crate::transport::burial::is_buried;
 use crate::transport::direct::Setting;
 use crate::transport::surface::{Facet, Surfaces};
 use rayon::prelude::*;
@@ -35,6 +36,8 @@ pub struct Grid {
     /// One over the cell's sides.
     scale: [f64; 2],
     counts: [usize; 2],
+    /// Samples of the outermost cells stand on the rim, not at the cells' centres.
+    on_rim: bool,
     /// First cell of this grid in [`Mesh::cells`].
     first: usize,
 }
@@ -57,13 +60,43 @@ impl Grid {
         self.first + j.min(self.counts[1] - 1) * self.counts[0] + i.min(self.counts[0] - 1)
     }
 
-    /// The four cells around a point and their bilinear weights; at the rim the nearest count.
+    /// Centre of a cell, numbered within the grid.
+    fn middle(&self, local: usize) -> Vec3 {
+        let (i, j) = (local % self.counts[0], local / self.counts[0]);
+        self.origin
+            + self.along * ((i as f64 + 0.5) / self.scale[0])
+            + self.across * ((j as f64 + 0.5) / self.scale[1])
+    }
+
+    /// Where cell `i` of `n` has its sample, in cells.
+    fn stand(&self, i: usize, n: usize) -> f64 {
+        match i {
+            0 if self.on_rim && n > 1 => 0.0,
+            i if self.on_rim && n > 1 && i == n - 1 => n as f64,
+            i => i as f64 + 0.5,
+        }
+    }
+
+    /// The four cells whose samples are around a point, and their bilinear weights; beyond the
+    /// outermost samples the nearest count.
     pub fn stencil(&self, p: Vec3) -> [(usize, f64); 4] {
         let [u, v] = self.place(p);
         let axis = |x: f64, n: usize| {
-            let x = (x - 0.5).clamp(0.0, (n - 1) as f64);
-            let low = x.floor();
-            (low as usize, (low as usize + 1).min(n - 1), x - low)
+            // The cast saturates: below zero is zero.
+            let guess = ((x - 0.5).max(0.0) as usize).min(n - 1);
+            let low = if guess > 0 && self.stand(guess, n) > x {
+                guess - 1
+            } else {
+                guess
+            };
+            let high = (low + 1).min(n - 1);
+            let (a, b) = (self.stand(low, n), self.stand(high, n));
+            let share = if b > a {
+                ((x - a) / (b - a)).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
+            (low, high, share)
         };
         let (i, i1, s) = axis(u, self.counts[0]);
         let (j, j1, t) = axis(v, self.counts[1]);
@@ -95,6 +128,9 @@ pub struct Mesh {
     pub grids: Vec<Option<Grid>>,
     /// For each cell of all grids its element, or [`NONE`].
     pub cells: Vec<u32>,
+    /// The same, with the nearest element of the grid where a cell has none: what shows of a
+    /// nearly hidden cell is lit like its neighbour.
+    pub seen: Vec<u32>,
     /// In the order of their cells.
     pub elements: Vec<Element>,
 }
@@ -107,18 +143,30 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Grids for about `target` cells over all facets that reflect, at least one each.
-    pub fn new(surfaces: &Surfaces, target: usize) -> Layout {
-        let lit = || surfaces.facets.iter().filter(|f| !f.is_black());
-        let area: f64 = lit().map(|f| f.area).sum();
-        let side = (area / target.max(1) as f64).sqrt();
+    /// Grids for about `target` elements over all facets that reflect, at least one each.
+    pub fn of_elements(surfaces: &Surfaces, target: usize) -> Layout {
+        let side = mean_side(surfaces, target);
+        Layout::with(surfaces, |_| side, false)
+    }
+
+    /// Grids for a second gather: about `target` nodes over all facets that reflect, more where
+    /// the picture shows a facet large (`pixels` of each), one for each 5 x 5 pixels at most. The
+    /// outermost nodes stand on the rim, as light changes fastest beside a joint.
+    pub fn of_nodes(surfaces: &Surfaces, target: usize, pixels: &[f64]) -> Layout {
+        let side = mean_side(surfaces, target);
+        let close = |f: usize| (surfaces.facets[f].area * 25.0 / pixels[f].max(1.0)).sqrt();
+        Layout::with(surfaces, |f| side.min(close(f)), true)
+    }
+
+    fn with(surfaces: &Surfaces, side: impl Fn(usize) -> f64, on_rim: bool) -> Layout {
         let mut cells = 0;
         let grids = surfaces
             .facets
             .iter()
-            .map(|f| {
+            .enumerate()
+            .map(|(i, f)| {
                 (!f.is_black()).then(|| {
-                    let grid = grid(f, side, cells);
+                    let grid = grid(f, side(i), on_rim, cells);
                     cells += grid.counts[0] * grid.counts[1];
                     grid
                 })
@@ -138,7 +186,7 @@ impl Layout {
     }
 
     /// Makes elements of the cells that `wanted` names (one flag for each cell).
-    pub fn mesh(self, setting: Setting<'_>, wanted: &[bool]) -> Mesh {
+    pub fn mesh(self, setting: Setting<'_>, beacons: &[Vec3], wanted: &[bool]) -> Mesh {
         let made: Vec<Option<Element>> = self
             .grids
             .par_iter()
@@ -149,7 +197,7 @@ impl Layout {
                     .flat_map(|g| (0..g.counts[0] * g.counts[1]).map(move |c| (g, c)));
                 cells.map(move |(g, c)| {
                     wanted[g.first + c]
-                        .then(|| element(setting, facet, g, c))
+                        .then(|| element(setting, beacons, facet, g, c))
                         .flatten()
                 })
             })
@@ -165,15 +213,25 @@ impl Layout {
                 None => NONE,
             })
             .collect();
-        Mesh {
+        let mut mesh = Mesh {
             grids: self.grids,
             cells,
+            seen: Vec::new(),
             elements,
-        }
+        };
+        mesh.seen = mesh.filled();
+        mesh
     }
 }
 
-fn grid(facet: &Facet, side: f64, first: usize) -> Grid {
+/// Side of a cell when `target` of them share the area of all facets that reflect.
+fn mean_side(surfaces: &Surfaces, target: usize) -> f64 {
+    let lit = surfaces.facets.iter().filter(|f| !f.is_black());
+    let area: f64 = lit.map(|f| f.area).sum();
+    (area / target.max(1) as f64).sqrt()
+}
+
+fn grid(facet: &Facet, side: f64, on_rim: bool, first: usize) -> Grid {
     let n = facet.vertices.len();
     let edges = (0..n).map(|i| facet.vertices[(i + 1) % n] - facet.vertices[i]);
     let longest = edges.fold(Vec3::ZERO, |best, e| {
@@ -196,7 +254,8 @@ fn grid(facet: &Facet, side: f64, first: usize) -> Grid {
             })
     };
     let (u, v) = (extent(along), extent(across));
-    let count = |length: f64| (length / side).round().clamp(1.0, MOST_CELLS);
+    let more = if on_rim { 1.0 } else { 0.0 };
+    let count = |length: f64| ((length / side).round() + more).clamp(1.0, MOST_CELLS);
     let counts = [count(u.1 - u.0), count(v.1 - v.0)];
     Grid {
         origin: facet.vertices[0] + along * u.0 + across * v.0,
@@ -204,6 +263,7 @@ fn grid(facet: &Facet, side: f64, first: usize) -> Grid {
         across,
         scale: [counts[0] / (u.1 - u.0), counts[1] / (v.1 - v.0)],
         counts: counts.map(|c| c as usize),
+        on_rim,
         first,
     }
 }
@@ -230,20 +290,34 @@ impl Mesh {
                     *slot = (self.cells[c], (w / total) as f32);
                 }
             }
-        } else if let Some(e) = self.nearest(grid, p) {
+        } else if let Some(e) = self.nearest(grid, p, 64) {
             out[0] = (e, 1.0);
         }
         out
     }
 
-    /// The nearest element of the grid, ring by ring.
-    fn nearest(&self, grid: &Grid, p: Vec3) -> Option<u32> {
+    fn filled(&self) -> Vec<u32> {
+        let mut seen = self.cells.clone();
+        for grid in self.grids.iter().flatten() {
+            for local in 0..grid.counts[0] * grid.counts[1] {
+                if seen[grid.first + local] == NONE
+                    && let Some(e) = self.nearest(grid, grid.middle(local), 2)
+                {
+                    seen[grid.first + local] = e;
+                }
+            }
+        }
+        seen
+    }
+
+    /// The nearest element of the grid up to `reach` cells away, ring by ring.
+    fn nearest(&self, grid: &Grid, p: Vec3, reach: usize) -> Option<u32> {
         let local = grid.cell(p) - grid.first;
         let (ci, cj) = (
             (local % grid.counts[0]) as isize,
             (local / grid.counts[0]) as isize,
         );
-        let reach = grid.counts[0].max(grid.counts[1]).min(64) as isize;
+        let reach = grid.counts[0].max(grid.counts[1]).min(reach) as isize;
         (0..=reach).find_map(|ring| {
             (-ring..=ring)
                 .flat_map(|dj| (-ring..=ring).map(move |di| (di, dj)))
@@ -266,36 +340,64 @@ impl Mesh {
     }
 }
 
-fn element(setting: Setting<'_>, facet: usize, grid: &Grid, cell: usize) -> Option<Element> {
+fn element(
+    setting: Setting<'_>,
+    beacons: &[Vec3],
+    facet: usize,
+    grid: &Grid,
+    cell: usize,
+) -> Option<Element> {
     let (i, j) = (cell % grid.counts[0], cell / grid.counts[0]);
     let f = &setting.surfaces.facets[facet];
-    let quarter = |a: f64, b: f64| {
-        let part = largest_part(setting.surfaces, f, grid, [i as f64 + a, j as f64 + b], 0.5)?;
-        let p = kept_inside(setting.surfaces, f, part);
-        (!is_buried(setting, f, p)).then_some(p)
+    let open = |p: &Vec3| !is_buried(setting, beacons, facet, *p);
+    let part = |a: f64, b: f64, side: f64| {
+        let p = largest_part(
+            setting.surfaces,
+            f,
+            grid,
+            [i as f64 + a, j as f64 + b],
+            side,
+        )?;
+        Some(kept_inside(setting.surfaces, f, p))
     };
-    let samples: Vec<Vec3> = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)]
-        .iter()
-        .filter_map(|&(a, b)| quarter(a, b))
-        .collect();
-    let centre = largest_part(setting.surfaces, f, grid, [i as f64, j as f64], 1.0)?;
-    let centre = kept_inside(setting.surfaces, f, centre);
-    if samples.len() == 4 || (!samples.is_empty() && !is_buried(setting, f, centre)) {
-        return Some(Element {
-            facet,
-            centre,
-            samples,
-        });
+    let mut centre = part(0.0, 0.0, 1.0)?;
+    if grid.on_rim {
+        let [u, v] = [grid.stand(i, grid.counts[0]), grid.stand(j, grid.counts[1])];
+        let p = grid.origin + grid.along * (u / grid.scale[0]) + grid.across * (v / grid.scale[1]);
+        let p = kept_inside(setting.surfaces, f, p);
+        let pieces = &setting.surfaces.pieces[f.pieces.clone()];
+        if pieces.iter().any(|piece| piece.holds(p)) {
+            centre = p;
+        }
+        // A node only gathers: its sub-samples matter where it cannot stand itself.
+        if open(&centre) {
+            return Some(Element {
+                facet,
+                centre,
+                samples: Vec::new(),
+            });
+        }
     }
-    // Half hidden: stand on the visible sub-sample nearest to the centre.
-    let distance = |p: &Vec3| (*p - centre).length();
-    let stand = samples
+    let quarters = [(0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)];
+    let samples: Vec<Vec3> = quarters
         .iter()
-        .copied()
-        .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        .filter_map(|&(a, b)| part(a, b, 0.5))
+        .filter(open)
+        .collect();
+    if samples.is_empty() {
+        return None;
+    }
+    if !open(&centre) {
+        // Half hidden: stand on the visible sub-sample nearest to the centre.
+        let distance = |p: &Vec3| (*p - centre).length();
+        let nearest = samples
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        centre = nearest.copied().unwrap_or(centre);
+    }
     Some(Element {
         facet,
-        centre: stand,
+        centre,
         samples,
     })
 }
@@ -376,23 +478,4 @@ pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
         }
     }
     moved
-}
-
-/// Is the point inside a solid? Then every ray first meets the back of a surface.
-fn is_buried(setting: Setting<'_>, facet: &Facet, p: Vec3) -> bool {
-    let [u, v] = crate::transport::direct::frame(facet.normal);
-    let lean = |a: f64, b: f64| facet.normal + u * a + v * b;
-    // Unequal leanings, so that rays do not run along the edges of axis-aligned boxes.
-    [
-        lean(0.013, 0.021),
-        lean(0.83, 0.37),
-        lean(-0.41, 0.79),
-        lean(-0.77, -0.43),
-        lean(0.39, -0.81),
-    ]
-    .into_iter()
-    .all(|direction| {
-        let hit = setting.hierarchy.first_hit(setting.surfaces, p, direction);
-        hit.is_some_and(|(i, _)| setting.surfaces.pieces[i].normal.dot(direction) > 0.0)
-    })
 }

@@ -12,8 +12,10 @@
     reason = "one entry for each light, element, node, fragment or source, made together"
 )]
 
+use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
+use crate::transport::burial::beacons;
 use crate::transport::direct::{Luminaire, Receiver, Receivers, Setting, irradiance, luminaires};
 use crate::transport::eye::{Fragments, Sampling, fragments};
 use crate::transport::form::{Rows, interreflect};
@@ -26,6 +28,7 @@ use crate::work::{Cancelled, Work};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Rows of form factors that one task computes.
 const ROWS: usize = 32;
@@ -181,6 +184,9 @@ struct Solution {
     indirect: Vec<f32>,
 }
 
+/// Direct light of one light at the fragments, and its means on the elements.
+type SeenAndMeans = (Vec<f32>, Vec<f32>);
+
 /// Where the reflected light is interpolated between.
 struct Nodes {
     mesh: Mesh,
@@ -232,10 +238,11 @@ impl Operator {
             work,
         )?;
 
-        let layout = Layout::new(&surfaces, step.elements);
+        let layout = Layout::of_elements(&surfaces, step.elements);
         within("the mesh", layout.cells() * 512, work)?;
+        let beacons = beacons(setting, &lights, view.from);
         let every = vec![true; layout.cells()];
-        let mesh = layout.mesh(setting, &every);
+        let mesh = layout.mesh(setting, &beacons, &every);
         let rows = form_factors(
             &surfaces,
             &mesh,
@@ -248,6 +255,7 @@ impl Operator {
             0 => None,
             count => Some(finer(
                 setting,
+                &beacons,
                 &mesh,
                 &fragments,
                 (count, step.node_resolution),
@@ -324,21 +332,18 @@ impl Operator {
             surfaces: &self.surfaces,
             hierarchy: &self.hierarchy,
         };
-        let mut direct = Vec::new();
-        let mut on_elements = Vec::new();
-        for (done, &l) in missing.iter().enumerate() {
-            work.progress.report("direct light", done, missing.len());
-            direct.push(irradiance(
-                setting,
-                &self.lights[l],
-                &self.fragment_receivers,
-                work,
-            )?);
-            let samples = irradiance(setting, &self.lights[l], &self.element_receivers, work)?;
-            on_elements.push(self.means(&samples));
-        }
-        work.progress
-            .report("direct light", missing.len(), missing.len());
+        let done = AtomicUsize::new(0);
+        let lit: Result<Vec<SeenAndMeans>, Cancelled> = missing
+            .par_iter()
+            .map(|&l| {
+                let seen = irradiance(setting, &self.lights[l], &self.fragment_receivers, work)?;
+                let samples = irradiance(setting, &self.lights[l], &self.element_receivers, work)?;
+                let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
+                work.progress.report("direct light", so_far, missing.len());
+                Ok((seen, self.means(&samples)))
+            })
+            .collect();
+        let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().unzip();
         let indirect = self.reflected(&on_elements);
         work.check()?;
         for ((l, direct), indirect) in missing.into_iter().zip(direct).zip(indirect) {
@@ -569,19 +574,25 @@ fn within(what: &'static str, needed: usize, work: Work<'_>) -> Result<(), Trans
 /// The finer nodes that the fragments need, and what they see of the elements.
 fn finer(
     setting: Setting<'_>,
+    beacons: &[Vec3],
     mesh: &Mesh,
     fragments: &Fragments,
     (count, resolution): (usize, usize),
     work: Work<'_>,
 ) -> Result<Nodes, TransportError> {
-    let layout = Layout::new(setting.surfaces, count);
+    let mut pixels = vec![0.0; setting.surfaces.facets.len()];
+    for f in &fragments.all {
+        pixels[f.facet] += f64::from(f.weight);
+    }
+    let layout = Layout::of_nodes(setting.surfaces, count, &pixels);
+    within("the nodes", layout.cells() * 96, work)?;
     let mut wanted = vec![false; layout.cells()];
     for f in &fragments.all {
         for (cell, weight) in layout.grid(f.facet).iter().flat_map(|g| g.stencil(f.point)) {
             wanted[cell] |= weight > 0.0;
         }
     }
-    let nodes = layout.mesh(setting, &wanted);
+    let nodes = layout.mesh(setting, beacons, &wanted);
     let rows = form_factors(
         setting.surfaces,
         &nodes,
@@ -605,9 +616,9 @@ fn form_factors(
     let table = Table::new(resolution);
     let total = from.elements.len();
     let most = to.elements.len().min(3 * resolution * resolution);
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let bytes = std::sync::atomic::AtomicUsize::new(0);
-    let count = std::sync::atomic::Ordering::Relaxed;
+    let done = AtomicUsize::new(0);
+    let bytes = AtomicUsize::new(0);
+    let count = Ordering::Relaxed;
     let rows: Result<Vec<Vec<Row>>, TransportError> = from
         .elements
         .par_chunks(ROWS)

@@ -58,6 +58,17 @@ pub struct Piece {
     pub facet: usize,
 }
 
+impl Piece {
+    /// Is a point of the piece's plane within its outline?
+    pub fn holds(&self, p: Vec3) -> bool {
+        let n = self.vertices.len();
+        (0..n).all(|i| {
+            let (a, b) = (self.vertices[i], self.vertices[(i + 1) % n]);
+            (b - a).cross(p - a).dot(self.normal) >= 0.0
+        })
+    }
+}
+
 /// Everything that light meets.
 #[derive(Clone, Debug)]
 pub struct Surfaces {

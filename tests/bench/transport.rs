@@ -18,28 +18,26 @@ use footlight::picture::Image;
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::{Quality, Transport};
 use footlight::work::{Silent, Work};
-use reference::{Case, cornell, counted, errors, picture, stage};
+use reference::{Case, cornell, counted, errors, picture, stage, tavern};
 use std::time::Instant;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
     let at = arguments.iter().position(|a| a == "--pictures");
-    let folder = at.and_then(|i| arguments.get(i + 1));
+    let folder = at.and_then(|i| arguments.get(i + 1)).map(String::as_str);
     println!("scene    quality  prepare s  all banks s  one more s  error %  without noise %");
     for case in [cornell(), stage()] {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         for quality in 1..=5 {
-            measure(
-                &case,
-                quality,
-                [&halves[0], &halves[1]],
-                folder.map(String::as_str),
-            );
+            measure(&case, quality, Some([&halves[0], &halves[1]]), folder);
         }
+    }
+    for quality in [1, 2, 4] {
+        measure(&tavern(), quality, None, folder);
     }
 }
 
-fn measure(case: &Case, quality: u8, halves: [&Image; 2], folder: Option<&str>) {
+fn measure(case: &Case, quality: u8, halves: Option<[&Image; 2]>, folder: Option<&str>) {
     let work = Work {
         progress: &Silent,
         threads: 2,
@@ -58,16 +56,17 @@ fn measure(case: &Case, quality: u8, halves: [&Image; 2], folder: Option<&str>) 
     let all = start.elapsed().as_secs_f64() - prepared;
     let mixed = g.render(std::slice::from_ref(&case.mix), work).unwrap();
     let more = start.elapsed().as_secs_f64() - prepared - all;
-    let (plain, fair) = errors(&mixed[0], halves, &counted(case, halves[0]));
-    println!(
-        "{:<8} {quality:>7} {prepared:>10.3} {all:>12.3} {more:>11.3} {:>8.2} {:>16.2}",
-        case.name,
-        plain * 100.0,
-        fair * 100.0
-    );
+    let error = halves.map_or("-".to_owned(), |halves| {
+        let (plain, fair) = errors(&mixed[0], halves, &counted(case, halves[0]));
+        format!("{:>8.2} {:>16.2}", plain * 100.0, fair * 100.0)
+    });
+    let name = case.name;
+    println!("{name:<8} {quality:>7} {prepared:>10.3} {all:>12.3} {more:>11.3} {error}");
     if let Some(folder) = folder {
-        write(&mixed[0], &format!("{folder}/{}_{quality}.ppm", case.name));
-        write(halves[0], &format!("{folder}/{}_reference.ppm", case.name));
+        write(&mixed[0], &format!("{folder}/{name}_{quality}.ppm"));
+        if let Some([half, _]) = halves {
+            write(half, &format!("{folder}/{name}_reference.ppm"));
+        }
     }
 }
 

@@ -7,10 +7,13 @@
     reason = "test support, used by several test programs"
 )]
 
+use footlight::diagnostic::Sources;
 use footlight::files::Folder;
 use footlight::geometry::vec3;
+use footlight::lang;
 use footlight::picture::{Image, exr};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
+use footlight::show::LightKind;
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::{Quality, Transport};
 use footlight::units::Rgb;
@@ -119,6 +122,49 @@ pub fn stage() -> Case {
     let mix = [0.8, 0.15, 0.35, 1.2, 0.05, 0.6, 0.25, 0.95];
     let eye = [[0.0, 1.9, 13.5], [0.0, 2.15, 0.0]];
     case("stage", &banks, &mix, eye, (25.0, 320, 180))
+}
+
+/// The example show, each of its lights a source; there is no reference picture.
+pub fn tavern() -> Case {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let text = std::fs::read_to_string(folder.join("tavern.lxq")).unwrap();
+    let show = lang::parse(&mut Sources::default(), "tavern.lxq", &text)
+        .show
+        .unwrap();
+    let files = Folder::new(folder, 1 << 24);
+    let scene = obj::import(&files, "tavern.obj", show.stages[0].z_up).unwrap();
+    let light = |kind: &LightKind| match kind {
+        LightKind::Spot(spot) => Light::Spot(spot.clone()),
+        LightKind::Panel { material, radiance } => {
+            let at = scene
+                .materials
+                .iter()
+                .position(|m| m.name == *material)
+                .unwrap();
+            let radiance = radiance.unwrap_or(scene.materials[at].emission);
+            Light::Panel {
+                material: at,
+                radiance,
+            }
+        }
+    };
+    let sources = show.lights.iter().enumerate().map(|(light, l)| Source {
+        name: l.name.clone(),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb::WHITE,
+        }],
+    });
+    Case {
+        name: "tavern",
+        rig: Rig {
+            lights: show.lights.iter().map(|l| light(&l.kind)).collect(),
+            sources: sources.collect(),
+        },
+        view: show.views[0].camera.clone(),
+        mix: vec![0.3; show.lights.len()],
+        scene,
+    }
 }
 
 /// Pictures of a case.

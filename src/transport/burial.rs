@@ -1,0 +1,178 @@
+//! Which points lie inside a solid, where no light can come.
+//!
+//! Solids are seldom closed: a box that stands on a floor has no bottom, and the floor goes on
+//! beneath it. So a point counts as open when it sees a beacon (the eye, a luminaire) or the void,
+//! or when a surface that it sees does, twice over; else it is buried. A nook that three bounces
+//! from every lamp do not reach is taken for buried too: it is out of sight, and dark. This room
+//! knows nothing of meshes.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "pieces are named by the hierarchy, facets by the pieces"
+)]
+
+use crate::geometry::Vec3;
+use crate::transport::direct::{Luminaire, Setting, frame};
+
+/// Beacons kept at most; more do not make the answer better, only slower where it is no.
+const MOST_BEACONS: usize = 16;
+
+/// How many surfaces in a row are asked.
+const DEPTH: usize = 2;
+
+/// Points known to be in the open: the eye and the luminaires.
+pub fn beacons(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
+    let surfaces = setting.surfaces;
+    let lift = surfaces.size * 1e-4;
+    let mut all: Vec<Vec3> = Vec::new();
+    for light in lights {
+        match light {
+            Luminaire::Panel(pieces) => all.extend(pieces.iter().map(|&i| {
+                let piece = &surfaces.pieces[i];
+                let sum = piece.vertices.iter().fold(Vec3::ZERO, |s, v| s + *v);
+                sum / piece.vertices.len() as f64 + piece.normal * lift
+            })),
+            Luminaire::Spot(beam) => all.push(beam.position),
+        }
+    }
+    let stride = all.len().div_ceil(MOST_BEACONS - 1).max(1);
+    std::iter::once(eye)
+        .chain(all.into_iter().step_by(stride))
+        .collect()
+}
+
+/// Is a point on the front of `facet` buried?
+pub fn is_buried(setting: Setting<'_>, beacons: &[Vec3], facet: usize, point: Vec3) -> bool {
+    !is_open(setting, beacons, facet, point, DEPTH)
+}
+
+fn is_open(setting: Setting<'_>, beacons: &[Vec3], facet: usize, p: Vec3, depth: usize) -> bool {
+    let surfaces = setting.surfaces;
+    let normal = surfaces.facets[facet].normal;
+    let sees = |b: &Vec3| {
+        normal.dot(*b - p) > surfaces.touching() && !setting.hierarchy.blocked(surfaces, p, *b)
+    };
+    if beacons.iter().any(sees) {
+        return true;
+    }
+    let [u, v] = frame(normal);
+    let lean = |a: f64, b: f64| normal + u * a + v * b;
+    // Unequal leanings, so that rays do not run along the edges of axis-aligned boxes.
+    [
+        lean(0.013, 0.021),
+        lean(0.83, 0.37),
+        lean(-0.41, 0.79),
+        lean(-0.77, -0.43),
+        lean(0.39, -0.81),
+    ]
+    .into_iter()
+    .any(|ray| match setting.hierarchy.first_hit(surfaces, p, ray) {
+        None => true,
+        Some((i, t)) => {
+            let piece = &surfaces.pieces[i];
+            depth > 0
+                && piece.normal.dot(ray) < 0.0
+                && is_open(setting, beacons, piece.facet, p + ray * t, depth - 1)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+    use crate::scene::{Material, Polygon, Scene};
+    use crate::transport::surface::Surfaces;
+    use crate::transport::visibility::Hierarchy;
+    use crate::units::Rgb;
+
+    /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
+    fn scene() -> Scene {
+        let c = |x: f64, y: f64, z: f64| vec3(x, y, z);
+        let quads = [
+            [
+                c(-9.0, -9.0, 0.0),
+                c(9.0, -9.0, 0.0),
+                c(9.0, 1.0, 0.0),
+                c(-9.0, 1.0, 0.0),
+            ],
+            [
+                c(-9.0, 1.0, 0.0),
+                c(9.0, 1.0, 0.0),
+                c(9.0, 1.0, 9.0),
+                c(-9.0, 1.0, 9.0),
+            ],
+            [
+                c(-1.0, -1.0, 1.0),
+                c(1.0, -1.0, 1.0),
+                c(1.0, 1.0, 1.0),
+                c(-1.0, 1.0, 1.0),
+            ],
+            [
+                c(-1.0, -1.0, 0.0),
+                c(1.0, -1.0, 0.0),
+                c(1.0, -1.0, 1.0),
+                c(-1.0, -1.0, 1.0),
+            ],
+            [
+                c(1.0, -1.0, 0.0),
+                c(1.0, 1.0, 0.0),
+                c(1.0, 1.0, 1.0),
+                c(1.0, -1.0, 1.0),
+            ],
+            [
+                c(-1.0, 1.0, 0.0),
+                c(-1.0, -1.0, 0.0),
+                c(-1.0, -1.0, 1.0),
+                c(-1.0, 1.0, 1.0),
+            ],
+        ];
+        // The wall must face the box: turned round.
+        let polygons = quads.iter().enumerate().map(|(i, q)| Polygon {
+            vertices: if i == 1 {
+                q.iter().rev().copied().collect()
+            } else {
+                q.to_vec()
+            },
+            material: 0,
+        });
+        Scene {
+            materials: vec![Material {
+                name: "grey".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons: polygons.collect(),
+        }
+    }
+
+    #[test]
+    fn floor_and_wall_inside_an_open_box_are_buried() {
+        let surfaces = Surfaces::new(&scene()).unwrap();
+        let hierarchy = Hierarchy::new(&surfaces);
+        let setting = Setting {
+            surfaces: &surfaces,
+            hierarchy: &hierarchy,
+        };
+        let towards = |n: Vec3, p: Vec3| {
+            let on =
+                |f: &crate::transport::surface::Facet| f.normal == n && f.height(p).abs() < 1e-9;
+            surfaces.facets.iter().position(on).unwrap()
+        };
+        let eye = [vec3(0.0, -8.0, 2.0)];
+        let up = vec3(0.0, 0.0, 1.0);
+        let south = vec3(0.0, -1.0, 0.0);
+        for (normal, point, buried) in [
+            (up, vec3(0.1, 0.2, 0.0), true),
+            (up, vec3(-0.95, 0.9, 0.0), true),
+            (up, vec3(1.1, 0.5, 0.0), false),
+            (up, vec3(0.0, -1.001, 0.0), false),
+            (up, vec3(0.3, 0.3, 1.0), false),
+            (south, vec3(0.2, 1.0, 0.4), true),
+            (south, vec3(0.2, 1.0, 1.1), false),
+        ] {
+            let facet = towards(normal, point);
+            assert_eq!(is_buried(setting, &eye, facet, point), buried, "{point:?}");
+        }
+    }
+}
