@@ -9,6 +9,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 /// Why a file could not be read or written.
@@ -105,10 +106,7 @@ impl Files for Folder {
 
 /// Reads a file that the user named, wherever it lies, up to `limit` bytes. Devices and pipes are
 /// cut at the limit too, so that no read is unbounded.
-///
-/// # Errors
-/// [`FileError`] when missing, too large or unreadable.
-pub fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
     read_limited(path, &path.display().to_string(), limit)
 }
 
@@ -165,10 +163,7 @@ impl Files for Memory {
 
 /// Writes `content` to `path` by way of a temporary file beside it and a rename, so that readers
 /// and crashes see the old file or the new one, never a part. Missing folders are made.
-///
-/// # Errors
-/// [`FileError::Io`] with the path; the old file is then untouched.
-pub fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
+fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let io = |source| FileError::Io {
         path: path.display().to_string(),
@@ -191,11 +186,84 @@ pub fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
     })
 }
 
+/// Where results go.
+pub trait Store: Sync {
+    /// Replaces the file at `path` as a whole; missing folders are made.
+    ///
+    /// # Errors
+    /// [`FileError`] with the path; the old file is then untouched.
+    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
+
+    /// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
+    ///
+    /// # Errors
+    /// [`FileError`] when the folder cannot be listed or a file not removed.
+    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError>;
+
+    /// The file at `path` as it is now, up to `limit` bytes.
+    ///
+    /// # Errors
+    /// [`FileError`] when missing, too large or unreadable.
+    fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError>;
+}
+
+/// The disk, anywhere the program may write.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Disk;
+
+impl Store for Disk {
+    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        write(path, content)
+    }
+
+    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
+        clear(folder, ending)
+    }
+
+    fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+        read_named(path, limit)
+    }
+}
+
+/// Results kept in memory, for tests and embedding programs. Clones share their content.
+#[derive(Clone, Debug, Default)]
+pub struct Shelf {
+    files: Arc<Mutex<BTreeMap<PathBuf, Vec<u8>>>>,
+}
+
+impl Shelf {
+    /// Paths of everything written, in order.
+    pub fn paths(&self) -> Vec<PathBuf> {
+        self.locked().keys().cloned().collect()
+    }
+
+    fn locked(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Vec<u8>>> {
+        // A panic elsewhere cannot leave the map half changed: each change is one call.
+        self.files.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Store for Shelf {
+    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        self.locked().insert(path.to_owned(), content.to_owned());
+        Ok(())
+    }
+
+    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
+        let inside =
+            |path: &Path| path.parent() == Some(folder) && path.to_string_lossy().ends_with(ending);
+        self.locked().retain(|path, _| !inside(path));
+        Ok(())
+    }
+
+    fn read(&self, path: &Path, _limit: u64) -> Result<Vec<u8>, FileError> {
+        let missing = || FileError::Missing(path.display().to_string());
+        self.locked().get(path).cloned().ok_or_else(missing)
+    }
+}
+
 /// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
-///
-/// # Errors
-/// [`FileError::Io`] when the folder cannot be listed or a file not removed.
-pub fn clear(folder: &Path, ending: &str) -> Result<(), FileError> {
+fn clear(folder: &Path, ending: &str) -> Result<(), FileError> {
     let io = |source| FileError::Io {
         path: folder.display().to_string(),
         source,

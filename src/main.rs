@@ -1,3 +1,7 @@
-//! The `footlight` command.
+//! The `footlight` command: see [`footlight::cli`].
 
-fn main() {}
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    footlight::cli::main()
+}

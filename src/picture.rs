@@ -5,6 +5,7 @@
 //! knows nothing of lights or shows.
 
 pub mod apng;
+pub mod combine;
 pub mod exr;
 pub mod png;
 pub mod signed;

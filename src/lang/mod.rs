@@ -23,9 +23,11 @@ mod scan;
 mod syntax;
 
 pub use ast::Span;
+pub use names::nearest;
 
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::show::{NodeId, Show};
+use crate::units::Time;
 use report::Report;
 
 /// Turns the model's node ids back into places.
@@ -132,6 +134,11 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     Err(Box::new(Diagnostic::error(codes::NOT_TEXT, message).help(
         format!("the byte is in line {line}; a show is a text file in UTF-8"),
     )))
+}
+
+/// A time as a show writes it: `5`, `1.5s`, `1:30`, `250ms`.
+pub fn time(text: &str) -> Option<Time> {
+    quantity::time(text).ok()
 }
 
 /// The words that begin statements.

@@ -1,0 +1,110 @@
+//! The terminal around the interpreter: arguments, line editor, progress bars, pictures.
+//!
+//! Everything the program can do is a verb of [`crate::interpreter`]; this room only reads words
+//! from a person and shows what comes back. It is the only room that prints.
+
+mod argument;
+mod prompt;
+mod screen;
+
+use std::io::{self, IsTerminal, Read, Write};
+use std::path::Path;
+use std::process::ExitCode;
+
+use crate::files::{Disk, Folder, Monotonic};
+use crate::interpreter::{Call, Error, Host, Interpreter, LIMIT};
+
+use self::argument::{Arguments, Task};
+use self::screen::Screen;
+
+/// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
+/// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user.
+pub fn main() -> ExitCode {
+    let arguments = match argument::parse(std::env::args_os()) {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            // Help goes to standard output, mistakes to standard error; both may be closed.
+            let _ = error.print();
+            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+        }
+    };
+    let screen = Screen::new(arguments.quiet);
+    match serve(&arguments, &screen) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => ExitCode::from(screen.fail(&error)),
+    }
+}
+
+fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
+    match &arguments.task {
+        Task::Verb { show, call } => {
+            let mut interpreter = open(Some(show), arguments, screen)?;
+            let reply = interpreter.call(call)?;
+            screen.reply(&reply);
+            Ok(0)
+        }
+        Task::Prompt { show, commands } => {
+            let mut interpreter = open(show.as_deref(), arguments, screen)?;
+            if !commands.is_empty() {
+                prompt::batch(&mut interpreter, commands.join("\n").as_bytes(), screen)
+            } else if io::stdin().is_terminal() {
+                prompt::converse(&mut interpreter, screen)
+            } else {
+                prompt::batch(&mut interpreter, io::stdin().lock(), screen)
+            }
+        }
+    }
+}
+
+/// Opens the show at `path` (`-`: standard input; none: an empty show) with the terminal's means.
+fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
+    let folder = match path {
+        None | Some("-") => Path::new("."),
+        Some(path) => match Path::new(path).parent() {
+            Some(parent) if parent != Path::new("") => parent,
+            _ => Path::new("."),
+        },
+    };
+    let host = Host {
+        files: Box::new(Folder::new(folder, LIMIT)),
+        store: Box::new(Disk),
+        clock: Box::new(Monotonic::default()),
+        progress: screen.progress(),
+        threads: arguments.threads,
+        memory: arguments.memory,
+        style: screen.style(),
+        ..Host::default()
+    };
+    match path {
+        None => Interpreter::empty(host),
+        Some("-") => {
+            let mut text = Vec::new();
+            let read = io::stdin().lock().take(LIMIT + 1).read_to_end(&mut text);
+            read.map_err(|e| Error::Device(format!("standard input: {e}")))?;
+            Interpreter::from_text("standard input", &text, host)
+        }
+        Some(path) => Interpreter::open(Path::new(path), host),
+    }
+}
+
+/// Writes to standard output; false once nobody reads it any more.
+fn print(text: &str) -> bool {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())
+        .and_then(|()| out.flush())
+        .is_ok()
+}
+
+/// Writes to standard error, where a closed end is nobody's loss.
+fn complain(text: &str) {
+    let _ = io::stderr().lock().write_all(text.as_bytes());
+}
+
+/// The call that a command line names, for tests of the table.
+pub fn call_of(arguments: &[&str]) -> Option<Call> {
+    let all = std::iter::once("footlight").chain(arguments.iter().copied());
+    match argument::parse(all.map(Into::into)).ok()?.task {
+        Task::Verb { call, .. } => Some(call),
+        Task::Prompt { .. } => None,
+    }
+}

@@ -1,0 +1,143 @@
+//! What a person sees: replies, mistakes, progress bars, pictures in half blocks.
+
+use std::io::{self, IsTerminal};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::{complain, print};
+use crate::diagnostic::Style;
+use crate::interpreter::{Error, Reply};
+use crate::picture::terminal;
+use crate::work::Progress;
+
+/// Widest picture in the terminal, in columns: beyond it one sees no more, only less text.
+const WIDEST: usize = 120;
+
+/// The terminal.
+#[derive(Debug)]
+pub struct Screen {
+    bars: Arc<Bars>,
+    /// Standard output is a terminal that shows colours.
+    coloured: bool,
+}
+
+impl Screen {
+    /// The process's own terminal; `quiet` hides the progress bars.
+    pub fn new(quiet: bool) -> Screen {
+        let bars = Arc::new(Bars {
+            bar: Mutex::new(None),
+            stops: AtomicUsize::new(0),
+            visible: !quiet && io::stderr().is_terminal(),
+        });
+        let of_handler = Arc::clone(&bars);
+        // Without a handler Ctrl-C ends the process at once, which loses nothing but the wait.
+        let _ = ctrlc::set_handler(move || {
+            if of_handler.stops.fetch_add(1, Ordering::SeqCst) > 0 {
+                std::process::exit(130);
+            }
+        });
+        let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        Screen {
+            bars,
+            coloured: io::stdout().is_terminal() && !plain,
+        }
+    }
+
+    /// How diagnostics are rendered here.
+    pub fn style(&self) -> Style {
+        if self.coloured {
+            Style::Colour
+        } else {
+            Style::Plain
+        }
+    }
+
+    /// Progress bars on standard error, and Ctrl-C as the cancel.
+    pub fn progress(&self) -> Box<dyn Progress + Send + Sync> {
+        Box::new(Watch(Arc::clone(&self.bars)))
+    }
+
+    /// Forgets an earlier Ctrl-C, before new work begins.
+    pub fn rearm(&self) {
+        self.bars.stops.store(0, Ordering::SeqCst);
+    }
+
+    /// Shows a reply: its picture where there is a terminal, then its text. False once nobody
+    /// reads.
+    pub fn reply(&self, reply: &Reply) -> bool {
+        self.bars.clear();
+        let mut out = String::new();
+        if let Some(picture) = reply.picture.as_ref().filter(|_| self.coloured) {
+            let columns = terminal_columns().min(WIDEST);
+            let (width, height) = picture.size;
+            out.push_str(&terminal::half_blocks(width, height, &picture.rgb, columns));
+        }
+        out.push_str(&reply.text);
+        print(&out)
+    }
+
+    /// Shows an error and returns the exit code that belongs to it.
+    pub fn fail(&self, error: &Error) -> u8 {
+        self.bars.clear();
+        complain(&error.report(self.style()));
+        error.exit_code()
+    }
+}
+
+fn terminal_columns() -> usize {
+    usize::from(console::Term::stdout().size().1).max(20)
+}
+
+/// The progress bar in use, and how often Ctrl-C was pressed.
+#[derive(Debug)]
+struct Bars {
+    bar: Mutex<Option<(String, ProgressBar)>>,
+    stops: AtomicUsize,
+    visible: bool,
+}
+
+impl Bars {
+    fn clear(&self) {
+        let mut held = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, bar)) = held.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+struct Watch(Arc<Bars>);
+
+impl Progress for Watch {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        if !self.0.visible {
+            return;
+        }
+        let mut held = self.0.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        let same = held.as_ref().is_some_and(|(name, _)| name == task);
+        if !same {
+            if let Some((_, bar)) = held.take() {
+                bar.finish_and_clear();
+            }
+            *held = Some((task.to_owned(), new_bar(task, total)));
+        }
+        if let Some((_, bar)) = held.as_ref() {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.stops.load(Ordering::SeqCst) > 0
+    }
+}
+
+fn new_bar(task: &str, total: usize) -> ProgressBar {
+    let bar =
+        ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr_with_hz(12));
+    let style = ProgressStyle::with_template("{msg:28} {bar:32} {pos}/{len}  {elapsed}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.set_message(task.to_owned());
+    bar
+}

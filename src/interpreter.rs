@@ -1,0 +1,368 @@
+//! The interpreter: a show, its plan, its pool, and every verb; the whole REPL without a terminal.
+//!
+//! An [`Interpreter`] holds one show. Its text is the truth: declarations typed at the prompt are
+//! edits of that text, compiled as a whole before anything changes, so a mistake never drops the
+//! last good show. What an edit does not touch is kept: geometry while the stage files are the
+//! same, operators and pictures while lights and view are the same. Every effect on the outside
+//! goes through the [`Host`] that the embedding program gives.
+
+mod answer;
+mod error;
+mod mistake;
+mod output;
+mod refine;
+mod run;
+mod stage;
+mod verb;
+
+use std::path::{Path, PathBuf};
+
+use crate::check;
+use crate::diagnostic::{Severity, Sources, Style};
+use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
+use crate::lang;
+use crate::show::Show;
+use crate::timeline::{KeyOptions, KeySequence, Timeline};
+use crate::transport::Transport;
+use crate::transport::radiosity::Radiosity;
+use crate::units::Time;
+use crate::work::{Progress, Silent, Work};
+
+pub use self::error::{Error, Report};
+pub use self::output::Animation;
+pub use self::refine::{Ended, Goal, Step};
+pub use self::run::Summary;
+pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
+
+use self::stage::Stage;
+
+/// The largest text the interpreter reads, in bytes: a show, a stage file, piped commands.
+pub const LIMIT: u64 = 64 << 20;
+
+/// The means an embedding program gives.
+pub struct Host {
+    /// Reads the show's own files (stage, materials).
+    pub files: Box<dyn Files>,
+    /// Takes results and saved shows.
+    pub store: Box<dyn Store>,
+    /// Measures the seconds reported for each step.
+    pub clock: Box<dyn Clock>,
+    /// Takes progress, gives cancel.
+    pub progress: Box<dyn Progress + Send + Sync>,
+    /// The operator G.
+    pub transport: Box<dyn Transport>,
+    /// Threads for rendering; results do not depend on it.
+    pub threads: usize,
+    /// Bytes that rendering may hold.
+    pub memory: usize,
+    /// How diagnostics are written into replies.
+    pub style: Style,
+}
+
+impl Default for Host {
+    /// No files, the disk as store, the machine's clock, silence, radiosity, one thread, four
+    /// gigabytes, plain text.
+    fn default() -> Host {
+        Host {
+            files: Box::new(Memory::default()),
+            store: Box::new(Disk),
+            clock: Box::new(Monotonic::default()),
+            progress: Box::new(Silent),
+            transport: Box::new(Radiosity),
+            threads: 1,
+            memory: 4 << 30,
+            style: Style::Plain,
+        }
+    }
+}
+
+impl std::fmt::Debug for Host {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Host")
+            .field("transport", &self.transport.name())
+            .field("threads", &self.threads)
+            .field("memory", &self.memory)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Host {
+    fn work(&self) -> Work<'_> {
+        Work {
+            progress: self.progress.as_ref(),
+            threads: self.threads,
+            memory: self.memory,
+        }
+    }
+}
+
+/// A display-coded picture that belongs to a reply.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// Width and height.
+    pub size: (usize, usize),
+    /// RGB, 8 bits, row by row from the top.
+    pub rgb: Vec<u8>,
+}
+
+/// What a verb answers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reply {
+    /// Words, ending in a newline unless empty.
+    pub text: String,
+    /// A picture to show beside them.
+    pub picture: Option<Shown>,
+    /// The user wants to leave.
+    pub quit: bool,
+}
+
+impl Reply {
+    fn text(text: impl Into<String>) -> Reply {
+        let mut text = text.into();
+        if !text.is_empty() && !text.ends_with('\n') {
+            text.push('\n');
+        }
+        Reply {
+            text,
+            ..Reply::default()
+        }
+    }
+}
+
+/// Everything that follows from the text alone.
+struct Compiled {
+    show: Show,
+    timeline: Timeline,
+    keys: KeySequence,
+    warnings: Report,
+}
+
+/// One show and all that is known of it.
+pub struct Interpreter {
+    host: Host,
+    name: String,
+    path: Option<PathBuf>,
+    source: String,
+    /// The text as it was last read or saved.
+    saved: String,
+    compiled: Compiled,
+    stage: Option<Stage>,
+    now: Time,
+    steps: Vec<Step>,
+    /// The user asked to leave with unsaved edits and was told so.
+    warned: bool,
+}
+
+impl std::fmt::Debug for Interpreter {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Interpreter")
+            .field("name", &self.name)
+            .field("host", &self.host)
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Interpreter {
+    /// A show with nothing in it yet.
+    ///
+    /// # Errors
+    /// None in practice: the empty show compiles.
+    pub fn empty(host: Host) -> Result<Interpreter, Error> {
+        Interpreter::from_text("untitled.lxq", b"show \"Untitled\"\n", host)
+    }
+
+    /// A show from its text; `name` is what reports call it.
+    ///
+    /// # Errors
+    /// [`Error::Mistakes`] with every mistake of the text and of the stage files it names.
+    pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Interpreter, Error> {
+        let source = lang::decode(name, text).map_err(|diagnostic| {
+            Error::Mistakes(Report {
+                diagnostics: vec![*diagnostic],
+                sources: Sources::default(),
+            })
+        })?;
+        let (compiled, fresh) = compile(name, &source, host.files.as_ref(), None)?;
+        Ok(Interpreter {
+            now: compiled.timeline.start(),
+            stage: Stage::renew(None, fresh),
+            name: name.to_owned(),
+            path: None,
+            saved: source.clone(),
+            source,
+            compiled,
+            host,
+            steps: Vec::new(),
+            warned: false,
+        })
+    }
+
+    /// The show in a file, read through the host's store.
+    ///
+    /// # Errors
+    /// [`Error::File`] when it cannot be read, else as [`Interpreter::from_text`].
+    pub fn open(path: &Path, host: Host) -> Result<Interpreter, Error> {
+        let text = host.store.read(path, LIMIT)?;
+        let name = path.display().to_string();
+        let mut interpreter = Interpreter::from_text(&name, &text, host)?;
+        interpreter.path = Some(path.to_owned());
+        Ok(interpreter)
+    }
+
+    /// The model of the show.
+    pub fn show(&self) -> &Show {
+        &self.compiled.show
+    }
+
+    /// Its curves.
+    pub fn timeline(&self) -> &Timeline {
+        &self.compiled.timeline
+    }
+
+    /// Its key settings.
+    pub fn keys(&self) -> &KeySequence {
+        &self.compiled.keys
+    }
+
+    /// Its text, edits included.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+
+    /// True when the text has edits that were not saved.
+    pub fn unsaved(&self) -> bool {
+        self.source != self.saved
+    }
+
+    /// What is legal in the show but surely not meant.
+    pub fn warnings(&self) -> &Report {
+        &self.compiled.warnings
+    }
+
+    /// Runs a line as if typed at the prompt: a verb, or declarations that change the show.
+    ///
+    /// # Errors
+    /// [`Error`]; the show is then as it was.
+    pub fn execute(&mut self, line: &str) -> Result<Reply, Error> {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with("//") {
+            return Ok(Reply::default());
+        }
+        if lang::is_declaration(line) {
+            return self.edit(line);
+        }
+        let call = Call::parse(line)?;
+        self.call(&call)
+    }
+
+    /// Runs a verb.
+    ///
+    /// # Errors
+    /// [`Error`]; nothing has changed then, but for refined pictures finished before it.
+    pub fn call(&mut self, call: &Call) -> Result<Reply, Error> {
+        let warned = std::mem::replace(&mut self.warned, false);
+        match call.verb {
+            Verb::Check => self.answer_check(),
+            Verb::Show => self.answer_show(call),
+            Verb::At => self.answer_at(call),
+            Verb::Plan => self.answer_plan(call),
+            Verb::Picture => self.answer_picture(call),
+            Verb::Refine => self.answer_refine(call),
+            Verb::Play => self.answer_play(call),
+            Verb::Plot => self.answer_plot(call),
+            Verb::Run => self.answer_run(call),
+            Verb::Save => self.answer_save(call),
+            Verb::Help => answer::help(call),
+            Verb::Quit => Ok(self.answer_quit(warned)),
+        }
+    }
+
+    /// Changes the show: declarations replace those of the same kind and name in the text, or are
+    /// added at their place. Everything rendered that still means the same is kept.
+    ///
+    /// # Errors
+    /// [`Error::Mistakes`]; the show is then as it was.
+    pub fn edit(&mut self, declarations: &str) -> Result<Reply, Error> {
+        let edited = lang::edit::apply(&self.source, declarations).map_err(|diagnostics| {
+            let mut sources = Sources::default();
+            sources.add("typed", declarations);
+            Error::Mistakes(Report {
+                diagnostics,
+                sources,
+            })
+        })?;
+        let (compiled, fresh) = compile(
+            &self.name,
+            &edited.source,
+            self.host.files.as_ref(),
+            self.stage.as_ref(),
+        )?;
+        let kept = self.refined();
+        self.stage = Stage::renew(self.stage.take(), fresh);
+        self.now = self
+            .now
+            .clamp(compiled.timeline.start(), compiled.timeline.end());
+        self.source = edited.source;
+        self.compiled = compiled;
+        if self.refined() == 0 {
+            self.steps.clear();
+        }
+        Ok(Reply::text(self.describe_edit(kept)))
+    }
+
+    /// Number of refined pictures in the pool.
+    pub fn refined(&self) -> usize {
+        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        pool.map_or(0, |p| p.refined().len())
+    }
+}
+
+/// True when a typed line is finished: a declaration with open braces or quotes goes on.
+pub fn finished(line: &str) -> bool {
+    !lang::is_declaration(line) || lang::statement_complete(line)
+}
+
+/// Compiles a text as a whole; nothing is kept of a text with errors.
+fn compile(
+    name: &str,
+    source: &str,
+    files: &dyn Files,
+    old: Option<&Stage>,
+) -> Result<(Compiled, Option<stage::Fresh>), Error> {
+    let mut sources = Sources::default();
+    let parsed = lang::parse(&mut sources, name, source);
+    let mut diagnostics = parsed.diagnostics;
+    let is_error = |d: &crate::diagnostic::Diagnostic| d.severity == Severity::Error;
+    let mut done = None;
+    if let Some(show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
+        let fresh = Stage::read(&show, &parsed.spans, files, old);
+        let fresh = fresh.unwrap_or_else(|mistakes| {
+            diagnostics.extend(mistakes);
+            None
+        });
+        let checked = check::check(&show, &parsed.spans);
+        diagnostics.extend(checked.diagnostics);
+        if let Some(timeline) = checked.timeline {
+            done = Some((show, timeline, fresh));
+        }
+    }
+    let report = Report {
+        diagnostics,
+        sources,
+    };
+    match done {
+        Some((show, timeline, fresh)) if !report.diagnostics.iter().any(is_error) => {
+            let keys = KeySequence::new(&timeline, KeyOptions::default())
+                .map_err(|e| Error::Usage(format!("the show is too large: {e}")))?;
+            let compiled = Compiled {
+                show,
+                timeline,
+                keys,
+                warnings: report,
+            };
+            Ok((compiled, fresh))
+        }
+        _ => Err(Error::Mistakes(report)),
+    }
+}

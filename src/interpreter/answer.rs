@@ -1,0 +1,430 @@
+//! The verbs' answers in words.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::verb::{self, Call, VERBS};
+use super::{Error, Goal, Interpreter, Reply, refine::Ended};
+use crate::lang;
+use crate::plan::{Metric, Plan, PlanReport, Weighting};
+use crate::show::{Cue, Show};
+use crate::units::Time;
+
+impl Interpreter {
+    /// What a person sees first at the prompt.
+    pub fn greeting(&self) -> String {
+        format!(
+            "Footlight {}. {}\n`help` lists the verbs; declarations change the show.\n",
+            env!("CARGO_PKG_VERSION"),
+            self.headline()
+        )
+    }
+
+    pub(super) fn headline(&self) -> String {
+        let show = self.show();
+        let length = self.timeline().end() - self.timeline().start();
+        format!(
+            "{}: {}, {}, {length}",
+            show.title,
+            count(show.banks.len(), "bank"),
+            count(show.cues.len(), "cue")
+        )
+    }
+
+    pub(super) fn answer_check(&mut self) -> Result<Reply, Error> {
+        let mut text = self.compiled.warnings.render(self.host.style);
+        let _ = writeln!(text, "{}", self.headline());
+        let warnings = self.compiled.warnings.diagnostics.len();
+        let verdict = match warnings {
+            0 => "no mistakes".to_owned(),
+            n => format!("no errors, {}", count(n, "warning")),
+        };
+        Ok(Reply::text(text + &verdict))
+    }
+
+    pub(super) fn answer_show(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(name) = call.words.first() {
+            let name = call
+                .words
+                .get(1)
+                .map_or_else(|| name.clone(), |n| format!("{name} {n}"));
+            let found = lang::edit::locate(&self.source, &name).and_then(|r| self.source.get(r));
+            let nothing = || Error::Usage(format!("nothing in the show is called `{name}`"));
+            return Ok(Reply::text(found.ok_or_else(nothing)?));
+        }
+        let mut text = self.headline() + "\n\nbanks\n";
+        let show = self.show();
+        for bank in &show.banks {
+            let channel = bank
+                .channel
+                .map_or(String::new(), |c| format!("channel {c}"));
+            let _ = writeln!(
+                text,
+                "  {:<14} {:<12} {}",
+                bank.name,
+                channel,
+                lights(show, &bank.lights)
+            );
+        }
+        for fixed in &show.fixed {
+            let at = format!("fixed at {}", fixed.level);
+            let _ = writeln!(
+                text,
+                "  {:<14} {at:<12} {}",
+                fixed.name,
+                lights(show, &fixed.lights)
+            );
+        }
+        text.push_str("\ncues\n");
+        let times = self.timeline().cues();
+        for (cue, time) in show.cues.iter().zip(times) {
+            let assumed = if time.assumed { "  (assumed GO)" } else { "" };
+            let _ = writeln!(
+                text,
+                "  {:>9}  {:<9} {}  to {}{assumed}",
+                time.go.to_string(),
+                cue.number.to_string(),
+                label(cue),
+                time.completion
+            );
+        }
+        Ok(Reply::text(text))
+    }
+
+    pub(super) fn answer_at(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(word) = call.words.first() {
+            self.now = self.time(word)?;
+        }
+        let mut text = format!("at {}", self.now);
+        let last = self
+            .timeline()
+            .cues()
+            .iter()
+            .rposition(|c| c.go <= self.now);
+        if let Some(cue) = last.and_then(|i| self.show().cues.get(i)) {
+            let _ = write!(text, ", cue {} {}", cue.number, label(cue));
+        }
+        text.push('\n');
+        let settings = self.timeline().evaluate(self.now);
+        for (coordinate, setting) in self.show().coordinates().iter().zip(&settings) {
+            let bar = "#".repeat((setting * 40.0).round().clamp(0.0, 40.0) as usize);
+            let _ = writeln!(
+                text,
+                "  {:<14} {:>6.1}  {bar}",
+                coordinate.name,
+                setting * 100.0
+            );
+        }
+        Ok(Reply::text(text))
+    }
+
+    pub(super) fn answer_plan(&mut self, call: &Call) -> Result<Reply, Error> {
+        let tolerance = match call.option("tolerance") {
+            Some(text) => fraction(text)?,
+            None => self.show().preview.tolerance,
+        };
+        let metric = match call.option("metric") {
+            None => Metric::Settings,
+            Some(name) => metric_of(name)?,
+        };
+        let plan = self.plan(metric, tolerance)?;
+        if call.option("json").is_some() {
+            return Ok(Reply::text(json(&plan)?));
+        }
+        Ok(Reply::text(describe_plan(&plan)))
+    }
+
+    /// The plan of the show alone: key settings, basis, predicted error; no pool in it. The metrics
+    /// `influence` and `error` render coarse pictures first.
+    ///
+    /// # Errors
+    /// [`Error`] when pictures are wanted and cannot be rendered, or a decomposition fails.
+    pub fn plan(&mut self, metric: Metric, tolerance: f64) -> Result<PlanReport, Error> {
+        let keys = &self.compiled.keys;
+        if metric == Metric::Settings {
+            let weighting = Weighting::settings(keys.coordinates());
+            return Ok(Plan::new(keys, &weighting, tolerance, None)?.report(self.show(), keys));
+        }
+        self.coarse()?;
+        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        let pool = pool.ok_or_else(super::refine::no_stage)?;
+        let keys = &self.compiled.keys;
+        let weighting = match metric {
+            Metric::Error => pool.weighting(),
+            _ => Weighting::influence(&pool.norms(), keys)?,
+        };
+        let norm = Some(self.sequence_norm(pool));
+        Ok(Plan::new(keys, &weighting, tolerance, norm)?.report(self.show(), keys))
+    }
+
+    pub(super) fn answer_refine(&mut self, call: &Call) -> Result<Reply, Error> {
+        let words: Vec<&str> = call.words.iter().map(String::as_str).collect();
+        let goal = match words.as_slice() {
+            [] => Goal::default(),
+            ["until", error] => Goal {
+                until: Some(fraction(error)?),
+                ..Goal::default()
+            },
+            ["for", time] => Goal {
+                budget: Some(duration(time)?.seconds()),
+                ..Goal::default()
+            },
+            [number] => Goal {
+                count: Some(whole(number)?),
+                ..Goal::default()
+            },
+            _ => {
+                return Err(Error::Usage(
+                    "usage: refine [N | until X% | for TIME]".to_owned(),
+                ));
+            }
+        };
+        self.coarse()?;
+        let before = self.steps().len();
+        let ended = self.refine(goal)?;
+        let mut text = String::new();
+        for step in self.steps().iter().skip(before.saturating_sub(1)) {
+            let _ = writeln!(
+                text,
+                "{}",
+                describe_step(step.refined, step.error, step.seconds)
+            );
+        }
+        text.push_str(match ended {
+            Ended::Reached => "the error asked for is reached",
+            Ended::Counted => "",
+            Ended::Spent => "the time is used up",
+            Ended::Complete => "every direction that the show needs is refined",
+        });
+        Ok(Reply::text(text))
+    }
+
+    pub(super) fn answer_save(&mut self, call: &Call) -> Result<Reply, Error> {
+        let path = match call.words.first() {
+            Some(word) => PathBuf::from(word),
+            None => self.path.clone().ok_or_else(|| {
+                Error::Usage("the show has no file yet; say `save NAME.lxq`".to_owned())
+            })?,
+        };
+        self.save(&path)?;
+        Ok(Reply::text(format!("saved {}", path.display())))
+    }
+
+    /// Writes the show's text to `path`. The show's own file is only replaced when it still holds
+    /// what was read from it.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the file changed meanwhile, [`Error::File`] when it cannot be written.
+    pub fn save(&mut self, path: &Path) -> Result<(), Error> {
+        let own = self.path.as_deref() == Some(path);
+        if let Ok(now) = self.host.store.read(path, super::LIMIT) {
+            if own && now != self.saved.as_bytes() {
+                return Err(Error::Usage(format!(
+                    "{} changed on disk since it was read; nothing was written. `save OTHER.lxq` \
+                     keeps your edits beside it",
+                    path.display()
+                )));
+            }
+            if !own && now != self.source.as_bytes() {
+                return Err(Error::Usage(format!(
+                    "{} exists already and was not written; choose another name",
+                    path.display()
+                )));
+            }
+        }
+        self.host.store.write(path, self.source.as_bytes())?;
+        self.saved = self.source.clone();
+        self.path = Some(path.to_owned());
+        Ok(())
+    }
+
+    pub(super) fn answer_quit(&mut self, warned: bool) -> Reply {
+        if self.unsaved() && !warned {
+            self.warned = true;
+            return Reply::text("the edits are not saved: `save`, or `quit` again to drop them");
+        }
+        Reply {
+            quit: true,
+            ..Reply::default()
+        }
+    }
+
+    pub(super) fn describe_edit(&self, refined_before: usize) -> String {
+        let mut text = self.compiled.warnings.render(self.host.style);
+        text.push_str(&self.headline());
+        match (refined_before, self.refined()) {
+            (0, _) => {}
+            (before, 0) => {
+                let _ = write!(text, "; {} no longer fit", count(before, "refined picture"));
+            }
+            (_, kept) => {
+                let _ = write!(text, "; {} kept", count(kept, "refined picture"));
+            }
+        }
+        text
+    }
+
+    /// A time within the show, as typed.
+    pub(super) fn time(&self, text: &str) -> Result<Time, Error> {
+        let time = duration(text)?;
+        let (start, end) = (self.timeline().start(), self.timeline().end());
+        if time < start || time > end {
+            return Err(Error::Usage(format!(
+                "{time} is outside the show, which runs from {start} to {end}"
+            )));
+        }
+        Ok(time)
+    }
+}
+
+/// What `help` says.
+pub(super) fn help(call: &Call) -> Result<Reply, Error> {
+    if let Some(name) = call.words.first() {
+        let spec = verb::find(name)?;
+        let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
+        for option in spec.options {
+            let name = match option.letter {
+                Some(letter) => format!("-{letter}, --{}", option.name),
+                None => format!("--{}", option.name),
+            };
+            let name = format!("{name} {}", option.value.unwrap_or_default());
+            let _ = writeln!(text, "  {name:<22} {}", option.about);
+        }
+        let _ = write!(text, "example: {}", spec.example);
+        return Ok(Reply::text(text));
+    }
+    let mut text = String::from("verbs\n");
+    for spec in VERBS {
+        let _ = writeln!(text, "  {:<9} {}", spec.name, spec.about);
+    }
+    let _ = write!(
+        text,
+        "\ndeclarations change the show: {}\n`help VERB` tells more.",
+        lang::keywords().join(", ")
+    );
+    Ok(Reply::text(text))
+}
+
+pub(super) fn json(plan: &PlanReport) -> Result<String, Error> {
+    serde_json::to_string_pretty(plan)
+        .map_err(|e| Error::Usage(format!("the plan cannot be written as JSON: {e}")))
+}
+
+/// A plan in words.
+fn describe_plan(plan: &PlanReport) -> String {
+    let mut text = String::new();
+    let curved = plan.segments.iter().filter(|s| s.degree > 1).count();
+    let _ = writeln!(
+        text,
+        "{}, {} of them curved; {}; rank {}",
+        count(plan.segments.len(), "segment"),
+        curved,
+        count(plan.keys.len(), "key"),
+        plan.rank
+    );
+    let _ = writeln!(
+        text,
+        "{} of {} for an error of {} % (metric {})",
+        count(plan.used, "refined picture"),
+        plan.rank,
+        percent(plan.tolerance),
+        plan.metric
+    );
+    for step in &plan.predicted {
+        let mark = if step.refined == plan.used {
+            "  <- tolerance"
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            text,
+            "  {:>3}  {:>8} %{mark}",
+            step.refined,
+            percent(step.error)
+        );
+    }
+    if !plan.left_out.is_empty() {
+        text.push_str("left out\n");
+    }
+    for item in &plan.left_out {
+        let _ = writeln!(text, "  {} {}: {}", item.what, item.name, item.why);
+    }
+    text
+}
+
+/// One line about where the sequence stands.
+pub(super) fn describe_step(refined: usize, error: f64, seconds: f64) -> String {
+    format!(
+        "{:>3} refined  predicted error {:>8} %  {seconds:.1} s",
+        refined,
+        percent(error)
+    )
+}
+
+/// A relative number in percent, three digits.
+pub(super) fn percent(x: f64) -> String {
+    let p = x * 100.0;
+    match p.abs() {
+        a if a >= 100.0 => format!("{p:.0}"),
+        a if a >= 10.0 => format!("{p:.1}"),
+        a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
+        _ => format!("{p:.3}"),
+    }
+}
+
+/// `1 cue`, `2 cues`.
+pub(super) fn count(n: usize, what: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {what}{plural}")
+}
+
+fn label(cue: &Cue) -> String {
+    format!("\"{}\"", cue.label)
+}
+
+fn lights(show: &Show, lights: &[usize]) -> String {
+    let names = lights
+        .iter()
+        .filter_map(|l| show.lights.get(*l))
+        .map(|l| l.name.as_str());
+    names.collect::<Vec<_>>().join(" ")
+}
+
+/// `2%` or `0.02`; between 0 and 1.
+pub(super) fn fraction(text: &str) -> Result<f64, Error> {
+    let value = match text.strip_suffix('%') {
+        Some(number) => number.trim().parse::<f64>().map(|p| p / 100.0),
+        None => text.parse::<f64>(),
+    };
+    value
+        .ok()
+        .filter(|v| (0.0..=1.0).contains(v))
+        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as 2% or 0.02")))
+}
+
+/// `5`, `1.5s`, `1:30`, `250ms`.
+pub(super) fn duration(text: &str) -> Result<Time, Error> {
+    lang::time(text).ok_or_else(|| {
+        Error::Usage(format!(
+            "`{text}` is not a time; write it as 5, 1.5s or 1:30"
+        ))
+    })
+}
+
+fn metric_of(name: &str) -> Result<Metric, Error> {
+    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
+    metrics
+        .into_iter()
+        .find(|m| m.name() == name)
+        .ok_or_else(|| {
+            Error::Usage(format!(
+                "there is no metric `{name}`; it is settings, influence or error"
+            ))
+        })
+}
+
+/// A whole number of pictures.
+pub(super) fn whole(text: &str) -> Result<usize, Error> {
+    text.parse()
+        .map_err(|_| Error::Usage(format!("`{text}` is not a whole number")))
+}

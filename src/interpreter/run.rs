@@ -1,0 +1,187 @@
+//! `run`: the whole loop on a show, with its results in a folder.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use super::answer::{count, duration, fraction, percent, whole};
+use super::refine::Ended;
+use super::{Call, Error, Goal, Interpreter, Reply, output};
+use crate::picture::Image;
+use crate::plan::PlanReport;
+use crate::playback::Playback;
+
+/// What `run` did, and what it took.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// The plan at the show's own tolerance, in the metric that the pool allows.
+    pub plan: PlanReport,
+    /// Why refinement ended.
+    pub ended: Ended,
+    /// Seconds for coarse pictures, plan, refinement, key images, and writing with playback.
+    pub seconds: [f64; 5],
+    /// Frames a second of playback alone.
+    pub frame_rate: f64,
+    /// What was done to the animated picture to keep it within its size.
+    pub animation: output::Animation,
+    /// The folder with the results.
+    pub folder: PathBuf,
+}
+
+impl Interpreter {
+    pub(super) fn answer_run(&mut self, call: &Call) -> Result<Reply, Error> {
+        let mut goal = Goal {
+            until: call.option("until").map(fraction).transpose()?,
+            count: call.option("count").map(whole).transpose()?,
+            budget: call
+                .option("budget")
+                .map(|t| duration(t).map(|t| t.seconds()))
+                .transpose()?,
+        };
+        if goal == Goal::default() {
+            goal.until = Some(self.show().preview.tolerance);
+        }
+        let folder = call
+            .option("out")
+            .map_or_else(|| self.default_folder(), PathBuf::from);
+        let summary = self.run(goal, &folder)?;
+        Ok(Reply::text(self.describe_run(&summary)))
+    }
+
+    fn default_folder(&self) -> PathBuf {
+        let stem = Path::new(&self.name).file_stem().unwrap_or_default();
+        Path::new("out").join(stem)
+    }
+
+    /// Coarse pictures, plan, refinement until `goal`, key images, playback; the results go to
+    /// `folder`: `plan.json`, `keys/*.exr`, `curves.png`, `error.png`, `basis.png`,
+    /// `sequence.png`. Keys of an earlier run are removed.
+    ///
+    /// # Errors
+    /// [`Error`]; refined pictures finished before it stay in the pool.
+    pub fn run(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+        let mut marks = vec![self.host.clock.seconds()];
+        self.coarse()?;
+        marks.push(self.host.clock.seconds());
+        let tolerance = goal.until.unwrap_or(self.show().preview.tolerance);
+        let plan = {
+            let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+            let metric = pool
+                .ok_or_else(super::refine::no_stage)?
+                .weighting()
+                .metric();
+            self.plan(metric, tolerance)?
+        };
+        marks.push(self.host.clock.seconds());
+        let ended = self.refine(goal)?;
+        marks.push(self.host.clock.seconds());
+        let playback = self.playback()?;
+        marks.push(self.host.clock.seconds());
+        let (animation, frame_rate) = self.write_results(&plan, &playback, folder)?;
+        marks.push(self.host.clock.seconds());
+        let mut seconds = [0.0; 5];
+        for (out, pair) in seconds.iter_mut().zip(marks.windows(2)) {
+            if let [from, to] = pair {
+                *out = to - from;
+            }
+        }
+        Ok(Summary {
+            plan,
+            ended,
+            seconds,
+            frame_rate,
+            animation,
+            folder: folder.to_owned(),
+        })
+    }
+
+    /// Key images from the pool as it stands, ready to play.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
+    pub fn playback(&mut self) -> Result<Playback, Error> {
+        self.coarse()?;
+        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        let pool = pool.ok_or_else(super::refine::no_stage)?;
+        Ok(Playback::new(&self.compiled.keys, pool, self.host.work())?)
+    }
+
+    /// The summary a designer reads.
+    fn describe_run(&self, done: &Summary) -> String {
+        let [coarse, plan, refine, keys, write] = done.seconds;
+        let steps = self.steps();
+        let first = steps.first().map_or(0.0, |s| s.error);
+        let last = steps.last().map_or(0.0, |s| s.error);
+        let refined = self.refined();
+        let preview = &self.show().preview;
+        let mut text = self.headline() + "\n";
+        let mut line = |what: &str, words: String, seconds: f64| {
+            let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
+        };
+        let sources = self.show().coordinates().len();
+        line(
+            "coarse",
+            format!(
+                "{} at quality {} and {}",
+                count(sources, "picture"),
+                preview.coarse,
+                preview.coarse + 1
+            ),
+            coarse,
+        );
+        line(
+            "plan",
+            format!(
+                "{}, {}, rank {}",
+                count(done.plan.segments.len(), "segment"),
+                count(done.plan.keys.len(), "key"),
+                done.plan.rank
+            ),
+            plan,
+        );
+        let ended = match done.ended {
+            Ended::Reached => "tolerance reached",
+            Ended::Counted => "as many as asked for",
+            Ended::Spent => "budget used up",
+            Ended::Complete => "nothing left to refine",
+        };
+        line(
+            "refine",
+            format!(
+                "{} at quality {}; error {} % -> {} %, predicted ({ended})",
+                count(refined, "picture"),
+                preview.refined,
+                percent(first),
+                percent(last)
+            ),
+            refine,
+        );
+        line("keys", count(done.plan.keys.len(), "key image"), keys);
+        line(
+            "play",
+            format!(
+                "{:.0} frames/s, at most three blends a frame",
+                done.frame_rate
+            ),
+            write,
+        );
+        let _ = writeln!(text, "  sequence.png: {}", done.animation.describe());
+        let _ = writeln!(
+            text,
+            "  results in {}: plan.json, keys/, curves.png, error.png, basis.png, sequence.png",
+            done.folder.display()
+        );
+        text
+    }
+
+    /// The picture of a moment from the pool as it stands, coarse pictures rendered if they are
+    /// not there.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
+    pub fn preview(&mut self, time: crate::units::Time) -> Result<Image, Error> {
+        self.coarse()?;
+        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        let pool = pool.ok_or_else(super::refine::no_stage)?;
+        Ok(pool.preview(&self.compiled.timeline.evaluate(time), self.host.work())?)
+    }
+}

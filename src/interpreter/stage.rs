@@ -1,0 +1,187 @@
+//! The rendered side of a show: scene, rig, prepared operators and pool, kept as long as the text
+//! still means the same by them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::diagnostic::Diagnostic;
+use crate::files::Files;
+use crate::lang::SpanMap;
+use crate::pool::Pool;
+use crate::scene::{self, Rig, Scene};
+use crate::show::Show;
+use crate::transport::{Prepared, Quality, Transport, TransportError};
+use crate::units::Rgb;
+use crate::work::Work;
+
+use super::mistake;
+
+/// What a scene is made from; equal inputs make equal scenes.
+#[derive(Clone, Debug, PartialEq)]
+struct Inputs {
+    stages: Vec<(String, bool)>,
+    surfaces: Vec<(String, Rgb)>,
+}
+
+impl Inputs {
+    fn of(show: &Show) -> Inputs {
+        Inputs {
+            stages: show
+                .stages
+                .iter()
+                .map(|s| (s.path.clone(), s.z_up))
+                .collect(),
+            surfaces: show
+                .surfaces
+                .iter()
+                .map(|s| (s.name.clone(), s.reflectance))
+                .collect(),
+        }
+    }
+}
+
+/// Scene, rig, view, and what has been rendered of them.
+pub(super) struct Stage {
+    inputs: Inputs,
+    scene: Arc<Scene>,
+    rig: Rig,
+    view: scene::View,
+    steps: [u8; 2],
+    operators: BTreeMap<u8, Box<dyn Prepared>>,
+    /// Coarse and refined pictures, once there are any.
+    pub pool: Option<Pool>,
+}
+
+/// What an edit leaves of a stage.
+pub(super) struct Fresh {
+    inputs: Inputs,
+    scene: Arc<Scene>,
+    rig: Rig,
+    view: scene::View,
+    steps: [u8; 2],
+}
+
+impl Stage {
+    /// Loads what `show` needs, taking the scene of `old` where the text means the same; `None`
+    /// when the show has no stage or no view.
+    ///
+    /// # Errors
+    /// A diagnostic for every file that cannot be used and every light that does not fit.
+    pub fn read(
+        show: &Show,
+        spans: &SpanMap,
+        files: &dyn Files,
+        old: Option<&Stage>,
+    ) -> Result<Option<Fresh>, Vec<Diagnostic>> {
+        let inputs = Inputs::of(show);
+        let scene = match old.filter(|s| s.inputs == inputs) {
+            Some(old) => Arc::clone(&old.scene),
+            None => Arc::new(load(show, spans, files)?),
+        };
+        let rig = show.rig(&scene);
+        let rig = rig.map_err(|errors| {
+            let mistakes = errors.iter().map(|e| mistake::of_rig(e, &scene, spans));
+            mistakes.collect::<Vec<_>>()
+        });
+        if show.stages.is_empty() {
+            return Ok(None);
+        }
+        let rig = rig?;
+        Ok(show.view().map(|view| Fresh {
+            inputs,
+            scene,
+            rig,
+            view: view.camera.clone(),
+            steps: [show.preview.coarse, show.preview.refined],
+        }))
+    }
+
+    /// The stage after an edit: everything rendered stays when scene, rig and view are the same.
+    pub fn renew(old: Option<Stage>, fresh: Option<Fresh>) -> Option<Stage> {
+        let fresh = fresh?;
+        let (operators, pool) = match old {
+            Some(old)
+                if (Arc::ptr_eq(&old.scene, &fresh.scene) || old.scene == fresh.scene)
+                    && old.rig == fresh.rig
+                    && old.view == fresh.view =>
+            {
+                // A pool's coarse pictures are of one step; operators are kept by step anyway.
+                let pool = old.pool.filter(|_| old.steps == fresh.steps);
+                (old.operators, pool)
+            }
+            _ => (BTreeMap::new(), None),
+        };
+        Some(Stage {
+            inputs: fresh.inputs,
+            scene: fresh.scene,
+            rig: fresh.rig,
+            view: fresh.view,
+            steps: fresh.steps,
+            operators,
+            pool,
+        })
+    }
+
+    /// The operator at a step of quality, prepared on first use.
+    pub fn operator(
+        &mut self,
+        transport: &dyn Transport,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<&mut dyn Prepared, TransportError> {
+        if !self.operators.contains_key(&quality.0) {
+            let prepared = transport.prepare(&self.scene, &self.rig, &self.view, quality, work)?;
+            self.operators.insert(quality.0, prepared);
+        }
+        match self.operators.get_mut(&quality.0) {
+            Some(operator) => Ok(operator.as_mut()),
+            None => Err(TransportError::Quality(quality.0, transport.finest().0)),
+        }
+    }
+
+    /// The pool, with its coarse pictures rendered on first use: the show's coarse step and the
+    /// next finer one, whose difference estimates the error. Also true when it was made just now.
+    pub fn coarse(
+        &mut self,
+        transport: &dyn Transport,
+        work: Work<'_>,
+    ) -> Result<bool, TransportError> {
+        if self.pool.is_some() {
+            return Ok(false);
+        }
+        let finest = transport.finest();
+        let cheap = Quality(self.steps[0].clamp(1, finest.0));
+        let fine = Quality((cheap.0 + 1).min(finest.0));
+        let n = self.rig.sources.len();
+        let coarser = match fine > cheap {
+            true => Pool::units(n, self.operator(transport, cheap, work)?, work)?,
+            false => Vec::new(),
+        };
+        let coarse = Pool::units(n, self.operator(transport, fine, work)?, work)?;
+        self.pool = Some(Pool::new(coarse, coarser, work));
+        Ok(true)
+    }
+}
+
+fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Diagnostic>> {
+    let mut scene = Scene::default();
+    let mut mistakes = Vec::new();
+    for stage in &show.stages {
+        match scene::obj::import(files, &stage.path, stage.z_up) {
+            Ok(read) => scene.append(read),
+            Err(error) => mistakes.push(mistake::of_stage(&error, stage, spans)),
+        }
+    }
+    if mistakes.is_empty() {
+        for surface in &show.surfaces {
+            if !scene.set_reflectance(&surface.name, surface.reflectance) {
+                mistakes.push(mistake::of_surface(surface, &scene, spans));
+            }
+        }
+    }
+    if mistakes.is_empty() {
+        Ok(scene)
+    } else {
+        Err(mistakes)
+    }
+}

@@ -1,0 +1,387 @@
+//! The verbs: one table for the REPL, the command line and the manual, and the parser of a typed
+//! line.
+
+use std::collections::BTreeMap;
+
+use super::Error;
+use crate::lang::nearest;
+
+/// What can be done with a show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Verb {
+    /// Look for mistakes.
+    Check,
+    /// List what the show declares.
+    Show,
+    /// Move to a time and tell the levels there.
+    At,
+    /// Key settings, basis and predicted error.
+    Plan,
+    /// One picture.
+    Picture,
+    /// Render more refined pictures.
+    Refine,
+    /// Play the sequence.
+    Play,
+    /// Draw the banks' curves.
+    Plot,
+    /// The whole loop, with its results in a folder.
+    Run,
+    /// Write the show's text.
+    Save,
+    /// Explain the verbs.
+    Help,
+    /// Leave.
+    Quit,
+}
+
+/// An option of a verb.
+#[derive(Clone, Copy, Debug)]
+pub struct OptionSpec {
+    /// Its name after two dashes.
+    pub name: &'static str,
+    /// Its letter after one dash.
+    pub letter: Option<char>,
+    /// The name of its value; `None` for a switch.
+    pub value: Option<&'static str>,
+    /// What it does.
+    pub about: &'static str,
+}
+
+/// A verb as the manual shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct VerbSpec {
+    /// The verb.
+    pub verb: Verb,
+    /// Its name.
+    pub name: &'static str,
+    /// What stands after it without dashes; empty when nothing does.
+    pub words: &'static str,
+    /// Its options.
+    pub options: &'static [OptionSpec],
+    /// What it does, in a line.
+    pub about: &'static str,
+    /// A line that can be typed at the prompt.
+    pub example: &'static str,
+    /// Whether it is a command of its own on the command line.
+    pub command: bool,
+}
+
+const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name,
+        letter: None,
+        value: Some(value),
+        about,
+    }
+}
+
+const fn output(about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name: "output",
+        letter: Some('o'),
+        value: Some("FILE"),
+        about,
+    }
+}
+
+const JSON: OptionSpec = OptionSpec {
+    name: "json",
+    letter: None,
+    value: None,
+    about: "print data instead of words",
+};
+
+const fn spec(
+    verb: Verb,
+    name: &'static str,
+    words: &'static str,
+    options: &'static [OptionSpec],
+    about: &'static str,
+    example: &'static str,
+) -> VerbSpec {
+    VerbSpec {
+        verb,
+        name,
+        words,
+        options,
+        about,
+        example,
+        command: !matches!(
+            verb,
+            Verb::Show | Verb::At | Verb::Refine | Verb::Save | Verb::Help | Verb::Quit
+        ),
+    }
+}
+
+/// Every verb, in the order of the manual.
+pub const VERBS: &[VerbSpec] = &[
+    spec(
+        Verb::Check,
+        "check",
+        "",
+        &[],
+        "look for mistakes in the show, its stage and its curves",
+        "check",
+    ),
+    spec(
+        Verb::Show,
+        "show",
+        "[NAME]",
+        &[],
+        "list banks and cues with their times, or the text that declares NAME",
+        "show lamps",
+    ),
+    spec(
+        Verb::At,
+        "at",
+        "[TIME]",
+        &[],
+        "move to a time and tell the levels there",
+        "at 1:30",
+    ),
+    spec(
+        Verb::Plan,
+        "plan",
+        "",
+        &[
+            JSON,
+            value(
+                "tolerance",
+                "X",
+                "error allowed, such as 2% (default: the show's preview)",
+            ),
+            value(
+                "metric",
+                "M",
+                "settings, influence or error; the last two render coarse pictures first",
+            ),
+        ],
+        "key settings, basis, and the error predicted after each refined picture",
+        "plan --tolerance 1%",
+    ),
+    spec(
+        Verb::Picture,
+        "picture",
+        "[TIME]",
+        &[
+            value(
+                "at",
+                "TIME",
+                "the moment (default: the current time, or the start)",
+            ),
+            value("bank", "NAME", "this bank alone, at full"),
+            value(
+                "quality",
+                "Q",
+                "render anew at this step of the scale, 1 to 5",
+            ),
+            output("write a .png (as displayed) or an .exr (linear)"),
+        ],
+        "one picture of the show",
+        "picture 1:30 -o evening.png",
+    ),
+    spec(
+        Verb::Refine,
+        "refine",
+        "[N | until X% | for TIME]",
+        &[],
+        "render refined pictures in the order of the plan, one if nothing is said",
+        "refine until 2%",
+    ),
+    spec(
+        Verb::Play,
+        "play",
+        "",
+        &[output("write an animated .png")],
+        "play the sequence back from its key images",
+        "play -o show.png",
+    ),
+    spec(
+        Verb::Plot,
+        "plot",
+        "",
+        &[output("write a .png or an .svg")],
+        "draw every bank's curve with the cues marked",
+        "plot -o curves.svg",
+    ),
+    spec(
+        Verb::Run,
+        "run",
+        "",
+        &[
+            value(
+                "until",
+                "X",
+                "refine until this error, such as 2% (default: the show's preview)",
+            ),
+            value("count", "N", "refine exactly this many pictures"),
+            value("budget", "TIME", "stop refining when this time is used up"),
+            value(
+                "out",
+                "DIR",
+                "where the results go (default: out/ and the show's file name)",
+            ),
+        ],
+        "the whole loop: coarse pictures, plan, refinement, key images, sequence",
+        "run --until 2%",
+    ),
+    spec(
+        Verb::Save,
+        "save",
+        "[FILE]",
+        &[],
+        "write the show's text, comments and layout kept",
+        "save",
+    ),
+    spec(
+        Verb::Help,
+        "help",
+        "[VERB]",
+        &[],
+        "list the verbs, or explain one",
+        "help picture",
+    ),
+    spec(Verb::Quit, "quit", "", &[], "leave", "quit"),
+];
+
+/// A verb with what was said to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Call {
+    /// The verb.
+    pub verb: Verb,
+    /// Options by name; a switch has the empty value.
+    pub options: BTreeMap<String, String>,
+    /// What stood after it without dashes.
+    pub words: Vec<String>,
+}
+
+impl Call {
+    /// A verb with nothing said to it.
+    pub fn new(verb: Verb) -> Call {
+        Call {
+            verb,
+            options: BTreeMap::new(),
+            words: Vec::new(),
+        }
+    }
+
+    /// The same with an option set.
+    #[must_use]
+    pub fn with(mut self, option: &str, value: &str) -> Call {
+        self.options.insert(option.to_owned(), value.to_owned());
+        self
+    }
+
+    /// An option's value.
+    pub fn option(&self, name: &str) -> Option<&str> {
+        self.options.get(name).map(String::as_str)
+    }
+
+    /// Reads a typed line.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for an unknown verb or option, a missing value or an open quote, with what
+    /// could have been meant.
+    pub fn parse(line: &str) -> Result<Call, Error> {
+        let mut tokens = split(line)?.into_iter();
+        let name = tokens.next().unwrap_or_default();
+        let spec = find(&name)?;
+        let mut call = Call::new(spec.verb);
+        while let Some(token) = tokens.next() {
+            let Some(option) = spec.option(&token)? else {
+                call.words.push(token);
+                continue;
+            };
+            let inline = token.split_once('=').map(|(_, v)| v.to_owned());
+            let value = match (option.value, inline) {
+                (None, _) => String::new(),
+                (Some(_), Some(value)) => value,
+                (Some(what), None) => tokens.next().ok_or_else(|| {
+                    Error::Usage(format!("`{token}` needs a value {what}: {}", spec.usage()))
+                })?,
+            };
+            call.options.insert(option.name.to_owned(), value);
+        }
+        Ok(call)
+    }
+}
+
+/// The specification of a verb by its name.
+///
+/// # Errors
+/// [`Error::Usage`] with the nearest verb when there is none of that name.
+pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
+    VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
+        let near = nearest(name, VERBS.iter().map(|v| v.name));
+        let hint = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "`help` lists the verbs".to_owned(),
+        };
+        Error::Usage(format!("there is no verb or declaration `{name}`; {hint}"))
+    })
+}
+
+impl VerbSpec {
+    /// The one-line usage.
+    pub fn usage(&self) -> String {
+        let mut out = self.name.to_owned();
+        if !self.words.is_empty() {
+            out = format!("{out} {}", self.words);
+        }
+        for option in self.options {
+            let name = match option.letter {
+                Some(letter) => format!("-{letter}"),
+                None => format!("--{}", option.name),
+            };
+            let value = option.value.map(|v| format!(" {v}")).unwrap_or_default();
+            out = format!("{out} [{name}{value}]");
+        }
+        out
+    }
+
+    /// The option that a token names; `None` for a token that is no option.
+    fn option(&self, token: &str) -> Result<Option<&OptionSpec>, Error> {
+        let name = token.split('=').next().unwrap_or_default();
+        let negative_number = name
+            .strip_prefix('-')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+        if !name.starts_with('-') || name == "-" || negative_number {
+            return Ok(None);
+        }
+        let matches = |o: &&OptionSpec| {
+            name.strip_prefix("--") == Some(o.name)
+                || o.letter.is_some_and(|l| name == format!("-{l}"))
+        };
+        match self.options.iter().find(matches) {
+            Some(option) => Ok(Some(option)),
+            None => Err(Error::Usage(format!(
+                "`{}` has no option `{name}`: {}",
+                self.name,
+                self.usage()
+            ))),
+        }
+    }
+}
+
+/// Cuts a line into words; double quotes keep spaces together.
+fn split(line: &str) -> Result<Vec<String>, Error> {
+    let mut words = Vec::new();
+    let mut word: Option<String> = None;
+    let mut quoted = false;
+    for c in line.chars() {
+        match c {
+            '"' => {
+                quoted = !quoted;
+                word.get_or_insert_default();
+            }
+            c if c.is_whitespace() && !quoted => words.extend(word.take()),
+            c => word.get_or_insert_default().push(c),
+        }
+    }
+    if quoted {
+        return Err(Error::Usage("a quote is not closed".to_owned()));
+    }
+    words.extend(word);
+    Ok(words)
+}

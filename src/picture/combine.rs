@@ -1,0 +1,96 @@
+//! Sums of pictures: linear combinations and scalar products.
+//!
+//! Every sum runs in a fixed order, so results do not depend on the number of threads.
+
+use super::Image;
+
+/// Channels summed at a time: the running sum stays in the first-level cache.
+const BLOCK: usize = 4096;
+
+/// The sum of `weight * image` over `terms`, all of the size `like` (width, height); terms of
+/// another size or of weight zero are left out. Uses up to `threads` threads.
+pub fn combine(like: (usize, usize), terms: &[(f64, &Image)], threads: usize) -> Image {
+    let mut out = Image::new(like.0, like.1);
+    let terms: Vec<(f32, &[f32])> = terms
+        .iter()
+        .filter(|(weight, image)| *weight != 0.0 && (image.width(), image.height()) == like)
+        .map(|(weight, image)| (*weight as f32, image.data()))
+        .collect();
+    let length = out.data().len();
+    let share = length
+        .div_ceil(threads.max(1))
+        .next_multiple_of(BLOCK)
+        .max(BLOCK);
+    std::thread::scope(|scope| {
+        let terms = &terms;
+        for (part, sums) in out.data_mut().chunks_mut(share).enumerate() {
+            let mut task = move || sum_blocks(sums, part * share, terms);
+            if threads > 1 {
+                scope.spawn(task);
+            } else {
+                task();
+            }
+        }
+    });
+    out
+}
+
+/// Adds the terms' channels from `start` on to `sums`, block by block.
+fn sum_blocks(sums: &mut [f32], start: usize, terms: &[(f32, &[f32])]) {
+    for (block, sums) in sums.chunks_mut(BLOCK).enumerate() {
+        let start = start + block * BLOCK;
+        for (weight, data) in terms {
+            let data = data.get(start..start + sums.len()).unwrap_or_default();
+            for (sum, value) in sums.iter_mut().zip(data) {
+                *sum += weight * value;
+            }
+        }
+    }
+}
+
+/// The scalar product over all pixels and channels, in double precision; the shorter picture
+/// ends it.
+pub fn dot(a: &Image, b: &Image) -> f64 {
+    let mut lanes = [0.0_f64; 8];
+    let (a, b) = (a.data().chunks_exact(8), b.data().chunks_exact(8));
+    let rest: f64 = (a.remainder().iter().zip(b.remainder()))
+        .map(|(x, y)| f64::from(*x) * f64::from(*y))
+        .sum();
+    for (x, y) in a.zip(b) {
+        for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
+            *lane += f64::from(*x) * f64::from(*y);
+        }
+    }
+    lanes.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp(scale: f32) -> Image {
+        let data = (0..97 * 61 * 3)
+            .map(|i| scale * (i % 1013) as f32)
+            .collect();
+        Image::from_data(97, 61, data).unwrap()
+    }
+
+    #[test]
+    fn a_combination_is_the_sum_with_any_number_of_threads() {
+        let (a, b) = (ramp(1.0), ramp(-0.25));
+        let one = combine((97, 61), &[(2.0, &a), (4.0, &b), (0.0, &a)], 1);
+        for threads in [2, 3, 64] {
+            assert_eq!(one, combine((97, 61), &[(2.0, &a), (4.0, &b)], threads));
+        }
+        for (sum, x) in one.data().iter().zip(a.data()) {
+            assert_eq!(*sum, *x);
+        }
+    }
+
+    #[test]
+    fn dot_matches_the_closed_form() {
+        let n = 97 * 61 * 3;
+        let expected: f64 = (0..n).map(|i| f64::from(i % 1013).powi(2)).sum();
+        assert_eq!(dot(&ramp(1.0), &ramp(1.0)), expected);
+    }
+}

@@ -1,0 +1,243 @@
+//! The pool of pictures: coarse ones for every source, refined ones for mixtures, and the preview
+//! made of both.
+//!
+//! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse pictures C' extrapolated
+//! from two coarse qualities, plus the known corrections of refined pictures R_j at settings s_j,
+//! weighted by the projection of L on the s_j in the metric of the coarse error. A refined setting
+//! is reproduced exactly; the projection weighs each coordinate by the norm of its own coarse
+//! error, because projecting in plain settings (the paper's "refined first") can make a picture
+//! worse than coarse alone.
+//!
+//! Invariants: all pictures have one size; raw settings and pictures are kept, orthogonality is
+//! made anew by `plan`. This room knows nothing of cues, text or files.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the Gram matrix is indexed by the pictures it was made of"
+)]
+
+use crate::linalg::Matrix;
+use crate::picture::Image;
+use crate::picture::combine::{combine, dot};
+use crate::plan::{self, Metric, PlanError, Weighting};
+use crate::transport::{Prepared, Quality, TransportError};
+use crate::work::Work;
+
+/// A refined picture and how it came to be.
+#[derive(Clone, Debug)]
+pub struct Refined {
+    /// The setting that was rendered, one number for each source.
+    pub setting: Vec<f64>,
+    /// The picture.
+    pub image: Image,
+    /// The quality it was rendered at.
+    pub quality: Quality,
+    correction: Correction,
+}
+
+/// Scalar products of a correction K = R - C·s with itself and with E = D·s, the difference of the
+/// two coarse qualities at the same setting.
+#[derive(Clone, Copy, Debug)]
+struct Correction {
+    kk: f64,
+    ke: f64,
+    ee: f64,
+}
+
+/// Coarse and refined pictures of one scene, rig and view.
+#[derive(Clone, Debug)]
+pub struct Pool {
+    size: (usize, usize),
+    coarse: Vec<Image>,
+    coarser: Vec<Image>,
+    gram: Matrix,
+    errors: Vec<f64>,
+    refined: Vec<Refined>,
+    extrapolation: f64,
+    calibration: f64,
+}
+
+impl Pool {
+    /// The picture of each of `sources` sources alone at unit setting.
+    ///
+    /// # Errors
+    /// Those of [`Prepared::render`].
+    pub fn units(
+        sources: usize,
+        operator: &mut dyn Prepared,
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        let unit = |i: usize| (0..sources).map(|j| f64::from(u8::from(i == j))).collect();
+        operator.render(&(0..sources).map(unit).collect::<Vec<_>>(), work)
+    }
+
+    /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper
+    /// quality.
+    pub fn new(coarse: Vec<Image>, coarser: Vec<Image>, work: Work<'_>) -> Pool {
+        let size = coarse.first().map_or((0, 0), |c| (c.width(), c.height()));
+        let n = coarse.len();
+        let mut gram = Matrix::zeros(n, n);
+        for (i, a) in coarse.iter().enumerate() {
+            for (j, b) in coarse.iter().enumerate().take(i + 1) {
+                let product = dot(a, b);
+                gram[(i, j)] = product;
+                gram[(j, i)] = product;
+            }
+        }
+        let error = |(fine, cheap): (&Image, &Image)| {
+            let difference = combine(size, &[(1.0, fine), (-1.0, cheap)], work.threads);
+            dot(&difference, &difference).sqrt()
+        };
+        let errors = coarse.iter().zip(&coarser).map(error).collect();
+        Pool {
+            size,
+            coarse,
+            coarser,
+            gram,
+            errors,
+            refined: Vec::new(),
+            extrapolation: 0.0,
+            calibration: 1.0,
+        }
+    }
+
+    /// Width and height of every picture.
+    pub fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// The coarse picture of each source at unit setting.
+    pub fn coarse(&self) -> &[Image] {
+        &self.coarse
+    }
+
+    /// The refined pictures, oldest first.
+    pub fn refined(&self) -> &[Refined] {
+        &self.refined
+    }
+
+    /// Scalar products of the coarse pictures, sources x sources.
+    pub fn gram(&self) -> &Matrix {
+        &self.gram
+    }
+
+    /// The best metric the pictures allow: the estimated error norm of each source's coarse picture
+    /// where two coarse qualities exist, else the norm of the picture itself. Where all pictures
+    /// are black every coordinate counts alike.
+    pub fn weighting(&self) -> Weighting {
+        let (metric, weights) = if self.errors.is_empty() {
+            (Metric::Influence, self.norms())
+        } else {
+            (Metric::Error, self.errors.clone())
+        };
+        Weighting::new(metric, weights).unwrap_or_else(|_| Weighting::settings(self.coarse.len()))
+    }
+
+    /// The norm of each coarse picture at unit setting.
+    pub fn norms(&self) -> Vec<f64> {
+        let square = |i: usize| self.gram[(i, i)].max(0.0);
+        (0..self.coarse.len()).map(|i| square(i).sqrt()).collect()
+    }
+
+    /// By how much the estimated errors must be multiplied to agree with the corrections known so
+    /// far; 1 before the first.
+    pub fn calibration(&self) -> f64 {
+        self.calibration
+    }
+
+    /// Settings of the refined pictures.
+    pub fn settings(&self) -> Vec<Vec<f64>> {
+        self.refined.iter().map(|r| r.setting.clone()).collect()
+    }
+
+    /// Adds a refined picture; a picture of another size or a setting of another length is
+    /// refused (false) and nothing changes.
+    pub fn add(
+        &mut self,
+        setting: Vec<f64>,
+        image: Image,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> bool {
+        if (image.width(), image.height()) != self.size || setting.len() != self.coarse.len() {
+            return false;
+        }
+        let mut terms = vec![(1.0, &image)];
+        terms.extend(setting.iter().map(|s| -s).zip(&self.coarse));
+        let k = combine(self.size, &terms, work.threads);
+        let e = self.difference(&setting, work);
+        let correction = Correction {
+            kk: dot(&k, &k),
+            ke: dot(&k, &e),
+            ee: dot(&e, &e),
+        };
+        self.refined.push(Refined {
+            setting,
+            image,
+            quality,
+            correction,
+        });
+        self.fit();
+        true
+    }
+
+    /// D·s: what the two coarse qualities differ by at a setting.
+    fn difference(&self, setting: &[f64], work: Work<'_>) -> Image {
+        if self.coarser.is_empty() {
+            return Image::new(self.size.0, self.size.1);
+        }
+        let mut terms: Vec<(f64, &Image)> = setting.iter().copied().zip(&self.coarse).collect();
+        terms.extend(setting.iter().map(|s| -s).zip(&self.coarser));
+        combine(self.size, &terms, work.threads)
+    }
+
+    /// Fits the extrapolation factor and the calibration to all known corrections.
+    fn fit(&mut self) {
+        let sum = |of: fn(&Correction) -> f64| -> f64 {
+            self.refined.iter().map(|r| of(&r.correction)).sum()
+        };
+        let (kk, ke, ee) = (sum(|c| c.kk), sum(|c| c.ke), sum(|c| c.ee));
+        self.extrapolation = if ee > 0.0 { ke / ee } else { 0.0 };
+        let a = self.extrapolation;
+        let left = (kk - 2.0 * a * ke + a * a * ee).max(0.0);
+        let weighting = self.weighting();
+        let weights = weighting.weights();
+        let expected: f64 = (self.refined.iter())
+            .map(|r| {
+                let terms = r.setting.iter().zip(weights);
+                terms.map(|(s, w)| (s * w) * (s * w)).sum::<f64>()
+            })
+            .sum();
+        self.calibration = if expected > 0.0 {
+            (left / expected).sqrt()
+        } else {
+            1.0
+        };
+    }
+
+    /// The best picture of a setting that the pool can give without rendering; may hold slightly
+    /// negative pixels.
+    ///
+    /// # Errors
+    /// [`PlanError`] for a setting of another number of coordinates.
+    pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
+        let settings = [setting.to_vec()];
+        let c = plan::projection(&self.settings(), &self.weighting(), &settings)?.concat();
+        let mut rest = setting.to_vec();
+        for (refined, c) in self.refined.iter().zip(&c) {
+            for (r, s) in rest.iter_mut().zip(&refined.setting) {
+                *r -= c * s;
+            }
+        }
+        let a = if self.coarser.is_empty() {
+            0.0
+        } else {
+            self.extrapolation
+        };
+        let refined = self.refined.iter().map(|r| &r.image);
+        let mut terms: Vec<(f64, &Image)> = c.iter().copied().zip(refined).collect();
+        terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(&self.coarse));
+        terms.extend(rest.iter().map(|r| -a * r).zip(&self.coarser));
+        Ok(combine(self.size, &terms, work.threads))
+    }
+}

@@ -1,0 +1,216 @@
+//! The rooms keep to the table in the documentation of `src/lib.rs`: no module imports upwards or
+//! what its row does not name, and each outside crate stays in its own room.
+#![allow(clippy::unwrap_used, reason = "a test stops at its first surprise")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Crates that only derive traits or define none of the program's behaviour.
+const FREE: &[&str] = &[
+    "std",
+    "core",
+    "crate",
+    "super",
+    "self",
+    "serde",
+    "thiserror",
+    "footlight",
+];
+
+#[derive(Debug)]
+struct Row {
+    layer: u32,
+    imports: BTreeSet<String>,
+    crates: BTreeSet<String>,
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn names(cell: &str) -> BTreeSet<String> {
+    cell.split(',')
+        .map(|s| s.trim().trim_matches('`').to_owned())
+        .filter(|s| !s.is_empty() && s != "-")
+        .collect()
+}
+
+/// The table of `src/lib.rs`, by module.
+fn table() -> BTreeMap<String, Row> {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let mut rows: BTreeMap<String, Row> = BTreeMap::new();
+    for line in text.lines().filter_map(|l| l.strip_prefix("//! | ")) {
+        let cells: Vec<&str> = line
+            .trim_end_matches('|')
+            .split('|')
+            .map(str::trim)
+            .collect();
+        let Ok(layer) = cells[0].parse() else {
+            continue;
+        };
+        assert_eq!(cells.len(), 5, "a row of the table has five cells: {line}");
+        let all_above = cells[3] == "all above";
+        let imports = if all_above {
+            rows.keys().cloned().collect()
+        } else {
+            names(cells[3])
+        };
+        let row = Row {
+            layer,
+            imports,
+            crates: names(cells[4]),
+        };
+        rows.insert(cells[1].trim_matches('`').to_owned(), row);
+    }
+    rows
+}
+
+fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = fs::read_dir(folder)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            sources(&path, out);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            out.push(path);
+        }
+    }
+}
+
+/// The room a file belongs to; `None` for the two roots.
+fn room(path: &Path) -> Option<String> {
+    let inside = path.strip_prefix(root().join("src")).unwrap();
+    let first = inside
+        .components()
+        .next()
+        .unwrap()
+        .as_os_str()
+        .to_string_lossy();
+    let name = first.trim_end_matches(".rs").to_owned();
+    (name != "lib" && name != "main").then_some(name)
+}
+
+/// Source text without comments, strings and test modules: what the room itself says.
+fn own_code(text: &str) -> String {
+    let untested = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
+    let lines = untested
+        .lines()
+        .map(|l| l.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Names that follow `prefix` in `text`, one for each use; `prefix{a::x, b}` gives `a` and `b`.
+fn following(text: &str, prefix: &str) -> BTreeSet<String> {
+    let mut out = BTreeSet::new();
+    for (at, _) in text.match_indices(prefix) {
+        let before = text[..at].chars().next_back();
+        if before.is_some_and(|c| c.is_alphanumeric() || c == '_' || c == ':') {
+            continue;
+        }
+        let rest = &text[at + prefix.len()..];
+        if let Some(group) = rest.strip_prefix('{') {
+            let mut depth = 0;
+            let mut word = String::new();
+            let mut words = Vec::new();
+            for c in group.chars() {
+                match c {
+                    '{' => depth += 1,
+                    '}' if depth == 0 => break,
+                    '}' => depth -= 1,
+                    ',' if depth == 0 => words.push(std::mem::take(&mut word)),
+                    _ if depth == 0 => word.push(c),
+                    _ => {}
+                }
+            }
+            words.push(word);
+            out.extend(words.iter().map(|w| first_name(w.trim())));
+        } else {
+            out.insert(first_name(rest));
+        }
+    }
+    out.remove("");
+    out
+}
+
+fn first_name(text: &str) -> String {
+    text.chars()
+        .take_while(|c| c.is_alphanumeric() || *c == '_')
+        .collect()
+}
+
+/// Outside crates named in the manifest.
+fn dependencies() -> BTreeSet<String> {
+    let text = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    let section = text.split("[dependencies]").nth(1).unwrap();
+    let section = section.split("\n[").next().unwrap();
+    let lines = section.lines().filter_map(|l| l.split_once('='));
+    lines
+        .map(|(name, _)| name.trim().replace('-', "_"))
+        .collect()
+}
+
+#[test]
+fn every_room_keeps_to_its_row() {
+    let table = table();
+    let outside = dependencies();
+    assert!(
+        table.len() > 10 && outside.len() > 5,
+        "the table and the manifest were read"
+    );
+    let mut files = Vec::new();
+    sources(&root().join("src"), &mut files);
+    let mut wrong = Vec::new();
+    for path in &files {
+        let Some(name) = room(path) else { continue };
+        let Some(row) = table.get(&name) else {
+            wrong.push(format!("`{name}` has no row in the table of src/lib.rs"));
+            continue;
+        };
+        let code = own_code(&fs::read_to_string(path).unwrap());
+        let shown = path.strip_prefix(root()).unwrap().display();
+        for import in following(&code, "crate::") {
+            if import != name && table.contains_key(&import) && !row.imports.contains(&import) {
+                wrong.push(format!("{shown}: `{name}` may not import `{import}`"));
+            }
+        }
+        for krate in &outside {
+            let used = code.contains(&format!("{krate}::"));
+            let free = FREE.contains(&krate.as_str()) || row.crates.contains(krate);
+            if used && !free {
+                wrong.push(format!(
+                    "{shown}: the crate `{krate}` does not belong to `{name}`"
+                ));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn rows_import_downwards_only() {
+    let table = table();
+    for (name, row) in &table {
+        for import in &row.imports {
+            let Some(below) = table.get(import) else {
+                panic!("`{name}` imports `{import}`, which has no row");
+            };
+            assert!(
+                below.layer < row.layer,
+                "`{name}` may not import `{import}`: not below it"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_scanner_sees_grouped_and_plain_imports() {
+    let code =
+        "use crate::plan::{self, X};\nuse crate::{units::Time, show};\nlet a = crate::files::x();";
+    let found = following(code, "crate::");
+    let expected = ["plan", "units", "show", "files"].map(str::to_owned);
+    assert_eq!(found, BTreeSet::from(expected));
+}
