@@ -1,6 +1,11 @@
 //! Bad input from the outside: each gets a clear diagnostic with its place, exit code 1 (or 3 for
 //! files), within seconds, and no panic.
-#![allow(clippy::unwrap_used, reason = "a test stops at its first surprise")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a test stops at its first surprise"
+)]
 
 use std::fs;
 use std::path::Path;

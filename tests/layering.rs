@@ -1,6 +1,11 @@
 //! The rooms keep to the table in the documentation of `src/lib.rs`: no module imports upwards or
 //! what its row does not name, and each outside crate stays in its own room.
-#![allow(clippy::unwrap_used, reason = "a test stops at its first surprise")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "a test stops at its first surprise"
+)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -178,7 +183,12 @@ fn every_room_keeps_to_its_row() {
             }
         }
         for krate in &outside {
-            let used = code.contains(&format!("{krate}::"));
+            // A module of our own of the same name is imported by its path from `crate`.
+            let own = code.split(';').any(|s| {
+                s.contains("use crate::")
+                    && s.split(|c: char| !c.is_alphanumeric()).any(|w| w == krate)
+            });
+            let used = !own && code.contains(&format!("{krate}::"));
             let free = FREE.contains(&krate.as_str()) || row.crates.contains(krate);
             if used && !free {
                 wrong.push(format!(
