@@ -14,6 +14,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod mesh;
 pub mod radiosity;
+pub mod strength;
 pub mod surface;
 pub mod visibility;
 

@@ -127,13 +127,8 @@ mod tests {
                 c(-1.0, 1.0, 1.0),
             ],
         ];
-        // The wall must face the box: turned round.
-        let polygons = quads.iter().enumerate().map(|(i, q)| Polygon {
-            vertices: if i == 1 {
-                q.iter().rev().copied().collect()
-            } else {
-                q.to_vec()
-            },
+        let polygons = quads.iter().map(|q| Polygon {
+            vertices: q.to_vec(),
             material: 0,
         });
         Scene {

@@ -21,6 +21,7 @@ use crate::transport::eye::{Fragments, Sampling, fragments};
 use crate::transport::form::{Rows, interreflect};
 use crate::transport::hemicube::{Hemicube, Row, Table};
 use crate::transport::mesh::{Layout, Mesh};
+use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
@@ -526,38 +527,6 @@ impl Prepared for Operator {
             Ok(images)
         })
     }
-}
-
-/// Radiance of a panel or peak intensity of a spot.
-fn colour(light: &Light) -> [f64; 3] {
-    match light {
-        Light::Panel { radiance, .. } => radiance.0,
-        Light::Spot(spot) => spot.intensity.0,
-    }
-}
-
-fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
-    for (i, light) in rig.lights.iter().enumerate() {
-        let known =
-            !matches!(light, Light::Panel { material, .. } if *material >= scene.materials.len());
-        if !known || !colour(light).iter().all(|c| c.is_finite()) {
-            return Err(TransportError::Scene(format!(
-                "light {i} has an unknown material or a strength that is not finite"
-            )));
-        }
-    }
-    for source in &rig.sources {
-        for emitter in &source.emitters {
-            if emitter.light >= rig.lights.len() || !emitter.filter.0.iter().all(|c| c.is_finite())
-            {
-                return Err(TransportError::Scene(format!(
-                    "source {} has an unknown light or a filter that is not finite",
-                    source.name
-                )));
-            }
-        }
-    }
-    Ok(())
 }
 
 fn within(what: &'static str, needed: usize, work: Work<'_>) -> Result<(), TransportError> {
