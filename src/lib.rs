@@ -39,7 +39,7 @@
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients | transport, plan, timeline, linalg, picture, work | - |
-//! | 7 | `playback` | key images, blends, frames | timeline, pool, picture, work | multiversion |
+//! | 7 | `playback` | key images, blends, frames | timeline, plan, pool, picture, units, work | multiversion |
 //! | 8 | `study` | measurements and their records | pool, plan, playback, timeline, chart, picture | - |
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
 //! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc, console |
