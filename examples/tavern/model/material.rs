@@ -71,7 +71,7 @@ pub const MATERIALS: &[Material] = &[
     glow("fire_left", [75.0, 17.0, 1.8]),
     glow("fire_right", [75.0, 17.0, 1.8]),
     glow("foot_glass", [5200.0, 3000.0, 1250.0]),
-    glow("top_warm", [1300.0, 860.0, 450.0]),
+    glow("top_warm", [1400.0, 800.0, 320.0]),
     glow("top_blue", [190.0, 410.0, 1120.0]),
     glow("sky_cloth", [16.0, 16.0, 16.0]),
     glow("moon_disc", [14.0, 15.5, 18.0]),
