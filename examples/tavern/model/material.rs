@@ -73,7 +73,7 @@ pub const MATERIALS: &[Material] = &[
     glow("foot_glass", [5200.0, 3000.0, 1250.0]),
     glow("top_warm", [1400.0, 800.0, 320.0]),
     glow("top_blue", [190.0, 410.0, 1120.0]),
-    glow("sky_cloth", [16.0, 16.0, 16.0]),
+    glow("sky_cloth", [30.0, 30.0, 30.0]),
     glow("moon_disc", [14.0, 15.5, 18.0]),
     glow("exit_sign", [0.8, 9.0, 2.6]),
 ];

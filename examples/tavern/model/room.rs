@@ -266,8 +266,11 @@ fn outside(set: &mut Set) {
     let moon = Frame::at([-0.42, 7.3, 3.75]);
     let disc = octagon().map(|[x, z]| [0.17 * x, 0.0, 0.17 * z]);
     set.face(moon, "moon_disc", &disc);
-    let cloth = Frame::at([0.0, 7.5, 0.0]);
-    set.upright(cloth, "sky_cloth", 0.0, [-4.6, 3.4], [0.6, 4.9]);
+    // One cloth behind each window, no wider than the audience sees of it.
+    for x in WINDOWS {
+        let cloth = Frame::at([x * 1.132, 7.5, 0.0]);
+        set.upright(cloth, "sky_cloth", 0.0, [-0.74, 0.74], [1.2, 4.75]);
+    }
 }
 
 fn door(set: &mut Set) {
