@@ -67,9 +67,8 @@ fn every_face_is_planar_convex_and_worth_drawing() {
     }
 }
 
-/// Closed solids look outwards: by the divergence theorem their faces' signed volumes add up to
-/// the volume that stands there. The trestle tables' tops and the beams' braces would be negative
-/// if wound the wrong way.
+/// The carpenter's solids look outwards: by the divergence theorem the signed volumes under the
+/// faces of a closed solid add up to its volume; a face wound the wrong way spoils the sum.
 #[test]
 fn solids_look_outwards() {
     let mut set = model::Set::default();
