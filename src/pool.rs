@@ -199,7 +199,13 @@ impl Pool {
         let (kk, ke, ee) = (sum(|c| c.kk), sum(|c| c.ke), sum(|c| c.ee));
         self.extrapolation = if ee > 0.0 { ke / ee } else { 0.0 };
         let a = self.extrapolation;
-        let left = (kk - 2.0 * a * ke + a * a * ee).max(0.0);
+        // What the extrapolation leaves of the corrections it was fitted to is too little by one
+        // degree of freedom; a single correction says nothing of what extrapolation will leave.
+        let count = self.refined.len() as f64;
+        let left = match self.refined.len() {
+            0 | 1 => kk,
+            _ => (kk - 2.0 * a * ke + a * a * ee).max(0.0) * count / (count - 1.0),
+        };
         let weighting = self.weighting();
         let weights = weighting.weights();
         let expected: f64 = (self.refined.iter())
@@ -239,5 +245,113 @@ impl Pool {
         terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(&self.coarse));
         terms.extend(rest.iter().map(|r| -a * r).zip(&self.coarser));
         Ok(combine(self.size, &terms, work.threads))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture of one row, grey.
+    fn row(values: &[f32]) -> Image {
+        let data = values.iter().flat_map(|v| [*v; 3]).collect();
+        Image::from_data(values.len(), 1, data).unwrap()
+    }
+
+    fn distance(a: &Image, b: &Image) -> f64 {
+        let d = combine((a.width(), a.height()), &[(1.0, a), (-1.0, b)], 1);
+        (dot(&d, &d) / 3.0).sqrt()
+    }
+
+    /// Two banks, coarse errors 0.01 and 1: what `numerics` calls refined first going wrong.
+    struct Two {
+        truth: [Image; 2],
+        pool: Pool,
+    }
+
+    impl Two {
+        fn new() -> Two {
+            let truth = [row(&[5.0, 0.0, 0.0, 0.0]), row(&[0.0, 7.0, 0.0, 0.0])];
+            let coarse = vec![row(&[5.0, 0.0, 0.01, 0.0]), row(&[0.0, 7.0, 0.0, 1.0])];
+            // The cheaper quality errs twice as much, so that the difference is the error.
+            let coarser = vec![row(&[5.0, 0.0, 0.02, 0.0]), row(&[0.0, 7.0, 0.0, 2.0])];
+            let pool = Pool::new(coarse, coarser, Work::silent());
+            Two { truth, pool }
+        }
+
+        fn rendered(&self, setting: [f64; 2]) -> Image {
+            let [a, b] = &self.truth;
+            combine((4, 1), &[(setting[0], a), (setting[1], b)], 1)
+        }
+    }
+
+    #[test]
+    fn refined_first_in_plain_settings_would_be_worse_than_coarse_and_ours_is_not() {
+        let mut two = Two::new();
+        let refined = two.rendered([1.0, 1.0]);
+        assert!(
+            two.pool
+                .add(vec![1.0, 1.0], refined.clone(), Quality(4), Work::silent())
+        );
+        let truth = two.rendered([1.0, 0.0]);
+        let coarse = distance(&two.pool.coarse()[0], &truth);
+        assert!((coarse - 0.01).abs() < 1e-6);
+
+        // The paper: project (1,0) on (1,1) in plain settings, half of the refined picture.
+        let c = two.pool.coarse();
+        let paper = combine((4, 1), &[(0.5, &refined), (0.5, &c[0]), (-0.5, &c[1])], 1);
+        assert!(distance(&paper, &truth) > 40.0 * coarse);
+
+        let ours = two.pool.preview(&[1.0, 0.0], Work::silent()).unwrap();
+        assert!(
+            distance(&ours, &truth) <= coarse * 1.0001,
+            "{}",
+            distance(&ours, &truth)
+        );
+    }
+
+    #[test]
+    fn a_refined_setting_is_reproduced_and_other_sizes_are_refused() {
+        let mut two = Two::new();
+        for setting in [[1.0, 0.5], [0.2, -1.0]] {
+            let image = two.rendered(setting);
+            assert!(
+                two.pool
+                    .add(setting.to_vec(), image, Quality(4), Work::silent())
+            );
+        }
+        for setting in [[1.0, 0.5], [0.2, -1.0]] {
+            let preview = two.pool.preview(&setting, Work::silent()).unwrap();
+            assert!(distance(&preview, &two.rendered(setting)) < 1e-6);
+        }
+        assert!(
+            !two.pool
+                .add(vec![1.0], row(&[0.0; 4]), Quality(4), Work::silent())
+        );
+        assert!(
+            !two.pool
+                .add(vec![1.0, 1.0], row(&[0.0; 3]), Quality(4), Work::silent())
+        );
+        assert_eq!(two.pool.refined().len(), 2);
+    }
+
+    #[test]
+    fn corrections_extrapolate_and_calibrate() {
+        let mut two = Two::new();
+        assert_eq!(two.pool.calibration(), 1.0);
+        let refined = two.rendered([1.0, 1.0]);
+        two.pool
+            .add(vec![1.0, 1.0], refined, Quality(4), Work::silent());
+        // The error of the finer quality is minus the difference D = finer - coarser times one, so
+        // a = 1 takes all of it away.
+        assert!((two.pool.extrapolation - 1.0).abs() < 1e-6);
+        // One correction, as large as it was expected to be.
+        assert!((two.pool.calibration() - 1.0).abs() < 1e-6);
+        let refined = two.rendered([1.0, -0.5]);
+        two.pool
+            .add(vec![1.0, -0.5], refined, Quality(4), Work::silent());
+        assert!(two.pool.calibration() < 1e-3);
+        let preview = two.pool.preview(&[0.3, 0.9], Work::silent()).unwrap();
+        assert!(distance(&preview, &two.rendered([0.3, 0.9])) < 1e-6);
     }
 }

@@ -8,6 +8,7 @@ use super::{Error, Goal, Interpreter, Reply, refine::Ended};
 use crate::lang;
 use crate::plan::{Metric, Plan, PlanReport, Weighting};
 use crate::show::{Cue, Show};
+use crate::timeline::{KeyOptions, KeySequence};
 use crate::units::Time;
 
 impl Interpreter {
@@ -81,11 +82,11 @@ impl Interpreter {
             let assumed = if time.assumed { "  (assumed GO)" } else { "" };
             let _ = writeln!(
                 text,
-                "  {:>9}  {:<9} {}  to {}{assumed}",
+                "  {:>9} - {:<9} {:<7} {}{assumed}",
                 time.go.to_string(),
+                time.completion.to_string(),
                 cue.number.to_string(),
-                label(cue),
-                time.completion
+                label(cue)
             );
         }
         Ok(Reply::text(text))
@@ -127,7 +128,16 @@ impl Interpreter {
             None => Metric::Settings,
             Some(name) => metric_of(name)?,
         };
-        let plan = self.plan(metric, tolerance)?;
+        let plan = match call.option("signed-keys") {
+            None => self.plan(metric, tolerance)?,
+            Some(_) => {
+                self.images_for(metric)?;
+                let options = KeyOptions { signed_keys: true };
+                let keys = KeySequence::new(self.timeline(), options);
+                let keys = keys.map_err(|e| Error::Usage(e.to_string()))?;
+                self.plan_of(&keys, metric, tolerance)?
+            }
+        };
         if call.option("json").is_some() {
             return Ok(Reply::text(json(&plan)?));
         }
@@ -140,20 +150,34 @@ impl Interpreter {
     /// # Errors
     /// [`Error`] when pictures are wanted and cannot be rendered, or a decomposition fails.
     pub fn plan(&mut self, metric: Metric, tolerance: f64) -> Result<PlanReport, Error> {
-        let keys = &self.compiled.keys;
-        if metric == Metric::Settings {
-            let weighting = Weighting::settings(keys.coordinates());
-            return Ok(Plan::new(keys, &weighting, tolerance, None)?.report(self.show(), keys));
+        self.images_for(metric)?;
+        self.plan_of(&self.compiled.keys, metric, tolerance)
+    }
+
+    /// Renders what a metric measures by, unless it is there.
+    fn images_for(&mut self, metric: Metric) -> Result<(), Error> {
+        match metric {
+            Metric::Settings => Ok(()),
+            Metric::Influence | Metric::Error => self.coarse(),
         }
-        self.coarse()?;
+    }
+
+    fn plan_of(
+        &self,
+        keys: &KeySequence,
+        metric: Metric,
+        tolerance: f64,
+    ) -> Result<PlanReport, Error> {
         let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-        let pool = pool.ok_or_else(super::refine::no_stage)?;
-        let keys = &self.compiled.keys;
-        let weighting = match metric {
-            Metric::Error => pool.weighting(),
-            _ => Weighting::influence(&pool.norms(), keys)?,
+        let (weighting, norm) = match (metric, pool) {
+            (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
+            (_, None) => return Err(super::refine::no_stage()),
+            (Metric::Error, Some(pool)) => (pool.weighting(), Some(self.sequence_norm(pool))),
+            (Metric::Influence, Some(pool)) => (
+                Weighting::influence(&pool.norms(), keys)?,
+                Some(self.sequence_norm(pool)),
+            ),
         };
-        let norm = Some(self.sequence_norm(pool));
         Ok(Plan::new(keys, &weighting, tolerance, norm)?.report(self.show(), keys))
     }
 
@@ -299,10 +323,26 @@ pub(super) fn help(call: &Call) -> Result<Reply, Error> {
     }
     let _ = write!(
         text,
-        "\ndeclarations change the show: {}\n`help VERB` tells more.",
-        lang::keywords().join(", ")
+        "\nDeclarations change the show: {}.\n`help VERB` tells more.",
+        wrapped(lang::keywords())
     );
     Ok(Reply::text(text))
+}
+
+/// Words in lines of at most 72 letters.
+fn wrapped(words: &[&str]) -> String {
+    let mut out = String::new();
+    let mut length = 31;
+    for (i, word) in words.iter().enumerate() {
+        if i > 0 {
+            out.push(',');
+            length += word.len() + 2;
+            out.push_str(if length > 72 { "\n  " } else { " " });
+            length = if length > 72 { word.len() + 2 } else { length };
+        }
+        out.push_str(word);
+    }
+    out
 }
 
 pub(super) fn json(plan: &PlanReport) -> Result<String, Error> {
@@ -379,6 +419,9 @@ pub(super) fn count(n: usize, what: &str) -> String {
 }
 
 fn label(cue: &Cue) -> String {
+    if cue.label.is_empty() {
+        return String::new();
+    }
     format!("\"{}\"", cue.label)
 }
 

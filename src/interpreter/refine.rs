@@ -99,7 +99,9 @@ impl Interpreter {
     }
 
     /// Renders refined pictures in the order of the plan until `goal` is met; a goal with nothing
-    /// in it is one picture.
+    /// in it is one picture. The coarse pictures' own estimate of their error is not trusted
+    /// alone: an error counts as reached once at least one refined picture has been held against
+    /// it.
     ///
     /// # Errors
     /// [`Error`]; pictures finished before it are kept.
@@ -119,7 +121,10 @@ impl Interpreter {
         let begin = self.host.clock.seconds();
         let mut rendered = 0;
         loop {
-            if goal.until.is_some_and(|error| self.last_error() <= error) {
+            if goal
+                .until
+                .is_some_and(|error| self.refined() > 0 && self.last_error() <= error)
+            {
                 return Ok(Ended::Reached);
             }
             if goal.count.is_some_and(|count| rendered >= count) {

@@ -92,6 +92,13 @@ const JSON: OptionSpec = OptionSpec {
     about: "print data instead of words",
 };
 
+const SIGNED: OptionSpec = OptionSpec {
+    name: "signed-keys",
+    letter: None,
+    value: None,
+    about: "allow negative keys, which float playback can show, and spare the knots",
+};
+
 const fn spec(
     verb: Verb,
     name: &'static str,
@@ -151,6 +158,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "X",
                 "error allowed, such as 2% (default: the show's preview)",
             ),
+            SIGNED,
             value(
                 "metric",
                 "M",

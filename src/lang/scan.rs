@@ -19,6 +19,9 @@ pub const STATEMENTS: [&str; 15] = [
     "default", "curve", "cue", "let", "include",
 ];
 
+/// How many of them this build reads.
+pub const READ: usize = 13;
+
 /// One statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cut {
