@@ -23,6 +23,8 @@ pub enum Scale {
     Log,
     /// Seconds, written m:ss.
     Time,
+    /// Linear, for what is counted: no ticks between whole numbers.
+    Whole,
 }
 
 /// What is measured along one side of a panel.
@@ -202,6 +204,11 @@ fn step(scale: Scale, least: f64) -> f64 {
         let clock = CLOCK.iter().copied().find(|&step| step >= least);
         return clock.unwrap_or_else(|| step(Scale::Linear, least / 86400.0) * 86400.0);
     }
+    let least = if scale == Scale::Whole {
+        least.max(1.0)
+    } else {
+        least
+    };
     let decade = power(least.log10().floor() as i32);
     [1.0, 2.0, 5.0, 10.0]
         .map(|digit| digit * decade)
@@ -393,6 +400,7 @@ mod tests {
             labels(Scale::Linear, (0.0, 1.0), 5),
             ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
         );
+        assert_eq!(labels(Scale::Whole, (0.0, 1.0), 5), ["0", "1"]);
         assert_eq!(
             labels(Scale::Linear, (0.0, 23.0), 5),
             ["0", "5", "10", "15", "20"]
@@ -466,7 +474,7 @@ mod tests {
 
     #[test]
     fn degenerate_ranges_still_make_a_ruler() {
-        for scale in [Scale::Linear, Scale::Log, Scale::Time] {
+        for scale in [Scale::Linear, Scale::Log, Scale::Time, Scale::Whole] {
             for values in [
                 vec![],
                 vec![0.0],

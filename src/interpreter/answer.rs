@@ -141,7 +141,15 @@ impl Interpreter {
         if call.option("json").is_some() {
             return Ok(Reply::text(json(&plan)?));
         }
-        Ok(Reply::text(describe_plan(&plan)))
+        let mut text = describe_plan(&plan);
+        if metric != Metric::Settings {
+            let [cheap, fine] = self.coarse_steps();
+            let _ = writeln!(
+                text,
+                "measured by coarse pictures at quality {cheap} and {fine}, rendered first"
+            );
+        }
+        Ok(Reply::text(text))
     }
 
     /// The plan of the show alone: key settings, basis, predicted error; no pool in it. The metrics

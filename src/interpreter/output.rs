@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::answer::{count, percent};
-use super::{Call, Error, Interpreter, Reply, Shown};
+use super::{Call, Error, Interpreter, Reply, Shown, Step};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr::{self, Precision};
@@ -232,31 +232,40 @@ impl Interpreter {
     /// Predicted error against refined pictures and against seconds.
     fn error_chart(&self, tolerance: f64) -> Drawing {
         let steps = self.steps();
-        let series = |points: Vec<(f64, f64)>| Series {
-            name: "predicted".to_owned(),
-            points,
-            marker: Marker::Circle,
-        };
-        let panel = |title: &str, x: &str, points| Panel {
+        let calibration = self.calibration();
+        let series =
+            |name: &str, marker, x: &dyn Fn(&Step) -> f64, y: &dyn Fn(&Step) -> f64| Series {
+                name: name.to_owned(),
+                points: steps.iter().map(|s| (x(s), y(s) * 100.0)).collect(),
+                marker,
+            };
+        let panel = |title: &str, x: &str, scale, of: &dyn Fn(&Step) -> f64| Panel {
             title: title.to_owned(),
-            x: Axis::new(x, Scale::Linear),
+            x: Axis::new(x, scale),
             y: Axis::new("error of the sequence, %", Scale::Log),
-            series: vec![series(points)],
+            series: vec![
+                series("predicted at the time", Marker::Circle, of, &|s| s.error),
+                series("as known at the end", Marker::Square, of, &|s| {
+                    s.forecast * calibration
+                }),
+            ],
             reference: Some((
                 tolerance * 100.0,
                 format!("asked for: {} %", percent(tolerance)),
             )),
         };
-        let by_count = steps
-            .iter()
-            .map(|s| (s.refined as f64, s.error * 100.0))
-            .collect();
-        let by_time = steps.iter().map(|s| (s.seconds, s.error * 100.0)).collect();
         chart::panels(
             &format!("{}: error of the sequence", self.show().title),
             &[
-                panel("by refined pictures", "refined pictures", by_count),
-                panel("by computing time", "seconds", by_time),
+                panel(
+                    "by refined pictures",
+                    "refined pictures",
+                    Scale::Whole,
+                    &|s| s.refined as f64,
+                ),
+                panel("by computing time", "seconds", Scale::Linear, &|s| {
+                    s.seconds
+                }),
             ],
             Theme::Light,
         )

@@ -1,6 +1,6 @@
 //! Refinement: render the settings that the plan puts first until the goal is met.
 
-use super::{Error, Interpreter};
+use super::{Error, Interpreter, stage};
 use crate::plan;
 use crate::pool::Pool;
 use crate::transport::Quality;
@@ -23,8 +23,10 @@ pub struct Step {
     pub refined: usize,
     /// Seconds of computing since the show was opened.
     pub seconds: f64,
-    /// Predicted error of the sequence, relative.
+    /// Predicted error of the sequence, relative, as it was known then.
     pub error: f64,
+    /// The same before it was calibrated by known corrections; it never rises.
+    pub forecast: f64,
 }
 
 /// Why refinement ended.
@@ -57,6 +59,12 @@ impl Interpreter {
         self.record(begin)
     }
 
+    /// The two steps of quality at which coarse pictures are rendered: what the show asks for, and
+    /// the finer one whose pictures serve as coarse ones; their difference estimates the error.
+    pub(super) fn coarse_steps(&self) -> [u8; 2] {
+        stage::coarse_steps(self.show().preview.coarse, self.host.transport.finest())
+    }
+
     /// The sequence after each picture, coarse alone first.
     pub fn steps(&self) -> &[Step] {
         &self.steps
@@ -64,33 +72,44 @@ impl Interpreter {
 
     fn record(&mut self, begin: f64) -> Result<(), Error> {
         let spent = self.steps.last().map_or(0.0, |s| s.seconds);
+        let forecast = self.forecast()?;
         let step = Step {
             refined: self.refined(),
             seconds: spent + self.host.clock.seconds() - begin,
-            error: self.predicted_error()?,
+            error: forecast * self.calibration(),
+            forecast,
         };
         self.steps.push(step);
         Ok(())
     }
 
-    /// Predicted error of the sequence as the pool stands.
+    /// Predicted error of the sequence as the pool stands, relative.
     ///
     /// # Errors
     /// [`Error::Usage`] before the coarse pictures are rendered.
     pub fn predicted_error(&self) -> Result<f64, Error> {
+        Ok(self.forecast()? * self.calibration())
+    }
+
+    fn forecast(&self) -> Result<f64, Error> {
         let pool = self
             .stage
             .as_ref()
             .and_then(|s| s.pool.as_ref())
             .ok_or_else(no_stage)?;
         let norm = Some(self.sequence_norm(pool));
-        let forecast = plan::forecast(
+        Ok(plan::forecast(
             &self.compiled.keys,
             &pool.settings(),
             &pool.weighting(),
             norm,
-        )?;
-        Ok(pool.calibration() * forecast)
+        )?)
+    }
+
+    /// What known corrections make of the estimated errors.
+    pub(super) fn calibration(&self) -> f64 {
+        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        pool.map_or(1.0, Pool::calibration)
     }
 
     /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse pictures.

@@ -118,13 +118,12 @@ impl Interpreter {
             let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
         };
         let sources = self.show().coordinates().len();
+        let [cheap, fine] = self.coarse_steps();
         line(
             "coarse",
             format!(
-                "{} at quality {} and {}",
-                count(sources, "picture"),
-                preview.coarse,
-                preview.coarse + 1
+                "{} at quality {cheap} and {fine}",
+                count(sources, "picture")
             ),
             coarse,
         );

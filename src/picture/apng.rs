@@ -33,11 +33,11 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 300 frames and 20 MiB.
+    /// 300 frames and 20 MB.
     fn default() -> Limits {
         Limits {
             frames: 300,
-            bytes: 20 << 20,
+            bytes: 20_000_000,
         }
     }
 }
