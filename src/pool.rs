@@ -192,33 +192,35 @@ impl Pool {
     }
 
     /// Fits the extrapolation factor and the calibration to all known corrections.
+    ///
+    /// The calibration is the root mean square of each correction's ratio to what was expected of
+    /// it, with one further ratio of 1 for the estimate itself: sources err by different factors,
+    /// so a few corrections must not speak for all. Ratios rather than sums, because the first
+    /// corrections are the largest and would outweigh the rest.
     fn fit(&mut self) {
         let sum = |of: fn(&Correction) -> f64| -> f64 {
             self.refined.iter().map(|r| of(&r.correction)).sum()
         };
-        let (kk, ke, ee) = (sum(|c| c.kk), sum(|c| c.ke), sum(|c| c.ee));
+        let (ke, ee) = (sum(|c| c.ke), sum(|c| c.ee));
         self.extrapolation = if ee > 0.0 { ke / ee } else { 0.0 };
-        let a = self.extrapolation;
+
         // What the extrapolation leaves of the corrections it was fitted to is too little by one
         // degree of freedom; a single correction says nothing of what extrapolation will leave.
         let count = self.refined.len() as f64;
-        let left = match self.refined.len() {
-            0 | 1 => kk,
-            _ => (kk - 2.0 * a * ke + a * a * ee).max(0.0) * count / (count - 1.0),
+        let (a, freedom) = match self.refined.len() {
+            0 | 1 => (0.0, 1.0),
+            _ => (self.extrapolation, count / (count - 1.0)),
         };
         let weighting = self.weighting();
-        let weights = weighting.weights();
-        let expected: f64 = (self.refined.iter())
-            .map(|r| {
-                let terms = r.setting.iter().zip(weights);
-                terms.map(|(s, w)| (s * w) * (s * w)).sum::<f64>()
-            })
-            .sum();
-        self.calibration = if expected > 0.0 {
-            (left / expected).sqrt()
-        } else {
-            1.0
+        let ratio = |refined: &Refined| {
+            let Correction { kk, ke, ee } = refined.correction;
+            let left = (kk - 2.0 * a * ke + a * a * ee).max(0.0) * freedom;
+            let terms = refined.setting.iter().zip(weighting.weights());
+            let expected: f64 = terms.map(|(s, w)| (s * w) * (s * w)).sum();
+            if expected > 0.0 { left / expected } else { 1.0 }
         };
+        let ratios: f64 = self.refined.iter().map(ratio).sum();
+        self.calibration = ((1.0 + ratios) / (1.0 + count)).sqrt();
     }
 
     /// The best picture of a setting that the pool can give without rendering; may hold slightly
@@ -350,7 +352,8 @@ mod tests {
         let refined = two.rendered([1.0, -0.5]);
         two.pool
             .add(vec![1.0, -0.5], refined, Quality(4), Work::silent());
-        assert!(two.pool.calibration() < 1e-3);
+        // Nothing is left by the extrapolation; only the estimate itself still speaks for an error.
+        assert!((two.pool.calibration() - (1.0_f64 / 3.0).sqrt()).abs() < 1e-3);
         let preview = two.pool.preview(&[0.3, 0.9], Work::silent()).unwrap();
         assert!(distance(&preview, &two.rendered([0.3, 0.9])) < 1e-6);
     }

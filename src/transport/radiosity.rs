@@ -106,7 +106,7 @@ impl Step {
 
     fn sampling(&self) -> Sampling {
         Sampling {
-            subpixels: if self.nodes > 0 { 8 } else { 4 },
+            subpixels: 8,
             split: self.split,
             edge_split: self.edge_split,
         }
