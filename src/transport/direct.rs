@@ -3,7 +3,8 @@
 //! Receivers are sorted facet by facet into trees of small flat clusters. Each cluster is tested
 //! against the shaft between it and the emitter: nothing in the shaft leaves the closed form, one
 //! occluder across all of it leaves nothing, and only what is mixed descends, with a shorter list,
-//! to exact clipping. Invariant: results depend on the points alone, not on threads, batches or
+//! to exact clipping. Where some error is allowed, a small cluster whose few samples lie on a linear
+//! function takes that function. Invariant: results depend on the points alone, not on threads, batches or
 //! settings. This room knows nothing of colour.
 
 #![allow(
@@ -27,6 +28,13 @@ const LEAF: usize = 6;
 /// Points in the largest: a task of one thread.
 const CHUNK: usize = 512;
 
+/// Points of the largest cluster that may be interpolated across.
+const PATCH: usize = 64;
+/// The same where the light is partly shadowed.
+const SHADED_PATCH: usize = 32;
+/// Points of a cluster that are evaluated to interpolate the others.
+const SAMPLES: usize = 5;
+
 /// Occluders that are cut one by one without dividing the emitter first.
 const FEW: usize = 48;
 /// How often an emitter is halved at most.
@@ -46,6 +54,8 @@ pub struct Receiver {
 struct Cluster {
     range: std::ops::Range<usize>,
     corners: [Vec3; 4],
+    /// Points nearest to the corners and to the middle; only where there are halves.
+    samples: [usize; SAMPLES],
     halves: Option<Box<[Cluster; 2]>>,
 }
 
@@ -138,6 +148,16 @@ impl Plane<'_> {
         middle
     }
 
+    /// The member nearest to a place, by its position in the list.
+    fn nearest(&self, members: &[usize], place: (f64, f64)) -> usize {
+        let distance = |i: usize| {
+            let (u, v) = self.place(members[i]);
+            (u - place.0).hypot(v - place.1)
+        };
+        let closer = |&i: &usize, &j: &usize| distance(i).total_cmp(&distance(j));
+        (0..members.len()).min_by(closer).unwrap_or(0)
+    }
+
     fn chunks(
         &self,
         members: &mut [usize],
@@ -174,9 +194,22 @@ impl Plane<'_> {
             let (left, right) = members.split_at_mut(middle);
             Box::new([self.cluster(left, from), self.cluster(right, from + middle)])
         });
+        let samples = if halves.is_some() && members.len() <= PATCH {
+            [
+                (a, c),
+                (b, c),
+                (b, d),
+                (a, d),
+                (0.5 * (a + b), 0.5 * (c + d)),
+            ]
+            .map(|p| from + self.nearest(members, p))
+        } else {
+            [from; SAMPLES]
+        };
         Cluster {
             range,
             corners,
+            samples,
             halves,
         }
     }
@@ -224,7 +257,8 @@ pub struct Setting<'a> {
 }
 
 /// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
-/// intensity of one light.
+/// intensity of one light. `allowed` is how far reflectance times irradiance may be, at the
+/// samples, from what is interpolated through them; 0 evaluates every receiver.
 ///
 /// # Errors
 /// On cancel.
@@ -232,6 +266,7 @@ pub fn irradiance(
     setting: Setting<'_>,
     light: &Luminaire,
     receivers: &Receivers,
+    allowed: f64,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
@@ -239,13 +274,22 @@ pub fn irradiance(
         .par_iter()
         .map(|(facet, cluster)| {
             work.check()?;
+            let own = &setting.surfaces.facets[*facet];
+            let reflectance = own.reflectance.iter().copied().fold(0.0, f64::max);
             let mut gather = Gather {
                 setting,
                 points: &receivers.points,
-                normal: setting.surfaces.facets[*facet].normal,
+                normal: own.normal,
+                frame: frame(own.normal),
                 facet: *facet,
+                allowed: if reflectance > 0.0 {
+                    allowed / reflectance
+                } else {
+                    f64::INFINITY
+                },
                 start: cluster.range.start,
                 sums: vec![0.0; cluster.range.len()],
+                known: vec![f64::NAN; cluster.range.len()],
                 clipper: Clipper::default(),
             };
             gather.light(light, cluster);
@@ -264,9 +308,14 @@ struct Gather<'a> {
     setting: Setting<'a>,
     points: &'a [Vec3],
     normal: Vec3,
+    frame: [Vec3; 2],
     facet: usize,
+    /// How far interpolated irradiance may be from the samples it was fitted to; 0 for none.
+    allowed: f64,
     start: usize,
     sums: Vec<f64>,
+    /// Irradiance of the current source where it has been evaluated, else NaN.
+    known: Vec<f64>,
     clipper: Clipper,
 }
 
@@ -299,6 +348,7 @@ impl<'a> Gather<'a> {
         if source.corners().iter().all(below) || source.normal().is_some_and(behind) {
             return;
         }
+        self.known.fill(f64::NAN);
         let shaft = self.shaft(source, cluster);
         let mut list = Vec::new();
         self.setting
@@ -334,11 +384,16 @@ impl<'a> Gather<'a> {
         if list.iter().any(dark) {
             return;
         }
+        if self.interpolated(source, cluster, list) {
+            return;
+        }
         let crowded = list.len() > FEW && halvings > 0;
         if crowded
             && cluster.halves.is_none()
             && let Source::Area(emitter, normal) = source
         {
+            let local = cluster.range.start - self.start..cluster.range.end - self.start;
+            self.known[local].fill(f64::NAN);
             for half in halved(emitter).into_iter().filter(|h| h.len() >= 3) {
                 let half = Source::Area(Cow::Owned(half), *normal);
                 self.descend(&half, cluster, list, halvings - 1);
@@ -347,7 +402,12 @@ impl<'a> Gather<'a> {
         }
         let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
             for i in cluster.range.clone() {
-                let value = self.at(source, self.points[i], list);
+                let known = self.known[i - self.start];
+                let value = if known.is_nan() {
+                    self.at(source, self.points[i], list)
+                } else {
+                    known
+                };
                 self.sums[i - self.start] += value;
             }
             return;
@@ -355,6 +415,52 @@ impl<'a> Gather<'a> {
         for half in halves {
             self.descend(source, half, list, halvings);
         }
+    }
+
+    /// Evaluates a few points of a small cluster; if a linear function meets them as well as
+    /// allowed it serves for all. Not across the sharp shadows of a point.
+    fn interpolated(&mut self, source: &Source<'_>, cluster: &Cluster, list: &[usize]) -> bool {
+        let most = match (list.is_empty(), source) {
+            (true, _) => PATCH,
+            (false, Source::Area(..)) => SHADED_PATCH,
+            (false, Source::Point(..)) => 0,
+        };
+        if cluster.halves.is_none() || self.allowed <= 0.0 || cluster.range.len() > most {
+            return false;
+        }
+        let mut values = [0.0; SAMPLES];
+        for (value, &i) in values.iter_mut().zip(&cluster.samples) {
+            if self.known[i - self.start].is_nan() {
+                self.known[i - self.start] = self.at(source, self.points[i], list);
+            }
+            *value = self.known[i - self.start];
+        }
+        let places = cluster.samples.map(|i| self.place(cluster, i));
+        let plane = fitted(&places, &values);
+        let height = |p: &[f64; 2]| plane[0] + plane[1] * p[0] + plane[2] * p[1];
+        let close = |(p, v): (&[f64; 2], &f64)| (height(p) - v).abs() <= self.allowed;
+        if !places.iter().zip(&values).all(close) {
+            return false;
+        }
+        for i in cluster.range.clone() {
+            let value = height(&self.place(cluster, i)).max(0.0);
+            self.sums[i - self.start] += value;
+        }
+        true
+    }
+
+    /// Position of a point in its cluster's rectangle, -1 to 1 along both sides.
+    fn place(&self, cluster: &Cluster, i: usize) -> [f64; 2] {
+        let (low, high) = (cluster.corners[0], cluster.corners[2]);
+        self.frame.map(|axis| {
+            let side = axis.dot(high - low);
+            let along = axis.dot(self.points[i] - low);
+            if side > 0.0 {
+                2.0 * along / side - 1.0
+            } else {
+                0.0
+            }
+        })
     }
 
     /// Settles a half with those of the occluders that reach into its shaft.
@@ -391,6 +497,35 @@ impl<'a> Gather<'a> {
             }
         }
     }
+}
+
+/// Least-squares linear function through values at places: its constant and two slopes. A slope
+/// that the places do not tell is zero.
+fn fitted(places: &[[f64; 2]; SAMPLES], values: &[f64; SAMPLES]) -> [f64; 3] {
+    let n = SAMPLES as f64;
+    let mean = |k: usize| places.iter().map(|p| p[k]).sum::<f64>() / n;
+    let (x, y) = (mean(0), mean(1));
+    let level = values.iter().sum::<f64>() / n;
+    let [mut xx, mut xy, mut yy, mut xv, mut yv] = [0.0; 5];
+    for (p, v) in places.iter().zip(values) {
+        let (a, b, c) = (p[0] - x, p[1] - y, v - level);
+        xx += a * a;
+        xy += a * b;
+        yy += b * b;
+        xv += a * c;
+        yv += b * c;
+    }
+    let area = xx * yy - xy * xy;
+    let slopes = if area > 1e-6 * (xx + yy).powi(2) {
+        [(yy * xv - xy * yv) / area, (xx * yv - xy * xv) / area]
+    } else if xx > yy {
+        [xv / xx, 0.0]
+    } else if yy > 0.0 {
+        [0.0, yv / yy]
+    } else {
+        [0.0; 2]
+    };
+    [level - slopes[0] * x - slopes[1] * y, slopes[0], slopes[1]]
 }
 
 /// A part of an emitting piece, or a point.

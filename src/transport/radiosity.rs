@@ -20,7 +20,7 @@ use crate::transport::direct::{Luminaire, Receiver, Receivers, Setting, irradian
 use crate::transport::eye::{Fragments, Sampling, fragments};
 use crate::transport::form::{Rows, interreflect};
 use crate::transport::hemicube::{Hemicube, Row, Table};
-use crate::transport::mesh::{Layout, Mesh};
+use crate::transport::mesh::{Layout, Mesh, NONE};
 use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
 use crate::transport::visibility::Hierarchy;
@@ -41,6 +41,7 @@ const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 0,
         node_resolution: 0,
+        tolerance: 0.06,
         split: 1,
         edge_split: 1,
     },
@@ -49,6 +50,7 @@ const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 0,
         node_resolution: 0,
+        tolerance: 0.03,
         split: 1,
         edge_split: 1,
     },
@@ -57,6 +59,7 @@ const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 8000,
         node_resolution: 16,
+        tolerance: 0.01,
         split: 1,
         edge_split: 1,
     },
@@ -65,6 +68,7 @@ const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 16000,
         node_resolution: 16,
+        tolerance: 0.005,
         split: 1,
         edge_split: 2,
     },
@@ -73,6 +77,7 @@ const STEPS: [Step; 5] = [
         resolution: 32,
         nodes: 64000,
         node_resolution: 32,
+        tolerance: 0.0,
         split: 2,
         edge_split: 4,
     },
@@ -89,6 +94,9 @@ struct Step {
     nodes: usize,
     /// Pixels along the edge of its hemicubes.
     node_resolution: usize,
+    /// How exactly direct light is interpolated between the picture's fragments, as a share of
+    /// its root mean square in the picture; 0 for none.
+    tolerance: f64,
     /// Fragments along the side of a plain pixel.
     split: usize,
     /// Fragments along the side of a pixel with edges.
@@ -210,6 +218,10 @@ struct Operator {
     fragments: Fragments,
     /// For each fragment the nodes around it and their weights.
     stencils: Vec<[(u32, f32); 4]>,
+    /// For each fragment the element that it is on, or [`NONE`].
+    shown: Vec<u32>,
+    /// How exactly direct light is interpolated, as a share of its level in the picture.
+    tolerance: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
     solutions: Vec<Option<Solution>>,
@@ -269,6 +281,11 @@ impl Operator {
             .par_iter()
             .map(|f| seen.stencil(f.facet, f.point))
             .collect();
+        let shown = fragments.all.par_iter().map(|f| {
+            let grid = mesh.grids[f.facet].as_ref();
+            grid.map_or(NONE, |g| mesh.seen[g.cell(f.point)])
+        });
+        let shown = shown.collect();
         let seen_at: Vec<Receiver> = fragments
             .all
             .iter()
@@ -302,6 +319,8 @@ impl Operator {
             nodes,
             fragments,
             stencils,
+            shown,
+            tolerance: step.tolerance,
         })
     }
 
@@ -337,11 +356,14 @@ impl Operator {
         let lit: Result<Vec<SeenAndMeans>, Cancelled> = missing
             .par_iter()
             .map(|&l| {
-                let seen = irradiance(setting, &self.lights[l], &self.fragment_receivers, work)?;
-                let samples = irradiance(setting, &self.lights[l], &self.element_receivers, work)?;
+                let light = &self.lights[l];
+                let samples = irradiance(setting, light, &self.element_receivers, 0.0, work)?;
+                let means = self.means(&samples);
+                let allowed = self.tolerance * self.level(&means);
+                let seen = irradiance(setting, light, &self.fragment_receivers, allowed, work)?;
                 let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
                 work.progress.report("direct light", so_far, missing.len());
-                Ok((seen, self.means(&samples)))
+                Ok((seen, means))
             })
             .collect();
         let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().unzip();
@@ -351,6 +373,22 @@ impl Operator {
             self.solutions[l] = Some(Solution { direct, indirect });
         }
         Ok(())
+    }
+
+    /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
+    /// elements that the picture shows.
+    fn level(&self, on_elements: &[f32]) -> f64 {
+        let (mut power, mut weight) = (0.0, 0.0);
+        for (f, shown) in self.fragments.all.iter().zip(&self.shown) {
+            let share = f64::from(f.weight);
+            weight += share;
+            if let Some(direct) = on_elements.get(*shown as usize) {
+                let reflectance = self.surfaces.facets[f.facet].reflectance;
+                let most = reflectance.iter().copied().fold(0.0, f64::max);
+                power += share * (most * f64::from(*direct)).powi(2);
+            }
+        }
+        (power / f64::max(weight, 1.0)).sqrt()
     }
 
     /// Mean over each element's sub-samples.
