@@ -5,6 +5,10 @@ use crate::plan;
 use crate::pool::Pool;
 use crate::transport::Quality;
 
+/// Refined pictures that must have confirmed an estimated error before it is believed. After one
+/// the tavern's prediction was a quarter of the truth, after two seven tenths.
+const CONFIRMED: usize = 2;
+
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
@@ -119,8 +123,7 @@ impl Interpreter {
 
     /// Renders refined pictures in the order of the plan until `goal` is met; a goal with nothing
     /// in it is one picture. The coarse pictures' own estimate of their error is not trusted
-    /// alone: an error counts as reached once at least one refined picture has been held against
-    /// it.
+    /// alone: an error counts as reached once two refined pictures were held against it.
     ///
     /// # Errors
     /// [`Error`]; pictures finished before it are kept.
@@ -142,7 +145,7 @@ impl Interpreter {
         loop {
             if goal
                 .until
-                .is_some_and(|error| self.refined() > 0 && self.last_error() <= error)
+                .is_some_and(|error| self.refined() >= CONFIRMED && self.last_error() <= error)
             {
                 return Ok(Ended::Reached);
             }
