@@ -460,7 +460,7 @@ fn keep(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     out
 }
 
-/// Moves a point of the facet away from the facet's edges by [`INSET`], or as far as it goes.
+/// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, or as far as it goes.
 pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     let margin = (surfaces.size * INSET).min(0.2 * facet.area.sqrt());
     let n = facet.vertices.len();
