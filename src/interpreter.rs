@@ -21,6 +21,7 @@ use crate::check;
 use crate::diagnostic::{Severity, Sources, Style};
 use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::lang;
+use crate::pool::Pool;
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 use crate::transport::Transport;
@@ -311,10 +312,19 @@ impl Interpreter {
         Ok(Reply::text(self.describe_edit(kept)))
     }
 
+    /// Coarse and refined pictures, once there are any.
+    pub fn pool(&self) -> Option<&Pool> {
+        self.stage.as_ref().and_then(|s| s.pool.as_ref())
+    }
+
+    /// The pool, which must have been rendered.
+    fn rendered(&self) -> Result<&Pool, Error> {
+        self.pool().ok_or_else(refine::no_stage)
+    }
+
     /// Number of refined pictures in the pool.
     pub fn refined(&self) -> usize {
-        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-        pool.map_or(0, |p| p.refined().len())
+        self.pool().map_or(0, |p| p.refined().len())
     }
 }
 

@@ -176,7 +176,7 @@ impl Interpreter {
         metric: Metric,
         tolerance: f64,
     ) -> Result<PlanReport, Error> {
-        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
+        let pool = self.pool();
         let (weighting, norm) = match (metric, pool) {
             (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
             (_, None) => return Err(super::refine::no_stage()),

@@ -273,7 +273,7 @@ impl Interpreter {
 
     /// The refined pictures, signed: light amber, negative light blue.
     fn basis_sheet(&self, plan: &PlanReport) -> Result<Option<Drawing>, Error> {
-        let Some(pool) = self.stage.as_ref().and_then(|s| s.pool.as_ref()) else {
+        let Some(pool) = self.pool() else {
             return Ok(None);
         };
         let mut tiles = Vec::new();
@@ -323,8 +323,7 @@ impl Interpreter {
             Some(text) => self.render(&setting, self.quality(text)?)?,
             None => {
                 self.coarse()?;
-                let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-                let pool = pool.ok_or_else(super::refine::no_stage)?;
+                let pool = self.rendered()?;
                 pool.preview(&setting, self.host.work())?
             }
         };

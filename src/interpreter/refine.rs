@@ -96,11 +96,7 @@ impl Interpreter {
     }
 
     fn forecast(&self) -> Result<f64, Error> {
-        let pool = self
-            .stage
-            .as_ref()
-            .and_then(|s| s.pool.as_ref())
-            .ok_or_else(no_stage)?;
+        let pool = self.rendered()?;
         let norm = Some(self.sequence_norm(pool));
         Ok(plan::forecast(
             &self.compiled.keys,
@@ -112,8 +108,7 @@ impl Interpreter {
 
     /// What known corrections make of the estimated errors.
     pub(super) fn calibration(&self) -> f64 {
-        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-        pool.map_or(1.0, Pool::calibration)
+        self.pool().map_or(1.0, Pool::calibration)
     }
 
     /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse pictures.
@@ -212,7 +207,7 @@ impl Interpreter {
 
     /// How many pictures a goal is likely to take in all, for the progress bar.
     fn planned(&self, goal: &Goal) -> usize {
-        let Some(pool) = self.stage.as_ref().and_then(|s| s.pool.as_ref()) else {
+        let Some(pool) = self.pool() else {
             return 0;
         };
         let until = goal.until.unwrap_or(0.0);

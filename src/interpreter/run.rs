@@ -63,14 +63,8 @@ impl Interpreter {
         self.coarse()?;
         marks.push(self.host.clock.seconds());
         let tolerance = goal.until.unwrap_or(self.show().preview.tolerance);
-        let plan = {
-            let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-            let metric = pool
-                .ok_or_else(super::refine::no_stage)?
-                .weighting()
-                .metric();
-            self.plan(metric, tolerance)?
-        };
+        let metric = self.rendered()?.weighting().metric();
+        let plan = self.plan(metric, tolerance)?;
         marks.push(self.host.clock.seconds());
         let ended = self.refine(goal)?;
         marks.push(self.host.clock.seconds());
@@ -100,8 +94,7 @@ impl Interpreter {
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn playback(&mut self) -> Result<Playback, Error> {
         self.coarse()?;
-        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-        let pool = pool.ok_or_else(super::refine::no_stage)?;
+        let pool = self.rendered()?;
         Ok(Playback::new(&self.compiled.keys, pool, self.host.work())?)
     }
 
@@ -179,8 +172,7 @@ impl Interpreter {
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn preview(&mut self, time: crate::units::Time) -> Result<Image, Error> {
         self.coarse()?;
-        let pool = self.stage.as_ref().and_then(|s| s.pool.as_ref());
-        let pool = pool.ok_or_else(super::refine::no_stage)?;
+        let pool = self.rendered()?;
         Ok(pool.preview(&self.compiled.timeline.evaluate(time), self.host.work())?)
     }
 }
