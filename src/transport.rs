@@ -7,6 +7,7 @@
 
 pub mod beam;
 pub mod burial;
+pub mod coverage;
 pub mod direct;
 pub mod eye;
 pub mod form;
@@ -14,6 +15,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod mesh;
 pub mod radiosity;
+pub mod step;
 pub mod strength;
 pub mod surface;
 pub mod visibility;

@@ -4,8 +4,8 @@
 //! against the shaft between it and the emitter: nothing in the shaft leaves the closed form, one
 //! occluder across all of it leaves nothing, and only what is mixed descends, with a shorter list,
 //! to exact clipping. Where some error is allowed, a small cluster whose few samples lie on a linear
-//! function takes that function. Invariant: results depend on the points alone, not on threads, batches or
-//! settings. This room knows nothing of colour.
+//! function takes that function. Invariant: results depend on the points alone, not on threads,
+//! batches or settings. This room knows nothing of colour.
 
 #![allow(
     clippy::indexing_slicing,

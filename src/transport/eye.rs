@@ -1,8 +1,9 @@
 //! What the eye sees: fragments of facets and their share of each pixel.
 //!
 //! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of
-//! it) that shows one facet is one fragment, seen at its middle; one with edges in it has a
-//! fragment for each facet, weighted by the sub-pixels it covers. Backs are black and opaque: they
+//! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its
+//! middle; one with edges in it has a fragment for each facet, weighted by the exact area that
+//! shows. What fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they
 //! take their place and leave no fragment. This room knows nothing of lights.
 
 #![allow(
@@ -14,6 +15,7 @@ use crate::geometry::{Vec3, vec3};
 use crate::raster::{Camera, ItemBuffer, NOTHING};
 use crate::scene::View;
 use crate::transport::TransportError;
+use crate::transport::coverage::{Square, shares};
 use crate::transport::mesh::kept_inside;
 use crate::transport::surface::Surfaces;
 use crate::work::Work;
@@ -21,6 +23,9 @@ use rayon::prelude::*;
 
 /// Pixel rows that are rasterized at once.
 const BAND: usize = 16;
+
+/// Shares of a pixel below this are dropped: rounding, not surfaces.
+const LEAST: f64 = 1e-7;
 
 /// Pictures beyond this many pixels are refused.
 const MOST_PIXELS: usize = 1 << 27;
@@ -145,13 +150,16 @@ impl<'a> Band<'a> {
         sampling: Sampling,
     ) -> Band<'a> {
         let s = sampling.subpixels;
+        let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
+        // One sub-pixel more on each side.
         let camera = Camera {
-            top: whole.top - whole.step_y * from as f64,
-            step_x: whole.step_x / s as f64,
-            step_y: whole.step_y / s as f64,
+            left: whole.left - step_x,
+            top: whole.top - whole.step_y * from as f64 + step_y,
+            step_x,
+            step_y,
             ..*whole
         };
-        let mut buffer = ItemBuffer::new(width * s, rows * s);
+        let mut buffer = ItemBuffer::new(width * s + 2, rows * s + 2);
         for piece in &surfaces.pieces {
             buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
         }
@@ -189,64 +197,49 @@ impl<'a> Band<'a> {
         out
     }
 
-    fn item(&self, x: usize, y: usize) -> u32 {
-        self.buffer.items()[y * self.width * self.sampling.subpixels + x]
+    /// Rows of the items of a square of sub-pixels and of those around it.
+    fn window(&self, x: usize, y: usize, side: usize) -> impl Iterator<Item = &[u32]> {
+        let width = self.width * self.sampling.subpixels + 2;
+        let row = move |j: usize| (y + j) * width + x;
+        (0..side + 2).map(move |j| &self.buffer.items()[row(j)..row(j) + side + 2])
     }
 
-    /// The one item of a square of sub-pixels, if it has only one.
+    /// The one item of a square of sub-pixels and those around it, if there is only one.
     fn uniform(&self, x: usize, y: usize, side: usize) -> Option<u32> {
-        let first = self.item(x, y);
-        let same = (0..side).all(|j| (0..side).all(|i| self.item(x + i, y + j) == first));
-        same.then_some(first)
+        let mut all = self.window(x, y, side).flatten();
+        let first = *all.next()?;
+        all.all(|i| *i == first).then_some(first)
     }
 
     /// Adds the fragments of a square of sub-pixels.
     fn part(&self, x: usize, y: usize, side: usize, out: &mut Vec<Fragment>) {
-        let s = self.sampling.subpixels as f32;
+        let scale = (self.sampling.subpixels as f64).powi(-2);
+        // The camera's first sub-pixel is the margin.
+        let corner = [x as f64 + 1.0, y as f64 + 1.0];
+        let side_length = side as f64;
         if let Some(item) = self.uniform(x, y, side) {
-            let middle = side as f64 * 0.5;
-            let weight = (side as f32 / s).powi(2);
-            out.extend(self.fragment(item, x as f64 + middle, y as f64 + middle, weight));
+            let at = corner.map(|c| c + side_length * 0.5);
+            out.extend(self.fragment(item, at, side_length.powi(2) * scale));
             return;
         }
-        // Item, sub-pixels, sums of their positions.
-        let mut seen: Vec<(u32, usize, usize, usize)> = Vec::with_capacity(4);
-        for j in y..y + side {
-            for i in x..x + side {
-                let item = self.item(i, j);
-                match seen.iter_mut().find(|e| e.0 == item) {
-                    Some(e) => *e = (item, e.1 + 1, e.2 + i, e.3 + j),
-                    None => seen.push((item, 1, i, j)),
-                }
+        let mut items: Vec<u32> = self.window(x, y, side).flatten().copied().collect();
+        items.retain(|i| *i != NOTHING);
+        items.sort_unstable();
+        items.dedup();
+        let square = Square {
+            corner,
+            side: side_length,
+        };
+        for share in shares(self.surfaces, &self.camera, square, &items) {
+            let weight = share.area * scale;
+            if weight > LEAST {
+                out.extend(self.fragment(share.facet as u32, share.at, weight));
             }
         }
-        for (item, count, sum_x, sum_y) in seen {
-            let mean = (sum_x as f64 / count as f64, sum_y as f64 / count as f64);
-            // The facet is surely seen at a sub-pixel of its own, not always at their mean.
-            let (i, j) = self.nearest(item, x, y, side, mean);
-            let weight = count as f32 / (s * s);
-            out.extend(self.fragment(item, i as f64 + 0.5, j as f64 + 0.5, weight));
-        }
-    }
-
-    fn nearest(
-        &self,
-        item: u32,
-        x: usize,
-        y: usize,
-        side: usize,
-        mean: (f64, f64),
-    ) -> (usize, usize) {
-        let distance = |(i, j): (usize, usize)| (i as f64 - mean.0).hypot(j as f64 - mean.1);
-        (y..y + side)
-            .flat_map(|j| (x..x + side).map(move |i| (i, j)))
-            .filter(|&(i, j)| self.item(i, j) == item)
-            .min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
-            .unwrap_or((x, y))
     }
 
     /// The front of a facet at a position in sub-pixels; `None` for the void and for backs.
-    fn fragment(&self, item: u32, x: f64, y: f64, weight: f32) -> Option<Fragment> {
+    fn fragment(&self, item: u32, [x, y]: [f64; 2], weight: f64) -> Option<Fragment> {
         if item == NOTHING {
             return None;
         }
@@ -261,7 +254,7 @@ impl<'a> Band<'a> {
         Some(Fragment {
             facet: item as usize,
             point: kept_inside(self.surfaces, facet, point),
-            weight,
+            weight: weight as f32,
         })
     }
 }

@@ -17,10 +17,11 @@ use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::burial::beacons;
 use crate::transport::direct::{Luminaire, Receiver, Receivers, Setting, irradiance, luminaires};
-use crate::transport::eye::{Fragments, Sampling, fragments};
+use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Rows, interreflect};
 use crate::transport::hemicube::{Hemicube, Row, Table};
 use crate::transport::mesh::{Layout, Mesh, NONE};
+use crate::transport::step::{STEPS, Step};
 use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
 use crate::transport::visibility::Hierarchy;
@@ -33,93 +34,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Rows of form factors that one task computes.
 const ROWS: usize = 32;
-
-/// The five steps of its scale of quality.
-const STEPS: [Step; 5] = [
-    Step {
-        elements: 300,
-        resolution: 16,
-        nodes: 0,
-        node_resolution: 0,
-        tolerance: 0.06,
-        split: 1,
-        edge_split: 1,
-    },
-    Step {
-        elements: 1000,
-        resolution: 16,
-        nodes: 0,
-        node_resolution: 0,
-        tolerance: 0.03,
-        split: 1,
-        edge_split: 1,
-    },
-    Step {
-        elements: 1000,
-        resolution: 16,
-        nodes: 8000,
-        node_resolution: 16,
-        tolerance: 0.01,
-        split: 1,
-        edge_split: 1,
-    },
-    Step {
-        elements: 2000,
-        resolution: 16,
-        nodes: 16000,
-        node_resolution: 16,
-        tolerance: 0.005,
-        split: 1,
-        edge_split: 2,
-    },
-    Step {
-        elements: 4000,
-        resolution: 32,
-        nodes: 64000,
-        node_resolution: 32,
-        tolerance: 0.0,
-        split: 2,
-        edge_split: 4,
-    },
-];
-
-/// What a step of quality spends.
-#[derive(Clone, Copy, Debug)]
-struct Step {
-    /// Elements aimed at.
-    elements: usize,
-    /// Pixels along the edge of their hemicubes.
-    resolution: usize,
-    /// Cells of the finer grid of a second gather; 0 for none.
-    nodes: usize,
-    /// Pixels along the edge of its hemicubes.
-    node_resolution: usize,
-    /// How exactly direct light is interpolated between the picture's fragments, as a share of
-    /// its root mean square in the picture; 0 for none.
-    tolerance: f64,
-    /// Fragments along the side of a plain pixel.
-    split: usize,
-    /// Fragments along the side of a pixel with edges.
-    edge_split: usize,
-}
-
-impl Step {
-    fn of(quality: Quality) -> Result<Step, TransportError> {
-        let at = usize::from(quality.0).wrapping_sub(1);
-        STEPS
-            .get(at)
-            .copied()
-            .ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
-    }
-
-    fn sampling(&self) -> Sampling {
-        Sampling {
-            subpixels: 8,
-            split: self.split,
-            edge_split: self.edge_split,
-        }
-    }
-}
 
 /// Radiosity with hemicubes, five steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
@@ -155,7 +69,7 @@ impl Transport for Radiosity {
         let polygons = scene.polygons.len() as f64;
         let cubes = |count: usize, resolution: usize| {
             let pixels = 3.0 * (resolution * resolution) as f64;
-            (count as f64 + polygons) * (polygons * 0.25e-6 + pixels * 4e-9)
+            (count as f64 + polygons) * (polygons * 0.12e-6 + pixels * 4e-9)
         };
         let nodes = if step.nodes > 0 {
             cubes(step.nodes, step.node_resolution)
@@ -171,8 +85,8 @@ impl Transport for Radiosity {
         let sources = rig.sources.len().max(1) as f64;
         let emitters = (areas.count() + rig.lights.len()) as f64;
         Cost {
-            prepare: cubes(step.elements, step.resolution) + nodes + pixels * 0.3e-6,
-            per_source: emitters / sources * (pixels * 0.15e-6 + polygons * 5e-6),
+            prepare: cubes(step.elements, step.resolution) + nodes + pixels * 0.8e-6,
+            per_source: emitters / sources * (pixels * 0.07e-6 + polygons * 5e-6),
             per_image: pixels * 10e-9 * rig.lights.len() as f64,
         }
     }

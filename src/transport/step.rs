@@ -1,0 +1,99 @@
+//! The scale of quality: what each step spends.
+//!
+//! Every step has the same fragments on edges, so that steps differ by their light alone and the
+//! difference between two of them tells something of the error. This room knows no scene.
+
+use crate::transport::eye::Sampling;
+use crate::transport::{Quality, TransportError};
+
+/// The five steps of its scale of quality.
+pub const STEPS: [Step; 5] = [
+    Step {
+        elements: 300,
+        resolution: 16,
+        nodes: 0,
+        node_resolution: 0,
+        tolerance: 0.06,
+        split: 1,
+        edge_split: 2,
+    },
+    Step {
+        elements: 1000,
+        resolution: 16,
+        nodes: 0,
+        node_resolution: 0,
+        tolerance: 0.03,
+        split: 1,
+        edge_split: 2,
+    },
+    Step {
+        elements: 1000,
+        resolution: 16,
+        nodes: 8000,
+        node_resolution: 16,
+        tolerance: 0.01,
+        split: 1,
+        edge_split: 2,
+    },
+    Step {
+        elements: 2000,
+        resolution: 16,
+        nodes: 16000,
+        node_resolution: 16,
+        tolerance: 0.005,
+        split: 1,
+        edge_split: 2,
+    },
+    Step {
+        elements: 4000,
+        resolution: 32,
+        nodes: 64000,
+        node_resolution: 32,
+        tolerance: 0.0,
+        split: 2,
+        edge_split: 4,
+    },
+];
+
+/// What a step of quality spends.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// Elements aimed at.
+    pub elements: usize,
+    /// Pixels along the edge of their hemicubes.
+    pub resolution: usize,
+    /// Cells of the finer grid of a second gather; 0 for none.
+    pub nodes: usize,
+    /// Pixels along the edge of its hemicubes.
+    pub node_resolution: usize,
+    /// How exactly direct light is interpolated between the picture's fragments, as a share of
+    /// its root mean square in the picture; 0 for none.
+    pub tolerance: f64,
+    /// Fragments along the side of a plain pixel.
+    pub split: usize,
+    /// Fragments along the side of a pixel with edges.
+    pub edge_split: usize,
+}
+
+impl Step {
+    /// The step of a quality.
+    ///
+    /// # Errors
+    /// [`TransportError::Quality`] when there is none.
+    pub fn of(quality: Quality) -> Result<Step, TransportError> {
+        let at = usize::from(quality.0).wrapping_sub(1);
+        STEPS
+            .get(at)
+            .copied()
+            .ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
+    }
+
+    /// How its pixels are looked at.
+    pub fn sampling(&self) -> Sampling {
+        Sampling {
+            subpixels: 4,
+            split: self.split,
+            edge_split: self.edge_split,
+        }
+    }
+}
