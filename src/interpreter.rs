@@ -309,7 +309,7 @@ impl Interpreter {
         if self.refined() == 0 {
             self.steps.clear();
         }
-        Ok(Reply::text(self.describe_edit(kept)))
+        Ok(Reply::text(self.describe_edit(&edited.changes, kept)))
     }
 
     /// Coarse and refined pictures, once there are any.

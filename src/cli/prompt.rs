@@ -44,10 +44,26 @@ pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Er
         // A full history only forgets; that is no reason to stop.
         let _ = editor.add_history_entry(line.as_str());
         screen.rearm();
-        match interpreter.execute(&line) {
+        if !each(interpreter, &line, screen) {
+            return Ok(0);
+        }
+    }
+}
+
+/// Runs what was entered, which is several lines when it was pasted; false to leave.
+fn each(interpreter: &mut Interpreter, entered: &str, screen: &Screen) -> bool {
+    let mut pending = String::new();
+    let mut lines = entered.lines().peekable();
+    while let Some(line) = lines.next() {
+        pending.push_str(line);
+        if !finished(&pending) && lines.peek().is_some() {
+            pending.push('\n');
+            continue;
+        }
+        match interpreter.execute(&std::mem::take(&mut pending)) {
             Ok(reply) => {
                 if !screen.reply(&reply) || reply.quit {
-                    return Ok(0);
+                    return false;
                 }
             }
             Err(error) => {
@@ -55,6 +71,7 @@ pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Er
             }
         }
     }
+    true
 }
 
 /// Runs the lines of `input` to their end, going on after mistakes; the exit code is the worst of

@@ -44,14 +44,14 @@ impl Interpreter {
     }
 
     pub(super) fn answer_show(&mut self, call: &Call) -> Result<Reply, Error> {
-        if let Some(name) = call.words.first() {
-            let name = call
-                .words
-                .get(1)
-                .map_or_else(|| name.clone(), |n| format!("{name} {n}"));
-            let found = lang::edit::locate(&self.source, &name).and_then(|r| self.source.get(r));
-            let nothing = || Error::Usage(format!("nothing in the show is called `{name}`"));
-            return Ok(Reply::text(found.ok_or_else(nothing)?));
+        if !call.words.is_empty() {
+            let name = call.words.join(" ");
+            let texts = self.declarations(&name);
+            if texts.is_empty() {
+                let message = format!("nothing in the show is called `{name}`");
+                return Err(Error::Usage(message));
+            }
+            return Ok(Reply::text(texts.join("\n")));
         }
         let mut text = self.headline() + "\n\nbanks\n";
         let show = self.show();
@@ -90,6 +90,20 @@ impl Interpreter {
             );
         }
         Ok(Reply::text(text))
+    }
+
+    /// The texts that declare a name, with its kind or without: `bank lamps`, `lamps`, `2.5`.
+    fn declarations(&self, name: &str) -> Vec<&str> {
+        let find = |what: &str| lang::edit::locate(&self.source, what);
+        let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
+        let kinds = lang::keywords().iter().filter_map(of_kind);
+        let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
+        places.sort_by_key(|place| place.start);
+        places.dedup();
+        places
+            .into_iter()
+            .filter_map(|place| self.source.get(place))
+            .collect()
     }
 
     pub(super) fn answer_at(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -281,8 +295,20 @@ impl Interpreter {
         }
     }
 
-    pub(super) fn describe_edit(&self, refined_before: usize) -> String {
+    pub(super) fn describe_edit(
+        &self,
+        changes: &[lang::edit::Change],
+        refined_before: usize,
+    ) -> String {
         let mut text = self.compiled.warnings.render(self.host.style);
+        for change in changes {
+            let done = if change.replaced {
+                "replaced as a whole"
+            } else {
+                "added"
+            };
+            let _ = writeln!(text, "{}: {done}", change.what);
+        }
         text.push_str(&self.headline());
         match (refined_before, self.refined()) {
             (0, _) => {}
@@ -331,7 +357,9 @@ pub(super) fn help(call: &Call) -> Result<Reply, Error> {
     }
     let _ = write!(
         text,
-        "\nDeclarations change the show: {}.\n`help VERB` tells more.",
+        "\nDeclarations change the show: {}.\n\
+         One replaces what has its kind and name, as a whole; `show cue 2` prints the text to edit.\n\
+         `help VERB` tells more.",
         wrapped(lang::keywords())
     );
     Ok(Reply::text(text))

@@ -83,6 +83,9 @@ impl Error {
     pub fn report(&self, style: Style) -> String {
         match self {
             Error::Mistakes(report) => report.render(style),
+            other if other.exit_code() == 130 => {
+                "stopped; every picture that was finished is kept\n".to_owned()
+            }
             other => format!("error: {other}\n"),
         }
     }

@@ -17,6 +17,9 @@ use crate::units::Time;
 /// Points drawn of each second of a curve, beside its knots.
 const POINTS_A_SECOND: f64 = 8.0;
 
+/// Errors below this are rounding.
+const ROUNDING: f64 = 1e-7;
+
 /// Most points drawn of a curve.
 const MOST_POINTS: f64 = 2000.0;
 
@@ -233,10 +236,18 @@ impl Interpreter {
     fn error_chart(&self, tolerance: f64) -> Drawing {
         let steps = self.steps();
         let calibration = self.calibration();
+        // What is left when everything is refined is rounding; it has no place on a log axis.
+        let shown = |error: f64| {
+            if error > ROUNDING {
+                error * 100.0
+            } else {
+                f64::NAN
+            }
+        };
         let series =
             |name: &str, marker, x: &dyn Fn(&Step) -> f64, y: &dyn Fn(&Step) -> f64| Series {
                 name: name.to_owned(),
-                points: steps.iter().map(|s| (x(s), y(s) * 100.0)).collect(),
+                points: steps.iter().map(|s| (x(s), shown(y(s)))).collect(),
                 marker,
             };
         let panel = |title: &str, x: &str, scale, of: &dyn Fn(&Step) -> f64| Panel {
@@ -311,6 +322,11 @@ impl Interpreter {
     }
 
     pub(super) fn answer_picture(&mut self, call: &Call) -> Result<Reply, Error> {
+        if call.words.len() + usize::from(call.option("at").is_some()) > 1 {
+            return Err(Error::Usage(
+                "a picture is of one moment: say one time".to_owned(),
+            ));
+        }
         let time = match call.option("at").or(call.words.first().map(String::as_str)) {
             Some(text) => self.time(text)?,
             None => self.now,

@@ -149,12 +149,14 @@ impl Interpreter {
         );
         line("keys", count(done.plan.keys.len(), "key image"), keys);
         line(
-            "play",
-            format!(
-                "{:.0} frames/s, at most three blends a frame",
-                done.frame_rate
-            ),
+            "write",
+            "results, most of it the animated sequence".to_owned(),
             write,
+        );
+        let _ = writeln!(
+            text,
+            "  playback reaches {:.0} frames/s, at most three blends a frame",
+            done.frame_rate
         );
         let _ = writeln!(text, "  sequence.png: {}", done.animation.describe());
         let _ = writeln!(

@@ -83,10 +83,10 @@ impl Stage {
             let mistakes = errors.iter().map(|e| mistake::of_rig(e, &scene, spans));
             mistakes.collect::<Vec<_>>()
         });
+        let rig = rig?;
         if show.stages.is_empty() {
             return Ok(None);
         }
-        let rig = rig?;
         Ok(show.view().map(|view| Fresh {
             inputs,
             scene,
@@ -161,12 +161,14 @@ impl Stage {
     }
 }
 
-/// The two steps of quality for coarse pictures: `coarse` itself and the second finer one. The
-/// step right above shares too much with it: on the tavern the difference of steps 1 and 2 told of
-/// a ninth of the error that they have in common, that of steps 1 and 3 of all of it.
+/// The two steps of quality for coarse pictures: `coarse` itself and the next finer one, whose
+/// pictures serve; their difference estimates the error that these have. On the tavern steps 1 and
+/// 2 predict 0.81 % where 0.84 % is true against step 4; steps 1 and 3 would predict 1.12 % for
+/// 0.46 % and take a third longer. The estimate sees nothing of an error that both steps share: when
+/// edge pixels were covered by 16 sub-pixels in both, it was a ninth of the truth.
 pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [u8; 2] {
     let cheap = coarse.clamp(1, finest.0);
-    [cheap, cheap.saturating_add(2).min(finest.0)]
+    [cheap, cheap.saturating_add(1).min(finest.0)]
 }
 
 fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Diagnostic>> {
