@@ -96,7 +96,9 @@ impl Interpreter {
     fn declarations(&self, name: &str) -> Vec<&str> {
         let find = |what: &str| lang::edit::locate(&self.source, what);
         let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
-        let kinds = lang::keywords().iter().filter_map(of_kind);
+        // These stand once, without a name; asked for by another name they would answer to it.
+        let named = |kind: &&&str| !["show", "preview", "default"].contains(*kind);
+        let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
         let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
         places.sort_by_key(|place| place.start);
         places.dedup();
