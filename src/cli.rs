@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::files::{Disk, Folder, Monotonic};
-use crate::interpreter::{Call, Error, Host, Interpreter, LIMIT};
+use crate::interpreter::{Error, Host, Interpreter, LIMIT};
 
 use self::argument::{Arguments, Task};
 use self::screen::Screen;
@@ -98,13 +98,4 @@ fn print(text: &str) -> bool {
 /// Writes to standard error, where a closed end is nobody's loss.
 fn complain(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
-}
-
-/// The call that a command line names, for tests of the table.
-pub fn call_of(arguments: &[&str]) -> Option<Call> {
-    let all = std::iter::once("footlight").chain(arguments.iter().copied());
-    match argument::parse(all.map(Into::into)).ok()?.task {
-        Task::Verb { call, .. } => Some(call),
-        Task::Prompt { .. } => None,
-    }
 }

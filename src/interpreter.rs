@@ -150,6 +150,9 @@ pub struct Interpreter {
     stage: Option<Stage>,
     now: Time,
     steps: Vec<Step>,
+    /// The sequence's automatic exposure and the number of refined pictures it was found with:
+    /// finding it takes every key image, which each picture would otherwise make anew.
+    exposure: Option<(f64, usize)>,
     /// The user asked to leave with unsaved edits and was told so.
     warned: bool,
 }
@@ -195,6 +198,7 @@ impl Interpreter {
             compiled,
             host,
             steps: Vec::new(),
+            exposure: None,
             warned: false,
         })
     }
@@ -305,6 +309,7 @@ impl Interpreter {
             .now
             .clamp(compiled.timeline.start(), compiled.timeline.end());
         self.source = edited.source;
+        self.exposure = None;
         self.compiled = compiled;
         if self.refined() == 0 {
             self.steps.clear();

@@ -50,28 +50,51 @@ pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Er
     }
 }
 
-/// Runs what was entered, which is several lines when it was pasted; false to leave.
-fn each(interpreter: &mut Interpreter, entered: &str, screen: &Screen) -> bool {
-    let mut pending = String::new();
-    let mut lines = entered.lines().peekable();
-    while let Some(line) = lines.next() {
-        pending.push_str(line);
-        if !finished(&pending) && lines.peek().is_some() {
-            pending.push('\n');
-            continue;
+/// A declaration that is not finished after this many bytes never will be: reading on would look
+/// through all of it again at every line.
+const LONGEST: usize = 64 << 10;
+
+/// Lines on their way to the interpreter; those of an unfinished declaration wait for the rest.
+#[derive(Default)]
+struct Pending {
+    text: String,
+    /// The worst exit code so far.
+    worst: u8,
+}
+
+impl Pending {
+    /// Takes a line and runs what it finishes; false to read no further.
+    fn take(&mut self, line: &str, interpreter: &mut Interpreter, screen: &Screen) -> bool {
+        self.text.push_str(line);
+        if finished(&self.text) {
+            return self.run(interpreter, screen);
         }
-        match interpreter.execute(&std::mem::take(&mut pending)) {
-            Ok(reply) => {
-                if !screen.reply(&reply) || reply.quit {
-                    return false;
-                }
-            }
+        self.text.push('\n');
+        self.text.len() <= LONGEST
+    }
+
+    /// Runs what waits, finished or not; false to leave.
+    fn run(&mut self, interpreter: &mut Interpreter, screen: &Screen) -> bool {
+        match interpreter.execute(&std::mem::take(&mut self.text)) {
+            Ok(reply) => screen.reply(&reply) && !reply.quit,
             Err(error) => {
-                screen.fail(&error);
+                self.worst = self.worst.max(screen.fail(&error));
+                true
             }
         }
     }
-    true
+}
+
+/// Runs what was entered, which is several lines when it was pasted; false to leave.
+fn each(interpreter: &mut Interpreter, entered: &str, screen: &Screen) -> bool {
+    let mut pending = Pending::default();
+    for line in entered.lines() {
+        if !pending.take(line, interpreter, screen) {
+            // Nothing waits after a `quit`; what waits here is too long to be finished.
+            return !pending.text.is_empty() && pending.run(interpreter, screen);
+        }
+    }
+    pending.run(interpreter, screen)
 }
 
 /// Runs the lines of `input` to their end, going on after mistakes; the exit code is the worst of
@@ -84,40 +107,20 @@ pub fn batch(
     input: impl Read,
     screen: &Screen,
 ) -> Result<u8, Error> {
-    let mut lines = BufReader::new(input.take(LIMIT)).split(b'\n');
-    let mut worst = 0;
-    let mut pending = String::new();
-    loop {
-        let line = match lines.next() {
-            None if pending.is_empty() => break,
-            None => None,
-            Some(line) => {
-                let bytes = line.map_err(|e| Error::Device(format!("the input: {e}")))?;
-                Some(String::from_utf8_lossy(&bytes).into_owned())
+    let mut pending = Pending::default();
+    for line in BufReader::new(input.take(LIMIT)).split(b'\n') {
+        let line = line.map_err(|e| Error::Device(format!("the input: {e}")))?;
+        let line = String::from_utf8_lossy(&line);
+        if !pending.take(line.trim_end_matches('\r'), interpreter, screen) {
+            if pending.text.is_empty() {
+                return Ok(pending.worst);
             }
-        };
-        let last = line.is_none();
-        if let Some(line) = line {
-            pending.push_str(line.trim_end_matches('\r'));
-            if !finished(&pending) {
-                pending.push('\n');
-                continue;
-            }
-        }
-        match interpreter.execute(&std::mem::take(&mut pending)) {
-            Ok(reply) => {
-                if !screen.reply(&reply) || reply.quit {
-                    return Ok(worst);
-                }
-            }
-            Err(error) => worst = worst.max(screen.fail(&error)),
-        }
-        if last {
             break;
         }
     }
+    pending.run(interpreter, screen);
     if interpreter.unsaved() {
         complain("note: the edits were not saved; `save` writes them\n");
     }
-    Ok(worst)
+    Ok(pending.worst)
 }

@@ -73,14 +73,8 @@ impl Interpreter {
         }
         let rate = self.frame_rate(playback);
         let tone = self.tone(playback.images());
-        let animation = self.animate(playback, tone)?;
-        store.write(&folder.join("sequence.png"), &animation.bytes)?;
-        let told = Animation {
-            frames: animation.frames,
-            rate: animation.rate,
-            asked: self.show().preview.rate,
-            bytes: animation.bytes.len(),
-        };
+        let (bytes, told) = self.animate(playback, tone)?;
+        store.write(&folder.join("sequence.png"), &bytes)?;
         Ok((told, rate))
     }
 
@@ -139,7 +133,8 @@ impl Interpreter {
         }
     }
 
-    fn animate(&self, playback: &Playback, tone: Tone) -> Result<apng::Animation, Error> {
+    /// The sequence as an animated PNG, and how it was fitted.
+    fn animate(&self, playback: &Playback, tone: Tone) -> Result<(Vec<u8>, Animation), Error> {
         let (start, length) = (self.timeline().start(), self.keys().duration());
         let still: Vec<(f64, f64)> = self
             .keys()
@@ -160,16 +155,16 @@ impl Interpreter {
                 .report("sequence", drawn.min(expected), expected);
             tone.encode(&image)
         };
-        let rate = self.show().preview.rate;
+        let asked = self.show().preview.rate;
         let limits = Limits::default();
-        Ok(apng::animate(
-            playback.size(),
-            length,
-            rate,
-            &still,
-            &mut frame,
-            limits,
-        )?)
+        let made = apng::animate(playback.size(), length, asked, &still, &mut frame, limits)?;
+        let told = Animation {
+            frames: made.frames,
+            rate: made.rate,
+            asked,
+            bytes: made.bytes.len(),
+        };
+        Ok((made.bytes, told))
     }
 
     /// Every bank's level over time, cues marked.
@@ -388,8 +383,19 @@ impl Interpreter {
         if self.show().preview.exposure.is_some() || self.show().cues.is_empty() {
             return Ok(self.tone(std::slice::from_ref(image)));
         }
+        let refined = self.refined();
+        if let Some((exposure, at)) = self.exposure
+            && at == refined
+        {
+            return Ok(Tone {
+                exposure,
+                curve: Curve::Filmic,
+            });
+        }
         let playback = self.playback()?;
-        Ok(self.tone(playback.images()))
+        let tone = self.tone(playback.images());
+        self.exposure = Some((tone.exposure, refined));
+        Ok(tone)
     }
 
     /// A bank alone at full: 1 in its coordinates.
@@ -463,14 +469,8 @@ impl Interpreter {
                 ..Reply::text(text)
             });
         };
-        let animation = self.animate(&playback, tone)?;
-        let told = Animation {
-            frames: animation.frames,
-            rate: animation.rate,
-            asked: self.show().preview.rate,
-            bytes: animation.bytes.len(),
-        };
-        self.write_reply(Some(path), &animation.bytes, told.describe())
+        let (bytes, told) = self.animate(&playback, tone)?;
+        self.write_reply(Some(path), &bytes, told.describe())
     }
 
     pub(super) fn answer_plot(&mut self, call: &Call) -> Result<Reply, Error> {
