@@ -200,6 +200,12 @@ pub trait Store: Sync {
     /// [`FileError`] when the folder cannot be listed or a file not removed.
     fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError>;
 
+    /// Names of the files in `folder` that end in `ending`, in order.
+    ///
+    /// # Errors
+    /// [`FileError`] when the folder is missing or cannot be listed.
+    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError>;
+
     /// The file at `path` as it is now, up to `limit` bytes.
     ///
     /// # Errors
@@ -218,6 +224,10 @@ impl Store for Disk {
 
     fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
         clear(folder, ending)
+    }
+
+    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
+        list(folder, ending)
     }
 
     fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
@@ -256,6 +266,14 @@ impl Store for Shelf {
         Ok(())
     }
 
+    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
+        let files = self.locked();
+        let inside = files.keys().filter(|p| p.parent() == Some(folder));
+        let names = inside.filter_map(|p| p.file_name());
+        let names = names.map(|n| n.to_string_lossy().into_owned());
+        Ok(names.filter(|n| n.ends_with(ending)).collect())
+    }
+
     fn read(&self, path: &Path, _limit: u64) -> Result<Vec<u8>, FileError> {
         let missing = || FileError::Missing(path.display().to_string());
         self.locked().get(path).cloned().ok_or_else(missing)
@@ -279,6 +297,39 @@ fn clear(folder: &Path, ending: &str) -> Result<(), FileError> {
         }
     }
     Ok(())
+}
+
+/// Names of the files of `folder` that end in `ending`, in order.
+fn list(folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
+    let shown = || folder.display().to_string();
+    let io = |source: io::Error| match source.kind() {
+        io::ErrorKind::NotFound => FileError::Missing(shown()),
+        _ => FileError::Io {
+            path: shown(),
+            source,
+        },
+    };
+    let mut names = Vec::new();
+    for entry in fs::read_dir(folder).map_err(io)? {
+        let name = entry
+            .map_err(io)?
+            .file_name()
+            .to_string_lossy()
+            .into_owned();
+        if name.ends_with(ending) {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+/// The processor's name as the system tells it; `None` where it does not (only Linux does).
+pub fn processor() -> Option<String> {
+    let text = fs::read_to_string("/proc/cpuinfo").ok()?;
+    let line = text.lines().find(|l| l.starts_with("model name"))?;
+    let name = line.split_once(':')?.1.trim();
+    (!name.is_empty()).then(|| name.to_owned())
 }
 
 /// Seconds passed, as the embedding program measures them.
@@ -342,6 +393,9 @@ mod tests {
         write(&path, b"two").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"two");
         assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        fs::write(path.with_file_name("a file"), b"x").unwrap();
+        let names = list(path.parent().unwrap(), "ile").unwrap();
+        assert_eq!(names, ["a file", "file"]);
         clear(path.parent().unwrap(), "ile").unwrap();
         assert!(!path.exists());
         clear(&dir.path().join("none"), ".exr").unwrap();

@@ -7,6 +7,7 @@
 //! goes through the [`Host`] that the embedding program gives.
 
 mod answer;
+mod compare;
 mod error;
 mod mistake;
 mod output;
@@ -29,6 +30,7 @@ use crate::transport::radiosity::Radiosity;
 use crate::units::Time;
 use crate::work::{Progress, Silent, Work};
 
+pub use self::compare::Compared;
 pub use self::error::{Error, Report};
 pub use self::output::Animation;
 pub use self::refine::{Ended, Goal, Step};
@@ -277,6 +279,7 @@ impl Interpreter {
             Verb::Play => self.answer_play(call),
             Verb::Plot => self.answer_plot(call),
             Verb::Run => self.answer_run(call),
+            Verb::Compare => self.answer_compare(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),
             Verb::Quit => Ok(self.answer_quit(warned)),

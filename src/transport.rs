@@ -15,6 +15,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod mesh;
 pub mod radiosity;
+pub mod seen;
 pub mod step;
 pub mod strength;
 pub mod surface;

@@ -6,6 +6,7 @@ use crate::files::FileError;
 use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
+use crate::study::ReferenceError;
 use crate::transport::TransportError;
 use crate::work::Cancelled;
 
@@ -49,6 +50,9 @@ pub enum Error {
     /// A chart could not be drawn.
     #[error(transparent)]
     Chart(#[from] ChartError),
+    /// A reference picture is missing or does not fit.
+    #[error(transparent)]
+    Study(#[from] ReferenceError),
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -72,7 +76,11 @@ impl Error {
         match self {
             Error::Mistakes(_) => 1,
             Error::Usage(_) => 2,
-            Error::File(_) | Error::Device(_) | Error::Picture(_) | Error::Chart(_) => 3,
+            Error::File(_)
+            | Error::Device(_)
+            | Error::Picture(_)
+            | Error::Chart(_)
+            | Error::Study(_) => 3,
             Error::Cancelled(_) | Error::Render(TransportError::Cancelled(_)) => 130,
             Error::Render(_) => 1,
             Error::Plan(_) => 70,

@@ -399,7 +399,7 @@ impl Interpreter {
     }
 
     /// A bank alone at full: 1 in its coordinates.
-    fn alone(&self, name: &str) -> Result<Vec<f64>, Error> {
+    pub(super) fn alone(&self, name: &str) -> Result<Vec<f64>, Error> {
         let coordinates = self.show().coordinates();
         let banks = &self.show().banks;
         let of = |c: &crate::show::Coordinate| {
@@ -421,7 +421,7 @@ impl Interpreter {
             .collect())
     }
 
-    fn quality(&self, text: &str) -> Result<Quality, Error> {
+    pub(super) fn quality(&self, text: &str) -> Result<Quality, Error> {
         let finest = self.host.transport.finest().0;
         let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
         number.map(Quality).ok_or_else(|| {
@@ -506,14 +506,14 @@ impl Interpreter {
     }
 }
 
-fn ending(path: &Path) -> String {
+pub(super) fn ending(path: &Path) -> String {
     path.extension()
         .unwrap_or_default()
         .to_string_lossy()
         .to_lowercase()
 }
 
-fn unknown_ending(path: &Path, known: &str) -> Error {
+pub(super) fn unknown_ending(path: &Path, known: &str) -> Error {
     Error::Usage(format!(
         "`{}` has an ending that cannot be written here; use {known}",
         path.display()

@@ -43,9 +43,12 @@ impl Inputs {
 /// Scene, rig, view, and what has been rendered of them.
 pub(super) struct Stage {
     inputs: Inputs,
-    scene: Arc<Scene>,
-    rig: Rig,
-    view: scene::View,
+    /// What light meets.
+    pub scene: Arc<Scene>,
+    /// What emits it.
+    pub rig: Rig,
+    /// Who sees it.
+    pub view: scene::View,
     steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
     /// Coarse and refined pictures, once there are any.

@@ -27,6 +27,8 @@ pub enum Verb {
     Plot,
     /// The whole loop, with its results in a folder.
     Run,
+    /// Hold every bank against its reference picture.
+    Compare,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -233,6 +235,27 @@ pub const VERBS: &[VerbSpec] = &[
         ],
         "the whole loop: coarse pictures, plan, refinement, key images, sequence",
         "run --until 2%",
+    ),
+    spec(
+        Verb::Compare,
+        "compare",
+        "",
+        &[
+            value(
+                "reference",
+                "DIR",
+                "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
+            ),
+            value(
+                "quality",
+                "Q",
+                "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
+            ),
+            JSON,
+            output("write the differences as a .png or an .svg"),
+        ],
+        "render every bank alone and hold it against its reference picture",
+        "compare --reference refs --quality 4 -o differences.png",
     ),
     spec(
         Verb::Save,

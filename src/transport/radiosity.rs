@@ -92,7 +92,7 @@ impl Transport for Radiosity {
     }
 }
 
-fn pool(work: Work<'_>) -> Result<ThreadPool, TransportError> {
+pub(super) fn pool(work: Work<'_>) -> Result<ThreadPool, TransportError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(work.threads.max(1))
         .build()

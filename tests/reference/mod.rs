@@ -14,8 +14,10 @@ use footlight::lang;
 use footlight::picture::{Image, exr};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
 use footlight::show::LightKind;
+use footlight::study::difference::away_from;
+use footlight::study::{Reference, difference};
 use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport};
+use footlight::transport::{Quality, Transport, seen};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 use std::path::PathBuf;
@@ -183,37 +185,19 @@ pub fn render(case: &Case, quality: u8, settings: &[Vec<f64>], threads: usize) -
 /// Pixels that the measure counts: on cornell those whose 3 x 3 neighbourhood shows no emitter,
 /// which are far brighter than anything lit.
 pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
-    let (w, h) = (reference.width(), reference.height());
-    let bright = |x: usize, y: usize| {
-        case.name == "cornell" && reference.pixel(x, y).unwrap().iter().any(|c| *c > 2.9)
-    };
-    (0..w * h)
-        .map(|at| {
-            let (x, y) = (at % w, at / w);
-            let near = |c: usize, n: usize| c.saturating_sub(1)..(c + 2).min(n);
-            !near(y, h).any(|j| near(x, w).any(|i| bright(i, j)))
-        })
-        .collect()
+    if case.name != "cornell" {
+        return vec![true; reference.width() * reference.height()];
+    }
+    let seen = seen::emitters(&case.scene, &case.rig, &case.view, Work::silent()).unwrap();
+    away_from(&seen, case.view.width)
 }
 
 /// Relative root mean square error against the mean of two halves, and its estimate free of their
 /// noise (negative when below what the halves can tell).
 pub fn errors(x: &Image, halves: [&Image; 2], counted: &[bool]) -> (f64, f64) {
-    let [a, b] = halves;
-    let (mut plain, mut fair, mut power) = (0.0, 0.0, 0.0);
-    for (i, value) in x.data().iter().enumerate() {
-        if counted[i / 3] {
-            let (v, p, q) = (
-                f64::from(*value),
-                f64::from(a.data()[i]),
-                f64::from(b.data()[i]),
-            );
-            let mean = 0.5 * (p + q);
-            plain += (v - mean).powi(2);
-            fair += (v - p) * (v - q);
-            power += mean * mean;
-        }
-    }
-    let fair = fair / power;
-    ((plain / power).sqrt(), fair.abs().sqrt().copysign(fair))
+    let [a, b] = halves.map(Image::clone);
+    let reference = Reference::of_halves(a, b).unwrap();
+    let found = difference(x, &reference, Some(counted)).unwrap();
+    let fair = found.noise_free_square.unwrap();
+    (found.rmse, fair.abs().sqrt().copysign(fair))
 }

@@ -1,0 +1,195 @@
+//! `compare`: every bank alone against its reference picture.
+
+use std::path::Path;
+
+use super::output::{ending, unknown_ending};
+use super::{Call, Error, Interpreter, Reply, refine};
+use crate::chart::Drawing;
+use crate::picture::Image;
+use crate::study::comparison::{self, Pair, figure};
+use crate::study::{BankError, Comparison, Reference, difference};
+use crate::transport::{Quality, seen};
+use crate::units::Time;
+
+/// A comparison with the pictures it was made of.
+pub struct Compared {
+    /// The figures.
+    pub comparison: Comparison,
+    /// What was rendered, in the order of the banks.
+    pub images: Vec<Image>,
+    /// What it was held against.
+    pub references: Vec<Reference>,
+}
+
+impl Interpreter {
+    pub(super) fn answer_compare(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(word) = call.words.first() {
+            return Err(Error::Usage(format!(
+                "`{word}` is left over; the folder stands behind --reference"
+            )));
+        }
+        let folder = call.option("reference").ok_or_else(|| {
+            Error::Usage(
+                "say where the reference pictures are: compare --reference DIR, with DIR/BANK.exr \
+                 for every bank, or its halves BANK_A.exr and BANK_B.exr"
+                    .to_owned(),
+            )
+        })?;
+        let quality = match call.option("quality") {
+            Some(text) => self.quality(text)?,
+            None => Quality(self.coarse_steps()[1]),
+        };
+        let path = call.option("output").map(Path::new);
+        if let Some(p) = path.filter(|p| !["png", "svg"].contains(&ending(p).as_str())) {
+            return Err(unknown_ending(p, ".png or .svg"));
+        }
+        let compared = self.compare(Path::new(folder), quality)?;
+        let text = match call.option("json") {
+            Some(_) => serde_json::to_string_pretty(&compared.comparison)
+                .map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?,
+            None => describe(&compared.comparison),
+        };
+        let Some(path) = path else {
+            return Ok(Reply::text(text));
+        };
+        let drawing = self.differences(&compared)?;
+        let bytes = match ending(path).as_str() {
+            "svg" => drawing.svg().into_bytes(),
+            _ => drawing.png()?,
+        };
+        self.host.store.write(path, &bytes)?;
+        Ok(match call.option("json") {
+            Some(_) => Reply::text(text),
+            None => Reply::text(format!("{text}wrote {}", path.display())),
+        })
+    }
+
+    /// Renders every bank alone at unit setting, timed from nothing prepared, and holds each
+    /// against its picture in `folder`.
+    ///
+    /// # Errors
+    /// [`Error::Study`] when a reference is missing or does not fit, [`Error::Usage`] without
+    /// stage, view or banks, else what rendering says.
+    pub fn compare(&mut self, folder: &Path, quality: Quality) -> Result<Compared, Error> {
+        let names = self.bank_names()?;
+        let settings = self.units(&names)?;
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let work = self.host.work();
+        let (store, memory) = (self.host.store.as_ref(), work.memory);
+        let size = (stage.view.width, stage.view.height);
+        let references = Reference::load(store, folder, &names, size, memory)?;
+        let near = seen::emitters(&stage.scene, &stage.rig, &stage.view, work)?;
+        let counted = difference::away_from(&near, size.0);
+        let (images, seconds) = self.banks_anew(&settings, quality)?;
+        let pairs = names.iter().zip(images.iter().zip(&references));
+        let errors = pairs.map(|(name, (i, r))| BankError::new(name, i, r, &counted));
+        let comparison = Comparison {
+            quality: quality.0,
+            seconds: seconds.iter().sum(),
+            banks: errors.collect(),
+        };
+        Ok(Compared {
+            comparison,
+            images,
+            references,
+        })
+    }
+
+    /// Pictures of settings from an operator prepared for the purpose, with the seconds to prepare
+    /// it and to render them.
+    pub(super) fn banks_anew(
+        &self,
+        settings: &[Vec<f64>],
+        quality: Quality,
+    ) -> Result<(Vec<Image>, [f64; 2]), Error> {
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let begin = clock.seconds();
+        let transport = self.host.transport.as_ref();
+        let mut operator =
+            transport.prepare(&stage.scene, &stage.rig, &stage.view, quality, work)?;
+        let prepared = clock.seconds();
+        let images = operator.render(settings, work)?;
+        Ok((images, [prepared - begin, clock.seconds() - prepared]))
+    }
+
+    /// Names of the banks; a show without any has nothing to measure.
+    pub(super) fn bank_names(&self) -> Result<Vec<String>, Error> {
+        let names: Vec<String> = self.show().banks.iter().map(|b| b.name.clone()).collect();
+        if names.is_empty() {
+            return Err(Error::Usage("the show has no bank to render".to_owned()));
+        }
+        Ok(names)
+    }
+
+    /// The setting of each bank alone at full.
+    pub(super) fn units(&self, names: &[String]) -> Result<Vec<Vec<f64>>, Error> {
+        names.iter().map(|name| self.alone(name)).collect()
+    }
+
+    /// The differences as a contact sheet.
+    ///
+    /// # Errors
+    /// [`Error::Chart`] when they cannot be drawn.
+    pub fn differences(&self, compared: &Compared) -> Result<Drawing, Error> {
+        let pictures = compared.images.iter().zip(&compared.references);
+        let pairs = compared.comparison.banks.iter().zip(pictures);
+        let pairs: Vec<Pair<'_>> = pairs
+            .map(|(bank, (image, reference))| Pair {
+                bank,
+                image,
+                reference,
+            })
+            .collect();
+        let title = format!(
+            "{}: difference from the reference at quality {}",
+            self.show().title,
+            compared.comparison.quality
+        );
+        Ok(comparison::sheet(&title, &pairs)?)
+    }
+}
+
+/// The figures as a table.
+fn describe(comparison: &Comparison) -> String {
+    let width = comparison.banks.iter().map(|b| b.name.chars().count());
+    let width = width.max().unwrap_or(0).max(4);
+    let shown = |v: Option<f64>| match v {
+        None => "-".to_owned(),
+        Some(v) if v == 0.0 && v.is_sign_negative() => "< noise".to_owned(),
+        Some(v) => figure(v),
+    };
+    let mut rows = vec![format!(
+        "quality {}: prepared and rendered {} in {}\n  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
+        comparison.quality,
+        super::answer::count(comparison.banks.len(), "bank"),
+        seconds(comparison.seconds),
+        "bank",
+        "rmse %",
+        "no noise %",
+        "no emitter %",
+        "neither %",
+        "mean",
+    )];
+    rows.extend(comparison.banks.iter().map(|b| {
+        format!(
+            "  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
+            b.name,
+            shown(b.rmse),
+            shown(b.rmse_noise_free),
+            shown(b.rmse_no_emitters),
+            shown(b.rmse_noise_free_no_emitters),
+            b.mean_ratio.map_or("-".to_owned(), |r| format!("{r:.4}")),
+        )
+    }));
+    rows.concat()
+}
+
+/// Seconds as one reads them.
+pub(super) fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
+        s if s < 60.0 => format!("{s:.2} s"),
+        s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
+    }
+}

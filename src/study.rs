@@ -1,0 +1,18 @@
+//! Measurements: what the program does held against what it should do, and the records of it.
+//!
+//! One measure of error ([`difference`]), one kind of record ([`Record`]) that every chart and
+//! every table is made of, and the studies themselves. Invariants: a figure that cannot be known
+//! is absent, never zero; a record says on which machine and by which version it was measured;
+//! what is drawn is what the record holds.
+//!
+//! This room must not know of text, prompts or verbs. It has no clock: who measures gives one.
+
+pub mod comparison;
+pub mod difference;
+pub mod record;
+pub mod reference;
+
+pub use comparison::{BankError, Comparison};
+pub use difference::{Difference, difference};
+pub use record::{Kind, Machine, Point, Quantity, Record, Series};
+pub use reference::{Reference, ReferenceError};

@@ -1,0 +1,150 @@
+//! The one measure of error: relative root mean square, over pixels and channels.
+//!
+//! sqrt(mean (x-b)²) / sqrt(mean b²). A reference that was sampled has noise of its own; where two
+//! halves A and B with independent noise are known, mean (x-A)(x-B) is an estimate of
+//! mean (x-b)² that their noise does not enter. Being an estimate, it may come out negative.
+
+use crate::picture::Image;
+use crate::study::Reference;
+
+/// A picture held against its reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Difference {
+    /// sqrt(mean (x-b)²) / sqrt(mean b²).
+    pub rmse: f64,
+    /// mean (x-A)(x-B) / mean b², signed; `None` without halves.
+    pub noise_free_square: Option<f64>,
+    /// Mean of the picture over mean of the reference.
+    pub mean_ratio: f64,
+}
+
+impl Difference {
+    /// The root of [`Difference::noise_free_square`]; zero where that is negative, and then a
+    /// negative zero: the error is below what the halves can tell.
+    pub fn noise_free(&self) -> Option<f64> {
+        self.noise_free_square
+            .map(|square| if square < 0.0 { -0.0 } else { square.sqrt() })
+    }
+
+    /// The fairest figure there is: free of noise where halves allow it.
+    pub fn best(&self) -> f64 {
+        self.noise_free().unwrap_or(self.rmse).abs()
+    }
+}
+
+/// Holds `image` against `reference`, over the pixels that `counted` names (row by row) or over
+/// all. `None` when nothing is counted, the reference is black there, or the sizes differ.
+pub fn difference(
+    image: &Image,
+    reference: &Reference,
+    counted: Option<&[bool]>,
+) -> Option<Difference> {
+    let size = |i: &Image| (i.width(), i.height());
+    if size(image) != size(&reference.mean) {
+        return None;
+    }
+    let counts = |pixel: usize| counted.is_none_or(|c| c.get(pixel).copied().unwrap_or(false));
+    let halves = reference.halves.as_ref();
+    let [mut plain, mut fair, mut power, mut ours, mut theirs] = [0.0_f64; 5];
+    let numbers = image.data().iter().zip(reference.mean.data()).enumerate();
+    for (at, (x, b)) in numbers.filter(|(at, _)| counts(at / 3)) {
+        let (x, b) = (f64::from(*x), f64::from(*b));
+        plain += (x - b) * (x - b);
+        power += b * b;
+        ours += x;
+        theirs += b;
+        if let Some([one, two]) = halves {
+            let half = |h: &Image| h.data().get(at).map_or(b, |v| f64::from(*v));
+            fair += (x - half(one)) * (x - half(two));
+        }
+    }
+    (power > 0.0).then(|| Difference {
+        rmse: (plain / power).sqrt(),
+        noise_free_square: halves.map(|_| fair / power),
+        mean_ratio: ours / theirs,
+    })
+}
+
+/// The pixels left when those are dropped in whose 3 x 3 neighbourhood something `is` true.
+pub fn away_from(is: &[bool], width: usize) -> Vec<bool> {
+    let width = width.max(1);
+    let height = is.len() / width;
+    let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
+    let met = |x: usize, y: usize| {
+        near(y, height)
+            .any(|j| near(x, width).any(|i| is.get(j * width + i).copied().unwrap_or(false)))
+    };
+    (0..is.len())
+        .map(|at| !met(at % width, at / width))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    /// Numbers of the 64-bit linear congruential generator of Knuth, in -0.5..0.5.
+    fn noise(seed: &mut u64) -> f32 {
+        *seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 40) as f32 / (1_u64 << 24) as f32 - 0.5
+    }
+
+    fn picture(of: impl FnMut(usize) -> f32) -> Image {
+        Image::from_data(64, 64, (0..64 * 64 * 3).map(of).collect()).unwrap()
+    }
+
+    #[test]
+    fn halves_tell_an_error_far_below_their_noise() {
+        let mut seed = 7;
+        let truth = |at: usize| 1.0 + (at % 17) as f32 / 17.0;
+        // 20 % of noise in each half, 1 % of error in the picture.
+        let a = picture(|at| truth(at) + 1.2 * noise(&mut seed));
+        let b = picture(|at| truth(at) + 1.2 * noise(&mut seed));
+        let x = picture(|at| 1.01 * truth(at));
+        let found = difference(&x, &Reference::of_halves(a, b).unwrap(), None).unwrap();
+        assert!(found.rmse > 0.1, "{found:?}");
+        let fair = found.noise_free().unwrap();
+        assert!((fair - 0.01).abs() < 0.015, "{found:?}");
+        assert!((found.mean_ratio - 1.01).abs() < 0.005, "{found:?}");
+    }
+
+    #[test]
+    fn what_cannot_be_known_is_absent_and_what_is_negative_says_so() {
+        let black = Reference::of(Image::new(64, 64));
+        let grey = picture(|_| 0.5);
+        assert_eq!(difference(&grey, &black, None), None);
+        assert_eq!(
+            difference(&Image::new(2, 2), &Reference::of(grey.clone()), None),
+            None
+        );
+        let none = vec![false; 64 * 64];
+        let plain = Reference::of(grey.clone());
+        assert_eq!(difference(&grey, &plain, Some(&none)), None);
+        let same = difference(&grey, &plain, None).unwrap();
+        assert_eq!((same.rmse, same.noise_free()), (0.0, None));
+
+        // The picture lies between the halves: the product is negative everywhere.
+        let halves = Reference::of_halves(picture(|_| 0.4), picture(|_| 0.6)).unwrap();
+        let between = difference(&grey, &halves, None).unwrap();
+        let fair = between.noise_free().unwrap();
+        assert!(fair == 0.0 && fair.is_sign_negative());
+        assert!(between.noise_free_square.unwrap() < 0.0);
+    }
+
+    #[test]
+    fn a_neighbourhood_is_nine_pixels_and_ends_at_the_border() {
+        let mut seen = vec![false; 5 * 4];
+        seen[0] = true;
+        let left: Vec<usize> = (0..20).filter(|&i| !away_from(&seen, 5)[i]).collect();
+        assert_eq!(left, [0, 1, 5, 6]);
+        seen[0] = false;
+        seen[5 + 2] = true;
+        let counted = away_from(&seen, 5);
+        assert_eq!(counted.iter().filter(|c| !**c).count(), 9);
+        assert!(counted[0] && counted[4] && counted[15] && !counted[1]);
+    }
+}

@@ -1,0 +1,290 @@
+//! The one measurement record: what was measured, on what, by whom, and the figures.
+//!
+//! A record is a table: its columns are named quantities with units, its rows are points, grouped
+//! into series. Every kind of study fills the same table, so that JSON, CSV and charts are written
+//! once. Invariant: every point has as many values as the record has quantities; the constructor
+//! pads and cuts.
+
+use std::fmt::Write as _;
+
+use serde::{Deserialize, Serialize};
+
+/// What was studied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+#[non_exhaustive]
+pub enum Kind {
+    /// The operator G: error against time over its scale of quality.
+    Transport,
+    /// Time and memory against the size of the task.
+    Scale,
+}
+
+/// Where it was measured.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Threads that were used.
+    pub threads: usize,
+    /// Cores the machine has, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cores: Option<usize>,
+    /// Operating system and architecture, as `linux x86_64`.
+    pub system: String,
+    /// The processor's name, if known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub processor: Option<String>,
+}
+
+impl Machine {
+    /// This machine, as far as the standard library tells; the processor's name is the embedding
+    /// program's to find.
+    pub fn here(threads: usize, processor: Option<String>) -> Machine {
+        Machine {
+            threads,
+            cores: std::thread::available_parallelism().ok().map(Into::into),
+            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            processor,
+        }
+    }
+
+    /// In a line.
+    pub fn describe(&self) -> String {
+        let threads = match self.threads {
+            1 => "1 thread".to_owned(),
+            n => format!("{n} threads"),
+        };
+        match &self.processor {
+            Some(name) => format!("{threads}, {name}, {}", self.system),
+            None => format!("{threads}, {}", self.system),
+        }
+    }
+}
+
+/// A column.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Quantity {
+    /// What it is.
+    pub name: String,
+    /// What it is counted in: `s`, `%`, `bytes`; empty for a number.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A column.
+    pub fn new(name: &str, unit: &str) -> Quantity {
+        Quantity {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+        }
+    }
+
+    /// Its name with its unit.
+    pub fn heading(&self) -> String {
+        match self.unit.as_str() {
+            "" => self.name.clone(),
+            unit => format!("{}, {unit}", self.name),
+        }
+    }
+}
+
+/// A row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// What it is called, as `quality 3`.
+    pub label: String,
+    /// What is to be said of it, as `coarse` or `pareto`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub marks: Vec<String>,
+    /// One for each quantity; absent where it could not be known.
+    pub values: Vec<Option<f64>>,
+}
+
+/// Rows that belong together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Series {
+    /// Its name.
+    pub name: String,
+    /// In the order they were measured.
+    pub points: Vec<Point>,
+}
+
+/// A measurement.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// What was studied.
+    pub kind: Kind,
+    /// On what: the show's title.
+    pub subject: String,
+    /// Footlight's version.
+    pub version: String,
+    /// Where.
+    pub machine: Machine,
+    /// How, in a sentence: what the reference was.
+    pub method: String,
+    /// The columns.
+    pub quantities: Vec<Quantity>,
+    /// The rows.
+    pub series: Vec<Series>,
+}
+
+impl Record {
+    /// An empty table.
+    pub fn new(
+        kind: Kind,
+        subject: &str,
+        machine: Machine,
+        method: &str,
+        quantities: Vec<Quantity>,
+    ) -> Record {
+        Record {
+            kind,
+            subject: subject.to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            machine,
+            method: method.to_owned(),
+            quantities,
+            series: Vec::new(),
+        }
+    }
+
+    /// Adds a row to the series of this name, which begins with it if there is none. Values that
+    /// are not finite count as unknown.
+    pub fn add(&mut self, series: &str, label: &str, marks: &[&str], values: &[Option<f64>]) {
+        let mut values: Vec<Option<f64>> =
+            values.iter().map(|v| v.filter(|v| v.is_finite())).collect();
+        values.resize(self.quantities.len(), None);
+        let point = Point {
+            label: label.to_owned(),
+            marks: marks.iter().map(|m| (*m).to_owned()).collect(),
+            values,
+        };
+        match self.series.iter_mut().find(|s| s.name == series) {
+            Some(found) => found.points.push(point),
+            None => self.series.push(Series {
+                name: series.to_owned(),
+                points: vec![point],
+            }),
+        }
+    }
+
+    /// The column of this name.
+    pub fn column(&self, name: &str) -> Option<usize> {
+        self.quantities.iter().position(|q| q.name == name)
+    }
+
+    /// Two columns of a series as points of a chart; NaN where a value is unknown.
+    pub fn curve(&self, series: &Series, x: &str, y: &str) -> Vec<(f64, f64)> {
+        let (x, y) = (self.column(x), self.column(y));
+        let value = |point: &Point, column: Option<usize>| {
+            let value = column.and_then(|c| point.values.get(c).copied().flatten());
+            value.unwrap_or(f64::NAN)
+        };
+        let points = series.points.iter();
+        points.map(|p| (value(p, x), value(p, y))).collect()
+    }
+
+    /// As JSON, indented.
+    ///
+    /// # Errors
+    /// serde's, which has no reason to fail here.
+    pub fn json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self)
+    }
+
+    /// As CSV (RFC 4180): lines of `#` with what it is, a header, a row for each point. An unknown
+    /// value is an empty field.
+    pub fn csv(&self) -> String {
+        let mut out = String::new();
+        let kind = serde_json::to_string(&self.kind).unwrap_or_default();
+        let about = [
+            ("kind", kind.trim_matches('"').to_owned()),
+            ("subject", self.subject.clone()),
+            ("version", self.version.clone()),
+            ("machine", self.machine.describe()),
+            ("method", self.method.clone()),
+        ];
+        for (name, text) in about {
+            let line: String = text.split(['\n', '\r']).collect::<Vec<_>>().join(" ");
+            let _ = writeln!(out, "# {name}: {line}");
+        }
+        let mut header = vec!["series".to_owned(), "label".to_owned(), "marks".to_owned()];
+        header.extend(self.quantities.iter().map(Quantity::heading));
+        row(&mut out, &header);
+        for series in &self.series {
+            for point in &series.points {
+                let mut fields = vec![
+                    series.name.clone(),
+                    point.label.clone(),
+                    point.marks.join(" "),
+                ];
+                let shown = |v: &Option<f64>| v.map_or(String::new(), |v| v.to_string());
+                fields.extend(point.values.iter().map(shown));
+                row(&mut out, &fields);
+            }
+        }
+        out
+    }
+}
+
+fn row(out: &mut String, fields: &[String]) {
+    let quoted = |field: &String| match field.contains(['"', ',', '\n', '\r']) {
+        true => format!("\"{}\"", field.replace('"', "\"\"")),
+        false => field.clone(),
+    };
+    let fields: Vec<String> = fields.iter().map(quoted).collect();
+    let _ = writeln!(out, "{}", fields.join(","));
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+
+    fn record() -> Record {
+        let machine = Machine::here(2, Some("A chip, \"fast\"".to_owned()));
+        let columns = vec![Quantity::new("time", "s"), Quantity::new("error", "%")];
+        let mut out = Record::new(Kind::Transport, "A \"show\"", machine, "by hand", columns);
+        out.add(
+            "all, mean",
+            "quality 1",
+            &["coarse"],
+            &[Some(0.25), Some(f64::NAN)],
+        );
+        out.add("worst", "quality 1", &[], &[Some(0.25)]);
+        out.add(
+            "all, mean",
+            "quality 2",
+            &[],
+            &[Some(0.5), Some(1.5), Some(9.0)],
+        );
+        out
+    }
+
+    #[test]
+    fn a_record_survives_json() {
+        let record = record();
+        let read: Record = serde_json::from_str(&record.json().unwrap()).unwrap();
+        assert_eq!(read, record);
+    }
+
+    #[test]
+    fn rows_have_the_tables_width_and_join_their_series() {
+        let record = record();
+        assert_eq!(record.series.len(), 2);
+        let points = &record.series[0].points;
+        assert_eq!(points[0].values, [Some(0.25), None]);
+        assert_eq!(points[1].values, [Some(0.5), Some(1.5)]);
+        let curve = record.curve(&record.series[0], "time", "error");
+        assert!(curve[0].1.is_nan() && curve[1] == (0.5, 1.5));
+    }
+
+    #[test]
+    fn csv_quotes_what_needs_it() {
+        let csv = record().csv();
+        let rows: Vec<&str> = csv.lines().filter(|l| !l.starts_with('#')).collect();
+        assert_eq!(rows[0], "series,label,marks,\"time, s\",\"error, %\"");
+        assert_eq!(rows[1], "\"all, mean\",quality 1,coarse,0.25,");
+        assert_eq!(rows[3], "worst,quality 1,,0.25,");
+    }
+}
