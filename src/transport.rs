@@ -7,6 +7,7 @@
 
 pub mod beam;
 pub mod burial;
+pub mod cluster;
 pub mod coverage;
 pub mod direct;
 pub mod eye;
@@ -16,6 +17,7 @@ pub mod lambert;
 pub mod mesh;
 pub mod radiosity;
 pub mod seen;
+pub mod shadow;
 pub mod step;
 pub mod strength;
 pub mod surface;

@@ -57,6 +57,17 @@ impl Beam {
         }
     }
 
+    /// True when no light reaches any point of a ball.
+    pub fn misses(&self, centre: Vec3, radius: f64) -> bool {
+        let d = centre - self.position;
+        let distance = d.length();
+        if distance <= radius {
+            return false;
+        }
+        let angle = self.axis.cross(d).length().atan2(self.axis.dot(d));
+        angle - (radius / distance).asin() > self.end
+    }
+
     /// Irradiance on a surface of unit `normal` at `point` per unit of peak intensity: the law of
     /// the inverse square and the cosine; nothing is in the way.
     pub fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {

@@ -18,10 +18,10 @@ use crate::transport::surface::{Piece, Surfaces};
 const COPLANAR: f64 = 1e-6;
 
 /// A place in the image, in the camera's pixels.
-type Place = [f64; 2];
+pub type Place = [f64; 2];
 
 /// What a square shows of one facet.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Share {
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
@@ -29,6 +29,8 @@ pub struct Share {
     pub area: f64,
     /// Centroid of its largest visible part.
     pub at: Place,
+    /// The convex parts that are visible.
+    pub parts: Vec<Vec<Place>>,
 }
 
 /// A piece within the square: its outline, and one over its depth as a linear function.
@@ -75,21 +77,32 @@ pub fn shares(
                 (sum + area, area.max(most), if best { centre } else { at })
             },
         );
-        merge(&mut out, own.facet, largest);
+        merge(&mut out, own.facet, largest, parts);
     }
     out
 }
 
 /// Adds a piece's share to that of its facet; the larger gives the place.
-fn merge(out: &mut Vec<Share>, facet: usize, (area, _, at): (f64, f64, Place)) {
+fn merge(
+    out: &mut Vec<Share>,
+    facet: usize,
+    (area, _, at): (f64, f64, Place),
+    parts: Vec<Vec<Place>>,
+) {
     match out.last_mut().filter(|s| s.facet == facet) {
         Some(share) => {
             if area > share.area {
                 share.at = at;
             }
             share.area += area;
+            share.parts.extend(parts);
         }
-        None => out.push(Share { facet, area, at }),
+        None => out.push(Share {
+            facet,
+            area,
+            at,
+            parts,
+        }),
     }
 }
 
@@ -203,8 +216,8 @@ fn doubled(polygon: &[Place]) -> f64 {
         .sum()
 }
 
-/// Area and centroid.
-fn measured(polygon: &[Place]) -> (f64, Place) {
+/// Area and centroid of a convex polygon.
+pub fn measured(polygon: &[Place]) -> (f64, Place) {
     let o = polygon[0];
     let (mut area, mut x, mut y) = (0.0, 0.0, 0.0);
     for w in polygon.windows(2) {

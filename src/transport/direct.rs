@@ -12,208 +12,27 @@
     reason = "ranges of receivers and pieces are made by this module and the surfaces"
 )]
 
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::Vec3;
 use crate::scene::{Light, Rig};
 use crate::transport::TransportError;
 use crate::transport::beam::Beam;
+pub use crate::transport::cluster::frame;
+use crate::transport::cluster::{Cluster, PATCH, Receivers, SAMPLES};
+use crate::transport::eye::Fragments;
 use crate::transport::lambert::{Clipper, halved};
+use crate::transport::shadow::{Canvas, Lit, Meeting, Shadows, Stencil};
 use crate::transport::surface::{Piece, Surfaces};
 use crate::transport::visibility::{Hierarchy, Shaft, blocks};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
-/// Points in the smallest cluster.
-const LEAF: usize = 6;
-/// Points in the largest: a task of one thread.
-const CHUNK: usize = 512;
-
-/// Points of the largest cluster that may be interpolated across.
-const PATCH: usize = 64;
 /// The same where the light is partly shadowed.
 const SHADED_PATCH: usize = 32;
-/// Points of a cluster that are evaluated to interpolate the others.
-const SAMPLES: usize = 5;
-
 /// Occluders that are cut one by one without dividing the emitter first.
 const FEW: usize = 48;
 /// How often an emitter is halved at most.
 const HALVINGS: usize = 4;
-
-/// Where light is to be known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Receiver {
-    /// On the facet's plane.
-    pub point: Vec3,
-    /// Index into [`Surfaces::facets`].
-    pub facet: usize,
-}
-
-/// A range of points of one facet, their bounding rectangle, and its halves.
-#[derive(Clone, Debug)]
-struct Cluster {
-    range: std::ops::Range<usize>,
-    corners: [Vec3; 4],
-    /// Points nearest to the corners and to the middle; only where there are halves.
-    samples: [usize; SAMPLES],
-    halves: Option<Box<[Cluster; 2]>>,
-}
-
-/// Receivers in the order of their clusters.
-#[derive(Clone, Debug)]
-pub struct Receivers {
-    points: Vec<Vec3>,
-    /// For each, its index in the list they were made from.
-    origin: Vec<usize>,
-    chunks: Vec<(usize, Cluster)>,
-}
-
-impl Receivers {
-    /// Sorts them into clusters.
-    pub fn new(surfaces: &Surfaces, receivers: &[Receiver]) -> Receivers {
-        let mut origin: Vec<usize> = (0..receivers.len()).collect();
-        origin.sort_by_key(|&i| receivers[i].facet);
-        let mut chunks = Vec::new();
-        let mut from = 0;
-        while from < origin.len() {
-            let facet = receivers[origin[from]].facet;
-            let count = origin[from..]
-                .iter()
-                .take_while(|&&i| receivers[i].facet == facet)
-                .count();
-            let frame = frame(surfaces.facets[facet].normal);
-            let plane = Plane {
-                receivers,
-                frame,
-                height: 0.0,
-            };
-            plane.chunks(&mut origin[from..from + count], from, facet, &mut chunks);
-            from += count;
-        }
-        Receivers {
-            points: origin.iter().map(|&i| receivers[i].point).collect(),
-            origin,
-            chunks,
-        }
-    }
-}
-
-/// Two unit vectors that span the plane of `normal`.
-pub fn frame(normal: Vec3) -> [Vec3; 2] {
-    let aside = if normal.x.abs() < 0.6 {
-        vec3(1.0, 0.0, 0.0)
-    } else {
-        vec3(0.0, 1.0, 0.0)
-    };
-    let u = normal.cross(aside).normalized();
-    [u, normal.cross(u)]
-}
-
-struct Plane<'a> {
-    receivers: &'a [Receiver],
-    frame: [Vec3; 2],
-    height: f64,
-}
-
-impl Plane<'_> {
-    fn place(&self, i: usize) -> (f64, f64) {
-        let p = self.receivers[i].point;
-        (self.frame[0].dot(p), self.frame[1].dot(p))
-    }
-
-    fn rectangle(&self, members: &[usize]) -> (f64, f64, f64, f64) {
-        let start = (
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-        );
-        members
-            .iter()
-            .map(|&i| self.place(i))
-            .fold(start, |(a, b, c, d), (u, v)| {
-                (a.min(u), b.max(u), c.min(v), d.max(v))
-            })
-    }
-
-    fn halve(&self, members: &mut [usize]) -> usize {
-        let (a, b, c, d) = self.rectangle(members);
-        let middle = members.len() / 2;
-        let wide = b - a >= d - c;
-        let key = |i: usize| {
-            let (u, v) = self.place(i);
-            if wide { u } else { v }
-        };
-        members.select_nth_unstable_by(middle, |&i, &j| key(i).total_cmp(&key(j)).then(i.cmp(&j)));
-        middle
-    }
-
-    /// The member nearest to a place, by its position in the list.
-    fn nearest(&self, members: &[usize], place: (f64, f64)) -> usize {
-        let distance = |i: usize| {
-            let (u, v) = self.place(members[i]);
-            (u - place.0).hypot(v - place.1)
-        };
-        let closer = |&i: &usize, &j: &usize| distance(i).total_cmp(&distance(j));
-        (0..members.len()).min_by(closer).unwrap_or(0)
-    }
-
-    fn chunks(
-        &self,
-        members: &mut [usize],
-        from: usize,
-        facet: usize,
-        out: &mut Vec<(usize, Cluster)>,
-    ) {
-        if members.len() > CHUNK {
-            let middle = self.halve(members);
-            let (left, right) = members.split_at_mut(middle);
-            self.chunks(left, from, facet, out);
-            self.chunks(right, from + middle, facet, out);
-            return;
-        }
-        let plane = Plane {
-            height: members.first().map_or(0.0, |&i| {
-                self.receivers[i]
-                    .point
-                    .dot(self.frame[0].cross(self.frame[1]))
-            }),
-            ..*self
-        };
-        out.push((facet, plane.cluster(members, from)));
-    }
-
-    fn cluster(&self, members: &mut [usize], from: usize) -> Cluster {
-        let (a, b, c, d) = self.rectangle(members);
-        let normal = self.frame[0].cross(self.frame[1]);
-        let corner = |u: f64, v: f64| self.frame[0] * u + self.frame[1] * v + normal * self.height;
-        let corners = [corner(a, c), corner(b, c), corner(b, d), corner(a, d)];
-        let range = from..from + members.len();
-        let halves = (members.len() > LEAF).then(|| {
-            let middle = self.halve(members);
-            let (left, right) = members.split_at_mut(middle);
-            Box::new([self.cluster(left, from), self.cluster(right, from + middle)])
-        });
-        let samples = if halves.is_some() && members.len() <= PATCH {
-            [
-                (a, c),
-                (b, c),
-                (b, d),
-                (a, d),
-                (0.5 * (a + b), 0.5 * (c + d)),
-            ]
-            .map(|p| from + self.nearest(members, p))
-        } else {
-            [from; SAMPLES]
-        };
-        Cluster {
-            range,
-            corners,
-            samples,
-            halves,
-        }
-    }
-}
 
 /// A light made ready for direct illumination.
 #[derive(Clone, Debug)]
@@ -257,7 +76,8 @@ pub struct Setting<'a> {
 }
 
 /// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
-/// intensity of one light. `allowed` is how far reflectance times irradiance may be, at the
+/// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
+/// each fragment's outline; else, and for panels, that at the point. `allowed` is how far reflectance times irradiance may be, at the
 /// samples, from what is interpolated through them; 0 evaluates every receiver.
 ///
 /// # Errors
@@ -266,6 +86,7 @@ pub fn irradiance(
     setting: Setting<'_>,
     light: &Luminaire,
     receivers: &Receivers,
+    fragments: Option<&Fragments>,
     allowed: f64,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
@@ -278,6 +99,8 @@ pub fn irradiance(
             let reflectance = own.reflectance.iter().copied().fold(0.0, f64::max);
             let mut gather = Gather {
                 setting,
+                receivers,
+                fragments,
                 points: &receivers.points,
                 normal: own.normal,
                 frame: frame(own.normal),
@@ -291,6 +114,8 @@ pub fn irradiance(
                 sums: vec![0.0; cluster.range.len()],
                 known: vec![f64::NAN; cluster.range.len()],
                 clipper: Clipper::default(),
+                shadows: Shadows::default(),
+                stencil: Stencil::default(),
             };
             gather.light(light, cluster);
             Ok(gather.sums.iter().map(|s| *s as f32).collect())
@@ -306,6 +131,8 @@ pub fn irradiance(
 /// The work of one chunk of one facet.
 struct Gather<'a> {
     setting: Setting<'a>,
+    receivers: &'a Receivers,
+    fragments: Option<&'a Fragments>,
     points: &'a [Vec3],
     normal: Vec3,
     frame: [Vec3; 2],
@@ -317,6 +144,8 @@ struct Gather<'a> {
     /// Irradiance of the current source where it has been evaluated, else NaN.
     known: Vec<f64>,
     clipper: Clipper,
+    shadows: Shadows,
+    stencil: Stencil,
 }
 
 impl<'a> Gather<'a> {
@@ -332,7 +161,12 @@ impl<'a> Gather<'a> {
                     }
                 }
             }
-            Luminaire::Spot(beam) => self.begin(&Source::Point(beam, [beam.position]), cluster),
+            Luminaire::Spot(beam) => {
+                let middle = (cluster.corners[0] + cluster.corners[2]) * 0.5;
+                if !beam.misses(middle, (cluster.corners[0] - middle).length()) {
+                    self.begin(&Source::Point(beam, [beam.position]), cluster);
+                }
+            }
         }
     }
 
@@ -354,7 +188,82 @@ impl<'a> Gather<'a> {
         self.setting
             .hierarchy
             .occluders(self.setting.surfaces, &shaft, &mut list);
-        self.settle(source, cluster, &shaft, &list, HALVINGS);
+        match (source, self.fragments) {
+            (Source::Point(beam, _), Some(fragments)) => {
+                let canvas = self.canvas(fragments, cluster);
+                self.shadows.clear();
+                let cast = |&i: &usize| {
+                    let piece = &self.setting.surfaces.pieces[i];
+                    self.shadows.cast(&canvas, beam.position, piece, touching)
+                };
+                let shadows: Vec<usize> = list.iter().filter_map(cast).collect();
+                self.spot(source, beam, &canvas, cluster, &shadows);
+            }
+            _ => self.settle(source, cluster, &shaft, &list, HALVINGS),
+        }
+    }
+
+    fn canvas<'b>(&self, fragments: &'b Fragments, cluster: &Cluster) -> Canvas<'b> {
+        let camera = &fragments.camera;
+        Canvas {
+            camera,
+            normal: self.normal,
+            height: self.normal.dot(cluster.corners[0] - camera.origin),
+        }
+    }
+
+    /// A spot's light on the outlines of a picture's fragments, given the shadows (numbers) that
+    /// may fall on the cluster.
+    fn spot(
+        &mut self,
+        source: &Source<'_>,
+        beam: &Beam,
+        canvas: &Canvas<'_>,
+        cluster: &Cluster,
+        shadows: &[usize],
+    ) {
+        let mut kept = Vec::with_capacity(shadows.len());
+        for &shadow in shadows {
+            match self.shadows.meets(shadow, &cluster.picture) {
+                Meeting::Misses => {}
+                Meeting::Covers => return,
+                Meeting::Crosses => kept.push(shadow),
+            }
+        }
+        if kept.is_empty() {
+            if !self.interpolated(source, cluster, &[]) {
+                for i in cluster.range.clone() {
+                    self.sums[i - self.start] += beam.irradiance(self.points[i], self.normal);
+                }
+            }
+        } else if let Some(halves) = cluster.halves.as_deref() {
+            for half in halves {
+                self.spot(source, beam, canvas, half, &kept);
+            }
+        } else {
+            for i in cluster.range.clone() {
+                self.sums[i - self.start] += self.cut(beam, canvas, i, &kept);
+            }
+        }
+    }
+
+    /// Mean irradiance of a spot on one fragment's outline.
+    fn cut(&mut self, beam: &Beam, canvas: &Canvas<'_>, i: usize, shadows: &[usize]) -> f64 {
+        let open = beam.irradiance(self.points[i], self.normal);
+        let Some(fragments) = self.fragments.filter(|_| open > 0.0) else {
+            return open;
+        };
+        self.stencil.clear();
+        fragments.outline(self.receivers.origin[i], |part| self.stencil.add(part));
+        match self.stencil.shade(&self.shadows, shadows) {
+            Lit::Wholly => open,
+            Lit::Not => 0.0,
+            Lit::Partly => {
+                let at = |place| beam.irradiance(canvas.point(place), self.normal);
+                let lit: f64 = self.stencil.lit().map(|(a, c)| a * at(c)).sum();
+                lit / self.stencil.whole
+            }
+        }
     }
 
     fn shaft<'b>(&self, source: &'b Source<'_>, cluster: &'b Cluster) -> Shaft<'b> {

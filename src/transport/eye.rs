@@ -15,7 +15,7 @@ use crate::geometry::{Vec3, vec3};
 use crate::raster::{Camera, ItemBuffer, NOTHING};
 use crate::scene::View;
 use crate::transport::TransportError;
-use crate::transport::coverage::{Square, shares};
+use crate::transport::coverage::{Place, Square, shares};
 use crate::transport::mesh::kept_inside;
 use crate::transport::surface::Surfaces;
 use crate::work::Work;
@@ -39,6 +39,17 @@ pub struct Fragment {
     pub point: Vec3,
     /// Share of the pixel's square.
     pub weight: f32,
+    /// What it covers of the picture.
+    pub outline: Outline,
+}
+
+/// What a fragment covers of the picture, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outline {
+    /// A square: its middle, and half its side.
+    Square([f32; 2], f32),
+    /// A range of [`Fragments::parts`].
+    Parts(u32, u32),
 }
 
 /// The fragments of all pixels.
@@ -48,6 +59,61 @@ pub struct Fragments {
     pub all: Vec<Fragment>,
     /// Where each pixel's fragments start, and at last their number.
     pub offsets: Vec<usize>,
+    /// Of the view, one unit a pixel.
+    pub camera: Camera,
+    /// Convex parts of outlines that are no squares: where in `places` each ends.
+    parts: Vec<u32>,
+    places: Vec<Place>,
+}
+
+impl Fragments {
+    /// Calls back for each convex part of a fragment's outline.
+    pub fn outline(&self, fragment: usize, mut each: impl FnMut(&[Place])) {
+        match self.all[fragment].outline {
+            Outline::Square(middle, half) => {
+                let [x, y] = middle.map(f64::from);
+                let h = f64::from(half);
+                each(&[
+                    [x - h, y - h],
+                    [x + h, y - h],
+                    [x + h, y + h],
+                    [x - h, y + h],
+                ]);
+            }
+            Outline::Parts(from, to) => {
+                for i in from as usize..to as usize {
+                    let start = i.checked_sub(1).map_or(0, |j| self.parts[j] as usize);
+                    each(&self.places[start..self.parts[i] as usize]);
+                }
+            }
+        }
+    }
+
+    /// Adds the next band of the picture.
+    fn append(&mut self, band: Found) {
+        let (parts, places) = (self.parts.len() as u32, self.places.len() as u32);
+        let start = self.all.len();
+        self.offsets.extend(band.ends.iter().map(|e| start + e));
+        self.all.extend(band.all.into_iter().map(|mut f| {
+            if let Outline::Parts(from, to) = &mut f.outline {
+                *from += parts;
+                *to += parts;
+            }
+            f
+        }));
+        self.parts.extend(band.parts.iter().map(|p| p + places));
+        self.places.extend(band.places);
+    }
+}
+
+/// The fragments of some rows.
+#[derive(Default)]
+struct Found {
+    all: Vec<Fragment>,
+    /// Number of fragments up to each pixel and with it.
+    ends: Vec<usize>,
+    parts: Vec<u32>,
+    places: Vec<Place>,
 }
 
 /// How finely a pixel is looked at.
@@ -111,7 +177,7 @@ pub fn fragments(
     work: Work<'_>,
 ) -> Result<Fragments, TransportError> {
     let camera = camera(view)?;
-    let bands: Result<Vec<Vec<Vec<Fragment>>>, TransportError> = (0..view.height.div_ceil(BAND))
+    let bands: Result<Vec<Found>, TransportError> = (0..view.height.div_ceil(BAND))
         .into_par_iter()
         .map(|band| {
             work.check()?;
@@ -123,10 +189,12 @@ pub fn fragments(
     let mut out = Fragments {
         all: Vec::new(),
         offsets: vec![0],
+        camera,
+        parts: Vec::new(),
+        places: Vec::new(),
     };
-    for pixel in bands?.iter().flatten() {
-        out.all.extend(pixel);
-        out.offsets.push(out.all.len());
+    for band in bands? {
+        out.append(band);
     }
     Ok(out)
 }
@@ -136,6 +204,7 @@ struct Band<'a> {
     camera: Camera,
     sampling: Sampling,
     width: usize,
+    from: usize,
     rows: usize,
     buffer: ItemBuffer,
 }
@@ -168,17 +237,17 @@ impl<'a> Band<'a> {
             camera,
             sampling,
             width,
+            from,
             rows,
             buffer,
         }
     }
 
-    fn pixels(&self) -> Vec<Vec<Fragment>> {
+    fn pixels(&self) -> Found {
         let s = self.sampling.subpixels;
-        let mut out = Vec::with_capacity(self.width * self.rows);
+        let mut out = Found::default();
         for y in 0..self.rows {
             for x in 0..self.width {
-                let mut pixel = Vec::new();
                 let whole = self.uniform(x * s, y * s, s);
                 let split = if whole.is_some() {
                     self.sampling.split
@@ -188,10 +257,10 @@ impl<'a> Band<'a> {
                 let part = s / split;
                 for j in 0..split {
                     for i in 0..split {
-                        self.part(x * s + i * part, y * s + j * part, part, &mut pixel);
+                        self.part(x * s + i * part, y * s + j * part, part, &mut out);
                     }
                 }
-                out.push(pixel);
+                out.ends.push(out.all.len());
             }
         }
         out
@@ -212,14 +281,17 @@ impl<'a> Band<'a> {
     }
 
     /// Adds the fragments of a square of sub-pixels.
-    fn part(&self, x: usize, y: usize, side: usize, out: &mut Vec<Fragment>) {
+    fn part(&self, x: usize, y: usize, side: usize, out: &mut Found) {
         let scale = (self.sampling.subpixels as f64).powi(-2);
         // The camera's first sub-pixel is the margin.
         let corner = [x as f64 + 1.0, y as f64 + 1.0];
         let side_length = side as f64;
         if let Some(item) = self.uniform(x, y, side) {
             let at = corner.map(|c| c + side_length * 0.5);
-            out.extend(self.fragment(item, at, side_length.powi(2) * scale));
+            let half = 0.5 * side_length / self.sampling.subpixels as f64;
+            let outline = Outline::Square(self.whole(at).map(|c| c as f32), half as f32);
+            let weight = side_length.powi(2) * scale;
+            out.all.extend(self.fragment(item, at, weight, outline));
             return;
         }
         let mut items: Vec<u32> = self.window(x, y, side).flatten().copied().collect();
@@ -233,13 +305,34 @@ impl<'a> Band<'a> {
         for share in shares(self.surfaces, &self.camera, square, &items) {
             let weight = share.area * scale;
             if weight > LEAST {
-                out.extend(self.fragment(share.facet as u32, share.at, weight));
+                let parts = out.parts.len() as u32;
+                let outline = Outline::Parts(parts, parts + share.parts.len() as u32);
+                let found = self.fragment(share.facet as u32, share.at, weight, outline);
+                if let Some(fragment) = found {
+                    out.all.push(fragment);
+                    for part in &share.parts {
+                        out.places.extend(part.iter().map(|at| self.whole(*at)));
+                        out.parts.push(out.places.len() as u32);
+                    }
+                }
             }
         }
     }
 
+    /// A position in sub-pixels of the band as one in pixels of the picture.
+    fn whole(&self, [x, y]: Place) -> Place {
+        let s = self.sampling.subpixels as f64;
+        [(x - 1.0) / s, self.from as f64 + (y - 1.0) / s]
+    }
+
     /// The front of a facet at a position in sub-pixels; `None` for the void and for backs.
-    fn fragment(&self, item: u32, [x, y]: [f64; 2], weight: f64) -> Option<Fragment> {
+    fn fragment(
+        &self,
+        item: u32,
+        [x, y]: Place,
+        weight: f64,
+        outline: Outline,
+    ) -> Option<Fragment> {
         if item == NOTHING {
             return None;
         }
@@ -255,6 +348,7 @@ impl<'a> Band<'a> {
             facet: item as usize,
             point: kept_inside(self.surfaces, facet, point),
             weight: weight as f32,
+            outline,
         })
     }
 }

@@ -16,7 +16,8 @@ use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::burial::beacons;
-use crate::transport::direct::{Luminaire, Receiver, Receivers, Setting, irradiance, luminaires};
+use crate::transport::cluster::{Receiver, Receivers};
+use crate::transport::direct::{Luminaire, Setting, irradiance, luminaires};
 use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Rows, interreflect};
 use crate::transport::hemicube::{Hemicube, Row, Table};
@@ -200,14 +201,6 @@ impl Operator {
             grid.map_or(NONE, |g| mesh.seen[g.cell(f.point)])
         });
         let shown = shown.collect();
-        let seen_at: Vec<Receiver> = fragments
-            .all
-            .iter()
-            .map(|f| Receiver {
-                point: f.point,
-                facet: f.facet,
-            })
-            .collect();
         let sampled: Vec<Receiver> = mesh
             .elements
             .iter()
@@ -222,7 +215,7 @@ impl Operator {
             rig: rig.clone(),
             width: view.width,
             height: view.height,
-            fragment_receivers: Receivers::new(&surfaces, &seen_at),
+            fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
             element_receivers: Receivers::new(&surfaces, &sampled),
             solutions: rig.lights.iter().map(|_| None).collect(),
             surfaces,
@@ -271,10 +264,12 @@ impl Operator {
             .par_iter()
             .map(|&l| {
                 let light = &self.lights[l];
-                let samples = irradiance(setting, light, &self.element_receivers, 0.0, work)?;
+                let samples = irradiance(setting, light, &self.element_receivers, None, 0.0, work)?;
                 let means = self.means(&samples);
                 let allowed = self.tolerance * self.level(&means);
-                let seen = irradiance(setting, light, &self.fragment_receivers, allowed, work)?;
+                let receivers = &self.fragment_receivers;
+                let outlines = Some(&self.fragments);
+                let seen = irradiance(setting, light, receivers, outlines, allowed, work)?;
                 let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
                 work.progress.report("direct light", so_far, missing.len());
                 Ok((seen, means))

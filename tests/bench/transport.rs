@@ -2,7 +2,7 @@
 //!
 //! Prints, for each reference scene, seconds to prepare, to render all banks one by one and to
 //! compose one more picture, and the error of the mixed picture. `--pictures FOLDER` also writes
-//! what it rendered beside the reference, as PPM.
+//! what it rendered beside the reference, as PPM; `--only SCENE` leaves the others out.
 
 #![allow(
     clippy::unwrap_used,
@@ -26,18 +26,52 @@ fn main() {
     let at = arguments.iter().position(|a| a == "--pictures");
     let folder = at.and_then(|i| arguments.get(i + 1)).map(String::as_str);
     println!("scene    quality  prepare s  all banks s  one more s  error %  without noise %");
-    for case in [cornell(), stage()] {
+    let only = arguments.iter().position(|a| a == "--only");
+    let only = only.and_then(|i| arguments.get(i + 1)).map(String::as_str);
+    let wanted = |case: &Case| only.is_none_or(|o| o == case.name);
+    for case in [cornell(), stage()].into_iter().filter(wanted) {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         for quality in 1..=5 {
             measure(&case, quality, Some([&halves[0], &halves[1]]), folder);
         }
     }
-    for quality in [1, 2, 4] {
-        measure(&tavern(), quality, None, folder);
+    let tavern = tavern();
+    if !wanted(&tavern) {
+        return;
+    }
+    let names: Vec<String> = tavern.rig.sources.iter().map(|s| s.name.clone()).collect();
+    let finest = measure(&tavern, 5, None, folder);
+    for quality in 1..=4 {
+        let banks = measure(&tavern, quality, None, folder);
+        against(&names, &banks, &finest);
     }
 }
 
-fn measure(case: &Case, quality: u8, halves: Option<[&Image; 2]>, folder: Option<&str>) {
+/// Error of each bank against the finest step's.
+fn against(names: &[String], banks: &[Image], finest: &[Image]) {
+    let mut errors: Vec<(f64, &String)> = banks
+        .iter()
+        .zip(finest)
+        .map(|(bank, best)| {
+            let pairs = || bank.data().iter().zip(best.data());
+            let apart: f64 = pairs().map(|(a, b)| f64::from(a - b).powi(2)).sum();
+            let power: f64 = pairs().map(|(_, b)| f64::from(*b).powi(2)).sum();
+            100.0 * (apart / power).sqrt()
+        })
+        .zip(names)
+        .collect();
+    errors.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let listed: Vec<String> = errors.iter().map(|(e, n)| format!("{n} {e:.2}")).collect();
+    println!("         against the finest step, %: {}", listed.join(", "));
+}
+
+/// Renders all banks one by one and then the mix; returns the banks.
+fn measure(
+    case: &Case,
+    quality: u8,
+    halves: Option<[&Image; 2]>,
+    folder: Option<&str>,
+) -> Vec<Image> {
     let work = Work {
         progress: &Silent,
         threads: 2,
@@ -52,7 +86,7 @@ fn measure(case: &Case, quality: u8, halves: Option<[&Image; 2]>, folder: Option
     let banks: Vec<Vec<f64>> = (0..n)
         .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
         .collect();
-    g.render(&banks, work).unwrap();
+    let alone = g.render(&banks, work).unwrap();
     let all = start.elapsed().as_secs_f64() - prepared;
     let mixed = g.render(std::slice::from_ref(&case.mix), work).unwrap();
     let more = start.elapsed().as_secs_f64() - prepared - all;
@@ -68,6 +102,7 @@ fn measure(case: &Case, quality: u8, halves: Option<[&Image; 2]>, folder: Option
             write(half, &format!("{folder}/{name}_reference.ppm"));
         }
     }
+    alone
 }
 
 /// As a plain PPM with a gamma of 2.2, the brightest hundredth clipped.

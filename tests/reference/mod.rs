@@ -13,7 +13,6 @@ use footlight::geometry::vec3;
 use footlight::lang;
 use footlight::picture::{Image, exr};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
-use footlight::show::LightKind;
 use footlight::study::difference::away_from;
 use footlight::study::{Reference, difference};
 use footlight::transport::radiosity::Radiosity;
@@ -126,7 +125,7 @@ pub fn stage() -> Case {
     case("stage", &banks, &mix, eye, (25.0, 320, 180))
 }
 
-/// The example show, each of its lights a source; there is no reference picture.
+/// The example show, each coordinate of its settings a source; there is no reference picture.
 pub fn tavern() -> Case {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
     let text = std::fs::read_to_string(folder.join("tavern.lxq")).unwrap();
@@ -135,36 +134,12 @@ pub fn tavern() -> Case {
         .unwrap();
     let files = Folder::new(folder, 1 << 24);
     let scene = obj::import(&files, "tavern.obj", show.stages[0].z_up).unwrap();
-    let light = |kind: &LightKind| match kind {
-        LightKind::Spot(spot) => Light::Spot(spot.clone()),
-        LightKind::Panel { material, radiance } => {
-            let at = scene
-                .materials
-                .iter()
-                .position(|m| m.name == *material)
-                .unwrap();
-            let radiance = radiance.unwrap_or(scene.materials[at].emission);
-            Light::Panel {
-                material: at,
-                radiance,
-            }
-        }
-    };
-    let sources = show.lights.iter().enumerate().map(|(light, l)| Source {
-        name: l.name.clone(),
-        emitters: vec![Emitter {
-            light,
-            filter: Rgb::WHITE,
-        }],
-    });
+    let rig = show.rig(&scene).unwrap();
     Case {
         name: "tavern",
-        rig: Rig {
-            lights: show.lights.iter().map(|l| light(&l.kind)).collect(),
-            sources: sources.collect(),
-        },
         view: show.views[0].camera.clone(),
-        mix: vec![0.3; show.lights.len()],
+        mix: vec![0.3; rig.sources.len()],
+        rig,
         scene,
     }
 }
