@@ -189,7 +189,7 @@ impl Interpreter {
                 sources: Sources::default(),
             })
         })?;
-        let (compiled, fresh) = compile(name, &source, host.files.as_ref(), None)?;
+        let (compiled, fresh) = compile(name, &source, &host, None)?;
         Ok(Interpreter {
             now: compiled.timeline.start(),
             stage: Stage::renew(None, fresh),
@@ -300,12 +300,8 @@ impl Interpreter {
                 sources,
             })
         })?;
-        let (compiled, fresh) = compile(
-            &self.name,
-            &edited.source,
-            self.host.files.as_ref(),
-            self.stage.as_ref(),
-        )?;
+        let old = self.stage.as_ref();
+        let (compiled, fresh) = compile(&self.name, &edited.source, &self.host, old)?;
         let kept = self.refined();
         self.stage = Stage::renew(self.stage.take(), fresh);
         self.now = self
@@ -345,7 +341,7 @@ pub fn finished(line: &str) -> bool {
 fn compile(
     name: &str,
     source: &str,
-    files: &dyn Files,
+    host: &Host,
     old: Option<&Stage>,
 ) -> Result<(Compiled, Option<stage::Fresh>), Error> {
     let mut sources = Sources::default();
@@ -354,7 +350,8 @@ fn compile(
     let is_error = |d: &crate::diagnostic::Diagnostic| d.severity == Severity::Error;
     let mut done = None;
     if let Some(show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
-        let fresh = Stage::read(&show, &parsed.spans, files, old);
+        let files = host.files.as_ref();
+        let fresh = Stage::read(&show, &parsed.spans, files, host.memory, old);
         let fresh = fresh.unwrap_or_else(|mistakes| {
             diagnostics.extend(mistakes);
             None

@@ -31,6 +31,14 @@ pub enum PictureError {
         /// What it has that is not read.
         reason: String,
     },
+    /// The file has no such layer.
+    #[error("{}", no_layer(wanted.as_deref(), layers))]
+    Layer {
+        /// The layer asked for; `None`: the picture outside all layers.
+        wanted: Option<String>,
+        /// The layers there are.
+        layers: Vec<String>,
+    },
     /// It would need more memory than allowed.
     #[error("a picture of {width} x {height} pixels needs {needed} bytes; the limit is {limit}")]
     Memory {
@@ -84,6 +92,14 @@ pub enum PictureError {
         /// What is wrong with it.
         reason: &'static str,
     },
+}
+
+fn no_layer(wanted: Option<&str>, layers: &[String]) -> String {
+    match (wanted, layers) {
+        (Some(name), []) => format!("there is no layer `{name}`, nor any other"),
+        (Some(name), _) => format!("there is no layer `{name}`"),
+        (None, _) => "all its pictures are in layers".to_owned(),
+    }
 }
 
 /// A linear RGB picture, `width` x `height`, row 0 on top.

@@ -6,11 +6,16 @@
 //! stay in `show`.
 
 pub mod obj;
+pub mod still;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::geometry::Vec3;
+use crate::picture::Image;
 use crate::units::Rgb;
+
+pub use self::still::{ImageFile, Images};
 
 /// A diffuse material, as shows refer to it by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -100,6 +105,8 @@ pub enum Light {
     },
     /// A point source with a beam.
     Spot(Spot),
+    /// What it adds to the picture at unit setting, rendered elsewhere; the stage does not matter.
+    Image(Arc<Image>),
 }
 
 /// A point source with a round beam: half the peak intensity at half the beam angle from the

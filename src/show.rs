@@ -130,6 +130,8 @@ pub enum LightKind {
     },
     /// A spot (see [`scene::Spot`]).
     Spot(scene::Spot),
+    /// What a bank or the fixed lights add to the picture, rendered elsewhere.
+    Image(scene::ImageFile),
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`.
@@ -396,6 +398,14 @@ pub enum RigError {
         /// The material's name.
         material: String,
     },
+    /// A bank's image was not read.
+    #[error("the image `{path}` was not read")]
+    NoImage {
+        /// The bank's statement.
+        id: NodeId,
+        /// The file.
+        path: String,
+    },
 }
 
 impl Show {
@@ -428,16 +438,36 @@ impl Show {
         self.views.first()
     }
 
-    /// The lights as the operator G takes them, one source for each coordinate; light names become
-    /// indices, materials are looked up in `scene`.
+    /// The pictures that banks and fixed lights are given as, with the statements that say so.
+    pub fn images(&self) -> impl Iterator<Item = (NodeId, &scene::ImageFile)> {
+        self.lights.iter().filter_map(|light| match &light.kind {
+            LightKind::Image(file) => Some((light.id, file)),
+            _ => None,
+        })
+    }
+
+    /// [`Show::rig_with`] for a show without images.
     ///
     /// # Errors
     /// Every [`RigError`] of the show.
     pub fn rig(&self, scene: &scene::Scene) -> Result<scene::Rig, Vec<RigError>> {
+        self.rig_with(scene, &scene::Images::new())
+    }
+
+    /// The lights as the operator G takes them, one source for each coordinate; light names become
+    /// indices, materials are looked up in `scene`, images in `images`.
+    ///
+    /// # Errors
+    /// Every [`RigError`] of the show.
+    pub fn rig_with(
+        &self,
+        scene: &scene::Scene,
+        images: &scene::Images,
+    ) -> Result<scene::Rig, Vec<RigError>> {
         let mut errors = Vec::new();
         let mut lights = Vec::new();
         for light in &self.lights {
-            match resolve(light, scene) {
+            match resolve(light, scene, images) {
                 Ok(light) => lights.push(light),
                 Err(error) => errors.push(error),
             }
@@ -478,9 +508,20 @@ impl Show {
     }
 }
 
-fn resolve(light: &Light, scene: &scene::Scene) -> Result<scene::Light, RigError> {
+fn resolve(
+    light: &Light,
+    scene: &scene::Scene,
+    images: &scene::Images,
+) -> Result<scene::Light, RigError> {
     let (material, own) = match &light.kind {
         LightKind::Spot(spot) => return Ok(scene::Light::Spot(spot.clone())),
+        LightKind::Image(file) => {
+            let read = images.get(file).cloned().map(scene::Light::Image);
+            return read.ok_or_else(|| RigError::NoImage {
+                id: light.id,
+                path: file.path.clone(),
+            });
+        }
         LightKind::Panel { material, radiance } => (material, radiance),
     };
     let found = scene

@@ -14,6 +14,7 @@ pub mod eye;
 pub mod form;
 pub mod hemicube;
 pub mod lambert;
+pub mod layered;
 pub mod mesh;
 pub mod radiosity;
 pub mod seen;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::verb::{self, Call, VERBS};
 use super::{Error, Goal, Interpreter, Reply, refine::Ended};
 use crate::lang;
-use crate::plan::{Metric, Plan, PlanReport, Weighting};
+use crate::plan::{LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
 use crate::show::{Cue, Show};
 use crate::timeline::{KeyOptions, KeySequence};
 use crate::units::Time;
@@ -158,7 +158,7 @@ impl Interpreter {
             return Ok(Reply::text(json(&plan)?));
         }
         let mut text = describe_plan(&plan);
-        if metric != Metric::Settings {
+        if metric != Metric::Settings && !self.is_final() {
             let [cheap, fine] = self.coarse_steps();
             let _ = writeln!(
                 text,
@@ -202,7 +202,12 @@ impl Interpreter {
                 Some(self.sequence_norm(pool)),
             ),
         };
-        Ok(Plan::new(keys, &weighting, tolerance, norm)?.report(self.show(), keys))
+        let report = Plan::new(keys, &weighting, tolerance, norm)?.report(self.show(), keys);
+        Ok(if self.is_final() {
+            nothing_to_refine(report)
+        } else {
+            report
+        })
     }
 
     pub(super) fn answer_refine(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -381,6 +386,23 @@ fn wrapped(words: &[&str]) -> String {
         out.push_str(word);
     }
     out
+}
+
+/// The plan where the first pictures are final: the basis still tells how the sequence varies, but
+/// no picture of it is worth rendering.
+fn nothing_to_refine(mut plan: PlanReport) -> PlanReport {
+    plan.used = 0;
+    plan.predicted = vec![Predicted {
+        refined: 0,
+        error: 0.0,
+    }];
+    plan.left_out.push(LeftOut {
+        what: "refinement",
+        name: "of every bank".to_owned(),
+        why: "nothing is left to refine: quality has one step here, the first pictures are final"
+            .to_owned(),
+    });
+    plan
 }
 
 pub(super) fn json(plan: &PlanReport) -> Result<String, Error> {

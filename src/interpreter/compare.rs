@@ -106,8 +106,7 @@ impl Interpreter {
         let (work, clock) = (self.host.work(), self.host.clock.as_ref());
         let begin = clock.seconds();
         let transport = self.host.transport.as_ref();
-        let mut operator =
-            transport.prepare(&stage.scene, &stage.rig, &stage.view, quality, work)?;
+        let mut operator = stage.prepare(transport, quality, work)?;
         let prepared = clock.seconds();
         let images = operator.render(settings, work)?;
         Ok((images, [prepared - begin, clock.seconds() - prepared]))

@@ -2,10 +2,13 @@
 //! names the file, the surface or the light.
 
 use crate::diagnostic::{Diagnostic, Label, Severity};
+use crate::files::FileError;
 use crate::lang::{SpanMap, nearest};
-use crate::scene::Scene;
+use crate::picture::PictureError;
 use crate::scene::obj::SceneError;
-use crate::show::{NodeId, RigError, Stage, Surface};
+use crate::scene::still::{ImageError, Refused};
+use crate::scene::{ImageFile, Scene};
+use crate::show::{NodeId, RigError, Show, Stage, Surface};
 
 fn error(
     code: &'static str,
@@ -69,7 +72,89 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
             let help = format!("give it a radiance, such as `panel {material} 500 cd/m2`");
             error("E304", cause.to_string(), *id, spans, vec![help])
         }
+        RigError::NoImage { id, .. } => error("E305", cause.to_string(), *id, spans, Vec::new()),
     }
+}
+
+/// An image that cannot be used, at every statement that names it.
+pub(super) fn of_image((file, cause): &Refused, show: &Show, spans: &SpanMap) -> Vec<Diagnostic> {
+    let (code, help) = match cause {
+        ImageError::Picture(PictureError::Layer { wanted, layers }) => {
+            ("E306", layer_help(wanted.as_deref(), layers))
+        }
+        ImageError::Picture(PictureError::NotFinite { .. }) => {
+            let help = "render it again; a pixel without a number has no place in a sum of lights";
+            ("E305", vec![help.to_owned()])
+        }
+        ImageError::Picture(PictureError::Memory { .. }) => {
+            let help = "render it smaller, or give more memory with `--memory MB`";
+            ("E305", vec![help.to_owned()])
+        }
+        ImageError::Picture(_) => {
+            let help = "an image is OpenEXR (linear light, with R, G and B) or PNG (sRGB)";
+            ("E305", vec![help.to_owned()])
+        }
+        ImageError::File(FileError::Outside(_)) => {
+            let help = "a show reads files only from its own folder downwards; copy the file there";
+            ("E305", vec![help.to_owned()])
+        }
+        ImageError::File(FileError::Missing(_)) => {
+            let help = "the path is taken from the show's own folder";
+            ("E305", vec![help.to_owned()])
+        }
+        ImageError::File(_) => ("E305", Vec::new()),
+    };
+    let said = match cause {
+        ImageError::File(error) => error.to_string(),
+        ImageError::Picture(PictureError::NotFinite { .. }) => match &file.layer {
+            None => format!("`{}`: {cause}", file.path),
+            Some(layer) => format!("`{}`, layer `{layer}`: {cause}", file.path),
+        },
+        ImageError::Picture(_) => format!("`{}`: {cause}", file.path),
+    };
+    let message = format!("the image cannot be used: {said}");
+    let named = show.images().filter(|(_, f)| *f == file);
+    named
+        .map(|(id, _)| error(code, message.clone(), id, spans, help.clone()))
+        .collect()
+}
+
+/// Which layer could have been meant.
+fn layer_help(wanted: Option<&str>, layers: &[String]) -> Vec<String> {
+    let names = || layers.iter().map(String::as_str);
+    if let Some(near) = wanted.and_then(|name| nearest(name, names())) {
+        return vec![format!("did you mean `layer \"{near}\"`?")];
+    }
+    let some: Vec<String> = names().take(12).map(|n| format!("`{n}`")).collect();
+    let more = match layers.len().saturating_sub(some.len()) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    match (some.is_empty(), wanted) {
+        (true, _) => vec!["leave `layer` out".to_owned()],
+        (false, None) => vec![format!(
+            "say which: `layer \"NAME\"`; the file has {}{more}",
+            some.join(", ")
+        )],
+        (false, Some(_)) => vec![format!("the file has {}{more}", some.join(", "))],
+    }
+}
+
+/// An image of another size than the picture; `of` says whose size that is.
+pub(super) fn of_size(
+    (id, file): (NodeId, &ImageFile),
+    found: (usize, usize),
+    wanted: (usize, usize),
+    of: &str,
+    spans: &SpanMap,
+) -> Diagnostic {
+    let message = format!(
+        "`{}` has {}x{} pixels, {of} has {}x{}",
+        file.path, found.0, found.1, wanted.0, wanted.1
+    );
+    let help =
+        "all images and the view have one size: render them alike, or change `size` in the view";
+    error("E307", message, id, spans, vec![help.to_owned()])
 }
 
 /// Names that could have been meant.

@@ -344,6 +344,7 @@ impl Interpreter {
         };
         let quality = match call.option("quality") {
             Some(text) => format!("quality {text}"),
+            None if self.is_final() => "the sum of the banks".to_owned(),
             None => format!("coarse, and {}", count(self.refined(), "refined picture")),
         };
         let negative = tone::negative(&image);
@@ -422,7 +423,7 @@ impl Interpreter {
     }
 
     pub(super) fn quality(&self, text: &str) -> Result<Quality, Error> {
-        let finest = self.host.transport.finest().0;
+        let finest = self.finest().0;
         let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
         number.map(Quality).ok_or_else(|| {
             Error::Usage(format!(

@@ -66,7 +66,27 @@ impl Interpreter {
     /// The two steps of quality at which coarse pictures are rendered: what the show asks for, and
     /// the finer one whose pictures serve as coarse ones; their difference estimates the error.
     pub(super) fn coarse_steps(&self) -> [u8; 2] {
-        stage::coarse_steps(self.show().preview.coarse, self.host.transport.finest())
+        stage::coarse_steps(self.show().preview.coarse, self.finest())
+    }
+
+    /// The finest step of the scale that the show's lights are rendered on.
+    pub(super) fn finest(&self) -> Quality {
+        let transport = self.host.transport.as_ref();
+        let of_stage = |stage: &stage::Stage| stage.finest(transport);
+        self.stage
+            .as_ref()
+            .map_or_else(|| transport.finest(), of_stage)
+    }
+
+    /// The step that refined pictures are rendered at.
+    pub(super) fn refined_step(&self) -> Quality {
+        Quality(self.show().preview.refined.clamp(1, self.finest().0))
+    }
+
+    /// True when the first pictures are as good as any: the scale has one step, so that nothing is
+    /// left to refine. So it is where every bank is an image.
+    pub fn is_final(&self) -> bool {
+        self.stage.is_some() && self.finest() == Quality(1)
     }
 
     /// The sequence after each picture, coarse alone first.
@@ -97,6 +117,9 @@ impl Interpreter {
 
     fn forecast(&self) -> Result<f64, Error> {
         let pool = self.rendered()?;
+        if self.is_final() {
+            return Ok(0.0);
+        }
         let norm = Some(self.sequence_norm(pool));
         Ok(plan::forecast(
             &self.compiled.keys,
@@ -173,13 +196,10 @@ impl Interpreter {
         let begin = self.host.clock.seconds();
         let work = self.host.work();
         work.check()?;
-        let quality = Quality(
-            self.compiled
-                .show
-                .preview
-                .refined
-                .clamp(1, self.host.transport.finest().0),
-        );
+        if self.is_final() {
+            return Ok(false);
+        }
+        let quality = self.refined_step();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
         let pool = stage.pool.as_ref().ok_or_else(no_stage)?;
         let next = plan::next(

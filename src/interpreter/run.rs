@@ -105,19 +105,19 @@ impl Interpreter {
         let first = steps.first().map_or(0.0, |s| s.error);
         let last = steps.last().map_or(0.0, |s| s.error);
         let refined = self.refined();
-        let preview = &self.show().preview;
         let mut text = self.headline() + "\n";
         let mut line = |what: &str, words: String, seconds: f64| {
             let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
         };
         let sources = self.show().coordinates().len();
         let [cheap, fine] = self.coarse_steps();
+        let at = match cheap == fine {
+            true => format!("at quality {cheap}"),
+            false => format!("at quality {cheap} and {fine}"),
+        };
         line(
             "coarse",
-            format!(
-                "{} at quality {cheap} and {fine}",
-                count(sources, "picture")
-            ),
+            format!("{} {at}", count(sources, "picture")),
             coarse,
         );
         line(
@@ -141,7 +141,7 @@ impl Interpreter {
             format!(
                 "{} at quality {}; error {} % -> {} %, predicted ({ended})",
                 count(refined, "picture"),
-                preview.refined,
+                self.refined_step().0,
                 percent(first),
                 percent(last)
             ),

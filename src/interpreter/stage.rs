@@ -6,10 +6,13 @@ use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
 use crate::files::Files;
+use crate::geometry::{Vec3, vec3};
 use crate::lang::SpanMap;
+use crate::picture::Image;
 use crate::pool::Pool;
-use crate::scene::{self, Rig, Scene};
+use crate::scene::{self, ImageFile, Images, Rig, Scene, still};
 use crate::show::Show;
+use crate::transport::layered::{Layered, only_images};
 use crate::transport::{Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
@@ -45,6 +48,7 @@ pub(super) struct Stage {
     inputs: Inputs,
     /// What light meets.
     pub scene: Arc<Scene>,
+    images: Images,
     /// What emits it.
     pub rig: Rig,
     /// Who sees it.
@@ -59,14 +63,16 @@ pub(super) struct Stage {
 pub(super) struct Fresh {
     inputs: Inputs,
     scene: Arc<Scene>,
+    images: Images,
     rig: Rig,
     view: scene::View,
     steps: [u8; 2],
 }
 
 impl Stage {
-    /// Loads what `show` needs, taking the scene of `old` where the text means the same; `None`
-    /// when the show has no stage or no view.
+    /// Loads what `show` needs, taking the scene and the images of `old` where the text means the
+    /// same; `None` when the show has no stage or no view. Where every bank is an image neither is
+    /// needed: the picture is then as large as they are. Images hold at most `memory` bytes.
     ///
     /// # Errors
     /// A diagnostic for every file that cannot be used and every light that does not fit.
@@ -74,27 +80,43 @@ impl Stage {
         show: &Show,
         spans: &SpanMap,
         files: &dyn Files,
+        memory: usize,
         old: Option<&Stage>,
     ) -> Result<Option<Fresh>, Vec<Diagnostic>> {
         let inputs = Inputs::of(show);
         let scene = match old.filter(|s| s.inputs == inputs) {
-            Some(old) => Arc::clone(&old.scene),
-            None => Arc::new(load(show, spans, files)?),
+            Some(old) => Ok(Arc::clone(&old.scene)),
+            None => load(show, spans, files).map(Arc::new),
         };
-        let rig = show.rig(&scene);
+        let none = Images::new();
+        let known = old.map_or(&none, |s| &s.images);
+        let (scene, images) = match (scene, pictures(show, spans, files, memory, known)) {
+            (Ok(scene), Ok(images)) => (scene, images),
+            (scene, images) => {
+                let mistakes = [scene.err(), images.err()];
+                return Err(mistakes.into_iter().flatten().flatten().collect());
+            }
+        };
+        let rig = show.rig_with(&scene, &images);
         let rig = rig.map_err(|errors| {
             let mistakes = errors.iter().map(|e| mistake::of_rig(e, &scene, spans));
             mistakes.collect::<Vec<_>>()
         });
         let rig = rig?;
-        if show.stages.is_empty() {
-            return Ok(None);
-        }
-        Ok(show.view().map(|view| Fresh {
+        let view = show.view().map(|v| v.camera.clone());
+        let view = if only_images(&rig) {
+            view.or_else(|| images.values().next().map(|i| view_of(i)))
+        } else if show.stages.is_empty() {
+            None
+        } else {
+            view
+        };
+        Ok(view.map(|view| Fresh {
             inputs,
             scene,
+            images,
             rig,
-            view: view.camera.clone(),
+            view,
             steps: [show.preview.coarse, show.preview.refined],
         }))
     }
@@ -117,12 +139,29 @@ impl Stage {
         Some(Stage {
             inputs: fresh.inputs,
             scene: fresh.scene,
+            images: fresh.images,
             rig: fresh.rig,
             view: fresh.view,
             steps: fresh.steps,
             operators,
             pool,
         })
+    }
+
+    /// The finest step of quality that the rig's operator has.
+    pub fn finest(&self, transport: &dyn Transport) -> Quality {
+        Layered::new(&self.rig, transport).finest()
+    }
+
+    /// A new operator at a step of quality.
+    pub fn prepare(
+        &self,
+        transport: &dyn Transport,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        let layered = Layered::new(&self.rig, transport);
+        layered.prepare(&self.scene, &self.rig, &self.view, quality, work)
     }
 
     /// The operator at a step of quality, prepared on first use.
@@ -132,13 +171,14 @@ impl Stage {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<&mut dyn Prepared, TransportError> {
+        let finest = self.finest(transport).0;
         if !self.operators.contains_key(&quality.0) {
-            let prepared = transport.prepare(&self.scene, &self.rig, &self.view, quality, work)?;
+            let prepared = self.prepare(transport, quality, work)?;
             self.operators.insert(quality.0, prepared);
         }
         match self.operators.get_mut(&quality.0) {
             Some(operator) => Ok(operator.as_mut()),
-            None => Err(TransportError::Quality(quality.0, transport.finest().0)),
+            None => Err(TransportError::Quality(quality.0, finest)),
         }
     }
 
@@ -152,7 +192,7 @@ impl Stage {
         if self.pool.is_some() {
             return Ok(false);
         }
-        let [cheap, fine] = coarse_steps(self.steps[0], transport.finest()).map(Quality);
+        let [cheap, fine] = coarse_steps(self.steps[0], self.finest(transport)).map(Quality);
         let n = self.rig.sources.len();
         let coarser = match fine > cheap {
             true => Pool::units(n, self.operator(transport, cheap, work)?, work)?,
@@ -172,6 +212,62 @@ impl Stage {
 pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [u8; 2] {
     let cheap = coarse.clamp(1, finest.0);
     [cheap, cheap.saturating_add(1).min(finest.0)]
+}
+
+/// The pictures that banks are given as, all of one size, which is the view's where there is one.
+fn pictures(
+    show: &Show,
+    spans: &SpanMap,
+    files: &dyn Files,
+    memory: usize,
+    known: &Images,
+) -> Result<Images, Vec<Diagnostic>> {
+    let wanted: Vec<ImageFile> = show.images().map(|(_, file)| file.clone()).collect();
+    let images = still::read(files, &wanted, known, memory).map_err(|refused| {
+        let of_one = |one| mistake::of_image(one, show, spans);
+        refused.iter().flat_map(of_one).collect::<Vec<_>>()
+    })?;
+    let named = || {
+        let read = |(id, file)| images.get(file).map(|image| (id, file, size(image)));
+        show.images().filter_map(read)
+    };
+    let of_view = show.view().map(|v| {
+        let camera = (v.camera.width, v.camera.height);
+        (camera, format!("the view `{}`", v.name))
+    });
+    let of_first = || {
+        named()
+            .next()
+            .map(|(_, f, size)| (size, format!("`{}`", f.path)))
+    };
+    let Some((wanted, of)) = of_view.or_else(of_first) else {
+        return Ok(images);
+    };
+    let other = named().filter(|(_, _, size)| *size != wanted);
+    let mistakes: Vec<Diagnostic> = other
+        .map(|(id, file, size)| mistake::of_size((id, file), size, wanted, &of, spans))
+        .collect();
+    if mistakes.is_empty() {
+        Ok(images)
+    } else {
+        Err(mistakes)
+    }
+}
+
+fn size(image: &Image) -> (usize, usize) {
+    (image.width(), image.height())
+}
+
+/// A view as large as `image`, for a show that has nothing to look at but images; where it stands
+/// does not matter.
+fn view_of(image: &Image) -> scene::View {
+    scene::View {
+        from: vec3(0.0, -1.0, 0.0),
+        to: Vec3::ZERO,
+        fov: 40.0,
+        width: image.width(),
+        height: image.height(),
+    }
 }
 
 fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Diagnostic>> {

@@ -65,12 +65,13 @@ pub enum Declaration<'a> {
     },
     /// `light NAME …`
     Light(Light<'a>),
-    /// `bank NAME = …`
+    /// `bank NAME = …`, `bank NAME image …`
     Bank(Bank<'a>),
-    /// `fixed NAME = … level …`
+    /// `fixed NAME = … level …`, `fixed NAME image … level …`
     Fixed {
         name: Word<'a>,
         lights: Vec<Word<'a>>,
+        image: Option<ImageWords<'a>>,
         level: Option<Word<'a>>,
     },
     /// `group NAME = …`
@@ -115,13 +116,24 @@ pub struct Light<'a> {
     pub clauses: Vec<Clause<'a>>,
 }
 
-/// `bank NAME = lights options`
+/// `image "FILE" layer "NAME"`
+#[derive(Clone, Copy, Debug)]
+pub struct ImageWords<'a> {
+    /// The file.
+    pub path: Word<'a>,
+    /// The layer, if one is named.
+    pub layer: Option<Word<'a>>,
+}
+
+/// `bank NAME = lights options`, `bank NAME image … options`
 #[derive(Debug)]
 pub struct Bank<'a> {
     /// Its name.
     pub name: Word<'a>,
-    /// Names of lights.
+    /// Names of lights; none when it is an image.
     pub lights: Vec<Word<'a>>,
+    /// Its picture, in place of lights.
+    pub image: Option<ImageWords<'a>>,
     /// `channel N`, each time it is written.
     pub channels: Vec<Word<'a>>,
     /// `dimmer NAME`, each time it is written.

@@ -7,8 +7,8 @@
 use pest::iterators::{Pair, Pairs};
 
 use super::ast::{
-    Bank, Body, Clause, Cue, Declaration, Knot, Level, Light, Mark, Motion, Move, Part, Path, Span,
-    Statement, Target, Term, Timing, TimingKind, Word,
+    Bank, Body, Clause, Cue, Declaration, ImageWords, Knot, Level, Light, Mark, Motion, Move, Part,
+    Path, Span, Statement, Target, Term, Timing, TimingKind, Word,
 };
 use super::syntax::Rule;
 use crate::show::Interpolation;
@@ -152,6 +152,7 @@ impl<'a> Builder<'a> {
         let mut bank = Bank {
             name: self.next(&mut inner)?,
             lights: Vec::new(),
+            image: None,
             channels: Vec::new(),
             dimmers: Vec::new(),
             rgb: false,
@@ -159,6 +160,7 @@ impl<'a> Builder<'a> {
         for pair in inner {
             match pair.as_rule() {
                 Rule::names => bank.lights = self.words(pair),
+                Rule::image => bank.image = Some(self.image(pair)?),
                 Rule::bank_option => {
                     let mut pieces = pair.into_inner();
                     let keyword = pieces.next()?.as_rule();
@@ -174,18 +176,33 @@ impl<'a> Builder<'a> {
         Some(bank)
     }
 
+    fn image(&self, pair: Pair<'_, Rule>) -> Option<ImageWords<'a>> {
+        let mut texts = pair.into_inner().filter(|p| p.as_rule() == Rule::text);
+        Some(ImageWords {
+            path: self.word(&texts.next()?),
+            layer: texts.next().map(|p| self.word(&p)),
+        })
+    }
+
     fn list(&self, rule: Rule, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
         let name = self.next(&mut inner)?;
-        let mut rest = inner.filter(|p| matches!(p.as_rule(), Rule::names | Rule::value));
-        let names = self.words(rest.next()?);
-        Some(if rule == Rule::group_statement {
-            Declaration::Group { name, banks: names }
-        } else {
-            Declaration::Fixed {
+        let (mut names, mut image, mut level) = (Vec::new(), None, None);
+        for pair in inner {
+            match pair.as_rule() {
+                Rule::names => names = self.words(pair),
+                Rule::image => image = Some(self.image(pair)?),
+                Rule::value => level = Some(self.word(&pair)),
+                _ => {}
+            }
+        }
+        Some(match rule {
+            Rule::group_statement => Declaration::Group { name, banks: names },
+            _ => Declaration::Fixed {
                 name,
                 lights: names,
-                level: rest.next().map(|p| self.word(&p)),
-            }
+                image,
+                level,
+            },
         })
     }
 

@@ -183,6 +183,8 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_field => "`field`",
         Rule::kw_fov => "`fov`",
         Rule::kw_from => "`from`",
+        Rule::kw_image | Rule::image => "`image`",
+        Rule::kw_layer => "`layer`",
         Rule::kw_level => "`level`",
         Rule::kw_reflectance => "`reflectance`",
         Rule::kw_repeat => "`repeat`",
@@ -201,7 +203,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 56] = [
+pub const INNER_WORDS: [&str; 58] = [
     "aim",
     "assert",
     "at",
@@ -229,6 +231,8 @@ pub const INNER_WORDS: [&str; 56] = [
     "gap",
     "hang",
     "hermite",
+    "image",
+    "layer",
     "level",
     "like",
     "linear",

@@ -16,23 +16,72 @@ pub fn combine(like: (usize, usize), terms: &[(f64, &Image)], threads: usize) ->
         .filter(|(weight, image)| *weight != 0.0 && (image.width(), image.height()) == like)
         .map(|(weight, image)| (*weight as f32, image.data()))
         .collect();
-    let length = out.data().len();
-    let share = length
-        .div_ceil(threads.max(1))
-        .next_multiple_of(BLOCK)
-        .max(BLOCK);
-    std::thread::scope(|scope| {
-        let terms = &terms;
-        for (part, sums) in out.data_mut().chunks_mut(share).enumerate() {
-            let mut task = move || sum_blocks(sums, part * share, terms);
-            if threads > 1 {
-                scope.spawn(task);
-            } else {
-                task();
+    let terms = &terms;
+    in_parts(out.data_mut(), BLOCK, threads, |sums, start| {
+        sum_blocks(sums, start, terms);
+    });
+    out
+}
+
+/// Adds `weight * image` to `image`, a weight for each channel; the sum of all terms is made in
+/// double precision before it is added and rounded once. Terms of another size are left out. Uses
+/// up to `threads` threads.
+pub fn add_coloured(image: &mut Image, terms: &[([f64; 3], &Image)], threads: usize) {
+    let like = (image.width(), image.height());
+    let terms: Vec<&([f64; 3], &Image)> = terms
+        .iter()
+        .filter(|(w, term)| *w != [0.0; 3] && (term.width(), term.height()) == like)
+        .collect();
+    if terms.is_empty() {
+        return;
+    }
+    let terms = &terms;
+    in_parts(image.data_mut(), BLOCK * 3, threads, |sums, start| {
+        let mut exact = vec![0.0_f64; sums.len().min(BLOCK * 3)];
+        for (block, sums) in sums.chunks_mut(BLOCK * 3).enumerate() {
+            let start = start + block * BLOCK * 3;
+            exact.fill(0.0);
+            for (weight, term) in terms {
+                let data = term
+                    .data()
+                    .get(start..start + sums.len())
+                    .unwrap_or_default();
+                for (to, from) in exact.chunks_exact_mut(3).zip(data.chunks_exact(3)) {
+                    for ((to, from), w) in to.iter_mut().zip(from).zip(weight) {
+                        *to += w * f64::from(*from);
+                    }
+                }
+            }
+            for (sum, exact) in sums.iter_mut().zip(&exact) {
+                *sum = (f64::from(*sum) + exact) as f32;
             }
         }
     });
-    out
+}
+
+/// Hands `data` out in parts, each with where it starts, one to a thread; all but the last are
+/// multiples of `unit`.
+fn in_parts(
+    data: &mut [f32],
+    unit: usize,
+    threads: usize,
+    task: impl Fn(&mut [f32], usize) + Sync,
+) {
+    let share = data
+        .len()
+        .div_ceil(threads.max(1))
+        .next_multiple_of(unit)
+        .max(unit);
+    std::thread::scope(|scope| {
+        let task = &task;
+        for (part, own) in data.chunks_mut(share).enumerate() {
+            if threads > 1 {
+                scope.spawn(move || task(own, part * share));
+            } else {
+                task(own, part * share);
+            }
+        }
+    });
 }
 
 /// Adds the terms' channels from `start` on to `sums`, block by block.
@@ -85,6 +134,28 @@ mod tests {
         for (sum, x) in one.data().iter().zip(a.data()) {
             assert_eq!(*sum, *x);
         }
+    }
+
+    #[test]
+    fn coloured_terms_are_added_channel_by_channel() {
+        let (a, b) = (ramp(1.0), ramp(-0.25));
+        let mut one = ramp(2.0);
+        let terms = [
+            ([1.0, 0.0, -1.0], &a),
+            ([0.0, 4.0, 0.0], &b),
+            ([0.0; 3], &a),
+        ];
+        add_coloured(&mut one, &terms, 1);
+        for (i, (sum, x)) in one.data().iter().zip(a.data()).enumerate() {
+            assert_eq!(*sum, [3.0, 1.0, 1.0][i % 3] * x);
+        }
+        for threads in [2, 3, 64] {
+            let mut other = ramp(2.0);
+            add_coloured(&mut other, &terms, threads);
+            assert_eq!(one, other);
+        }
+        add_coloured(&mut one, &[([1.0; 3], &Image::new(1, 1))], 1);
+        assert_eq!(one.pixel(1, 0), Some([9.0, 4.0, 5.0]));
     }
 
     #[test]

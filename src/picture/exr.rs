@@ -6,10 +6,11 @@
 //! corrupt header may ask for terabytes. OpenEXR has no checksum: a flipped bit in an uncompressed
 //! payload reads as another number, which only a hash kept elsewhere can tell.
 
+pub mod layer;
+
 use std::io::Cursor;
 
 use exr::block::UncompressedBlock;
-use exr::block::reader::ChunksReader;
 use exr::error::Error as ExrError;
 use exr::image::write::WritableImage;
 use exr::image::write::layers::WritableLayers;
@@ -92,28 +93,11 @@ pub fn encode(
 ///
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`] when its
-/// headers ask for more than `limit_bytes`, [`PictureError::Unsupported`] when no part has plain
-/// R, G and B channels, and [`PictureError::NotFinite`].
+/// headers ask for more than `limit_bytes`, [`PictureError::Layer`] when only layers have R, G and
+/// B, [`PictureError::Unsupported`] when nothing has, and [`PictureError::NotFinite`].
 pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
-    let reader = exr::block::read(Cursor::new(bytes), false).map_err(malformed)?;
-    guard_sizes(reader.headers(), bytes.len(), limit_bytes as u64)?;
-    let (part, channels) = rgb_part(reader.headers())?;
-    let header = reader.headers().get(part).cloned();
-    let header = header.ok_or_else(|| truncated("no header"))?;
-    let mut canvas = Canvas::new(&header, channels)?;
-    let mut blocks = reader
-        .all_chunks(false)
-        .map_err(malformed)?
-        .sequential_decompressor(false);
-    while let Some(block) = blocks.decompress_next_block() {
-        let block = block.map_err(malformed)?;
-        if block.index.layer == part && block.index.level == Vec2(0, 0) {
-            canvas.paint(&header, &block)?;
-        }
-    }
-    let image = canvas.finish()?;
-    require_finite(&image)?;
-    Ok(image)
+    let mut images = layer::decode(bytes, &[None], limit_bytes)?;
+    images.pop().unwrap_or_else(|| Err(truncated("no picture")))
 }
 
 /// The text attributes of the first part's header that are not the format's own.

@@ -1,10 +1,17 @@
-//! PNG: 8-bit sRGB pictures.
+//! PNG: 8-bit sRGB pictures; read with 16 bits too.
 //!
-//! Invariants: the bytes depend on the pixels alone; the file says that its codes are sRGB.
+//! Invariants: the bytes depend on the pixels alone; the file says that its codes are sRGB. What is
+//! read is held against the caller's limit before any pixel is.
 
-use ::png::{BitDepth, ColorType, Compression, Encoder, Filter, SrgbRenderingIntent};
+use std::io::Cursor;
 
-use super::PictureError;
+use ::png::{
+    BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, Filter, Limits,
+    SrgbRenderingIntent, Transformations,
+};
+
+use super::tone::srgb_decode;
+use super::{Image, PictureError};
 
 /// Interleaved sRGB bytes (three a pixel, rows from the top) as a PNG file.
 ///
@@ -22,6 +29,80 @@ pub fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, Pictur
         })
         .map_err(refused)?;
     Ok(bytes)
+}
+
+/// The picture in a PNG file, its codes taken as sRGB (IEC 61966-2-1) whatever its header says, and
+/// turned linear: 0 to 1, in steps of at most 0.9 % of the whole at 8 bits. Grey becomes RGB; what
+/// is transparent lets black through. At most about `limit_bytes` of memory are used.
+///
+/// # Errors
+/// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`].
+pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
+    let limits = Limits { bytes: limit_bytes };
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(malformed)?;
+    let (width, height) = (reader.info().width as usize, reader.info().height as usize);
+    // Codes of four channels with two bytes, and the picture.
+    let needed = (width as u64)
+        .saturating_mul(height as u64)
+        .saturating_mul(8 + 12);
+    if needed > limit_bytes as u64 {
+        return Err(PictureError::Memory {
+            width,
+            height,
+            needed,
+            limit: limit_bytes as u64,
+        });
+    }
+    let mut codes = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let frame = reader.next_frame(&mut codes).map_err(malformed)?;
+    codes.truncate(frame.buffer_size());
+    let data = linear(&codes, frame.color_type, frame.bit_depth);
+    Image::from_data(width, height, data).ok_or_else(|| PictureError::Malformed {
+        format: "PNG",
+        reason: "some of its pixels are missing".to_owned(),
+    })
+}
+
+/// Interleaved linear RGB of samples whose colours are expanded.
+fn linear(codes: &[u8], colour: ColorType, depth: BitDepth) -> Vec<f32> {
+    let wide = depth == BitDepth::Sixteen;
+    let top: u16 = if wide { u16::MAX } else { u16::from(u8::MAX) };
+    let share = |code: u16| f64::from(code) / f64::from(top);
+    let table: Vec<f32> = (0..=top)
+        .map(|code| srgb_decode(share(code)) as f32)
+        .collect();
+    let samples: Vec<u16> = match wide {
+        true => codes
+            .chunks_exact(2)
+            .map(|c| c.iter().fold(0, |n, b| n << 8 | u16::from(*b)))
+            .collect(),
+        false => codes.iter().map(|c| u16::from(*c)).collect(),
+    };
+    let mut out = Vec::with_capacity(samples.len() / colour.samples().max(1) * 3);
+    for pixel in samples.chunks_exact(colour.samples().max(1)) {
+        let (own, alpha) = match (pixel, colour) {
+            ([own @ .., alpha], ColorType::GrayscaleAlpha | ColorType::Rgba) => {
+                (own, share(*alpha) as f32)
+            }
+            _ => (pixel, 1.0),
+        };
+        let value = |code: &u16| alpha * table.get(usize::from(*code)).copied().unwrap_or_default();
+        match own {
+            [r, g, b] => out.extend([r, g, b].map(value)),
+            [grey, ..] => out.extend([value(grey); 3]),
+            [] => {}
+        }
+    }
+    out
+}
+
+fn malformed(error: DecodingError) -> PictureError {
+    PictureError::Malformed {
+        format: "PNG",
+        reason: error.to_string(),
+    }
 }
 
 /// An encoder of 8-bit sRGB, small files first.
@@ -66,10 +147,93 @@ pub(super) fn refused(error: ::png::EncodingError) -> PictureError {
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use std::io::Cursor;
+    use proptest::prelude::*;
+
+    fn file(colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 1, 1);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(data).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    #[test]
+    fn codes_of_every_kind_become_linear_light() {
+        let half = srgb_decode(188.0 / 255.0) as f32;
+        let kinds = [
+            (
+                ColorType::Rgb,
+                BitDepth::Eight,
+                vec![255, 188, 0],
+                [1.0, half, 0.0],
+            ),
+            (ColorType::Grayscale, BitDepth::Eight, vec![188], [half; 3]),
+            (ColorType::Grayscale, BitDepth::One, vec![0x80], [1.0; 3]),
+            (
+                ColorType::GrayscaleAlpha,
+                BitDepth::Eight,
+                vec![188, 51],
+                [half * 0.2; 3],
+            ),
+            (
+                ColorType::Rgba,
+                BitDepth::Eight,
+                vec![255, 188, 0, 0],
+                [0.0; 3],
+            ),
+            // 188/255 as 16 bits is the byte twice.
+            (
+                ColorType::Rgb,
+                BitDepth::Sixteen,
+                vec![255, 255, 188, 188, 0, 0],
+                [1.0, half, 0.0],
+            ),
+        ];
+        for (colour, depth, data, wanted) in kinds {
+            let image = decode(&file(colour, depth, &data), 1 << 10).unwrap();
+            let found = image.pixel(0, 0).unwrap();
+            for (f, w) in found.iter().zip(wanted) {
+                assert!((f - w).abs() < 1e-6, "{colour:?} {depth:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_header_that_asks_for_more_than_the_limit_is_refused() {
+        let bytes = encode(40, 50, &[7; 6000]).unwrap();
+        assert!(decode(&bytes, 40_000).is_ok());
+        assert!(matches!(
+            decode(&bytes, 39_999),
+            Err(PictureError::Memory { width: 40, .. })
+        ));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        #[test]
+        fn corrupt_files_are_errors_or_pictures(
+            edits in prop::collection::vec((0_usize..400, any::<u8>()), 1..6),
+            cut in prop::option::of(0_usize..400),
+        ) {
+            let rgb: Vec<u8> = (0..7 * 5 * 3).map(|i| (i * 41 % 256) as u8).collect();
+            let mut bytes = encode(7, 5, &rgb).unwrap();
+            for (at, value) in edits {
+                let at = at % bytes.len();
+                bytes[at] = value;
+            }
+            bytes.truncate(cut.unwrap_or(usize::MAX));
+            if let Ok(image) = decode(&bytes, 1 << 16) {
+                prop_assert!(image.data().len() * 4 <= 1 << 16);
+            }
+        }
+    }
 
     #[test]
     fn pixels_come_back() {

@@ -46,7 +46,8 @@ pub enum Luminaire {
 /// Makes the rig's lights ready.
 ///
 /// # Errors
-/// [`TransportError::Scene`] for a spot whose angles or aim are impossible.
+/// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
+/// shines on nothing ([`crate::transport::layered`] adds it to the picture).
 pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, TransportError> {
     rig.lights
         .iter()
@@ -62,6 +63,9 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
                     "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
                 ))
             }),
+            Light::Image(_) => Err(TransportError::Scene(format!(
+                "light {i} is an image: it cannot shine on the stage"
+            ))),
         })
         .collect()
 }

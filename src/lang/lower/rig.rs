@@ -3,13 +3,13 @@
 use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Vec3;
-use crate::lang::ast::{self, Clause, Declaration, Span, Statement, Word};
+use crate::lang::ast::{self, Clause, Declaration, ImageWords, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::names::{FADES, Kind};
 use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
-use crate::scene::Spot;
-use crate::show::{Bank, Dimmer, Fixed, Group, Light, LightKind};
+use crate::scene::{ImageFile, Spot};
+use crate::show::{Bank, Dimmer, Fixed, Group, Light, LightKind, NodeId};
 use crate::units::Rgb;
 
 /// What a light's clauses say, before its kind is known to have what it needs.
@@ -43,13 +43,14 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Fixed {
                     name,
                     lights,
+                    image,
                     level,
                 } => {
                     let id = self.node(statement.span);
                     let fixed = Fixed {
                         id,
                         name: name.text.to_owned(),
-                        lights: self.listed(lights, Kind::Light),
+                        lights: self.shining(id, lights, *image),
                         level: level.map_or(100.0, |w| self.level(w).unwrap_or_default()),
                     };
                     self.show.fixed.push(fixed);
@@ -91,6 +92,41 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
+    /// The lights of the statement `id`: those it names, or its image, which becomes a light that
+    /// no other statement can name.
+    fn shining(
+        &mut self,
+        id: NodeId,
+        names: &[Word<'a>],
+        image: Option<ImageWords<'a>>,
+    ) -> Vec<usize> {
+        let Some(ImageWords { path, layer }) = image else {
+            return self.listed(names, Kind::Light);
+        };
+        let file = ImageFile {
+            path: super::unquoted(path),
+            layer: layer.map(super::unquoted),
+        };
+        for (word, text) in [(Some(path), Some(&file.path)), (layer, file.layer.as_ref())] {
+            if let (Some(word), Some("")) = (word, text.map(String::as_str)) {
+                let help =
+                    "a whole one is `bank front image \"groups.exr\" layer \"Combined_front\"`";
+                let at = (word.span, "empty");
+                self.report
+                    .error::<()>(codes::MISSING, "the image has no name", at, help);
+            }
+        }
+        self.show.lights.push(Light {
+            id,
+            name: match layer {
+                None => format!("image {}", path.text),
+                Some(layer) => format!("image {} layer {}", path.text, layer.text),
+            },
+            kind: LightKind::Image(file),
+        });
+        vec![self.show.lights.len() - 1]
+    }
+
     fn bank(&mut self, bank: &ast::Bank<'a>, span: Span) {
         let id = self.node(span);
         for (what, words) in [("channel", &bank.channels), ("dimmer", &bank.dimmers)] {
@@ -104,7 +140,7 @@ impl<'a> Lower<'a, '_> {
         let bank = Bank {
             id,
             name: bank.name.text.to_owned(),
-            lights: self.listed(&bank.lights, Kind::Light),
+            lights: self.shining(id, &bank.lights, bank.image),
             channel,
             dimmer: dimmer.unwrap_or(Dimmer::Linear),
             rgb: bank.rgb,

@@ -1,0 +1,273 @@
+//! Layers of an OpenEXR file: several pictures in one.
+//!
+//! Renderers write them in two ways, and both are read: channels with a dot (`Key.R`, `Key.G`,
+//! `Key.B` are the layer `Key`; `View.Key.R` the layer `View.Key`), and parts with names, each with
+//! its own R, G and B. Invariant: one pass over the file, however many layers are wanted.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use exr::block::reader::ChunksReader;
+use exr::math::Vec2;
+use exr::meta::header::Header;
+
+use super::{Canvas, guard_sizes, malformed, require_finite, rgb_part};
+use crate::picture::{Image, PictureError};
+
+/// Where a layer stands: its part, and its R, G and B among the part's channels.
+type Place = (usize, [usize; 3]);
+
+/// Names of the layers with R, G and B, in alphabetical order; plain R, G and B of a part without a
+/// name are no layer.
+///
+/// # Errors
+/// [`PictureError::Malformed`] when the headers cannot be read.
+pub fn names(bytes: &[u8]) -> Result<Vec<String>, PictureError> {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(malformed)?;
+    Ok(places(reader.headers()).into_keys().collect())
+}
+
+/// The pictures of several layers, in the order asked for, each as [`super::decode`] would give it;
+/// `None` is the plain R, G and B. At most about `limit_bytes` of memory are used.
+///
+/// # Errors
+/// For the file as a whole as [`super::decode`]; for one layer [`PictureError::Layer`] when the
+/// file has none of that name, and [`PictureError::NotFinite`].
+pub fn decode(
+    bytes: &[u8],
+    wanted: &[Option<&str>],
+    limit_bytes: usize,
+) -> Result<Vec<Result<Image, PictureError>>, PictureError> {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(malformed)?;
+    let headers = reader.headers().to_vec();
+    guard_sizes(&headers, bytes.len(), limit_bytes as u64)?;
+    let known = places(&headers);
+    let mut slots = Vec::with_capacity(wanted.len());
+    let mut held = 0_u64;
+    for name in wanted {
+        slots.push(match find(&known, *name, &headers) {
+            Err(error) => Err(error),
+            Ok((part, channels)) => {
+                let header = headers
+                    .get(part)
+                    .ok_or_else(|| super::truncated("no header"))?;
+                held = within(header, held, limit_bytes as u64)?;
+                Ok((part, Canvas::new(header, channels)?))
+            }
+        });
+    }
+    let mut blocks = reader
+        .all_chunks(false)
+        .map_err(malformed)?
+        .sequential_decompressor(false);
+    while let Some(block) = blocks.decompress_next_block() {
+        let block = block.map_err(malformed)?;
+        let Some(header) = headers.get(block.index.layer) else {
+            continue;
+        };
+        let wanted = slots.iter_mut().flatten();
+        for (_, canvas) in wanted.filter(|(part, _)| *part == block.index.layer) {
+            if block.index.level == Vec2(0, 0) {
+                canvas.paint(header, &block)?;
+            }
+        }
+    }
+    let finish = |slot: Result<(usize, Canvas), PictureError>| {
+        let image = slot?.1.finish()?;
+        require_finite(&image)?;
+        Ok(image)
+    };
+    Ok(slots.into_iter().map(finish).collect())
+}
+
+/// Bytes held once a picture of this header's display window is added.
+fn within(header: &Header, held: u64, limit: u64) -> Result<u64, PictureError> {
+    let window = header.shared_attributes.display_window.size;
+    let needed = held.saturating_add(super::area(window, 3 * size_of::<f32>()));
+    if needed > limit {
+        return Err(PictureError::Memory {
+            width: window.0,
+            height: window.1,
+            needed,
+            limit,
+        });
+    }
+    Ok(needed)
+}
+
+fn find(
+    known: &BTreeMap<String, Place>,
+    name: Option<&str>,
+    headers: &[Header],
+) -> Result<Place, PictureError> {
+    let Some(name) = name else {
+        return rgb_part(headers).map_err(|error| match known.is_empty() {
+            true => error,
+            false => PictureError::Layer {
+                wanted: None,
+                layers: known.keys().cloned().collect(),
+            },
+        });
+    };
+    known.get(name).copied().ok_or_else(|| PictureError::Layer {
+        wanted: Some(name.to_owned()),
+        layers: known.keys().cloned().collect(),
+    })
+}
+
+/// All layers by name. Where two parts have a layer of one name, the first keeps it and later ones
+/// are `PART.LAYER`.
+fn places(headers: &[Header]) -> BTreeMap<String, Place> {
+    let mut out = BTreeMap::new();
+    for (part, header) in headers.iter().enumerate().filter(|(_, h)| !h.deep) {
+        let title = header.own_attributes.layer_name.as_ref();
+        let title = title.map(ToString::to_string).unwrap_or_default();
+        for (prefix, channels) in groups(header) {
+            let name = if prefix.is_empty() { &title } else { &prefix };
+            let long = format!("{title}.{prefix}");
+            let free = [name, &long].into_iter().find(|n| !out.contains_key(*n));
+            if let Some(free) = free.filter(|n| !n.is_empty()) {
+                out.insert(free.clone(), (part, channels));
+            }
+        }
+    }
+    out
+}
+
+/// What stands before `.R`, `.G` and `.B` among a part's channels, where all three are there.
+fn groups(header: &Header) -> BTreeMap<String, [usize; 3]> {
+    let mut found: BTreeMap<String, [Option<usize>; 3]> = BTreeMap::new();
+    for (at, channel) in header.channels.list.iter().enumerate() {
+        let name = channel.name.to_string();
+        let (prefix, last) = name.rsplit_once('.').unwrap_or(("", &name));
+        let colour = ["R", "G", "B"].iter().position(|c| *c == last);
+        let (Some(colour), Vec2(1, 1)) = (colour, channel.sampling) else {
+            continue;
+        };
+        if let Some(slot) = found.entry(prefix.to_owned()).or_default().get_mut(colour) {
+            slot.get_or_insert(at);
+        }
+    }
+    let whole = |(prefix, [r, g, b]): (String, [Option<usize>; 3])| Some((prefix, [r?, g?, b?]));
+    found.into_iter().filter_map(whole).collect()
+}
+
+#[cfg(test)]
+#[allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test's own data"
+)]
+mod tests {
+    use super::*;
+    use exr::image::write::WritableImage;
+    use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image as ExrImage, Layer};
+    use exr::meta::attribute::{IntegerBounds, Text};
+    use exr::meta::header::{ImageAttributes, LayerAttributes};
+    use exr::prelude::SmallVec;
+
+    const LIMIT: usize = 1 << 20;
+
+    /// Channels with one value each, 3 x 2 pixels.
+    type Part<'a> = (Option<&'a str>, &'a [(&'a str, f32)]);
+
+    fn file(parts: &[Part<'_>]) -> Vec<u8> {
+        let layer = |(name, channels): &Part<'_>| {
+            let channel = |(name, value): &(&str, f32)| {
+                AnyChannel::new(*name, FlatSamples::F32(vec![*value; 6]))
+            };
+            let list: SmallVec<_> = channels.iter().map(channel).collect();
+            let attributes = LayerAttributes {
+                layer_name: name.map(Text::from),
+                ..LayerAttributes::default()
+            };
+            let channels = AnyChannels::sort(list);
+            Layer::new((3, 2), attributes, Encoding::FAST_LOSSLESS, channels)
+        };
+        let layers: SmallVec<[_; 2]> = parts.iter().map(layer).collect();
+        let window = ImageAttributes::new(IntegerBounds::from_dimensions((3, 2)));
+        let image = ExrImage::from_layers(window, layers);
+        let mut out = Vec::new();
+        let to = Cursor::new(&mut out);
+        image.write().non_parallel().to_buffered(to).unwrap();
+        out
+    }
+
+    #[test]
+    fn channels_with_dots_are_layers() {
+        let file = file(&[(
+            None,
+            &[
+                ("View.Key.R", 1.0),
+                ("View.Key.G", -2.0),
+                ("View.Key.B", 3.0),
+                ("Fill.R", 4.0),
+                ("Fill.G", 5.0),
+                ("Fill.B", f32::NAN),
+                ("Depth.Z", 7.0),
+                ("Half.R", 7.0),
+            ],
+        )]);
+        assert_eq!(names(&file).unwrap(), ["Fill", "View.Key"]);
+        let wanted = [Some("View.Key"), Some("Fill"), Some("Key"), None];
+        let found = decode(&file, &wanted, LIMIT).unwrap();
+        let image = found[0].as_ref().unwrap();
+        assert_eq!((image.width(), image.height()), (3, 2));
+        assert_eq!(image.pixel(2, 1).unwrap(), [1.0, -2.0, 3.0]);
+        assert!(matches!(
+            &found[1],
+            Err(PictureError::NotFinite {
+                count: 6,
+                x: 0,
+                y: 0
+            })
+        ));
+        assert!(matches!(
+            &found[2],
+            Err(PictureError::Layer { wanted: Some(n), layers }) if n == "Key" && layers.len() == 2
+        ));
+        assert!(matches!(
+            &found[3],
+            Err(PictureError::Layer { wanted: None, .. })
+        ));
+    }
+
+    #[test]
+    fn named_parts_are_layers() {
+        let one = [
+            ("B", 1.0),
+            ("G", 1.0),
+            ("R", 1.0),
+            ("s.B", 3.0),
+            ("s.G", 3.0),
+            ("s.R", 3.0),
+        ];
+        let two = [
+            ("B", 2.0),
+            ("G", 2.0),
+            ("R", 2.0),
+            ("s.B", 4.0),
+            ("s.G", 4.0),
+            ("s.R", 4.0),
+        ];
+        let file = file(&[(Some("front"), &one), (Some("back"), &two)]);
+        assert_eq!(names(&file).unwrap(), ["back", "back.s", "front", "s"]);
+        let wanted = [Some("back"), Some("front"), Some("s"), Some("back.s"), None];
+        let found = decode(&file, &wanted, LIMIT).unwrap();
+        let first = |image: &Result<Image, _>| image.as_ref().unwrap().pixel(0, 0).unwrap()[0];
+        let values: Vec<f32> = found.iter().map(first).collect();
+        assert_eq!(values, [2.0, 1.0, 3.0, 4.0, 1.0]);
+    }
+
+    #[test]
+    fn more_layers_than_the_budget_holds_are_refused() {
+        let rgb = [("R", 1.0), ("G", 1.0), ("B", 1.0)];
+        let file = file(&[(None, &rgb)]);
+        let wanted = vec![None; 3];
+        assert!(decode(&file, &wanted, 3 * 6 * 12).is_ok());
+        assert!(matches!(
+            decode(&file, &wanted, 3 * 6 * 12 - 1),
+            Err(PictureError::Memory { .. })
+        ));
+    }
+}
