@@ -16,6 +16,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod layered;
 pub mod mesh;
+pub mod panorama;
 pub mod radiosity;
 pub mod seen;
 pub mod shadow;

@@ -44,12 +44,27 @@ pub struct Grid {
 
 impl Grid {
     /// Position in cells, not clamped.
-    fn place(&self, p: Vec3) -> [f64; 2] {
+    pub fn place(&self, p: Vec3) -> [f64; 2] {
         let d = p - self.origin;
         [
             d.dot(self.along) * self.scale[0],
             d.dot(self.across) * self.scale[1],
         ]
+    }
+
+    /// Cells along the two sides.
+    pub fn counts(&self) -> [usize; 2] {
+        self.counts
+    }
+
+    /// Its first cell in [`Mesh::cells`]; the others follow, line by line.
+    pub fn first(&self) -> usize {
+        self.first
+    }
+
+    /// Cells per metre, along the two sides.
+    pub fn slopes(&self) -> [Vec3; 2] {
+        [self.along * self.scale[0], self.across * self.scale[1]]
     }
 
     /// The cell that holds a point of the facet.

@@ -1,0 +1,134 @@
+//! What each light does at unit strength: direct light where it is seen, reflected light at nodes.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, element, node or fragment, made together"
+)]
+
+use super::gather::Sight;
+use super::{Operator, Solution};
+use crate::transport::direct::{Setting, irradiance};
+use crate::work::{Cancelled, Work};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Direct light of one light at the fragments, and its means on the elements.
+type SeenAndMeans = (Vec<f32>, Vec<f32>);
+
+impl Operator {
+    /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
+    /// of the memory holds.
+    pub(super) fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), Cancelled> {
+        let missing: Vec<usize> = wanted
+            .iter()
+            .copied()
+            .filter(|&l| self.solutions[l].is_none())
+            .collect();
+        // Five blocks of three channels over the elements, and two over the nodes.
+        let nodes = self.nodes.as_ref().map_or(0, |n| n.mesh.elements.len());
+        let each = 12 * (5 * self.mesh.elements.len() + 2 * nodes);
+        let together = (work.memory / 4 / each.max(1)).max(1);
+        let done = AtomicUsize::new(0);
+        for group in missing.chunks(together) {
+            let lit: Result<Vec<SeenAndMeans>, Cancelled> = group
+                .par_iter()
+                .map(|&l| {
+                    let lit = self.lit(l, work)?;
+                    let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
+                    work.progress.report("direct light", so_far, missing.len());
+                    Ok(lit)
+                })
+                .collect();
+            let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().unzip();
+            let indirect = self.reflected(&on_elements, work)?;
+            work.check()?;
+            for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
+                self.solutions[l] = Some(Solution { direct, indirect });
+            }
+        }
+        Ok(())
+    }
+
+    /// The direct light of one light.
+    fn lit(&self, light: usize, work: Work<'_>) -> Result<SeenAndMeans, Cancelled> {
+        let setting = Setting {
+            surfaces: &self.surfaces,
+            hierarchy: &self.hierarchy,
+        };
+        let light = &self.lights[light];
+        let samples = irradiance(setting, light, &self.element_receivers, None, 0.0, work)?;
+        let means = self.means(&samples);
+        let allowed = self.tolerance * self.level(&means);
+        let receivers = &self.fragment_receivers;
+        let outlines = Some(&self.fragments);
+        let seen = irradiance(setting, light, receivers, outlines, allowed, work)?;
+        Ok((seen, means))
+    }
+
+    /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
+    /// elements that the picture shows.
+    fn level(&self, on_elements: &[f32]) -> f64 {
+        let (mut power, mut weight) = (0.0, 0.0);
+        for (f, shown) in self.fragments.all.iter().zip(&self.shown) {
+            let share = f64::from(f.weight);
+            weight += share;
+            if let Some(direct) = on_elements.get(*shown as usize) {
+                let reflectance = self.surfaces.facets[f.facet].reflectance;
+                let most = reflectance.iter().copied().fold(0.0, f64::max);
+                power += share * (most * f64::from(*direct)).powi(2);
+            }
+        }
+        (power / f64::max(weight, 1.0)).sqrt()
+    }
+
+    /// Mean over each element's sub-samples.
+    fn means(&self, samples: &[f32]) -> Vec<f32> {
+        let mut at = 0;
+        let elements = self.mesh.elements.iter();
+        elements
+            .map(|e| {
+                let own = &samples[at..at + e.samples.len()];
+                at += e.samples.len();
+                own.iter().sum::<f32>() / own.len().max(1) as f32
+            })
+            .collect()
+    }
+
+    /// Reflected irradiance at every node for each light, from its direct light on the elements.
+    fn reflected(
+        &self,
+        on_elements: &[Vec<f32>],
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let width = on_elements.len() * 3;
+        let mut first = Vec::with_capacity(self.reflectance.len() * width);
+        for (i, own) in self.reflectance.iter().enumerate() {
+            for direct in on_elements {
+                first.extend(own.map(|r| r * direct[i]));
+            }
+        }
+        let radiosity =
+            self.bounces
+                .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
+        drop(first);
+        let gathered = match &self.nodes {
+            Some(nodes) => {
+                let sight = Sight {
+                    surfaces: &self.surfaces,
+                    outline: &self.outline,
+                    to: &self.mesh,
+                };
+                nodes.gather(sight, &radiosity, width, work)?
+            }
+            None => self.rows.times(&radiosity, width),
+        };
+        let of = |l: usize| {
+            gathered
+                .chunks_exact(width)
+                .map(move |row| &row[3 * l..3 * l + 3])
+        };
+        Ok((0..on_elements.len())
+            .map(|l| of(l).flatten().copied().collect())
+            .collect())
+    }
+}
