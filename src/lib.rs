@@ -31,7 +31,7 @@
 //! | 1 | `raster` | the software rasterizer: z-buffer, clipping, item buffers | geometry | - |
 //! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | files | exr, image, png |
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
-//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ import | units, geometry, files, picture | tobj |
+//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, scene | - |
 //! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity; banks given as images | units, geometry, work, scene, raster, picture | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |

@@ -5,7 +5,11 @@
 //! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
 //! stay in `show`.
 
+pub mod gltf;
+pub mod import;
+pub mod merge;
 pub mod obj;
+pub mod polygon;
 pub mod still;
 
 use std::collections::BTreeMap;
@@ -91,6 +95,60 @@ impl Scene {
         }
         found
     }
+}
+
+/// Lights and cameras that a stage's file brings along. Nothing shines or looks until a show says
+/// so, by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fittings {
+    /// In the order of the file.
+    pub lamps: Vec<Lamp>,
+    /// In the order of the file.
+    pub cameras: Vec<Camera>,
+}
+
+/// A light of a stage's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lamp {
+    /// Its name in the file.
+    pub name: String,
+    /// How it shines.
+    pub shape: LampShape,
+    /// Where it hangs.
+    pub position: Vec3,
+    /// Where it points: a unit vector.
+    pub direction: Vec3,
+    /// Intensity (cd), in the axis for spots; illuminance (lx) for distant ones.
+    pub intensity: Rgb,
+}
+
+/// How a light of a stage's file shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LampShape {
+    /// Equally in all directions.
+    Point,
+    /// Round its direction: full angles at half and at a tenth of the peak, degrees.
+    Spot {
+        /// At half the peak.
+        beam: f64,
+        /// At a tenth of the peak.
+        field: f64,
+    },
+    /// From infinitely far, in its direction.
+    Distant,
+}
+
+/// A camera of a stage's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Its name in the file.
+    pub name: String,
+    /// The eye.
+    pub from: Vec3,
+    /// Where it looks: a unit vector.
+    pub direction: Vec3,
+    /// Vertical field of view, full angle, degrees; `None` for a parallel projection.
+    pub fov: Option<f64>,
 }
 
 /// A luminaire.

@@ -83,6 +83,8 @@ pub struct Stage {
     pub path: String,
     /// The file's own up axis is Z already (default: Y up, turned on the way in).
     pub z_up: bool,
+    /// Double-sided materials of a glTF file get a front only.
+    pub one_sided: bool,
 }
 
 /// A material given in the show: replaces the stage's material of that name.

@@ -5,7 +5,8 @@ use crate::diagnostic::{Diagnostic, Label, Severity};
 use crate::files::FileError;
 use crate::lang::{SpanMap, nearest};
 use crate::picture::PictureError;
-use crate::scene::obj::SceneError;
+use crate::scene::gltf::PartError;
+use crate::scene::import::SceneError;
 use crate::scene::still::{ImageError, Refused};
 use crate::scene::{ImageFile, Scene};
 use crate::show::{NodeId, RigError, Show, Stage, Surface};
@@ -40,7 +41,12 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
         SceneError::File(crate::files::FileError::Missing(_)) => {
             "the path is taken from the show's own folder"
         }
-        _ => "export the geometry again as OBJ with its MTL beside it",
+        SceneError::Part {
+            reason: PartError::Extension(_),
+            ..
+        } => "export the geometry again as glTF without compression",
+        SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
+        _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
     };
     let message = format!("the stage cannot be read: {cause}");
     error("E301", message, stage.id, spans, vec![help.to_owned()])

@@ -10,8 +10,9 @@ use crate::geometry::{Vec3, vec3};
 use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::pool::Pool;
+use crate::scene::import;
 use crate::scene::{self, ImageFile, Images, Rig, Scene, still};
-use crate::show::Show;
+use crate::show::{self, Show};
 use crate::transport::layered::{Layered, only_images};
 use crate::transport::{Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
@@ -22,7 +23,7 @@ use super::mistake;
 /// What a scene is made from; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
-    stages: Vec<(String, bool)>,
+    stages: Vec<(String, import::Options)>,
     surfaces: Vec<(String, Rgb)>,
 }
 
@@ -32,7 +33,7 @@ impl Inputs {
             stages: show
                 .stages
                 .iter()
-                .map(|s| (s.path.clone(), s.z_up))
+                .map(|s| (s.path.clone(), options(s)))
                 .collect(),
             surfaces: show
                 .surfaces
@@ -270,12 +271,20 @@ fn view_of(image: &Image) -> scene::View {
     }
 }
 
+/// How a stage's file is to be taken.
+fn options(stage: &show::Stage) -> import::Options {
+    import::Options {
+        z_up: stage.z_up,
+        one_sided: stage.one_sided,
+    }
+}
+
 fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Diagnostic>> {
     let mut scene = Scene::default();
     let mut mistakes = Vec::new();
     for stage in &show.stages {
-        match scene::obj::import(files, &stage.path, stage.z_up) {
-            Ok(read) => scene.append(read),
+        match import::read(files, &stage.path, options(stage)) {
+            Ok(read) => scene.append(read.scene),
             Err(error) => mistakes.push(mistake::of_stage(&error, stage, spans)),
         }
     }

@@ -51,8 +51,14 @@ pub enum Declaration<'a> {
     Show(Word<'a>),
     /// `preview { … }`: key and value.
     Preview(Vec<(Word<'a>, Word<'a>)>),
-    /// `stage "…" z up`
-    Stage { path: Word<'a>, z_up: bool },
+    /// `stage "…" z up one-sided`
+    Stage {
+        path: Word<'a>,
+        /// `z up`, each time it is written.
+        z_up: Vec<Word<'a>>,
+        /// `one-sided`, each time it is written.
+        one_sided: Vec<Word<'a>>,
+    },
     /// `surface NAME reflectance …`
     Surface {
         material: Word<'a>,

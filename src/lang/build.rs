@@ -35,10 +35,7 @@ impl<'a> Builder<'a> {
         let item = match rule {
             Rule::show_statement => Declaration::Show(self.next(&mut inner)?),
             Rule::preview_statement => self.preview(inner)?,
-            Rule::stage_statement => Declaration::Stage {
-                path: self.next(&mut inner)?,
-                z_up: inner.any(|p| p.as_rule() == Rule::z_up),
-            },
+            Rule::stage_statement => self.stage(inner)?,
             Rule::surface_statement => self.surface(inner)?,
             Rule::view_statement => Declaration::View {
                 name: self.next(&mut inner)?,
@@ -103,6 +100,23 @@ impl<'a> Builder<'a> {
             entries.push((self.next(&mut pieces)?, self.next(&mut pieces)?));
         }
         Some(Declaration::Preview(entries))
+    }
+
+    fn stage(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
+        let path = self.next(&mut inner)?;
+        let (mut z_up, mut one_sided) = (Vec::new(), Vec::new());
+        for pair in inner {
+            match pair.as_rule() {
+                Rule::z_up => z_up.push(self.word(&pair)),
+                Rule::kw_one_sided => one_sided.push(self.word(&pair)),
+                _ => {}
+            }
+        }
+        Some(Declaration::Stage {
+            path,
+            z_up,
+            one_sided,
+        })
     }
 
     fn surface(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {

@@ -186,6 +186,7 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_image | Rule::image => "`image`",
         Rule::kw_layer => "`layer`",
         Rule::kw_level => "`level`",
+        Rule::kw_one_sided => "`one-sided`",
         Rule::kw_reflectance => "`reflectance`",
         Rule::kw_repeat => "`repeat`",
         Rule::kw_size => "`size`",
@@ -203,7 +204,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 58] = [
+pub const INNER_WORDS: [&str; 59] = [
     "aim",
     "assert",
     "at",
@@ -238,6 +239,7 @@ pub const INNER_WORDS: [&str; 58] = [
     "linear",
     "monotone",
     "natural",
+    "one-sided",
     "out",
     "panel",
     "part",

@@ -13,56 +13,23 @@
 //! diffuse reflectance, Ke the emitted radiance; either is black where the MTL does not give it.
 
 mod gate;
-mod polygon;
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
 use self::gate::Face;
+use super::import::{SceneError, Summary};
+use super::polygon::{self, ShapeError};
 use super::{Material, Polygon, Scene};
-use crate::files::{FileError, Files};
+use crate::files::Files;
 use crate::geometry::{Vec3, vec3};
 use crate::units::Rgb;
 
-/// The most polygons a stage may have, after bent ones are cut.
-pub const POLYGON_LIMIT: usize = 200_000;
-/// The most vertices a file may define, and the most corners its faces may have together.
-pub const VERTEX_LIMIT: usize = 1_000_000;
+pub use super::import::{POLYGON_LIMIT, VERTEX_LIMIT};
+
 /// The most corners of one face.
 pub const CORNER_LIMIT: usize = 256;
-
-/// Why a stage could not be imported.
-#[derive(Debug, thiserror::Error)]
-pub enum SceneError {
-    /// The file itself could not be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// A line is wrong.
-    #[error("`{path}` line {line}: {reason}")]
-    Line {
-        /// The OBJ or MTL file.
-        path: String,
-        /// Counted from 1.
-        line: usize,
-        /// What is wrong with it.
-        reason: LineError,
-    },
-    /// The file has no polygon with an area.
-    #[error("`{path}` has no polygons")]
-    Empty {
-        /// The OBJ file.
-        path: String,
-    },
-    /// The reader refused a file that seemed well-formed.
-    #[error("`{path}`: {source}")]
-    Reader {
-        /// The OBJ file.
-        path: String,
-        /// What it said.
-        source: tobj::LoadError,
-    },
-}
 
 /// What is wrong with a line of an OBJ or MTL file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -106,9 +73,9 @@ pub enum LineError {
         /// Vertices defined so far.
         defined: usize,
     },
-    /// A face whose edges cross.
-    #[error("the face crosses itself")]
-    Crossing,
+    /// A face that is no polygon.
+    #[error(transparent)]
+    Shape(#[from] ShapeError),
     /// A face before any `usemtl`.
     #[error("the face has no material (`usemtl`)")]
     NoMaterial,
@@ -142,7 +109,23 @@ pub enum LineError {
 /// not finite, reflectances outside 0..1, unknown materials, missing vertices, and too much of
 /// anything.
 pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneError> {
-    let text = gate::obj(path, &files.read(path)?)?;
+    let (scene, _) = parse(files, path, &files.read(path)?, z_up)?;
+    if scene.polygons.is_empty() {
+        return Err(SceneError::Empty {
+            path: path.to_owned(),
+        });
+    }
+    Ok(scene)
+}
+
+/// The same of a file that is read already, perhaps without polygons, and what became of its faces.
+pub(super) fn parse(
+    files: &dyn Files,
+    path: &str,
+    bytes: &[u8],
+    z_up: bool,
+) -> Result<(Scene, Summary), SceneError> {
+    let text = gate::obj(path, bytes)?;
     let failure = RefCell::new(None);
     let known = RefCell::new(gate::Names::default());
     let load = |library: &Path| {
@@ -166,16 +149,18 @@ pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneE
         materials: materials.iter().map(material).collect(),
         polygons: Vec::new(),
     };
+    let mut summary = Summary::default();
     let mut faces = text.faces.iter();
     for model in &models {
-        add(&mut scene, &model.mesh, &mut faces, path, z_up)?;
+        add(
+            &mut scene,
+            &model.mesh,
+            &mut faces,
+            &mut summary,
+            (path, z_up),
+        )?;
     }
-    if scene.polygons.is_empty() {
-        return Err(SceneError::Empty {
-            path: path.to_owned(),
-        });
-    }
-    Ok(scene)
+    Ok((scene, summary))
 }
 
 fn options() -> tobj::LoadOptions {
@@ -212,8 +197,8 @@ fn add<'f>(
     scene: &mut Scene,
     mesh: &tobj::Mesh,
     faces: &mut impl Iterator<Item = &'f Face>,
-    path: &str,
-    z_up: bool,
+    summary: &mut Summary,
+    (path, z_up): (&str, bool),
 ) -> Result<(), SceneError> {
     let Some(material) = mesh.material_id else {
         return Ok(());
@@ -237,7 +222,16 @@ fn add<'f>(
             line,
             reason,
         };
-        for vertices in polygon::planar(vertices.collect()).map_err(refuse)? {
+        let parts = polygon::planar(vertices.collect()).map_err(|e| refuse(e.into()))?;
+        match parts.len() {
+            0 => summary.dropped += 1,
+            1 => summary.faces += 1,
+            _ => {
+                summary.faces += 1;
+                summary.bent += 1;
+            }
+        }
+        for vertices in parts {
             if scene.polygons.len() == POLYGON_LIMIT {
                 return Err(refuse(gate::limit("polygons", POLYGON_LIMIT)));
             }

@@ -27,7 +27,11 @@ impl<'a> Lower<'a, '_> {
                     self.once(&mut preview, "preview", statement.span);
                     self.preview_entries(entries);
                 }
-                Declaration::Stage { path, z_up } => self.stage(statement.span, *path, *z_up),
+                Declaration::Stage {
+                    path,
+                    z_up,
+                    one_sided,
+                } => self.stage(statement.span, *path, z_up, one_sided),
                 Declaration::Surface {
                     material,
                     reflectance,
@@ -112,11 +116,17 @@ impl<'a> Lower<'a, '_> {
         )
     }
 
-    fn stage(&mut self, span: Span, path: Word<'a>, z_up: bool) {
+    fn stage(&mut self, span: Span, path: Word<'a>, z_up: &[Word<'a>], one_sided: &[Word<'a>]) {
         let id = self.node(span);
+        for (what, words) in [("z up", z_up), ("one-sided", one_sided)] {
+            if let [first, second, ..] = words {
+                self.once(&mut Some(first.span), what, second.span);
+            }
+        }
         let text = unquoted(path);
         if text.is_empty() {
-            let help = "write the name of an OBJ file beside the show: stage \"tavern.obj\"";
+            let help =
+                "write the name of an OBJ or glTF file beside the show: stage \"tavern.obj\"";
             let at = (path.span, "no file");
             self.report
                 .error::<()>(codes::MISSING, "the stage has no file", at, help);
@@ -124,7 +134,8 @@ impl<'a> Lower<'a, '_> {
         self.show.stages.push(Stage {
             id,
             path: text,
-            z_up,
+            z_up: !z_up.is_empty(),
+            one_sided: !one_sided.is_empty(),
         });
     }
 

@@ -4,10 +4,8 @@
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
+use super::super::import::FAR;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
-
-/// The largest coordinate, metres: products of such lengths stay far from overflow.
-const FAR: f64 = 1e9;
 
 /// Names of materials.
 pub(super) type Names = BTreeSet<String>;

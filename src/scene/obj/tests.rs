@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::files::Memory;
+use crate::files::{FileError, Memory};
 use crate::geometry::newell;
 
 const MTL: &str =
@@ -117,12 +117,19 @@ fn wrong_lines_are_named() {
             long.as_str(),
             gate::limit("corners of a face", CORNER_LIMIT),
         ),
-        ("v 3 1 0\nv 2 2 0\nf 1 5 4 6", LineError::Crossing),
+        (
+            "v 3 1 0\nv 2 2 0\nf 1 5 4 6",
+            LineError::Shape(ShapeError::Crossing),
+        ),
         // A square's bow tie: its lobes cancel, and it must not vanish as a face without area.
-        ("\n\nf 1 3 2 4", LineError::Crossing),
+        ("\n\nf 1 3 2 4", LineError::Shape(ShapeError::Crossing)),
     ] {
         let (path, at, found) = refused(&format!("{HEAD}{line}\nf 1 2 3\n"), MTL);
-        let expected = if found == LineError::Crossing { 9 } else { 7 };
+        let expected = if found == LineError::Shape(ShapeError::Crossing) {
+            9
+        } else {
+            7
+        };
         assert_eq!(
             (path.as_str(), at, found),
             ("set/stage.obj", expected, reason),

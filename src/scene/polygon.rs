@@ -1,7 +1,5 @@
-//! One face of a file to planar polygons with an area.
+//! One face of a file to planar polygons with an area: what every format needs.
 
-use super::LineError;
-use super::gate::limit;
 use crate::geometry::{Vec3, newell};
 
 /// Vertices may lie this far from the polygon's plane, as a part of its diameter.
@@ -11,16 +9,27 @@ const PLANAR: f64 = 1e-4;
 const AREA: f64 = 1e-9;
 
 /// The most corners of a face that is cut: the work grows with their cube.
-const BENT_LIMIT: usize = 64;
+pub(super) const BENT_LIMIT: usize = 64;
+
+/// Why a face cannot be made polygons.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ShapeError {
+    /// Its edges cross.
+    #[error("the face crosses itself")]
+    Crossing,
+    /// It is bent, and has too many corners to be cut.
+    #[error("more than {BENT_LIMIT} corners of a bent face")]
+    Bent,
+}
 
 /// `corners` as polygons: nothing when they lie on one line, itself when planar, else triangles that
 /// meet its edges.
 ///
 /// # Errors
-/// [`LineError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
-/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`LineError::Limit`] for
+/// [`ShapeError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
+/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`ShapeError::Bent`] for
 /// a bent face of many corners.
-pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, LineError> {
+pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
@@ -29,26 +38,31 @@ pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, LineError
         return if on_a_line(&corners) {
             Ok(Vec::new())
         } else {
-            Err(LineError::Crossing)
+            Err(ShapeError::Crossing)
         };
     };
     let flat = Flat::new(&corners, normal);
     if flat.crosses() {
-        return Err(LineError::Crossing);
+        return Err(ShapeError::Crossing);
     }
     if deviation(&corners, normal) <= PLANAR * diameter(&corners) {
         return Ok(vec![corners]);
     }
     if corners.len() > BENT_LIMIT {
-        return Err(limit("corners of a bent face", BENT_LIMIT));
+        return Err(ShapeError::Bent);
     }
-    let mut triangles = flat.triangles().ok_or(LineError::Crossing)?;
+    let mut triangles = flat.triangles().ok_or(ShapeError::Crossing)?;
     triangles.retain(|triangle| self::normal(triangle).is_some());
     Ok(triangles)
 }
 
+/// True when the corners enclose an area beyond rounding.
+pub(super) fn has_area(corners: &[Vec3]) -> bool {
+    normal(corners).is_some()
+}
+
 /// The diagonal of the bounding box.
-fn diameter(corners: &[Vec3]) -> f64 {
+pub(super) fn diameter(corners: &[Vec3]) -> f64 {
     let bounds = corners
         .iter()
         .copied()
@@ -57,12 +71,16 @@ fn diameter(corners: &[Vec3]) -> f64 {
     bounds.map_or(0.0, |(low, high)| (high - low).length())
 }
 
+/// Twice the vector area, relative to a corner, as the products of large coordinates would cancel.
+pub(super) fn doubled_area(corners: &[Vec3]) -> Vec3 {
+    let origin = corners.first().copied().unwrap_or_default();
+    let near: Vec<Vec3> = corners.iter().map(|v| *v - origin).collect();
+    newell(&near)
+}
+
 /// The unit normal; `None` without an area.
 fn normal(corners: &[Vec3]) -> Option<Vec3> {
-    let origin = *corners.first()?;
-    // Relative to a corner, as the products of large coordinates would cancel.
-    let near: Vec<Vec3> = corners.iter().map(|v| *v - origin).collect();
-    let twice_area = newell(&near);
+    let twice_area = doubled_area(corners);
     let least = AREA * diameter(corners).powi(2);
     (twice_area.length() > least).then(|| twice_area.normalized())
 }

@@ -1,0 +1,204 @@
+//! glTF 2.0 (`.gltf` with its buffers beside it or within, `.glb`) to a scene and its fittings.
+//!
+//! Invariants: nothing is allocated for a count that a file claims before the bytes behind it are
+//! there (or a limit holds, for sparse accessors over nothing); every index is looked up, never
+//! trusted; each node is visited once, so that cycles and shared branches are refused instead of
+//! followed. Polygons come out as the triangles of the file, turned to Z up, wound so that the
+//! front is the side that the file means, also under mirroring transforms.
+//!
+//! Only the crate's description of the JSON is used: its validation panics on an index of a position
+//! accessor that is out of range, and its reader of GLB on a length below 12.
+//!
+//! Not read: textures (a textured material reflects half of its factor), normals, vertex colours,
+//! roughness, metalness, transparency, skins, morph targets (meshes stand as modelled), animations.
+
+mod accessor;
+mod container;
+mod lamp;
+mod material;
+mod node;
+mod primitive;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeSet;
+
+use gltf_json::Root;
+
+use self::container::Document;
+use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
+use super::{Fittings, Scene};
+use crate::files::Files;
+
+/// The most triangles a file may draw, all instances counted.
+pub const TRIANGLE_LIMIT: usize = 500_000;
+
+/// What is wrong with a part of a glTF file.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PartError {
+    /// The container around the JSON.
+    #[error("{0}")]
+    Container(&'static str),
+    /// The JSON, or what glTF demands of it.
+    #[error("not glTF: {0}")]
+    Json(String),
+    /// Another version of the format.
+    #[error("glTF version `{0}`; this program reads 2")]
+    Version(String),
+    /// An extension without which the file cannot be read.
+    #[error("it needs the extension `{0}`, which this program does not know")]
+    Extension(String),
+    /// More than is read.
+    #[error("more than {1} {0}")]
+    Limit(&'static str, usize),
+    /// A reference to what is not there.
+    #[error("{what} {index} does not exist; there are {count}")]
+    Missing {
+        /// What was referred to.
+        what: &'static str,
+        /// By which index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// Something that must be said.
+    #[error("it has no {0}")]
+    Lacks(&'static str),
+    /// Too few bytes behind a claim.
+    #[error("{needed} bytes are needed and {found} are there")]
+    Short {
+        /// Bytes that the description asks for.
+        needed: u64,
+        /// Bytes that exist.
+        found: u64,
+    },
+    /// A buffer of neither kind.
+    #[error("`{0}` is neither a file beside the stage nor base64 data")]
+    Uri(String),
+    /// Base64 that is none.
+    #[error("its data is not base64")]
+    Base64,
+    /// The wrong kind of numbers.
+    #[error("it holds {found}, not {wanted}")]
+    Kind {
+        /// What is needed.
+        wanted: &'static str,
+        /// What is there.
+        found: String,
+    },
+    /// A number out of its range.
+    #[error("{what} {value} is outside {range}")]
+    Range {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        range: &'static str,
+    },
+    /// Infinite, not a number, or beyond a million kilometres.
+    #[error("a coordinate is not finite, or beyond 1e9 metres")]
+    Far,
+    /// A node met twice.
+    #[error("it has two parents, or is its own ancestor")]
+    Twice,
+    /// A matrix that is more than turning, stretching and moving.
+    #[error("its matrix is not affine")]
+    Matrix,
+    /// A rotation that turns nowhere.
+    #[error("its rotation has no length")]
+    Rotation,
+}
+
+/// A part of a file and what is wrong with it.
+#[derive(Debug)]
+struct Fault {
+    place: String,
+    reason: PartError,
+}
+
+impl Fault {
+    fn new(place: impl Into<String>, reason: PartError) -> Fault {
+        Fault {
+            place: place.into(),
+            reason,
+        }
+    }
+
+    fn of_file(self, path: &str) -> SceneError {
+        SceneError::Part {
+            path: path.to_owned(),
+            place: self.place,
+            reason: self.reason,
+        }
+    }
+}
+
+/// What a file holds, before triangles are merged and backs added.
+#[derive(Debug, Default)]
+pub(super) struct Imported {
+    pub scene: Scene,
+    pub fittings: Fittings,
+    pub summary: Summary,
+    /// For each material.
+    pub double_sided: Vec<bool>,
+}
+
+/// Reads a glTF file of which `bytes` is the content; its buffers come through `files`, relative to
+/// the file's own folder.
+pub(super) fn import(files: &dyn Files, path: &str, bytes: &[u8]) -> Result<Imported, SceneError> {
+    let document = Document::read(files, path, bytes)?;
+    assemble(&document).map_err(|fault| fault.of_file(path))
+}
+
+fn assemble(document: &Document<'_>) -> Result<Imported, Fault> {
+    let root = &document.root;
+    let materials = material::all(root)?;
+    let mut out = Imported {
+        scene: Scene {
+            materials: materials.materials,
+            polygons: Vec::new(),
+        },
+        double_sided: materials.double_sided,
+        ..Imported::default()
+    };
+    let mut left_out = materials.left_out;
+    let mut meshes = primitive::Meshes::new(document);
+    for placed in node::walk(root)? {
+        if let Some(mesh) = placed.node.mesh {
+            meshes.place(mesh.value(), &placed, &mut out, &mut left_out)?;
+        }
+        lamp::add(root, &placed, &mut out.fittings, &mut left_out)?;
+    }
+    out.summary.left_out = left_out.into_iter().collect();
+    Ok(out)
+}
+
+/// What the file has and this program leaves out, each said once.
+type LeftOut = BTreeSet<String>;
+
+/// The entry of a list, or the fault that it is missing.
+fn entry<'r, T>(
+    list: &'r [T],
+    index: usize,
+    what: &'static str,
+    place: impl FnOnce() -> String,
+) -> Result<&'r T, Fault> {
+    let count = list.len();
+    let missing = || PartError::Missing { what, index, count };
+    list.get(index)
+        .ok_or_else(|| Fault::new(place(), missing()))
+}
+
+/// `mesh 3 "Chair"`, or without the name where there is none.
+fn place(what: &str, index: usize, name: Option<&String>) -> String {
+    match name {
+        // Enough of a name for a message.
+        Some(name) => format!(
+            "{what} {index} \"{}\"",
+            name.chars().take(40).collect::<String>()
+        ),
+        None => format!("{what} {index}"),
+    }
+}

@@ -1,0 +1,207 @@
+//! Accessors: typed views of buffers, read with every bound checked before anything is allocated.
+
+use gltf_json::Accessor;
+use gltf_json::accessor::{ComponentType, Type};
+use gltf_json::validation::Checked;
+
+use super::container::Document;
+use super::{Fault, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, entry, place};
+use crate::geometry::{Vec3, vec3};
+
+/// Vertex positions: three floats each, or integers as KHR_mesh_quantization allows.
+pub fn positions(document: &Document<'_>, index: usize) -> Result<Vec<Vec3>, Fault> {
+    let source = Source::new(document, index)?;
+    let kind = match source.kind {
+        (Type::Vec3, kind) if kind != ComponentType::U32 => kind,
+        other => return Err(source.kind_fault("positions of three numbers", other)),
+    };
+    let normalized = source.accessor.normalized;
+    let read = |bytes: &[u8]| {
+        let mut parts = bytes.chunks_exact(kind.size());
+        let mut next = || parts.next().map_or(0.0, |b| number(b, kind, normalized));
+        vec3(next(), next(), next())
+    };
+    source.elements(VERTEX_LIMIT, "vertices", Vec3::ZERO, read)
+}
+
+/// Vertex indices of a primitive.
+pub fn indices(document: &Document<'_>, index: usize) -> Result<Vec<u32>, Fault> {
+    use ComponentType::{U8, U16, U32};
+    let source = Source::new(document, index)?;
+    let kind = match source.kind {
+        (Type::Scalar, kind @ (U8 | U16 | U32)) => kind,
+        other => return Err(source.kind_fault("unsigned whole numbers", other)),
+    };
+    let read = |bytes: &[u8]| whole(bytes, kind);
+    source.elements(3 * TRIANGLE_LIMIT, "corners", 0, read)
+}
+
+/// A component as a number; normalised integers go from -1 or 0 to 1.
+fn number(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
+    let (value, most) = match (kind, bytes) {
+        (ComponentType::F32, &[a, b, c, d]) => {
+            return f64::from(f32::from_le_bytes([a, b, c, d]));
+        }
+        (ComponentType::I8, &[a]) => (f64::from(i8::from_le_bytes([a])), 127.0),
+        (ComponentType::I16, &[a, b]) => (f64::from(i16::from_le_bytes([a, b])), 32_767.0),
+        (ComponentType::U16, _) => (f64::from(whole(bytes, kind)), 65_535.0),
+        _ => (f64::from(whole(bytes, kind)), 255.0),
+    };
+    if normalized {
+        (value / most).max(-1.0)
+    } else {
+        value
+    }
+}
+
+fn whole(bytes: &[u8], kind: ComponentType) -> u32 {
+    match (kind, bytes) {
+        (ComponentType::U8, &[a]) => u32::from(a),
+        (ComponentType::U16, &[a, b]) => u32::from(u16::from_le_bytes([a, b])),
+        (ComponentType::U32, &[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]),
+        // The callers above pass unsigned kinds, and as many bytes as they have.
+        _ => 0,
+    }
+}
+
+/// An accessor of a document.
+struct Source<'d> {
+    document: &'d Document<'d>,
+    accessor: &'d Accessor,
+    index: usize,
+    kind: (Type, ComponentType),
+}
+
+impl<'d> Source<'d> {
+    fn new(document: &'d Document<'_>, index: usize) -> Result<Source<'d>, Fault> {
+        let at = || "a primitive".to_owned();
+        let accessor = entry(&document.root.accessors, index, "accessor", at)?;
+        let lacks = |what| {
+            let at = place("accessor", index, accessor.name.as_ref());
+            Fault::new(at, PartError::Lacks(what))
+        };
+        let Checked::Valid(shape) = accessor.type_ else {
+            return Err(lacks("known type"));
+        };
+        let Checked::Valid(component) = accessor.component_type else {
+            return Err(lacks("known component type"));
+        };
+        Ok(Source {
+            document,
+            accessor,
+            index,
+            kind: (shape, component.0),
+        })
+    }
+
+    fn place(&self) -> String {
+        place("accessor", self.index, self.accessor.name.as_ref())
+    }
+
+    fn fault(&self, reason: PartError) -> Fault {
+        Fault::new(self.place(), reason)
+    }
+
+    fn kind_fault(&self, wanted: &'static str, found: (Type, ComponentType)) -> Fault {
+        let found = format!("{:?} of {:?}", found.0, found.1);
+        self.fault(PartError::Kind { wanted, found })
+    }
+
+    /// All elements: those of the buffer view (`zero` without one), then the sparse ones over them.
+    fn elements<T: Copy>(
+        &self,
+        limit: usize,
+        what: &'static str,
+        zero: T,
+        read: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, Fault> {
+        let size = self.kind.0.multiplicity() * self.kind.1.size();
+        let count = usize::try_from(self.accessor.count.0).unwrap_or(usize::MAX);
+        if count > limit {
+            return Err(self.fault(PartError::Limit(what, limit)));
+        }
+        let mut out = match self.accessor.buffer_view {
+            Some(view) => {
+                let offset = self.accessor.byte_offset.unwrap_or_default().0;
+                let elements = self.view(view.value(), offset, count, size)?;
+                elements.map(&read).collect()
+            }
+            None => vec![zero; count],
+        };
+        if let Some(sparse) = &self.accessor.sparse {
+            let changed = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+            if changed > count {
+                return Err(self.fault(PartError::Limit("sparse elements", count)));
+            }
+            let Checked::Valid(kind) = sparse.indices.component_type else {
+                return Err(self.fault(PartError::Lacks("known type of sparse indices")));
+            };
+            let (at, by) = (&sparse.indices, &sparse.values);
+            let indices = self.view(
+                at.buffer_view.value(),
+                at.byte_offset.0,
+                changed,
+                kind.0.size(),
+            )?;
+            let values = self.view(by.buffer_view.value(), by.byte_offset.0, changed, size)?;
+            for (index, value) in indices.zip(values) {
+                let index = whole(index, kind.0) as usize;
+                let missing = PartError::Missing {
+                    what: "element",
+                    index,
+                    count,
+                };
+                *out.get_mut(index).ok_or_else(|| self.fault(missing))? = read(value);
+            }
+        }
+        Ok(out)
+    }
+
+    /// `count` elements of `size` bytes each, `offset` bytes into a buffer view.
+    fn view(
+        &self,
+        view: usize,
+        offset: u64,
+        count: usize,
+        size: usize,
+    ) -> Result<impl Iterator<Item = &'d [u8]>, Fault> {
+        let root = &self.document.root;
+        let index = view;
+        let view = entry(&root.buffer_views, index, "bufferView", || self.place())?;
+        let at = || place("bufferView", index, view.name.as_ref());
+        let buffer = entry(&self.document.buffers, view.buffer.value(), "buffer", at)?;
+        let start = view.byte_offset.unwrap_or_default().0;
+        let bytes = range(buffer, start, view.byte_length.0).map_err(|e| Fault::new(at(), e))?;
+        let stride = view.byte_stride.map_or(size, |s| s.0);
+        if stride < size {
+            return Err(Fault::new(
+                at(),
+                PartError::Lacks("stride that holds its elements"),
+            ));
+        }
+        let last = (count as u64).saturating_sub(1);
+        let needed = match count {
+            0 => 0,
+            _ => last
+                .saturating_mul(stride as u64)
+                .saturating_add(size as u64),
+        };
+        let bytes = range(bytes, offset, needed).map_err(|e| self.fault(e))?;
+        // The last element may end before its stride does.
+        Ok(bytes
+            .chunks(stride.max(1))
+            .filter_map(move |c| c.get(..size))
+            .take(count))
+    }
+}
+
+/// `length` bytes from `start`.
+fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], PartError> {
+    let end = start.saturating_add(length);
+    let short = PartError::Short {
+        needed: end,
+        found: bytes.len() as u64,
+    };
+    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
+    range.and_then(|(s, e)| bytes.get(s..e)).ok_or(short)
+}

@@ -1,0 +1,310 @@
+//! The file around the geometry: GLB chunks, the JSON, the buffers.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::{Fault, PartError, Root, place};
+use crate::files::Files;
+use crate::scene::import::SceneError;
+
+/// Bytes of the JSON. Its text can be sixteen times as large in memory.
+const JSON_LIMIT: usize = 32 << 20;
+/// Objects and values of the JSON: what they cost in memory does not depend on their length.
+const OBJECT_LIMIT: usize = 200_000;
+const VALUE_LIMIT: usize = 4_000_000;
+/// Bytes of all buffers together.
+const BUFFER_LIMIT: usize = 256 << 20;
+
+/// Extensions that a file may require: those that are read, and those that change nothing of what
+/// is read.
+const KNOWN: [&str; 14] = [
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "KHR_texture_basisu",
+    "EXT_texture_webp",
+    "KHR_materials_unlit",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",
+    "KHR_materials_anisotropy",
+    "KHR_materials_variants",
+    "KHR_xmp_json_ld",
+];
+
+/// A file's JSON with its buffers.
+pub struct Document<'b> {
+    /// The description.
+    pub root: Root,
+    /// Each as long as the description says at least.
+    pub buffers: Vec<Cow<'b, [u8]>>,
+}
+
+impl<'b> Document<'b> {
+    /// Takes a file apart and fetches its buffers.
+    pub fn read(
+        files: &dyn Files,
+        path: &str,
+        bytes: &'b [u8],
+    ) -> Result<Document<'b>, SceneError> {
+        let fault = |f: Fault| f.of_file(path);
+        let (json, binary) = chunks(bytes).map_err(fault)?;
+        let root = parse(json).map_err(fault)?;
+        let buffers = Fetch {
+            files,
+            folder: Path::new(path).parent().unwrap_or(Path::new("")),
+            path,
+            fetched: BTreeMap::new(),
+            left: BUFFER_LIMIT,
+        }
+        .all(&root, binary)?;
+        Ok(Document { root, buffers })
+    }
+}
+
+/// The JSON of a file, and its binary chunk when it is a GLB.
+fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
+    let fault = |reason| Fault::new("header", PartError::Container(reason));
+    let Some(rest) = bytes.strip_prefix(b"glTF") else {
+        return Ok((bytes, None));
+    };
+    let (version, rest) = word(rest).ok_or_else(|| fault("the file ends within it"))?;
+    if version != 2 {
+        return Err(Fault::new(
+            "header",
+            PartError::Version(version.to_string()),
+        ));
+    }
+    let (length, rest) = word(rest).ok_or_else(|| fault("the file ends within it"))?;
+    let found = bytes.len() as u64;
+    let needed = u64::from(length);
+    if needed > found {
+        return Err(Fault::new("header", PartError::Short { needed, found }));
+    }
+    // What follows the stated length is not part of the file.
+    let rest = (length as usize)
+        .checked_sub(12)
+        .and_then(|n| rest.get(..n));
+    let rest = rest.ok_or_else(|| fault("its length is less than its own"))?;
+    let (json, rest) = chunk(rest, "chunk 0")?;
+    let (b"JSON", json) = json else {
+        return Err(Fault::new(
+            "chunk 0",
+            PartError::Container("it is not JSON"),
+        ));
+    };
+    if rest.is_empty() {
+        return Ok((json, None));
+    }
+    let ((kind, data), _) = chunk(rest, "chunk 1")?;
+    // Chunks of other kinds are to be ignored, says the specification.
+    Ok((json, (kind == b"BIN\0").then_some(data)))
+}
+
+/// A chunk's kind and data, and what follows.
+#[expect(
+    clippy::type_complexity,
+    reason = "a pair and a rest, used twice above"
+)]
+fn chunk<'b>(bytes: &'b [u8], name: &str) -> Result<((&'b [u8; 4], &'b [u8]), &'b [u8]), Fault> {
+    let ends = || {
+        Fault::new(
+            name,
+            PartError::Container("the file ends within its header"),
+        )
+    };
+    let (length, rest) = word(bytes).ok_or_else(ends)?;
+    let (kind, rest) = rest.split_first_chunk::<4>().ok_or_else(ends)?;
+    let split = rest.split_at_checked(length as usize).ok_or_else(|| {
+        let (needed, found) = (u64::from(length), rest.len() as u64);
+        Fault::new(name, PartError::Short { needed, found })
+    });
+    split.map(|(data, rest)| ((kind, data), rest))
+}
+
+fn word(bytes: &[u8]) -> Option<(u32, &[u8])> {
+    let (word, rest) = bytes.split_first_chunk::<4>()?;
+    Some((u32::from_le_bytes(*word), rest))
+}
+
+/// The description, if it is one that can be read.
+fn parse(json: &[u8]) -> Result<Root, Fault> {
+    let json = json.strip_prefix("\u{feff}".as_bytes()).unwrap_or(json);
+    let fault = |reason| Fault::new("JSON", reason);
+    let count = |what: u8| json.iter().filter(|b| **b == what).count();
+    for (found, most, what) in [
+        (json.len(), JSON_LIMIT, "bytes of JSON"),
+        (count(b'{'), OBJECT_LIMIT, "objects"),
+        (count(b',') + count(b'['), VALUE_LIMIT, "values"),
+    ] {
+        if found > most {
+            return Err(fault(PartError::Limit(what, most)));
+        }
+    }
+    let root: Root = gltf_json::deserialize::from_slice(json)
+        .map_err(|e| fault(PartError::Json(e.to_string())))?;
+    if root.asset.version.split('.').next() != Some("2") {
+        let version = root.asset.version.chars().take(20).collect();
+        return Err(fault(PartError::Version(version)));
+    }
+    let unknown = |name: &&String| !KNOWN.contains(&name.as_str());
+    match root.extensions_required.iter().find(unknown) {
+        Some(name) => {
+            let name = name.chars().take(60).collect();
+            Err(fault(PartError::Extension(name)))
+        }
+        None => Ok(root),
+    }
+}
+
+/// Fetches buffers, each file once, up to a limit in all.
+struct Fetch<'f> {
+    files: &'f dyn Files,
+    folder: &'f Path,
+    path: &'f str,
+    fetched: BTreeMap<String, Vec<u8>>,
+    left: usize,
+}
+
+impl Fetch<'_> {
+    fn all<'b>(
+        mut self,
+        root: &Root,
+        binary: Option<&'b [u8]>,
+    ) -> Result<Vec<Cow<'b, [u8]>>, SceneError> {
+        let mut buffers = Vec::with_capacity(root.buffers.len());
+        for (i, buffer) in root.buffers.iter().enumerate() {
+            let fault = |reason| {
+                let at = place("buffer", i, buffer.name.as_ref());
+                Fault::new(at, reason).of_file(self.path)
+            };
+            let content = match (&buffer.uri, binary) {
+                (Some(uri), _) if uri.starts_with("data:") => Cow::Owned(data(uri).map_err(fault)?),
+                (Some(uri), _) => Cow::Owned(self.file(uri, fault)?),
+                (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
+                (None, _) => return Err(fault(PartError::Lacks("content"))),
+            };
+            self.left = self
+                .left
+                .checked_sub(content.len())
+                .ok_or_else(|| fault(PartError::Limit("bytes of buffers", BUFFER_LIMIT)))?;
+            let (needed, found) = (buffer.byte_length.0, content.len() as u64);
+            if needed > found {
+                return Err(fault(PartError::Short { needed, found }));
+            }
+            buffers.push(content);
+        }
+        Ok(buffers)
+    }
+
+    fn file(
+        &mut self,
+        uri: &str,
+        fault: impl Fn(PartError) -> SceneError,
+    ) -> Result<Vec<u8>, SceneError> {
+        if let Some(known) = self.fetched.get(uri) {
+            return Ok(known.clone());
+        }
+        let strange = || fault(PartError::Uri(uri.chars().take(60).collect()));
+        let name = decoded(uri).filter(|_| !uri.contains(':'));
+        let path = self.folder.join(name.ok_or_else(strange)?);
+        let content = self.files.read(&path.to_string_lossy())?;
+        self.fetched.insert(uri.to_owned(), content.clone());
+        Ok(content)
+    }
+}
+
+/// A relative reference with its `%20` and the like turned into what they stand for.
+fn decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.bytes();
+    while let Some(byte) = rest.next() {
+        if byte != b'%' {
+            bytes.push(byte);
+            continue;
+        }
+        let mut digit = || char::from(rest.next()?).to_digit(16);
+        let (high, low) = (digit()?, digit()?);
+        bytes.push(u8::try_from(high * 16 + low).ok()?);
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// The bytes of a `data:…;base64,…`.
+fn data(uri: &str) -> Result<Vec<u8>, PartError> {
+    let strange = || PartError::Uri(uri.chars().take(40).collect());
+    let (head, text) = uri.split_once(',').ok_or_else(strange)?;
+    if !head.ends_with(";base64") {
+        return Err(strange());
+    }
+    base64(text.as_bytes()).ok_or(PartError::Base64)
+}
+
+/// RFC 4648, with or without padding at the end.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let padded = text.iter().rev().take_while(|b| **b == b'=').count();
+    let text = text.get(..text.len() - padded.min(2))?;
+    let mut out = Vec::with_capacity(text.len() / 4 * 3 + 2);
+    for group in text.chunks(4) {
+        let mut bits = 0_u32;
+        for &letter in group {
+            bits = bits << 6 | u32::from(sextet(letter)?);
+        }
+        let whole = match group.len() {
+            4 => 3,
+            3 => 2,
+            2 => 1,
+            _ => return None,
+        };
+        let bits = bits << (6 * (4 - group.len()));
+        out.extend(bits.to_be_bytes().iter().skip(1).take(whole));
+    }
+    Some(out)
+}
+
+fn sextet(letter: u8) -> Option<u8> {
+    match letter {
+        b'A'..=b'Z' => Some(letter - b'A'),
+        b'a'..=b'z' => Some(letter - b'a' + 26),
+        b'0'..=b'9' => Some(letter - b'0' + 52),
+        b'+' | b'-' => Some(62),
+        b'/' | b'_' => Some(63),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    /// The examples of RFC 4648, section 10.
+    #[test]
+    fn base64_of_the_standard() {
+        for (text, bytes) in [
+            ("", ""),
+            ("Zg==", "f"),
+            ("Zm8=", "fo"),
+            ("Zm9v", "foo"),
+            ("Zm9vYg==", "foob"),
+            ("Zm9vYmE", "fooba"),
+            ("Zm9vYmFy", "foobar"),
+        ] {
+            assert_eq!(base64(text.as_bytes()).unwrap(), bytes.as_bytes());
+        }
+        assert_eq!(base64(b"Z"), None);
+        assert_eq!(base64(b"Zm 9"), None);
+        assert_eq!(base64(b"===="), None);
+    }
+
+    #[test]
+    fn references_are_decoded() {
+        assert_eq!(decoded("a%20b.bin").unwrap(), "a b.bin");
+        assert_eq!(decoded("%C3%A4").unwrap(), "ä");
+        assert_eq!(decoded("%4"), None);
+        assert_eq!(decoded("%ff"), None);
+    }
+}

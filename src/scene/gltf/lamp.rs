@@ -1,0 +1,127 @@
+//! Lights of KHR_lights_punctual, and cameras.
+//!
+//! A spot's law in glTF (recommended there, and used by its viewers) is the square of
+//! t = (cos a - cos outer) / (cos inner - cos outer), t clamped to 0..1. It meets ours at three
+//! angles: the peak on the axis, a half where t is 0.7071, a tenth where t is 0.3162; between and
+//! beyond ours is the smoother one.
+
+use gltf_json::Root;
+use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
+use gltf_json::validation::Checked;
+
+use super::node::Placed;
+use super::{Fault, LeftOut, PartError, entry, place};
+use crate::geometry::vec3;
+use crate::scene::{Camera, Fittings, Lamp, LampShape};
+use crate::units::Rgb;
+
+/// Adds what hangs on a node: its light, its camera.
+pub fn add(
+    root: &Root,
+    placed: &Placed<'_>,
+    to: &mut Fittings,
+    left_out: &mut LeftOut,
+) -> Result<(), Fault> {
+    let extensions = placed.node.extensions.as_ref();
+    if let Some(on_node) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) {
+        let lights: &[Light] = root.as_ref();
+        let index = on_node.light.value();
+        let light = entry(lights, index, "light", || placed.place())?;
+        let fault = |e| Fault::new(place("light", index, light.name.as_ref()), e);
+        to.lamps
+            .push(lamp(light, placed, to.lamps.len()).map_err(fault)?);
+    }
+    if let Some(camera) = placed.node.camera {
+        let index = camera.value();
+        let camera = entry(&root.cameras, index, "camera", || placed.place())?;
+        let named = placed.node.name.clone().or_else(|| camera.name.clone());
+        let name = named.unwrap_or_else(|| format!("camera.{}", to.cameras.len()));
+        let fov = camera
+            .perspective
+            .as_ref()
+            .map(|p| f64::from(p.yfov).to_degrees());
+        if !fov.is_none_or(|f| f > 0.0 && f < 180.0) {
+            left_out.insert(format!(
+                "camera `{name}`: its field of view is not an angle"
+            ));
+            return Ok(());
+        }
+        to.cameras.push(Camera {
+            name,
+            from: placed.transform.point(vec3(0.0, 0.0, 0.0)).from_y_up(),
+            direction: ahead(placed).map_err(|e| Fault::new(placed.place(), e))?,
+            fov,
+        });
+    }
+    Ok(())
+}
+
+/// Lights and cameras look along their own -Z.
+fn ahead(placed: &Placed<'_>) -> Result<crate::geometry::Vec3, PartError> {
+    let ahead = placed.transform.direction(vec3(0.0, 0.0, -1.0));
+    let ahead = ahead.from_y_up().normalized();
+    if ahead.length() > 0.5 && ahead.is_finite() {
+        Ok(ahead)
+    } else {
+        Err(PartError::Lacks("direction: its scale is zero"))
+    }
+}
+
+fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartError> {
+    let Checked::Valid(kind) = light.type_ else {
+        return Err(PartError::Lacks("known type"));
+    };
+    let peak = f64::from(light.intensity);
+    let intensity = light.color.map(|c| f64::from(c) * peak);
+    if let Some(bad) = intensity.iter().find(|c| !(0.0..=1e30).contains(*c)) {
+        return Err(PartError::Range {
+            what: "intensity",
+            value: *bad,
+            range: "0 to 1e30",
+        });
+    }
+    let shape = match kind {
+        Type::Point => LampShape::Point,
+        Type::Directional => LampShape::Distant,
+        Type::Spot => spot(light.spot.as_ref().ok_or(PartError::Lacks("spot"))?)?,
+    };
+    let named = placed.node.name.clone().or_else(|| light.name.clone());
+    Ok(Lamp {
+        name: named.unwrap_or_else(|| format!("light.{count}")),
+        shape,
+        position: placed.transform.point(vec3(0.0, 0.0, 0.0)).from_y_up(),
+        direction: ahead(placed)?,
+        intensity: Rgb(intensity),
+    })
+}
+
+/// Beam and field angle of a spot of glTF.
+fn spot(spot: &Spot) -> Result<LampShape, PartError> {
+    let (inner, outer) = (
+        f64::from(spot.inner_cone_angle),
+        f64::from(spot.outer_cone_angle),
+    );
+    let right = std::f64::consts::FRAC_PI_2;
+    // Single precision may round a right angle up.
+    if !(outer > 0.0 && outer <= right + 1e-6) {
+        return Err(PartError::Range {
+            what: "outer cone angle",
+            value: outer,
+            range: "0 to a right angle (radians)",
+        });
+    }
+    if !(inner >= 0.0 && inner < outer) {
+        return Err(PartError::Range {
+            what: "inner cone angle",
+            value: inner,
+            range: "0 to the outer one",
+        });
+    }
+    // Viewers take a thousandth where the two are nearly one.
+    let width = (inner.cos() - outer.cos()).max(1e-3);
+    let at = |share: f64| 2.0 * (outer.cos() + share.sqrt() * width).clamp(-1.0, 1.0).acos();
+    Ok(LampShape::Spot {
+        beam: at(0.5).to_degrees(),
+        field: at(0.1).to_degrees(),
+    })
+}

@@ -1,0 +1,223 @@
+//! Meshes: from primitives of all modes to triangles that stand where their nodes put them.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use gltf_json::mesh::{Mode, Primitive, Semantic};
+use gltf_json::validation::Checked;
+
+use super::container::Document;
+use super::node::Placed;
+use super::{
+    FAR, Fault, Imported, LeftOut, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, entry, place,
+};
+use crate::geometry::Vec3;
+use crate::scene::{Polygon, polygon};
+
+/// A primitive decoded.
+struct Drawn {
+    positions: Rc<Vec<Vec3>>,
+    triangles: Vec<[u32; 3]>,
+    material: usize,
+}
+
+/// Meshes of a document, each decoded once.
+pub struct Meshes<'d> {
+    document: &'d Document<'d>,
+    decoded: BTreeMap<usize, Rc<Vec<Drawn>>>,
+    positions: BTreeMap<usize, Rc<Vec<Vec3>>>,
+    /// Vertices decoded.
+    vertices: usize,
+    /// Triangles drawn; a primitive counts as one at least, so that no number of instances of
+    /// nothing takes time.
+    triangles: usize,
+}
+
+impl<'d> Meshes<'d> {
+    pub fn new(document: &'d Document<'d>) -> Meshes<'d> {
+        Meshes {
+            document,
+            decoded: BTreeMap::new(),
+            positions: BTreeMap::new(),
+            vertices: 0,
+            triangles: 0,
+        }
+    }
+
+    /// Adds an instance of a mesh.
+    pub fn place(
+        &mut self,
+        index: usize,
+        placed: &Placed<'_>,
+        to: &mut Imported,
+        left_out: &mut LeftOut,
+    ) -> Result<(), Fault> {
+        let mesh = self.decode(index, placed, left_out)?;
+        if placed.node.skin.is_some() {
+            left_out.insert("skins: their meshes stand as modelled".to_owned());
+        }
+        let mirrors = placed.transform.mirrors();
+        for drawn in mesh.iter() {
+            self.spend(drawn.triangles.len().max(1), placed)?;
+            for triangle in &drawn.triangles {
+                let corner = |i: u32| drawn.positions.get(i as usize).copied();
+                let [a, b, c] = triangle.map(|i| corner(i).unwrap_or_default());
+                let corners = if mirrors { [a, c, b] } else { [a, b, c] };
+                let vertices = corners.map(|v| placed.transform.point(v).from_y_up());
+                let near = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) <= FAR;
+                if !vertices.iter().all(|v| v.is_finite() && near(v)) {
+                    return Err(Fault::new(placed.place(), PartError::Far));
+                }
+                if !polygon::has_area(&vertices) {
+                    to.summary.dropped += 1;
+                    continue;
+                }
+                to.summary.faces += 1;
+                to.scene.polygons.push(Polygon {
+                    vertices: vertices.to_vec(),
+                    material: drawn.material,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn spend(&mut self, triangles: usize, placed: &Placed<'_>) -> Result<(), Fault> {
+        self.triangles = self.triangles.saturating_add(triangles);
+        if self.triangles > TRIANGLE_LIMIT {
+            let limit = PartError::Limit("triangles", TRIANGLE_LIMIT);
+            return Err(Fault::new(placed.place(), limit));
+        }
+        Ok(())
+    }
+
+    fn decode(
+        &mut self,
+        index: usize,
+        placed: &Placed<'_>,
+        left_out: &mut LeftOut,
+    ) -> Result<Rc<Vec<Drawn>>, Fault> {
+        if let Some(known) = self.decoded.get(&index) {
+            return Ok(Rc::clone(known));
+        }
+        let mesh = entry(&self.document.root.meshes, index, "mesh", || placed.place())?;
+        let mut all = Vec::new();
+        let mut decoded = 0;
+        for (i, primitive) in mesh.primitives.iter().enumerate() {
+            let at = || format!("{} primitive {i}", place("mesh", index, mesh.name.as_ref()));
+            if let Some(drawn) = self.primitive(primitive, at, left_out)? {
+                decoded += drawn.triangles.len();
+                if decoded > TRIANGLE_LIMIT {
+                    let limit = PartError::Limit("triangles", TRIANGLE_LIMIT);
+                    return Err(Fault::new(at(), limit));
+                }
+                all.push(drawn);
+            }
+        }
+        let all = Rc::new(all);
+        self.decoded.insert(index, Rc::clone(&all));
+        Ok(all)
+    }
+
+    fn primitive(
+        &mut self,
+        primitive: &Primitive,
+        at: impl Fn() -> String,
+        left_out: &mut LeftOut,
+    ) -> Result<Option<Drawn>, Fault> {
+        let fault = |e| Fault::new(at(), e);
+        let mode = match primitive.mode {
+            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => {
+                mode
+            }
+            Checked::Valid(_) => {
+                left_out.insert("points and lines: they have no area".to_owned());
+                return Ok(None);
+            }
+            Checked::Invalid => return Err(fault(PartError::Lacks("known mode"))),
+        };
+        if primitive.targets.iter().flatten().next().is_some() {
+            left_out.insert("morph targets: meshes stand as modelled".to_owned());
+        }
+        let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic));
+        if attribute(Semantic::Colors(0)).is_some() {
+            left_out.insert("colours of vertices: their materials' count".to_owned());
+        }
+        let Some(positions) = attribute(Semantic::Positions) else {
+            // A primitive without positions draws nothing, says the specification.
+            left_out.insert("primitives without positions".to_owned());
+            return Ok(None);
+        };
+        let positions = self.positions(positions.value())?;
+        let count = positions.len();
+        let indices = match primitive.indices {
+            Some(index) => accessor::indices(self.document, index.value())?,
+            None => (0..count as u32).collect(),
+        };
+        if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
+            return Err(fault(PartError::Missing {
+                what: "vertex",
+                index: *index as usize,
+                count,
+            }));
+        }
+        let materials = &self.document.root.materials;
+        let material = match primitive.material {
+            Some(material) => {
+                entry(materials, material.value(), "material", at)?;
+                material.value()
+            }
+            // The last one, which has no entry in the file.
+            None => materials.len(),
+        };
+        Ok(Some(Drawn {
+            positions,
+            triangles: triangles(mode, &indices),
+            material,
+        }))
+    }
+
+    fn positions(&mut self, index: usize) -> Result<Rc<Vec<Vec3>>, Fault> {
+        if let Some(known) = self.positions.get(&index) {
+            return Ok(Rc::clone(known));
+        }
+        let positions = accessor::positions(self.document, index)?;
+        let at = || place("accessor", index, None);
+        self.vertices += positions.len();
+        if self.vertices > VERTEX_LIMIT {
+            return Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT)));
+        }
+        if !positions.iter().all(|p| p.is_finite()) {
+            return Err(Fault::new(at(), PartError::Far));
+        }
+        let positions = Rc::new(positions);
+        self.positions.insert(index, Rc::clone(&positions));
+        Ok(positions)
+    }
+}
+
+/// The triangles of a primitive, each counter-clockwise as the mode has it. Corners too few for a
+/// triangle are left over.
+fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
+    let pairs = |of: &'_ [u32]| -> Vec<[u32; 2]> {
+        let next = of.iter().skip(1);
+        of.iter().zip(next).map(|(a, b)| [*a, *b]).collect()
+    };
+    match mode {
+        Mode::TriangleStrip => {
+            let third = indices.iter().skip(2);
+            let turned = |(i, ([a, b], c)): (usize, ([u32; 2], &u32))| match i % 2 {
+                0 => [a, b, *c],
+                _ => [a, *c, b],
+            };
+            let edges = pairs(indices).into_iter();
+            edges.zip(third).enumerate().map(turned).collect()
+        }
+        Mode::TriangleFan => {
+            let hub = indices.first().copied().unwrap_or_default();
+            let rim = pairs(indices.get(1..).unwrap_or_default()).into_iter();
+            rim.map(|[a, b]| [a, b, hub]).collect()
+        }
+        _ => indices.as_chunks::<3>().0.to_vec(),
+    }
+}

@@ -1,0 +1,422 @@
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+use super::*;
+use crate::files::{FileError, Memory};
+use crate::geometry::{Vec3, newell, vec3};
+use crate::scene::import::{Import, Options, read};
+use crate::scene::{LampShape, Polygon};
+use crate::units::Rgb;
+
+/// A GLB of a JSON text and a binary chunk.
+pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
+    let padded = |bytes: &[u8], by: u8| {
+        let mut out = bytes.to_vec();
+        out.resize(bytes.len().next_multiple_of(4), by);
+        out
+    };
+    let mut body = Vec::new();
+    for (kind, data) in [
+        (b"JSON", padded(json.as_bytes(), b' ')),
+        (b"BIN\0", padded(binary, 0)),
+    ] {
+        body.extend((data.len() as u32).to_le_bytes());
+        body.extend(kind);
+        body.extend(data);
+    }
+    let length = body.len() as u32 + 12;
+    [
+        b"glTF".as_slice(),
+        &2_u32.to_le_bytes(),
+        &length.to_le_bytes(),
+        &body,
+    ]
+    .concat()
+}
+
+pub fn floats(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+fn shorts(values: &[u16]) -> Vec<u8> {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
+}
+
+/// A unit square in the XY plane of the file, facing +Z: 48 bytes of positions, 12 of indices.
+pub fn square() -> Vec<u8> {
+    let corners = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.];
+    [floats(&corners), shorts(&[0, 1, 2, 0, 2, 3])].concat()
+}
+
+/// The lists that describe [`square`] as mesh 0; what follows adds to the root object.
+pub fn described(rest: &str) -> String {
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},
+        "buffers":[{{"byteLength":60}}],
+        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":12}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"}},
+          {{"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"}}],
+        "meshes":[{{"name":"Square","primitives":[{{"attributes":{{"POSITION":0}},"indices":1,"material":0}}]}}],
+        {rest}}}"#
+    )
+}
+
+const WALL: &str = r#""materials":[{"name":"wall","pbrMetallicRoughness":{"baseColorFactor":[0.5,0.25,0.125,1]}}]"#;
+
+fn import(json: &str, binary: &[u8]) -> Result<Import, SceneError> {
+    let files = Memory::default().with("a.glb", glb(json, binary));
+    read(&files, "a.glb", Options::default())
+}
+
+/// The square with nodes and whatever else.
+fn with_nodes(nodes: &str) -> Result<Import, SceneError> {
+    import(&described(&format!("{WALL},{nodes}")), &square())
+}
+
+fn refused(result: Result<Import, SceneError>) -> (String, PartError) {
+    match result.unwrap_err() {
+        SceneError::Part { place, reason, .. } => (place, reason),
+        other => unreachable!("{other}"),
+    }
+}
+
+fn normal(polygon: &Polygon) -> Vec3 {
+    newell(&polygon.vertices) * 0.5
+}
+
+fn close(a: Vec3, b: Vec3) -> bool {
+    (a - b).length() < 1e-6
+}
+
+#[test]
+fn a_square_comes_out_as_one_quad_turned_up() {
+    let stage = with_nodes(r#""nodes":[{"mesh":0,"translation":[0,2,0]}]"#).unwrap();
+    let scene = &stage.scene;
+    assert_eq!(scene.polygons.len(), 1);
+    let corners = &scene.polygons[0].vertices;
+    assert_eq!(corners.len(), 4);
+    // Up in the file is +Y; its +Z comes towards the house, which is -Y here.
+    assert!(close(normal(&scene.polygons[0]), vec3(0.0, -1.0, 0.0)));
+    assert!(
+        corners
+            .iter()
+            .all(|v| (2.0..=3.0).contains(&v.z) && v.y == 0.0)
+    );
+    assert_eq!(scene.materials[0].name, "wall");
+    assert_eq!(scene.materials[0].reflectance, Rgb([0.5, 0.25, 0.125]));
+    assert_eq!(
+        (
+            stage.summary.faces,
+            stage.summary.merged,
+            stage.summary.merged_to
+        ),
+        (2, 2, 1)
+    );
+}
+
+/// Buffers in the file, beside it, and as data within it give the same scene.
+#[test]
+fn buffers_come_from_anywhere() {
+    let json = |uri: &str| {
+        let nodes = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"));
+        nodes.replace(
+            r#"{"byteLength":60}"#,
+            &format!(r#"{{"byteLength":60,"uri":"{uri}"}}"#),
+        )
+    };
+    let inside = with_nodes(r#""nodes":[{"mesh":0}]"#).unwrap();
+    let alphabet = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let base64: String = square()
+        .chunks(3)
+        .flat_map(|c| {
+            let bits = c.iter().fold(0_usize, |b, byte| b << 8 | *byte as usize);
+            [18, 12, 6, 0].map(|s| alphabet[bits >> s & 63] as char)
+        })
+        .collect();
+    let files = Memory::default()
+        .with("set/a.gltf", json("parts/the%20square.bin"))
+        .with("set/parts/the square.bin", square())
+        .with(
+            "b.gltf",
+            json(&format!("data:application/octet-stream;base64,{base64}")),
+        )
+        .with("c.gltf", json("../square.bin"))
+        .with("d.gltf", json("https://example.org/square.bin"))
+        .with("e.gltf", json("data:text/plain,hello"))
+        .with("f.gltf", json("none.bin"));
+    let read = |path| read(&files, path, Options::default());
+    assert_eq!(read("set/a.gltf").unwrap(), inside);
+    assert_eq!(read("b.gltf").unwrap(), inside);
+    assert!(matches!(
+        read("c.gltf"),
+        Err(SceneError::File(FileError::Outside(_)))
+    ));
+    assert!(matches!(refused(read("d.gltf")).1, PartError::Uri(_)));
+    assert!(matches!(refused(read("e.gltf")).1, PartError::Uri(_)));
+    assert!(matches!(
+        read("f.gltf"),
+        Err(SceneError::File(FileError::Missing(_)))
+    ));
+}
+
+#[test]
+fn mirrors_keep_fronts_in_front() {
+    // A mirror through X: the square lies at -1..0, and still faces the file's +Z.
+    for nodes in [
+        r#""nodes":[{"mesh":0,"scale":[-1,1,1]}]"#,
+        r#""nodes":[{"children":[1],"scale":[-2,1,1]},{"mesh":0,"scale":[0.5,1,1]}],"scenes":[{"nodes":[0]}]"#,
+        r#""nodes":[{"mesh":0,"matrix":[-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}]"#,
+    ] {
+        let stage = with_nodes(nodes).unwrap();
+        assert!(
+            close(normal(&stage.scene.polygons[0]), vec3(0.0, -1.0, 0.0)),
+            "{nodes}"
+        );
+        assert!(stage.scene.polygons[0].vertices.iter().all(|v| v.x <= 0.0));
+    }
+    // A turn by half about Y shows the back, and two mirrors make a turn.
+    for nodes in [
+        r#""nodes":[{"mesh":0,"rotation":[0,1,0,0]}]"#,
+        r#""nodes":[{"mesh":0,"scale":[-1,1,-1]}]"#,
+    ] {
+        let stage = with_nodes(nodes).unwrap();
+        assert!(
+            close(normal(&stage.scene.polygons[0]), vec3(0.0, 1.0, 0.0)),
+            "{nodes}"
+        );
+    }
+}
+
+#[test]
+fn instances_stand_where_their_parents_put_them() {
+    let stage = with_nodes(
+        r#""scene":1,"scenes":[{"nodes":[3]},{"nodes":[0]}],
+        "nodes":[{"children":[1,2],"translation":[10,0,0]},
+          {"mesh":0,"translation":[0,0,5]},
+          {"mesh":0,"rotation":[0.70710678,0,0,0.70710678],"scale":[2,3,1]},{"mesh":0}]"#,
+    )
+    .unwrap();
+    let polygons = &stage.scene.polygons;
+    assert_eq!(polygons.len(), 2);
+    assert!(
+        polygons[0]
+            .vertices
+            .iter()
+            .any(|v| close(*v, vec3(11.0, -5.0, 1.0)))
+    );
+    // A quarter about X takes Y to Z and Z to -Y: a floor seen from below, 2 by 3.
+    assert!(close(normal(&polygons[1]), vec3(0.0, 0.0, -6.0)));
+    assert!(
+        polygons[1]
+            .vertices
+            .iter()
+            .any(|v| close(*v, vec3(12.0, -3.0, 0.0)))
+    );
+}
+
+/// Strips and fans, with and without indices, tell the same square; points and lines nothing.
+#[test]
+fn every_mode_is_read_or_said_to_be_left_out() {
+    let strip = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.]);
+    let json = |mode: u32, count: usize| {
+        let (a, b, c) = (48, r#","indices":1"#, format!(r#""count":{count},"#));
+        described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
+            .replace(r#""byteLength":60"#, &format!(r#""byteLength":{a}"#))
+            .replace(b, &format!(r#","mode":{mode}"#))
+            .replace(r#""count":4,"#, &c)
+    };
+    let unit = vec3(0.0, -1.0, 0.0);
+    let found = import(&json(5, 4), &strip).unwrap();
+    assert!(close(normal(&found.scene.polygons[0]), unit));
+    let found = import(&json(6, 4), &square()[..48]).unwrap();
+    assert!(close(normal(&found.scene.polygons[0]), unit));
+    // Corners too few for one more triangle are left over.
+    let found = import(&json(4, 4), &square()[..48]).unwrap();
+    assert!(close(normal(&found.scene.polygons[0]), unit * 0.5));
+    for mode in [0, 1, 2, 3] {
+        assert!(matches!(
+            import(&json(mode, 4), &strip),
+            Err(SceneError::Empty { .. })
+        ));
+    }
+    assert!(matches!(
+        refused(import(&json(7, 4), &strip)).1,
+        PartError::Lacks("known mode")
+    ));
+}
+
+#[test]
+fn sparse_accessors_change_what_is_under_them() {
+    // Corner 2 moves from (1, 1, 0) to (3, 3, 0): a kite of area 3; then over nothing at all.
+    let sparse = r#""sparse":{"count":1,"indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":3}}"#;
+    let changed = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
+        .replace(r#""byteLength":60"#, r#""byteLength":76"#)
+        .replace(
+            r#""byteLength":12}]"#,
+            r#""byteLength":12},{"buffer":0,"byteOffset":60,"byteLength":1},{"buffer":0,"byteOffset":64,"byteLength":12}]"#,
+        )
+        .replace(r#""type":"VEC3""#, &format!(r#""type":"VEC3",{sparse}"#));
+    let binary = |at: u8| [square(), vec![at, 0, 0, 0], floats(&[3., 3., 0.])].concat();
+    let stage = import(&changed, &binary(2)).unwrap();
+    assert!(close(
+        normal(&stage.scene.polygons[0]),
+        vec3(0.0, -3.0, 0.0)
+    ));
+    assert!(matches!(
+        refused(import(&changed, &binary(4))).1,
+        PartError::Missing {
+            what: "element",
+            index: 4,
+            count: 4
+        }
+    ));
+    let nothing = changed.replace(
+        r#""bufferView":0,"componentType":5126,"#,
+        r#""componentType":5126,"#,
+    );
+    assert!(matches!(
+        import(&nothing, &binary(2)),
+        Err(SceneError::Empty { .. })
+    ));
+}
+
+#[test]
+fn integers_and_strides_are_read() {
+    // Bytes, normalised: 255 is one; four bytes a vertex, of which three count.
+    let corners = [0_u8, 0, 0, 9, 255, 0, 0, 9, 255, 255, 0, 9, 0, 255, 0];
+    let mut binary = corners.to_vec();
+    binary.resize(48, 0);
+    binary.extend(shorts(&[0, 1, 2, 0, 2, 3]));
+    let json = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
+        .replace(r#""byteLength":48}"#, r#""byteLength":15,"byteStride":4}"#)
+        .replace("5126", r#"5121,"normalized":true"#);
+    let stage = import(&json, &binary).unwrap();
+    assert!(close(
+        normal(&stage.scene.polygons[0]),
+        vec3(0.0, -1.0, 0.0)
+    ));
+    let narrow = json.replace("\"byteStride\":4", "\"byteStride\":2");
+    assert!(matches!(
+        refused(import(&narrow, &binary)).1,
+        PartError::Lacks(_)
+    ));
+}
+
+#[test]
+fn materials_have_names_and_light() {
+    let materials = r#""materials":[{"name":"wood"},{},{"name":"wood","emissiveFactor":[1,0.5,0],
+        "extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":200}}},
+        {"name":"cloth","pbrMetallicRoughness":{"baseColorFactor":[0.4,0.4,0.4,1],"baseColorTexture":{"index":0}}},
+        {"name":"material.1"}],"nodes":[{"mesh":0}]"#;
+    let stage = import(&described(materials), &square()).unwrap();
+    let names: Vec<_> = stage
+        .scene
+        .materials
+        .iter()
+        .map(|m| m.name.as_str())
+        .collect();
+    assert_eq!(
+        names,
+        [
+            "wood",
+            "material.1.2",
+            "wood.2",
+            "cloth",
+            "material.1",
+            "default"
+        ]
+    );
+    assert_eq!(stage.scene.materials[2].emission, Rgb([200.0, 100.0, 0.0]));
+    let cloth = stage.scene.materials[3].reflectance.0[0];
+    assert!((cloth - 0.2).abs() < 1e-6, "{cloth}");
+    assert!(
+        stage.summary.left_out[0].contains("`cloth`"),
+        "{:?}",
+        stage.summary
+    );
+    let bad = materials.replace("[0.4,0.4,0.4,1]", "[0.4,1.4,0.4,1]");
+    let (place, reason) = refused(import(&described(&bad), &square()));
+    assert_eq!(place, "material 3 \"cloth\"");
+    assert!(matches!(
+        reason,
+        PartError::Range {
+            what: "base colour",
+            ..
+        }
+    ));
+}
+
+/// A double-sided square has a back of the same size a hair behind it, unless the show says no.
+#[test]
+fn double_sided_materials_get_a_back() {
+    let json = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
+        .replace(r#""name":"wall""#, r#""name":"wall","doubleSided":true"#);
+    let files = Memory::default().with("a.glb", glb(&json, &square()));
+    let both = read(&files, "a.glb", Options::default()).unwrap();
+    assert_eq!((both.summary.backs, both.scene.polygons.len()), (1, 2));
+    let [front, back] = both.scene.polygons.as_slice() else {
+        unreachable!()
+    };
+    assert!(close(normal(front) + normal(back), Vec3::ZERO));
+    let behind = (front.vertices[0] - back.vertices[0]).dot(normal(front));
+    assert!(behind > 1e-5 && behind < 1e-4, "{behind}");
+    let one_sided = Options {
+        one_sided: true,
+        ..Options::default()
+    };
+    let front_only = read(&files, "a.glb", one_sided).unwrap();
+    assert_eq!(
+        (front_only.summary.backs, front_only.scene.polygons.len()),
+        (0, 1)
+    );
+}
+
+#[test]
+fn lights_and_cameras_come_along() {
+    let rest = format!(
+        r#"{WALL},"cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}},
+          {{"type":"orthographic","orthographic":{{"xmag":1,"ymag":1,"zfar":9,"znear":0}}}}],
+        "extensions":{{"KHR_lights_punctual":{{"lights":[
+          {{"type":"spot","name":"L","intensity":1000,"color":[1,0.5,0.25],"spot":{{"innerConeAngle":0,"outerConeAngle":0.78539816}}}},
+          {{"type":"point","name":"bulb","intensity":40}},{{"type":"directional","intensity":3}}]}}}},
+        "nodes":[{{"mesh":0}},
+          {{"name":"Key","translation":[1,4,2],"rotation":[-0.70710678,0,0,0.70710678],"scale":[2,2,2],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}},
+          {{"extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
+          {{"name":"Front","camera":0,"translation":[0,1,9]}},{{"camera":1}}]"#
+    );
+    let fittings = import(&described(&rest), &square()).unwrap().fittings;
+    let [key, bulb, sun] = fittings.lamps.as_slice() else {
+        unreachable!("{fittings:?}")
+    };
+    assert_eq!(
+        (key.name.as_str(), bulb.name.as_str(), sun.name.as_str()),
+        ("Key", "bulb", "light.2")
+    );
+    assert!(close(key.position, vec3(1.0, -2.0, 4.0)));
+    assert!(close(key.direction, vec3(0.0, 0.0, -1.0)));
+    assert_eq!(key.intensity, Rgb([1000.0, 500.0, 250.0]));
+    assert_eq!(
+        (bulb.shape, sun.shape),
+        (LampShape::Point, LampShape::Distant)
+    );
+    let LampShape::Spot { beam, field } = key.shape else {
+        unreachable!()
+    };
+    // The law of glTF, evaluated at our two angles.
+    let share = |full: f64| {
+        let (cosine, edge) = (
+            (full / 2.0).to_radians().cos(),
+            f64::from(std::f32::consts::FRAC_PI_4).cos(),
+        );
+        ((cosine - edge) / (1.0 - edge)).powi(2)
+    };
+    assert!((share(beam) - 0.5).abs() < 1e-9 && (share(field) - 0.1).abs() < 1e-9);
+    let [front, parallel] = fittings.cameras.as_slice() else {
+        unreachable!("{fittings:?}")
+    };
+    assert_eq!(
+        (front.name.as_str(), parallel.name.as_str()),
+        ("Front", "camera.1")
+    );
+    assert!(close(front.from, vec3(0.0, -9.0, 1.0)) && close(front.direction, vec3(0.0, 1.0, 0.0)));
+    assert!((front.fov.unwrap() - 0.5_f64.to_degrees()).abs() < 1e-6 && parallel.fov.is_none());
+}

@@ -1,0 +1,178 @@
+//! A stage's file to a [`Scene`] and its [`Fittings`], whatever its format.
+//!
+//! The first bytes and the ending of the name tell OBJ from glTF. What both share stands here: the
+//! limits, the errors, the merging of triangles, and the summary of what was done to the file's
+//! polygons. Invariants: a file that is refused leaves nothing behind; memory and time are bounded
+//! by the limits here, not by counts that a file claims. This room knows nothing of shows.
+
+use super::gltf::{self, PartError};
+use super::obj::{self, LineError};
+use super::{Fittings, Polygon, Scene, merge, polygon};
+use crate::files::{FileError, Files};
+
+/// The most polygons a stage may have, after bent ones are cut.
+pub const POLYGON_LIMIT: usize = 200_000;
+/// The most vertices a file may define, and the most corners its faces may have together.
+pub const VERTEX_LIMIT: usize = 1_000_000;
+/// The largest coordinate, metres: products of such lengths stay far from overflow.
+pub(super) const FAR: f64 = 1e9;
+
+/// Why a stage could not be imported.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file itself could not be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A line of an OBJ or MTL file is wrong.
+    #[error("`{path}` line {line}: {reason}")]
+    Line {
+        /// The OBJ or MTL file.
+        path: String,
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: LineError,
+    },
+    /// A part of a glTF file is wrong.
+    #[error("`{path}` {place}: {reason}")]
+    Part {
+        /// The glTF file.
+        path: String,
+        /// Which part, as `mesh 3 "Chair" primitive 0`; counted from 0, as the file does.
+        place: String,
+        /// What is wrong with it.
+        reason: PartError,
+    },
+    /// The file has no polygon with an area.
+    #[error("`{path}` has no polygons")]
+    Empty {
+        /// The file.
+        path: String,
+    },
+    /// The reader of OBJ refused a file that seemed well-formed.
+    #[error("`{path}`: {source}")]
+    Reader {
+        /// The OBJ file.
+        path: String,
+        /// What it said.
+        source: tobj::LoadError,
+    },
+}
+
+/// How a file is to be taken.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Options {
+    /// An OBJ file's own up axis is Z; glTF is Y up by its specification, whatever stands here.
+    pub z_up: bool,
+    /// Materials that glTF calls double-sided get a front only.
+    pub one_sided: bool,
+}
+
+/// A file as imported.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Import {
+    /// All that light meets.
+    pub scene: Scene,
+    /// Lights and cameras of the file.
+    pub fittings: Fittings,
+    /// What was done to it.
+    pub summary: Summary,
+}
+
+/// What an import did to a file's polygons.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Faces with an area, as the file has them.
+    pub faces: usize,
+    /// Faces without an area, left out.
+    pub dropped: usize,
+    /// Bent faces, cut into triangles.
+    pub bent: usize,
+    /// Coplanar triangles that lost their common edges.
+    pub merged: usize,
+    /// The polygons that they became.
+    pub merged_to: usize,
+    /// Backs added for double-sided materials.
+    pub backs: usize,
+    /// What the file has and this program leaves out, a sentence each.
+    pub left_out: Vec<String>,
+}
+
+/// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or anything that begins as a GLB
+/// does) or else OBJ. Neighbouring triangles of one plane and one material become polygons
+/// ([`merge`]).
+///
+/// # Errors
+/// [`SceneError`], with the place in the file.
+pub fn read(files: &dyn Files, path: &str, options: Options) -> Result<Import, SceneError> {
+    let bytes = files.read(path)?;
+    let lower = path.to_ascii_lowercase();
+    let is_gltf =
+        bytes.starts_with(b"glTF") || [".gltf", ".glb"].iter().any(|e| lower.ends_with(e));
+    let mut import = if is_gltf {
+        gltf::import(files, path, &bytes)?
+    } else {
+        let (scene, summary) = obj::parse(files, path, &bytes, options.z_up)?;
+        gltf::Imported {
+            scene,
+            summary,
+            ..gltf::Imported::default()
+        }
+    };
+    let size = import.scene.polygons.len();
+    let merged = merge::triangles(std::mem::take(&mut import.scene.polygons));
+    import.summary.merged = merged.before;
+    import.summary.merged_to = merged.before + merged.polygons.len() - size;
+    import.scene.polygons = merged.polygons;
+    if !options.one_sided {
+        import.summary.backs = add_backs(&mut import.scene, &import.double_sided);
+    }
+    limited(path, import)
+}
+
+/// The import, unless it holds nothing or too much.
+fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
+    let path = path.to_owned();
+    match import.scene.polygons.len() {
+        0 => Err(SceneError::Empty { path }),
+        1..=POLYGON_LIMIT => Ok(Import {
+            scene: import.scene,
+            fittings: import.fittings,
+            summary: import.summary,
+        }),
+        _ => Err(SceneError::Part {
+            path,
+            place: "in all".to_owned(),
+            reason: PartError::Limit("polygons", POLYGON_LIMIT),
+        }),
+    }
+}
+
+/// How far a back stands behind its front, as a part of the scene's size. Surfaces nearer than
+/// about 1e-6 of a distance count as one plane to the rasterizer.
+const THICKNESS: f64 = 2e-5;
+
+/// Gives polygons of the materials that are `double_sided` a back: the same outline the other way
+/// round, a hair behind. How many there are.
+fn add_backs(scene: &mut Scene, double_sided: &[bool]) -> usize {
+    let mut corners = scene
+        .polygons
+        .iter()
+        .flat_map(|p| p.vertices.iter().copied());
+    let first = corners.next().unwrap_or_default();
+    let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
+    let thickness = (high - low).length() * THICKNESS;
+    let back = |front: &Polygon| {
+        let normal = polygon::doubled_area(&front.vertices).normalized();
+        let behind = front.vertices.iter().rev().map(|v| *v - normal * thickness);
+        Polygon {
+            vertices: behind.collect(),
+            material: front.material,
+        }
+    };
+    let two_sided = |p: &&Polygon| double_sided.get(p.material) == Some(&true);
+    let backs: Vec<_> = scene.polygons.iter().filter(two_sided).map(back).collect();
+    let count = backs.len();
+    scene.polygons.extend(backs);
+    count
+}
