@@ -20,6 +20,8 @@ mod node;
 mod primitive;
 
 #[cfg(test)]
+mod hostile_test;
+#[cfg(test)]
 mod tests;
 
 use std::collections::BTreeSet;
