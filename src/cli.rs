@@ -13,6 +13,9 @@ use std::process::ExitCode;
 
 use crate::files::{Disk, Folder, Monotonic};
 use crate::interpreter::{Error, Host, Interpreter, LIMIT};
+use crate::transport::Transport;
+use crate::transport::outside::{self, Outside};
+use crate::transport::radiosity::Radiosity;
 
 use self::argument::{Arguments, Task};
 use self::screen::Screen;
@@ -65,7 +68,18 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
             _ => Path::new("."),
         },
     };
+    let transport: Box<dyn Transport> = match &arguments.renderer {
+        None => Box::new(Radiosity),
+        Some(call) => {
+            let show = path.filter(|p| *p != "-").map(std::path::absolute);
+            Box::new(Outside::new(outside::Call {
+                show: show.and_then(Result::ok),
+                ..call.clone()
+            }))
+        }
+    };
     let host = Host {
+        transport,
         files: Box::new(Folder::new(folder, LIMIT)),
         store: Box::new(Disk),
         clock: Box::new(Monotonic::default()),
@@ -73,7 +87,6 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         threads: arguments.threads,
         memory: arguments.memory,
         style: screen.style(),
-        ..Host::default()
     };
     match path {
         None => Interpreter::empty(host),

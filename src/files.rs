@@ -1,8 +1,10 @@
-//! The one door to the outside: reading a show's files, writing results, the clock.
+//! The one door to the outside: reading a show's files, writing results, other programs, the clock.
 //!
 //! Invariants: a show reads only from its own folder downwards, whatever links or `..` a path
 //! holds; a file is never left half written (it is written beside its place, then renamed). No
-//! other room of the library touches `std::fs` or a clock.
+//! other room of the library touches `std::fs`, a process or a clock.
+
+pub mod process;
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -16,6 +16,7 @@ mod run;
 mod stage;
 mod verb;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::check;
@@ -115,6 +116,8 @@ pub struct Reply {
     pub text: String,
     /// A picture to show beside them.
     pub picture: Option<Shown>,
+    /// What the user should be warned of and was not told before: one line each.
+    pub notes: Vec<String>,
     /// The user wants to leave.
     pub quit: bool,
 }
@@ -157,6 +160,8 @@ pub struct Interpreter {
     exposure: Option<(f64, usize)>,
     /// The user asked to leave with unsaved edits and was told so.
     warned: bool,
+    /// Remarks that were made, each once.
+    told: BTreeSet<String>,
 }
 
 impl std::fmt::Debug for Interpreter {
@@ -202,6 +207,7 @@ impl Interpreter {
             steps: Vec::new(),
             exposure: None,
             warned: false,
+            told: BTreeSet::new(),
         })
     }
 
@@ -268,6 +274,20 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; nothing has changed then, but for refined pictures finished before it.
     pub fn call(&mut self, call: &Call) -> Result<Reply, Error> {
+        let mut reply = self.answer(call)?;
+        reply.notes = self.news();
+        Ok(reply)
+    }
+
+    /// Remarks on the operator that were not made before.
+    fn news(&mut self) -> Vec<String> {
+        let mut remarks = self.host.transport.remarks();
+        remarks.extend(self.clamped());
+        remarks.retain(|remark| self.told.insert(remark.clone()));
+        remarks
+    }
+
+    fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
         let warned = std::mem::replace(&mut self.warned, false);
         match call.verb {
             Verb::Check => self.answer_check(),

@@ -26,14 +26,14 @@
 //! | 0 | `geometry` | points, polygons, transforms: plain three-dimensional mathematics | - | - |
 //! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
 //! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
-//! | 0 | `files` | the one door to the outside: reading, writing, the clock | - | - |
+//! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix |
 //! | 0 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | - | annotate_snippets, serde_json |
 //! | 1 | `raster` | the software rasterizer: z-buffer, clipping, item buffers | geometry | - |
 //! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | files | exr, image, png |
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, scene | - |
-//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity; banks given as images | units, geometry, work, scene, raster, picture | rayon |
+//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity; banks given as images; an outside renderer | units, geometry, work, files, scene, raster, picture | rayon, serde_json |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
@@ -42,7 +42,7 @@
 //! | 7 | `playback` | key images, blends, frames | timeline, plan, pool, picture, units, work | multiversion |
 //! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data | transport, scene, pool, plan, playback, timeline, chart, picture, files, work | serde_json |
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
-//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc, console |
+//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, transport, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc, console |
 
 pub mod chart;
 pub mod check;

@@ -16,6 +16,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod layered;
 pub mod mesh;
+pub mod outside;
 pub mod panorama;
 pub mod radiosity;
 pub mod seen;
@@ -70,6 +71,9 @@ pub enum TransportError {
         /// Number of sources of the rig.
         expected: usize,
     },
+    /// An outside renderer gave no picture.
+    #[error(transparent)]
+    Outside(#[from] outside::OutsideError),
     /// The scene, rig or view cannot be used.
     #[error("{0}")]
     Scene(String),
@@ -96,6 +100,11 @@ pub trait Transport: Sync {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError>;
+
+    /// What the user should be warned of, as far as it is known by now.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Predicted seconds for this scene, rig, view and quality.
     fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost;

@@ -6,6 +6,7 @@ use std::num::NonZero;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::interpreter::{Call, VERBS, VerbSpec};
+use crate::transport::outside;
 
 /// What the command line says.
 #[derive(Debug)]
@@ -16,6 +17,8 @@ pub struct Arguments {
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,
+    /// The renderer to use in place of the program's own.
+    pub renderer: Option<outside::Call>,
     /// What to do.
     pub task: Task,
 }
@@ -72,8 +75,41 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
         memory: matches
             .get_one::<u32>("memory")
             .map_or(4 << 30, |m| (*m as usize) << 20),
+        renderer: renderer(&matches),
         task,
     })
+}
+
+fn renderer(matches: &ArgMatches) -> Option<outside::Call> {
+    let mut call = matches.get_one::<outside::Call>("renderer")?.clone();
+    if let Some(seconds) = matches.get_one::<u32>("renderer-timeout") {
+        call.timeout = f64::from(*seconds);
+    }
+    if let Some(steps) = matches.get_one::<u8>("renderer-steps") {
+        call.steps = *steps;
+    }
+    Some(call)
+}
+
+fn renderer_arguments() -> [Arg; 3] {
+    let renderer = |name: &'static str| Arg::new(name).long(name).global(true);
+    [
+        renderer("renderer")
+            .value_name("COMMAND")
+            .value_parser(|line: &str| outside::Call::parse(line).map_err(|e| e.to_string()))
+            .help(
+                "Program that renders in place of this one's own radiosity: \
+                 'python3 render.py {settings} {output}'",
+            ),
+        renderer("renderer-timeout")
+            .value_name("SECONDS")
+            .value_parser(value_parser!(u32).range(1..=1_000_000))
+            .help("Seconds that it may take for one picture (default: 600)"),
+        renderer("renderer-steps")
+            .value_name("N")
+            .value_parser(value_parser!(u8).range(1..=5))
+            .help("Steps of quality that it knows (default: 1, it has no scale)"),
+    ]
 }
 
 fn commands(matches: &ArgMatches) -> Vec<String> {
@@ -141,6 +177,7 @@ pub fn command() -> Command {
                 .value_parser(value_parser!(u32).range(64..=1_000_000))
                 .help("Megabytes that rendering may hold (default: 4096)"),
         )
+        .args(renderer_arguments())
         .arg(commands_argument())
         .subcommand(
             Command::new("repl")

@@ -74,6 +74,9 @@ impl Screen {
             let (width, height) = picture.size;
             out.push_str(&terminal::half_blocks(width, height, &picture.rgb, columns));
         }
+        for note in &reply.notes {
+            complain(&format!("note: {note}\n"));
+        }
         out.push_str(&reply.text);
         print(&out)
     }

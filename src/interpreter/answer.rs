@@ -158,6 +158,9 @@ impl Interpreter {
             return Ok(Reply::text(json(&plan)?));
         }
         let mut text = describe_plan(&plan);
+        if let Some(unshared) = self.unshared() {
+            let _ = writeln!(text, "{unshared}");
+        }
         if metric != Metric::Settings && !self.is_final() {
             let [cheap, fine] = self.coarse_steps();
             let _ = writeln!(

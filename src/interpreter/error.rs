@@ -82,6 +82,7 @@ impl Error {
             | Error::Chart(_)
             | Error::Study(_) => 3,
             Error::Cancelled(_) | Error::Render(TransportError::Cancelled(_)) => 130,
+            Error::Render(TransportError::Outside(_)) => 3,
             Error::Render(_) => 1,
             Error::Plan(_) => 70,
         }

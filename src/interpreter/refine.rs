@@ -83,6 +83,40 @@ impl Interpreter {
         Quality(self.show().preview.refined.clamp(1, self.finest().0))
     }
 
+    /// What to say where the show asks for steps of quality beyond the scale.
+    pub(super) fn clamped(&self) -> Option<String> {
+        let finest = self.finest().0;
+        let preview = &self.show().preview;
+        let beyond = preview.coarse.max(preview.refined) > finest;
+        let scale = self.stage.is_some() && finest > 1 && beyond;
+        scale.then(|| {
+            let (name, coarse, refined) =
+                (self.host.transport.name(), preview.coarse, preview.refined);
+            format!(
+                "the show asks for quality `coarse {coarse}  refined {refined}`, the scale of the \
+                 {name} ends at {finest}: that is taken instead"
+            )
+        })
+    }
+
+    /// What to say in a plan where pictures share no work; `None` where they do, or where there
+    /// is nothing to refine.
+    pub(super) fn unshared(&self) -> Option<String> {
+        let stage = self.stage.as_ref().filter(|_| !self.is_final())?;
+        let cost = stage.cost(self.host.transport.as_ref(), self.refined_step());
+        let shares = cost.prepare > 0.0 || cost.per_source > 0.0;
+        let each = match cost.per_image > 0.0 {
+            true => format!("{:.2} s each, as measured", cost.per_image),
+            false => "not measured yet".to_owned(),
+        };
+        (!shares).then(|| {
+            format!(
+                "pictures share no work here ({each}; with negative light two runs): refining \
+                 several at once does not pay"
+            )
+        })
+    }
+
     /// True when the first pictures are as good as any: the scale has one step, so that nothing is
     /// left to refine. So it is where every bank is an image.
     pub fn is_final(&self) -> bool {

@@ -14,7 +14,7 @@ use crate::scene::import;
 use crate::scene::{self, ImageFile, Images, Rig, Scene, still};
 use crate::show::{self, Show};
 use crate::transport::layered::{Layered, only_images};
-use crate::transport::{Prepared, Quality, Transport, TransportError};
+use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -163,6 +163,12 @@ impl Stage {
     ) -> Result<Box<dyn Prepared>, TransportError> {
         let layered = Layered::new(&self.rig, transport);
         layered.prepare(&self.scene, &self.rig, &self.view, quality, work)
+    }
+
+    /// Predicted seconds of the rig's operator.
+    pub fn cost(&self, transport: &dyn Transport, quality: Quality) -> Cost {
+        let layered = Layered::new(&self.rig, transport);
+        layered.cost(&self.scene, &self.rig, &self.view, quality)
     }
 
     /// The operator at a step of quality, prepared on first use.

@@ -85,6 +85,10 @@ impl Transport for Layered<'_> {
         }))
     }
 
+    fn remarks(&self) -> Vec<String> {
+        self.inner.map_or_else(Vec::new, Transport::remarks)
+    }
+
     fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
         let Ok(parted) = Parted::new(rig) else {
             return Cost::default();

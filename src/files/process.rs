@@ -1,0 +1,470 @@
+//! Other programs: started without a shell, watched, and never left behind.
+//!
+//! Invariants: a program works on files of a private folder that is made for the one run and removed
+//! after it, however it ends; nothing of what it says on its output is read, and of what it
+//! complains about only the end; when it takes too long or the user stops, it is killed with
+//! everything it started (on Unix, by its process group; elsewhere only the program itself).
+
+use std::fs;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::{FileError, read_limited};
+
+/// Bytes of a program's last complaints that are kept.
+const TAIL: u64 = 2048;
+
+/// How often a running program is looked at: this part of the time it has taken, within these bounds.
+const LOOK: (u32, Duration, Duration) = (20, Duration::from_millis(2), Duration::from_millis(100));
+
+/// One run of a program.
+pub struct Job<'a> {
+    /// The program and its arguments; [`Job::inputs`]' and [`Job::output`]'s marks in them become
+    /// paths.
+    pub words: &'a [String],
+    /// Files made before: mark (`{settings}`), name and content.
+    pub inputs: &'a [(&'a str, &'a str, &'a [u8])],
+    /// The file that the program must leave: mark and name.
+    pub output: (&'a str, &'a str),
+    /// Most bytes of the output that are read.
+    pub limit: u64,
+    /// Seconds after which the program is killed.
+    pub timeout: f64,
+    /// Asked again and again: true kills it.
+    pub cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// A run that went well.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Done {
+    /// The content of the output file.
+    pub output: Vec<u8>,
+    /// Seconds from start to exit.
+    pub seconds: f64,
+}
+
+/// Why a run brought nothing. The tail is the end of what the program complained about.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// There is no such program, or it may not be run.
+    #[error("`{program}` cannot be started: {source}")]
+    Start {
+        /// The first word.
+        program: String,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// It ended with a code other than 0, or was killed by somebody else.
+    #[error("`{program}` ended with {status}{}", complaint(tail))]
+    Exit {
+        /// The first word.
+        program: String,
+        /// `code 3`, or what ended it.
+        status: String,
+        /// The end of its standard error.
+        tail: String,
+    },
+    /// It took too long and was killed.
+    #[error(
+        "`{program}` was stopped after {seconds} s without an end{}",
+        complaint(tail)
+    )]
+    Timeout {
+        /// The first word.
+        program: String,
+        /// The time it had.
+        seconds: f64,
+        /// The end of its standard error.
+        tail: String,
+    },
+    /// It ended well but left no output.
+    #[error("`{program}` ended well but wrote no file{}", complaint(tail))]
+    NoOutput {
+        /// The first word.
+        program: String,
+        /// The end of its standard error.
+        tail: String,
+    },
+    /// The user stopped; the program was killed.
+    #[error("stopped")]
+    Cancelled,
+    /// The private folder could not be used, or the output not be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+fn complaint(tail: &str) -> String {
+    match tail.trim() {
+        "" => "; it said nothing".to_owned(),
+        said => format!("; it said last:\n{said}"),
+    }
+}
+
+/// Runs programs. Closures are fake ones, for tests.
+pub trait Processes: Send + Sync {
+    /// Runs `job` to its end.
+    ///
+    /// # Errors
+    /// [`ProcessError`]; the program is not running any more then.
+    fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError>;
+}
+
+impl<F> Processes for F
+where
+    F: Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync,
+{
+    fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError> {
+        self(job)
+    }
+}
+
+/// The machine's own programs.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Programs;
+
+impl Processes for Programs {
+    fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError> {
+        let private = Private::new()?;
+        let mut marks = Vec::new();
+        for (mark, name, content) in job.inputs {
+            let path = private.path.join(name);
+            fs::write(&path, content).map_err(|e| io(&path, e))?;
+            marks.push((*mark, path));
+        }
+        let output = private.path.join(job.output.1);
+        marks.push((job.output.0, output.clone()));
+        let complaints = private.path.join("stderr.txt");
+        let words: Vec<String> = job.words.iter().map(|w| filled(w, &marks)).collect();
+        let begin = Instant::now();
+        let mut child = start(&words, &complaints)?;
+        let watched = watch(&mut child, begin, job);
+        let seconds = begin.elapsed().as_secs_f64();
+        let program = || job.words.first().cloned().unwrap_or_default();
+        let tail = || tail(&complaints);
+        match watched.map_err(|e| io(&complaints, e))? {
+            Watched::Cancelled => Err(ProcessError::Cancelled),
+            Watched::Timeout => Err(ProcessError::Timeout {
+                program: program(),
+                seconds: job.timeout,
+                tail: tail(),
+            }),
+            Watched::Ended(status) if !status.success() => Err(ProcessError::Exit {
+                program: program(),
+                status: status
+                    .code()
+                    .map_or_else(|| status.to_string(), |c| format!("code {c}")),
+                tail: tail(),
+            }),
+            Watched::Ended(_) if !output.is_file() => Err(ProcessError::NoOutput {
+                program: program(),
+                tail: tail(),
+            }),
+            Watched::Ended(_) => Ok(Done {
+                output: read_limited(&output, "the renderer's picture", job.limit)?,
+                seconds,
+            }),
+        }
+    }
+}
+
+fn start(words: &[String], complaints: &Path) -> Result<Child, ProcessError> {
+    let program = words.first().cloned().unwrap_or_default();
+    let stderr = fs::File::create(complaints).map_err(|e| io(complaints, e))?;
+    let mut command = Command::new(&program);
+    command
+        .args(words.iter().skip(1))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(stderr);
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    command
+        .spawn()
+        .map_err(|source| ProcessError::Start { program, source })
+}
+
+enum Watched {
+    Ended(ExitStatus),
+    Timeout,
+    Cancelled,
+}
+
+/// Waits for the end; kills what must not go on.
+fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Watched> {
+    let (share, least, most) = LOOK;
+    loop {
+        let ended = child.try_wait();
+        if let Ok(Some(status)) = ended {
+            return Ok(Watched::Ended(status));
+        }
+        let passed = begin.elapsed();
+        let cancelled = (job.cancelled)();
+        if cancelled || passed.as_secs_f64() >= job.timeout || ended.is_err() {
+            end(child)?;
+            ended?;
+            return Ok(if cancelled {
+                Watched::Cancelled
+            } else {
+                Watched::Timeout
+            });
+        }
+        std::thread::sleep((passed / share).clamp(least, most));
+    }
+}
+
+/// Kills a program that is still running, with its group, and waits until it is gone.
+fn end(child: &mut Child) -> std::io::Result<()> {
+    // Its number is still its own: nobody has waited for it.
+    #[cfg(unix)]
+    if let Ok(group) = i32::try_from(child.id()) {
+        use nix::sys::signal::{Signal, killpg};
+        // What is gone already need not be killed.
+        let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
+    }
+    let _ = child.kill();
+    child.wait().map(|_| ())
+}
+
+/// The end of a file of complaints, from the beginning of a line where there is one.
+fn tail(path: &Path) -> String {
+    let read = || -> std::io::Result<String> {
+        let mut file = fs::File::open(path)?;
+        let length = file.metadata()?.len();
+        file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+        let mut bytes = Vec::new();
+        file.take(TAIL).read_to_end(&mut bytes)?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        Ok(match text.split_once('\n') {
+            Some((_, rest)) if length > TAIL && !rest.trim().is_empty() => rest.to_owned(),
+            _ => text,
+        })
+    };
+    let text = read().unwrap_or_default();
+    let printable = |c: char| c == '\n' || c == '\t' || !c.is_control();
+    text.chars().filter(|c| printable(*c)).collect()
+}
+
+/// `word` with every mark turned into its path.
+fn filled(word: &str, marks: &[(&str, PathBuf)]) -> String {
+    let fill =
+        |text: String, (mark, path): &(&str, PathBuf)| text.replace(mark, &path.to_string_lossy());
+    marks.iter().fold(word.to_owned(), fill)
+}
+
+/// A folder that only this user may enter; removed when dropped.
+struct Private {
+    path: PathBuf,
+}
+
+impl Private {
+    fn new() -> Result<Private, FileError> {
+        static COUNT: AtomicU64 = AtomicU64::new(0);
+        let mut builder = fs::DirBuilder::new();
+        #[cfg(unix)]
+        std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
+        let mut last = None;
+        // A folder that somebody else has made under the name is never used.
+        for _ in 0..16 {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+            let nanos = now.map_or(0, |d| d.subsec_nanos());
+            let name = format!("footlight-{}-{count}-{nanos:08x}", std::process::id());
+            let path = std::env::temp_dir().join(name);
+            match builder.create(&path) {
+                Ok(()) => return Ok(Private { path }),
+                Err(error) => last = Some(io(&path, error)),
+            }
+        }
+        Err(last.unwrap_or_else(|| FileError::Missing("a temporary folder".to_owned())))
+    }
+}
+
+impl Drop for Private {
+    fn drop(&mut self) {
+        // What cannot be removed now is left to the system, which clears its temporary folders.
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
+fn io(path: &Path, source: std::io::Error) -> FileError {
+    FileError::Io {
+        path: path.display().to_string(),
+        source,
+    }
+}
+
+/// Why a command line cannot be split.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SplitError {
+    /// A quote or a backslash waits for more.
+    #[error("a quote or a backslash is left open")]
+    Open,
+    /// There is no word.
+    #[error("there is no program in it")]
+    Empty,
+}
+
+/// Splits a command line into words as a shell does: at blanks; what stands between single quotes is
+/// as it is, between double quotes too but that a backslash keeps its `"` or `\`; outside quotes a
+/// backslash keeps the next character. Nothing else has a meaning: no variables, patterns, pipes.
+///
+/// # Errors
+/// [`SplitError`].
+pub fn split(line: &str) -> Result<Vec<String>, SplitError> {
+    let mut words = Vec::new();
+    let mut word: Option<String> = None;
+    let mut chars = line.chars();
+    while let Some(c) = chars.next() {
+        if c.is_whitespace() {
+            words.extend(word.take());
+            continue;
+        }
+        let text = word.get_or_insert_default();
+        match c {
+            '\'' | '"' => quoted(&mut chars, c, text)?,
+            '\\' => text.push(chars.next().ok_or(SplitError::Open)?),
+            c => text.push(c),
+        }
+    }
+    words.extend(word);
+    if words.first().is_none_or(String::is_empty) {
+        return Err(SplitError::Empty);
+    }
+    Ok(words)
+}
+
+/// Takes what stands before the closing quote.
+fn quoted(
+    chars: &mut std::str::Chars<'_>,
+    quote: char,
+    text: &mut String,
+) -> Result<(), SplitError> {
+    loop {
+        match chars.next().ok_or(SplitError::Open)? {
+            c if c == quote => return Ok(()),
+            '\\' if quote == '"' => {
+                let next = chars.next().ok_or(SplitError::Open)?;
+                if !matches!(next, '"' | '\\') {
+                    text.push('\\');
+                }
+                text.push(next);
+            }
+            c => text.push(c),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_split_as_a_shell_does() {
+        let split_ok = |line: &str| split(line).unwrap();
+        assert_eq!(split_ok("  a  b\tc "), ["a", "b", "c"]);
+        assert_eq!(
+            split_ok(r#"a 'b "c' "d 'e" f\ g"#),
+            ["a", r#"b "c"#, "d 'e", "f g"]
+        );
+        assert_eq!(split_ok(r#"a "" x"y z"'w'"#), ["a", "", "xy zw"]);
+        assert_eq!(split_ok(r#""\"\\\n" '\'"#), [r#""\\n"#, r"\"]);
+        assert_eq!(split_ok("a $HOME *.x | b"), ["a", "$HOME", "*.x", "|", "b"]);
+        for open in ["'a", "\"a", "a\\", "\"a\\"] {
+            assert_eq!(split(open), Err(SplitError::Open), "{open}");
+        }
+        for empty in ["", "  ", "''", "'' a"] {
+            assert_eq!(split(empty), Err(SplitError::Empty), "{empty}");
+        }
+    }
+
+    #[cfg(unix)]
+    fn run(
+        script: &str,
+        timeout: f64,
+        cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Done, ProcessError> {
+        let words = ["sh", "-c", script, "sh", "{in}", "{out}"].map(str::to_owned);
+        Programs.run(&Job {
+            words: &words,
+            inputs: &[("{in}", "in.txt", b"hello")],
+            output: ("{out}", "out.txt"),
+            limit: 100,
+            timeout,
+            cancelled,
+        })
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_program_gets_its_files_in_a_folder_that_is_removed() {
+        let go_on = || false;
+        let done = run(r#"cat "$1" > "$2"; dirname "$2" >> "$2""#, 60.0, &go_on).unwrap();
+        let text = String::from_utf8(done.output).unwrap();
+        let folder = text.strip_prefix("hello").unwrap().trim();
+        assert!(folder.contains("footlight-") && !Path::new(folder).exists());
+        let open = run(r#"stat -c %a "$(dirname "$2")" > "$2""#, 60.0, &go_on).unwrap();
+        assert_eq!(open.output, b"700\n");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn every_bad_end_is_told_with_the_last_complaints() {
+        let go_on = || false;
+        let script = "i=0; while [ $i -lt 900 ]; do echo line $i >&2; i=$((i+1)); done; exit 3";
+        let error = run(script, 60.0, &go_on).unwrap_err();
+        let said = error.to_string();
+        assert!(
+            said.contains("code 3") && said.ends_with("line 899"),
+            "{said}"
+        );
+        assert!(
+            said.len() < 2200 && !said.contains("line 100\n"),
+            "{}",
+            said.len()
+        );
+        let nothing = run("true", 60.0, &go_on).unwrap_err();
+        assert!(matches!(nothing, ProcessError::NoOutput { .. }));
+        let killed = run("kill -9 $$", 60.0, &go_on).unwrap_err();
+        assert!(killed.to_string().contains("signal"), "{killed}");
+        let large = run(r#"head -c 101 /dev/zero > "$2""#, 60.0, &go_on).unwrap_err();
+        assert!(matches!(
+            large,
+            ProcessError::File(FileError::TooLarge { .. })
+        ));
+        let words = ["/none/such".to_owned()];
+        let none = Programs.run(&Job {
+            words: &words,
+            inputs: &[],
+            output: ("{out}", "out.txt"),
+            limit: 1,
+            timeout: 1.0,
+            cancelled: &go_on,
+        });
+        assert!(matches!(none, Err(ProcessError::Start { .. })));
+    }
+
+    /// The child of the program must go too: it would write its file a second later.
+    #[cfg(unix)]
+    #[test]
+    fn what_takes_too_long_or_is_cancelled_goes_with_all_it_started() {
+        let beside = tempfile::tempdir().unwrap();
+        for stop in [false, true] {
+            let file = beside.path().join(format!("late-{stop}"));
+            let script = format!(
+                "(sleep 1; touch '{}') & echo on >&2; sleep 60",
+                file.display()
+            );
+            let error = run(&script, if stop { 60.0 } else { 0.2 }, &|| stop).unwrap_err();
+            match error {
+                ProcessError::Cancelled => assert!(stop),
+                ProcessError::Timeout { .. } => assert!(!stop),
+                other => panic!("{other}"),
+            }
+        }
+        std::thread::sleep(Duration::from_millis(1500));
+        assert_eq!(fs::read_dir(beside.path()).unwrap().count(), 0);
+    }
+}

@@ -1,0 +1,195 @@
+//! The operator against fake programs.
+
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+use super::*;
+use crate::files::process::Done;
+use crate::geometry::vec3;
+use crate::picture::exr::Precision;
+use crate::scene::Source;
+use crate::work::Progress;
+
+fn rig(names: &[&str]) -> Rig {
+    let source = |name: &&str| Source {
+        name: (*name).to_owned(),
+        emitters: Vec::new(),
+    };
+    Rig {
+        lights: Vec::new(),
+        sources: names.iter().map(source).collect(),
+    }
+}
+
+fn view() -> View {
+    View {
+        from: vec3(0.0, -1.0, 2.0),
+        to: vec3(0.0, 0.0, 0.0),
+        fov: 40.0,
+        width: 3,
+        height: 2,
+    }
+}
+
+/// Settings of a request, which must not be negative.
+fn values(job: &Job<'_>) -> Vec<f64> {
+    let (mark, _, bytes) = job.inputs[0];
+    assert_eq!(mark, SETTINGS);
+    let request: serde_json::Value = serde_json::from_slice(bytes).unwrap();
+    assert_eq!(request["view"]["width"], 3);
+    let list = request["coordinates"].as_array().unwrap();
+    let values: Vec<f64> = list.iter().map(|c| c["value"].as_f64().unwrap()).collect();
+    assert!(values.iter().all(|v| *v >= 0.0));
+    values
+}
+
+fn done(width: usize, height: usize, value: f64) -> Result<Done, ProcessError> {
+    let image = Image::from_data(width, height, vec![value as f32; width * height * 3]).unwrap();
+    Ok(Done {
+        output: exr::encode(&image, Precision::Float, &[]).unwrap(),
+        seconds: 2.0,
+    })
+}
+
+fn outside(
+    run: impl Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync + 'static,
+) -> Outside {
+    let call = Call::parse("render {settings} {output}").unwrap();
+    Outside::with(Call { steps: 3, ..call }, Box::new(run))
+}
+
+fn prepare(outside: &Outside, names: &[&str]) -> Result<Box<dyn Prepared>, TransportError> {
+    let (scene, rig) = (Scene::default(), rig(names));
+    outside.prepare(&scene, &rig, &view(), Quality(2), Work::silent())
+}
+
+fn failed(run: impl Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync + 'static) -> String {
+    match prepare(&outside(run), &["a", "b"]) {
+        Ok(_) => String::new(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn a_linear_renderer_is_taken_at_its_word_and_its_cost_measured() {
+    let sum = |job: &Job<'_>| done(3, 2, values(job).iter().sum());
+    let outside = outside(sum);
+    let cost = || outside.cost(&Scene::default(), &rig(&["a"]), &view(), Quality(2));
+    assert_eq!((cost(), outside.finest()), (Cost::default(), Quality(3)));
+    let mut prepared = prepare(&outside, &["a", "b", "c"]).unwrap();
+    assert_eq!(outside.linearity().unwrap(), Linearity::default());
+    assert!(outside.remarks().is_empty());
+    assert_eq!(cost().per_image, 2.0);
+    // Negative light is rendered apart and subtracted.
+    let settings = [vec![1.0, -0.5, 0.25], vec![-1.0, 0.0, 0.0], vec![0.0; 3]];
+    let images = prepared.render(&settings, Work::silent()).unwrap();
+    for (image, value) in images.iter().zip([0.75, -1.0, 0.0]) {
+        assert_eq!(image.data(), [value; 18]);
+    }
+    for wrong in [vec![1.0], vec![f64::NAN, 0.0, 0.0]] {
+        assert!(prepared.render(&[wrong], Work::silent()).is_err());
+    }
+    let lean = Work {
+        memory: 18 * 4 * 5 - 1,
+        ..Work::silent()
+    };
+    let refused = prepared.render(&settings, lean);
+    assert!(matches!(refused, Err(TransportError::Memory { .. })));
+    let scene = Scene::default();
+    let off = outside.prepare(&scene, &rig(&["a"]), &view(), Quality(4), Work::silent());
+    assert!(matches!(off, Err(TransportError::Quality(4, 3))));
+}
+
+#[test]
+fn what_is_not_linear_is_warned_about_with_the_figure() {
+    // A bias of 0.1 on sums of 2 (two of three sources and one): 5 %; 0.1 of 4: 2.5 %.
+    let bias = |job: &Job<'_>| done(3, 2, values(job).iter().sum::<f64>() + 0.1);
+    let outside_bias = outside(bias);
+    prepare(&outside_bias, &["a", "b", "c"]).unwrap();
+    let found = outside_bias.linearity().unwrap();
+    assert!((found.sum - 0.1 / 3.1).abs() < 1e-6, "{found:?}");
+    assert!((found.double - 0.1 / 4.1).abs() < 1e-6, "{found:?}");
+    let warning = outside_bias.remarks().concat();
+    assert!(
+        warning.contains("3.23 %") && warning.contains("2.44 %"),
+        "{warning}"
+    );
+
+    // Clipped at 1, with one source: G(a) = 1, G(b) = 0.5, both and twice 1.
+    let clipped = |job: &Job<'_>| done(3, 2, values(job).iter().sum::<f64>().min(1.0));
+    let outside_clipped = outside(clipped);
+    prepare(&outside_clipped, &["a"]).unwrap();
+    let found = outside_clipped.linearity().unwrap();
+    assert_eq!((found.sum, found.double), (0.5, 1.0));
+
+    // Black is linear; light from nothing is not.
+    let black = outside(|_| done(3, 2, 0.0));
+    prepare(&black, &["a", "b"]).unwrap();
+    assert_eq!(black.linearity().unwrap(), Linearity::default());
+}
+
+#[test]
+fn what_it_leaves_is_checked() {
+    assert!(failed(|_| done(3, 3, 1.0)).contains("3x3 pixels, the view has 3x2"));
+    let garbage = |bytes: &[u8]| {
+        let output = bytes.to_vec();
+        failed(move |_| {
+            Ok(Done {
+                output: output.clone(),
+                seconds: 0.0,
+            })
+        })
+    };
+    assert!(garbage(b"").contains("cannot be used"));
+    assert!(garbage(b"P3 3 2 255").contains("OpenEXR"));
+    let mut nan = done(3, 2, 1.0).unwrap().output;
+    let end = nan.len();
+    nan[end - 4..].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    assert!(garbage(&nan).contains("NaN or infinite"));
+    let failing = |_: &Job<'_>| {
+        Err(ProcessError::Exit {
+            program: "render".to_owned(),
+            status: "code 7".to_owned(),
+            tail: "no GPU\n".to_owned(),
+        })
+    };
+    let said = failed(failing);
+    assert!(said.contains("code 7") && said.contains("no GPU"), "{said}");
+}
+
+#[test]
+fn a_cancelled_run_is_a_cancel() {
+    struct Stop;
+    impl Progress for Stop {
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
+    let outside = outside(|job| {
+        assert!((job.cancelled)());
+        Err(ProcessError::Cancelled)
+    });
+    let work = Work {
+        progress: &Stop,
+        ..Work::silent()
+    };
+    let scene = Scene::default();
+    let stopped = outside.prepare(&scene, &rig(&["a"]), &view(), Quality(1), work);
+    assert!(matches!(stopped, Err(TransportError::Cancelled(_))));
+}
+
+#[test]
+fn commands_without_their_marks_are_refused() {
+    assert!(Call::parse("render '{settings}' --to={output}").is_ok());
+    assert!(matches!(
+        Call::parse("render {output}"),
+        Err(OutsideError::Mark(SETTINGS))
+    ));
+    assert!(matches!(
+        Call::parse("render {settings}"),
+        Err(OutsideError::Mark(OUTPUT))
+    ));
+    assert!(matches!(
+        Call::parse("render '{settings} {output}"),
+        Err(OutsideError::Command(SplitError::Open))
+    ));
+}
