@@ -1,0 +1,192 @@
+//! Reflected light: hemicubes, rows of form factors, bounces, memory.
+
+use crate::reference::{render, stage};
+use footlight::geometry::{Vec3, vec3};
+use footlight::scene::{Material, Polygon, Scene};
+use footlight::transport::direct::Setting;
+use footlight::transport::form::{BLOCK, Block, Bounces, Rows};
+use footlight::transport::hemicube::{Hemicube, Row, Table, scatter};
+use footlight::transport::mesh::{Layout, Mesh};
+use footlight::transport::panorama::Outline;
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::surface::Surfaces;
+use footlight::transport::visibility::Hierarchy;
+use footlight::transport::{Quality, Transport};
+use footlight::units::Rgb;
+use footlight::work::Work;
+
+/// A closed box of 2 x 2 x 1 metres seen from inside.
+fn room() -> Surfaces {
+    let (x, y, z) = (
+        vec3(2.0, 0.0, 0.0),
+        vec3(0.0, 2.0, 0.0),
+        vec3(0.0, 0.0, 1.0),
+    );
+    let o = vec3(-1.0, -1.0, 0.0);
+    let quad = |a: Vec3, u: Vec3, v: Vec3| Polygon {
+        vertices: vec![a, a + u, a + u + v, a + v],
+        material: 0,
+    };
+    let walls = [
+        (o, x, y),
+        (o + z, y, x),
+        (o, z, x),
+        (o + y, x, z),
+        (o, y, z),
+        (o + x, z, y),
+    ];
+    let materials = vec![Material {
+        name: "wall".into(),
+        reflectance: Rgb([0.5; 3]),
+        emission: Rgb::default(),
+    }];
+    let polygons = walls.iter().map(|&(a, u, v)| quad(a, u, v)).collect();
+    Surfaces::new(&Scene {
+        materials,
+        polygons,
+    })
+    .unwrap()
+}
+
+fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
+    let hierarchy = Hierarchy::new(surfaces);
+    let setting = Setting {
+        surfaces,
+        hierarchy: &hierarchy,
+    };
+    let layout = Layout::of_elements(surfaces, elements);
+    let all = vec![true; layout.cells()];
+    layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all)
+}
+
+fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
+    let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
+    let mut cube = Hemicube::new(surfaces, &outline, mesh, &table);
+    let mut blocks = Vec::new();
+    for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
+        let mut block = Block::default();
+        for (i, e) in elements.iter().enumerate() {
+            let turn = scatter((at * BLOCK + i) as u64);
+            cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
+            block.end_row();
+        }
+        blocks.push(block);
+    }
+    Rows::of(blocks)
+}
+
+/// Sweeps of Jacobi and Gauss-Seidel until the furnace is right to 1e-3: hundreds and thousands.
+fn sweeps(rows: &Rows, n: usize, rho: f32, in_place: bool) -> usize {
+    let exact = 1.0 / (1.0 - rho);
+    let mut b = vec![1.0_f32; n];
+    for sweep in 1..20_000 {
+        let old = b.clone();
+        for i in 0..n {
+            let from = if in_place { &b } else { &old };
+            let seen: f32 = rows.row(i).map(|(c, f)| f * from[c as usize]).sum();
+            b[i] = 1.0 + rho * seen;
+        }
+        if b.iter().all(|x| (x / exact - 1.0).abs() < 1e-3) {
+            return sweep;
+        }
+    }
+    20_000
+}
+
+#[test]
+fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here() {
+    let surfaces = room();
+    let mesh = mesh(&surfaces, 60);
+    let rows = rows(&surfaces, &mesh, 16);
+    let n = mesh.elements.len();
+    for (rho, jacobi, ours) in [
+        (0.5_f32, 9, 10),
+        (0.9, 60, 24),
+        (0.99, 600, 70),
+        (0.999, 5000, 240),
+    ] {
+        let reflectance = vec![[rho; 3]; n];
+        let bounces = Bounces::new(&rows, &reflectance);
+        let b = bounces
+            .interreflect(&rows, &vec![1.0; n], &reflectance, 1, Work::silent())
+            .unwrap();
+        let exact = 1.0 / (1.0 - rho);
+        for x in b {
+            assert!((x / exact - 1.0).abs() < 1e-3, "rho {rho}: {x} for {exact}");
+        }
+        assert!(bounces.steps() <= ours, "rho {rho}: {}", bounces.steps());
+        let naive = sweeps(&rows, n, rho, false);
+        assert!(naive >= jacobi, "rho {rho}: {naive} sweeps");
+        let better = sweeps(&rows, n, rho, true);
+        assert!(better > naive / 4, "rho {rho}: {better} sweeps in place");
+    }
+}
+
+/// What a row of points sees of the lid, which all see alike: along the long middle of a wide room
+/// aligned cubes err alike, turned ones apart, so that their sum is right.
+#[test]
+fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
+    let surfaces = room();
+    let mesh = mesh(&surfaces, 60);
+    let (outline, table) = (Outline::new(&surfaces), Table::new(16));
+    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+    let floor = surfaces
+        .facets
+        .iter()
+        .position(|f| f.normal.z > 0.9)
+        .unwrap();
+    let lid = |row: Row| -> f64 {
+        let above = |e: u32| surfaces.facets[mesh.elements[e as usize].facet].normal.z < -0.9;
+        row.iter()
+            .filter(|r| above(r.0))
+            .map(|r| f64::from(r.1))
+            .sum()
+    };
+    // A quarter of the lid from the point below its corner, a side of `a` by `b` at height 1.
+    let quarter = |a: f64, b: f64| {
+        let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+        (a / p * (b / p).atan() + b / q * (a / q).atan()) / std::f64::consts::TAU
+    };
+    let (mut aligned, mut turned) = (0.0, 0.0);
+    let count = 200;
+    for i in 0..count {
+        let p = vec3(
+            0.02 * scatter(i) - 0.01,
+            0.02 * scatter(i + 7919) - 0.01,
+            0.0,
+        );
+        let (west, east, south, north) = (1.0 + p.x, 1.0 - p.x, 1.0 + p.y, 1.0 - p.y);
+        let exact = quarter(west, south)
+            + quarter(west, north)
+            + quarter(east, south)
+            + quarter(east, north);
+        aligned += lid(cube.row(floor, p, 0.0)) / exact - 1.0;
+        turned += lid(cube.row(floor, p, scatter(i))) / exact - 1.0;
+    }
+    let [aligned, turned] = [aligned, turned].map(|sum: f64| (sum / count as f64).abs());
+    assert!(aligned > 2.0 * turned, "aligned {aligned}, turned {turned}");
+    assert!(turned < 0.006, "{turned}");
+}
+
+/// With little memory the rows of the second gather are made again instead of kept: the same bits.
+#[test]
+fn little_memory_changes_the_way_and_not_the_picture() {
+    let mut case = stage();
+    (case.view.width, case.view.height) = (96, 54);
+    let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
+    let work = Work {
+        memory: 6 << 20,
+        ..Work::silent()
+    };
+    let mut g = Radiosity
+        .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
+        .unwrap();
+    let lean = g.render(std::slice::from_ref(&case.mix), work).unwrap();
+    assert_eq!(plenty[0].data(), lean[0].data());
+    let none = Work {
+        memory: 1 << 18,
+        ..Work::silent()
+    };
+    let refused = Radiosity.prepare(&case.scene, &case.rig, &case.view, Quality(3), none);
+    assert!(refused.err().unwrap().to_string().contains("budget"));
+}
