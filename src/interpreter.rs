@@ -9,6 +9,7 @@
 mod answer;
 mod compare;
 mod error;
+mod fitting;
 mod mistake;
 mod output;
 mod refine;

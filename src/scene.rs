@@ -5,17 +5,26 @@
 //! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
 //! stay in `show`.
 
+pub mod fitting;
 pub mod gltf;
 pub mod import;
 pub mod merge;
+pub mod mount;
 pub mod obj;
+pub mod photometric;
 pub mod polygon;
+pub mod profile;
+pub mod shape;
+pub mod slide;
 pub mod still;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::geometry::Vec3;
+use self::mount::Mount;
+use self::photometric::Distribution;
+use self::slide::Slide;
+use crate::geometry::{Vec3, newell};
 use crate::picture::Image;
 use crate::units::Rgb;
 
@@ -80,6 +89,26 @@ impl Scene {
                     ..polygon
                 })
             }));
+    }
+
+    /// Area in square metres of all polygons of the material of this index.
+    pub fn area(&self, material: usize) -> f64 {
+        let own = self.polygons.iter().filter(|p| p.material == material);
+        own.map(|p| 0.5 * newell(&p.vertices).length()).sum()
+    }
+
+    /// Adds a shape as polygons of a black material of this name, behind all others; its light is
+    /// the rig's. The error of [`shape::TOLERANCE`] is kept.
+    pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
+        let material = self.materials.len();
+        self.materials.push(Material {
+            name,
+            reflectance: Rgb::default(),
+            emission: Rgb::default(),
+        });
+        let polygons = shape.polygons(shape::TOLERANCE).into_iter();
+        self.polygons
+            .extend(polygons.map(|vertices| Polygon { vertices, material }));
     }
 
     /// Gives every material called `name` this reflectance; false when there is none, or when a
@@ -165,10 +194,59 @@ pub enum Light {
     Spot(Spot),
     /// What it adds to the picture at unit setting, rendered elsewhere; the stage does not matter.
     Image(Arc<Image>),
+    /// A point source as it was measured.
+    Measured(Measured),
+    /// One plane of a thrown image.
+    Projection(Projection),
+}
+
+/// A point source that shines as a photometric file says: the file's vertical angle 0 is the axis,
+/// its horizontal angle 0 the mount's right, 90 the mount's up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// How it hangs.
+    pub mount: Mount,
+    /// The file.
+    pub distribution: Arc<Distribution>,
+    /// Multiplies the file's candela at unit setting.
+    pub factor: Rgb,
+}
+
+/// A plane (red, green or blue) of an image thrown from a point through a frustum onto whatever it
+/// meets. Intensity is the same in every direction of the frustum for the same texel, so that the
+/// illuminance of a flat screen square to the axis falls by the cube of the cosine. The image's top
+/// is the mount's up; an observer behind the projector reads it the right way round.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Projection {
+    /// How it hangs.
+    pub mount: Mount,
+    /// Full angle from the image's bottom to its top, degrees; its width follows.
+    pub field: f64,
+    /// The image.
+    pub slide: Arc<Slide>,
+    /// Which channel of it.
+    pub plane: usize,
+    /// Intensity (cd) of a texel of 1 at unit setting.
+    pub intensity: Rgb,
+}
+
+impl Projection {
+    /// Half the image's width and height, 1 m from the projector.
+    pub fn half_size(slide: &Slide, field: f64) -> [f64; 2] {
+        let (width, height) = slide.size();
+        let tangent = (0.5 * field.to_radians()).tan();
+        [tangent * width as f64 / height as f64, tangent]
+    }
+
+    /// Luminous flux (lm) of a white image thrown at 1 cd: the solid angle of the frustum.
+    pub fn flux(slide: &Slide, field: f64) -> f64 {
+        let [a, b] = Projection::half_size(slide, field);
+        4.0 * (a * b / (1.0 + a * a + b * b).sqrt()).atan()
+    }
 }
 
 /// A point source with a round beam: half the peak intensity at half the beam angle from the
-/// axis, a tenth at half the field angle.
+/// axis, a tenth at half the field angle, by the law of [`profile`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
     /// Where it hangs.

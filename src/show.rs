@@ -8,7 +8,12 @@
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
-use crate::scene;
+mod rig;
+
+use crate::scene::fitting::Fittings;
+use crate::scene::mount::Mount;
+use crate::scene::shape::Shape;
+use crate::scene::{self, Scene};
 use crate::units::{CueNumber, Rgb, Time};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.
@@ -127,13 +132,84 @@ pub enum LightKind {
     Panel {
         /// The material's name.
         material: String,
-        /// Emitted radiance (cd/m2) at full; `None` = what the material itself says.
-        radiance: Option<Rgb>,
+        /// How bright it is at full.
+        strength: Strength,
+    },
+    /// A sphere or a disc; [`Show::furnish`] puts it into the scene.
+    Shape {
+        /// Its form and place.
+        shape: Shape,
+        /// How bright it is at full; never its own.
+        strength: Strength,
+    },
+    /// A point source as a file beside the show has it measured (see [`scene::Measured`]).
+    Photometric {
+        /// The file.
+        path: String,
+        /// How it hangs.
+        mount: Mount,
+        /// Its colour.
+        tint: Rgb,
+        /// How bright it is at full.
+        output: Output,
+    },
+    /// An image beside the show, thrown (see [`scene::Projection`]).
+    Projection {
+        /// The file.
+        path: String,
+        /// How it hangs.
+        mount: Mount,
+        /// Full angle from the image's bottom to its top, degrees.
+        field: f64,
+        /// Its colour.
+        tint: Rgb,
+        /// How bright white is at full; never its own.
+        output: Output,
     },
     /// A spot (see [`scene::Spot`]).
     Spot(scene::Spot),
     /// What a bank or the fixed lights add to the picture, rendered elsewhere.
     Image(scene::ImageFile),
+}
+
+/// How bright a point source with a shape of beam of its own is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Output {
+    /// As its file says.
+    Own,
+    /// Luminous flux (lm); of a projection, that of a white image.
+    Flux(f64),
+    /// Peak intensity (cd); of a projection, that of white.
+    Peak(f64),
+}
+
+/// How bright a surface is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Strength {
+    /// As the material itself says.
+    Own,
+    /// Emitted radiance L (cd/m2).
+    Radiance(Rgb),
+    /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
+    /// surface emits pi L into its half space.
+    Flux(Rgb),
+    /// Intensity along the normal of all the material's polygons (cd): L = intensity / area. For
+    /// polygons that face different ways it is the sum of what each has along its own normal; for
+    /// a sphere it is what it has all around, L = intensity / (pi radius^2).
+    Intensity(Rgb),
+}
+
+impl Strength {
+    /// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
+    /// where its intensity is told; `None` for its own.
+    fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
+        match self {
+            Strength::Own => None,
+            Strength::Radiance(rgb) => Some(rgb),
+            Strength::Flux(rgb) => Some(rgb.scaled(1.0 / (std::f64::consts::PI * area))),
+            Strength::Intensity(rgb) => Some(rgb.scaled(1.0 / shown)),
+        }
+    }
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`.
@@ -392,6 +468,22 @@ pub enum RigError {
         /// The name that was not found.
         material: String,
     },
+    /// A panel's lumens or candela are to come from a material that no polygon has.
+    #[error("no surface of the stage is of the material `{material}`")]
+    NoArea {
+        /// The light's statement.
+        id: NodeId,
+        /// The material's name.
+        material: String,
+    },
+    /// A light's file is not among the fittings.
+    #[error("the file `{path}` has not been read")]
+    Unread {
+        /// The light's statement.
+        id: NodeId,
+        /// The file.
+        path: String,
+    },
     /// A panel without a radiance of its own names a material that does not emit.
     #[error("the material `{material}` does not emit")]
     Dark {
@@ -448,31 +540,52 @@ impl Show {
         })
     }
 
-    /// [`Show::rig_with`] for a show without images.
+    /// Puts the lights that have a shape of their own into `scene`, whose other materials and
+    /// polygons come first.
+    pub fn furnish(&self, scene: &mut Scene) {
+        for (name, shape) in self.shapes() {
+            scene.add_shape(rig::shape_material(name), &shape);
+        }
+    }
+
+    /// The lights with a shape of their own, by name.
+    pub fn shapes(&self) -> impl Iterator<Item = (&str, Shape)> {
+        self.lights.iter().filter_map(|light| match light.kind {
+            LightKind::Shape { shape, .. } => Some((light.name.as_str(), shape)),
+            _ => None,
+        })
+    }
+
+    /// [`Show::rig_with`] for a show whose lights and banks need no files.
     ///
     /// # Errors
     /// Every [`RigError`] of the show.
-    pub fn rig(&self, scene: &scene::Scene) -> Result<scene::Rig, Vec<RigError>> {
-        self.rig_with(scene, &scene::Images::new())
+    pub fn rig(&self, scene: &Scene) -> Result<scene::Rig, Vec<RigError>> {
+        self.rig_with(scene, &scene::Images::new(), &Fittings::default())
     }
 
     /// The lights as the operator G takes them, one source for each coordinate; light names become
-    /// indices, materials are looked up in `scene`, images in `images`.
+    /// indices, materials are looked up in `scene`, which has been furnished, pictures of banks in
+    /// `images`, files of lights in `fittings`.
     ///
     /// # Errors
     /// Every [`RigError`] of the show.
     pub fn rig_with(
         &self,
-        scene: &scene::Scene,
+        scene: &Scene,
         images: &scene::Images,
+        fittings: &Fittings,
     ) -> Result<scene::Rig, Vec<RigError>> {
         let mut errors = Vec::new();
         let mut lights = Vec::new();
+        // Where the lights of each statement start, and at last their number.
+        let mut starts = vec![0];
         for light in &self.lights {
-            match resolve(light, scene, images) {
-                Ok(light) => lights.push(light),
+            match rig::resolve(light, scene, images, fittings) {
+                Ok(resolved) => lights.extend(resolved),
                 Err(error) => errors.push(error),
             }
+            starts.push(lights.len());
         }
         if !errors.is_empty() {
             return Err(errors);
@@ -481,21 +594,25 @@ impl Show {
             .coordinates()
             .into_iter()
             .map(|coordinate| scene::Source {
-                emitters: self.emitters(&coordinate),
+                emitters: self.emitters(&coordinate, &starts),
                 name: coordinate.name,
             })
             .collect();
         Ok(scene::Rig { lights, sources })
     }
 
-    fn emitters(&self, coordinate: &Coordinate) -> Vec<scene::Emitter> {
-        let emitter = |light: usize, filter: Rgb| scene::Emitter { light, filter };
+    fn emitters(&self, coordinate: &Coordinate, starts: &[usize]) -> Vec<scene::Emitter> {
+        let emitter = |light: usize, filter: Rgb| {
+            let start = |i: usize| starts.get(i).copied().unwrap_or(0);
+            let all = start(light)..start(light + 1);
+            all.map(move |light| scene::Emitter { light, filter })
+        };
         let Some(bank) = coordinate.bank.and_then(|b| self.banks.get(b)) else {
             let of = |f: &Fixed| {
                 let filter = Rgb::WHITE.scaled(f.level / 100.0);
                 f.lights
                     .iter()
-                    .map(move |l| emitter(*l, filter))
+                    .flat_map(move |l| emitter(*l, filter))
                     .collect::<Vec<_>>()
             };
             return self.fixed.iter().flat_map(of).collect();
@@ -506,44 +623,9 @@ impl Show {
             Some(1) => Rgb([0.0, 1.0, 0.0]),
             Some(_) => Rgb([0.0, 0.0, 1.0]),
         };
-        bank.lights.iter().map(|l| emitter(*l, filter)).collect()
+        bank.lights
+            .iter()
+            .flat_map(|l| emitter(*l, filter))
+            .collect()
     }
-}
-
-fn resolve(
-    light: &Light,
-    scene: &scene::Scene,
-    images: &scene::Images,
-) -> Result<scene::Light, RigError> {
-    let (material, own) = match &light.kind {
-        LightKind::Spot(spot) => return Ok(scene::Light::Spot(spot.clone())),
-        LightKind::Image(file) => {
-            let read = images.get(file).cloned().map(scene::Light::Image);
-            return read.ok_or_else(|| RigError::NoImage {
-                id: light.id,
-                path: file.path.clone(),
-            });
-        }
-        LightKind::Panel { material, radiance } => (material, radiance),
-    };
-    let found = scene
-        .materials
-        .iter()
-        .enumerate()
-        .find(|(_, m)| m.name == *material);
-    let (index, found) = found.ok_or_else(|| RigError::NoMaterial {
-        id: light.id,
-        material: material.clone(),
-    })?;
-    let radiance = own.unwrap_or(found.emission);
-    if radiance == Rgb::default() {
-        return Err(RigError::Dark {
-            id: light.id,
-            material: material.clone(),
-        });
-    }
-    Ok(scene::Light::Panel {
-        material: index,
-        radiance,
-    })
 }

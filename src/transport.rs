@@ -24,6 +24,7 @@ pub mod shadow;
 pub mod step;
 pub mod strength;
 pub mod surface;
+pub mod throw;
 pub mod visibility;
 
 use crate::picture::Image;

@@ -255,4 +255,32 @@ mod tests {
         }
         assert_eq!(Rgb::from_kelvin(900.0), None);
     }
+
+    #[test]
+    fn kelvin_is_on_the_planckian_locus() {
+        // Chromaticities x, y of black bodies (CIE 1931, 2 degrees), as tables have them.
+        for (k, x, y) in [
+            (2000.0, 0.5267, 0.4133),
+            (3000.0, 0.4369, 0.4041),
+            (4000.0, 0.3805, 0.3768),
+            (5000.0, 0.3451, 0.3516),
+            (6500.0, 0.3135, 0.3237),
+            (10_000.0, 0.2807, 0.2884),
+        ] {
+            let [r, g, b] = Rgb::from_kelvin(k).unwrap().0;
+            // Rec. 709 to XYZ.
+            let xyz = [
+                0.412_456_4 * r + 0.357_576_1 * g + 0.180_437_5 * b,
+                0.212_672_9 * r + 0.715_152_2 * g + 0.072_175_0 * b,
+                0.019_333_9 * r + 0.119_192_0 * g + 0.950_304_1 * b,
+            ];
+            let uv = |[x, y, z]: [f64; 3]| {
+                let d = x + 15.0 * y + 3.0 * z;
+                [4.0 * x / d, 6.0 * y / d]
+            };
+            let (found, table) = (uv(xyz), uv([x, y, 1.0 - x - y]));
+            let distance = (found[0] - table[0]).hypot(found[1] - table[1]);
+            assert!(distance < 2e-4, "{k}: {distance}");
+        }
+    }
 }

@@ -6,8 +6,8 @@ mod reference;
 
 use footlight::geometry::vec3;
 use footlight::picture::Image;
+use footlight::scene::profile::Profile;
 use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
-use footlight::transport::beam::Beam;
 use footlight::units::Rgb;
 use reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 
@@ -110,7 +110,7 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
         height: 4,
     };
     let image = &render(&case, 1, &[vec![1.0]], 1)[0];
-    let beam = Beam::new(&spot).unwrap();
+    let beam = Profile::new(spot.beam, spot.field).unwrap();
     for y in 0..4 {
         for x in 0..4 {
             let (px, py) = (f64::from(x) - 1.5, f64::from(y) - 1.5);

@@ -64,6 +64,20 @@ pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> D
     )
 }
 
+/// A photometric file that cannot be used.
+pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
+    let message = format!("the photometric file cannot be read: {cause}");
+    let help = "an IES LM-63 file of type C lies beside the show; its maker has one";
+    error("E306", message, light, spans, vec![help.to_owned()])
+}
+
+/// A slide that cannot be used.
+pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
+    let message = format!("the image cannot be thrown: {cause}");
+    let help = "a PNG or OpenEXR file lies beside the show, of at most 16,777,216 pixels";
+    error("E307", message, light, spans, vec![help.to_owned()])
+}
+
 /// A light that does not fit its stage.
 pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagnostic {
     match cause {
@@ -79,6 +93,11 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
             error("E304", cause.to_string(), *id, spans, vec![help])
         }
         RigError::NoImage { id, .. } => error("E305", cause.to_string(), *id, spans, Vec::new()),
+        RigError::Unread { id, .. } => error("E306", cause.to_string(), *id, spans, Vec::new()),
+        RigError::NoArea { id, .. } => {
+            let help = "lumens and candela are spread over its area; say `cd/m2`, or name another";
+            error("E308", cause.to_string(), *id, spans, vec![help.to_owned()])
+        }
     }
 }
 

@@ -10,7 +10,9 @@ use crate::geometry::{Vec3, vec3};
 use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::pool::Pool;
+use crate::scene::fitting::Fittings;
 use crate::scene::import;
+use crate::scene::shape::Shape;
 use crate::scene::{self, ImageFile, Images, Rig, Scene, still};
 use crate::show::{self, Show};
 use crate::transport::layered::{Layered, only_images};
@@ -18,13 +20,14 @@ use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
 
-use super::mistake;
+use super::{fitting, mistake};
 
 /// What a scene is made from; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
     stages: Vec<(String, import::Options)>,
     surfaces: Vec<(String, Rgb)>,
+    shapes: Vec<(String, Shape)>,
 }
 
 impl Inputs {
@@ -40,6 +43,10 @@ impl Inputs {
                 .iter()
                 .map(|s| (s.name.clone(), s.reflectance))
                 .collect(),
+            shapes: show
+                .shapes()
+                .map(|(name, shape)| (name.to_owned(), shape))
+                .collect(),
         }
     }
 }
@@ -50,6 +57,7 @@ pub(super) struct Stage {
     /// What light meets.
     pub scene: Arc<Scene>,
     images: Images,
+    fittings: Fittings,
     /// What emits it.
     pub rig: Rig,
     /// Who sees it.
@@ -65,6 +73,7 @@ pub(super) struct Fresh {
     inputs: Inputs,
     scene: Arc<Scene>,
     images: Images,
+    fittings: Fittings,
     rig: Rig,
     view: scene::View,
     steps: [u8; 2],
@@ -91,14 +100,16 @@ impl Stage {
         };
         let none = Images::new();
         let known = old.map_or(&none, |s| &s.images);
-        let (scene, images) = match (scene, pictures(show, spans, files, memory, known)) {
-            (Ok(scene), Ok(images)) => (scene, images),
-            (scene, images) => {
-                let mistakes = [scene.err(), images.err()];
+        let images = pictures(show, spans, files, memory, known);
+        let fittings = fitting::read(show, spans, files, old.map(|s| &s.fittings));
+        let (scene, images, fittings) = match (scene, images, fittings) {
+            (Ok(scene), Ok(images), Ok(fittings)) => (scene, images, fittings),
+            (scene, images, fittings) => {
+                let mistakes = [scene.err(), images.err(), fittings.err()];
                 return Err(mistakes.into_iter().flatten().flatten().collect());
             }
         };
-        let rig = show.rig_with(&scene, &images);
+        let rig = show.rig_with(&scene, &images, &fittings);
         let rig = rig.map_err(|errors| {
             let mistakes = errors.iter().map(|e| mistake::of_rig(e, &scene, spans));
             mistakes.collect::<Vec<_>>()
@@ -116,6 +127,7 @@ impl Stage {
             inputs,
             scene,
             images,
+            fittings,
             rig,
             view,
             steps: [show.preview.coarse, show.preview.refined],
@@ -141,6 +153,7 @@ impl Stage {
             inputs: fresh.inputs,
             scene: fresh.scene,
             images: fresh.images,
+            fittings: fresh.fittings,
             rig: fresh.rig,
             view: fresh.view,
             steps: fresh.steps,
@@ -302,6 +315,7 @@ fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Di
         }
     }
     if mistakes.is_empty() {
+        show.furnish(&mut scene);
         Ok(scene)
     } else {
         Err(mistakes)

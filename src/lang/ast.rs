@@ -114,9 +114,9 @@ pub struct Clause<'a> {
 pub struct Light<'a> {
     /// Its name.
     pub name: Word<'a>,
-    /// `spot`, `panel`, `like` or `project`.
+    /// `spot`, `panel`, `sphere`, `disc`, `photometric`, `project` or `like`.
     pub kind: Word<'a>,
-    /// The panel's material, or the light that is like this one.
+    /// The panel's material, the file, or the light that this one is like.
     pub of: Option<Word<'a>>,
     /// In order.
     pub clauses: Vec<Clause<'a>>,

@@ -157,7 +157,9 @@ fn words(rule: Rule) -> &'static str {
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
         Rule::position => "a position (like `0, -2.5, 3`)",
         Rule::size => "a size (like 640x360)",
-        Rule::light_kind => "a kind of light (`spot`, `panel MATERIAL`, `like LIGHT`)",
+        Rule::light_kind => {
+            "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `like`)"
+        }
         Rule::path | Rule::interpolation => "a path (like `spline 0 30, 4 80`)",
         Rule::spline_kind => "a kind of spline (like `natural`)",
         Rule::knot => "a knot (like `3s 55`)",
@@ -187,12 +189,14 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_layer => "`layer`",
         Rule::kw_level => "`level`",
         Rule::kw_one_sided => "`one-sided`",
+        Rule::kw_radius => "`radius`",
         Rule::kw_reflectance => "`reflectance`",
         Rule::kw_repeat => "`repeat`",
         Rule::kw_size => "`size`",
         Rule::kw_slope | Rule::slope => "`slope`",
         Rule::kw_time | Rule::time => "`time`",
         Rule::kw_to => "`to`",
+        Rule::kw_turn => "`turn`",
         Rule::kw_up => "`up`",
         Rule::kw_via | Rule::via => "`via`",
         Rule::z_up | Rule::kw_z => "`z up`",
@@ -204,7 +208,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 59] = [
+pub const INNER_WORDS: [&str; 64] = [
     "aim",
     "assert",
     "at",
@@ -221,6 +225,7 @@ pub const INNER_WORDS: [&str; 59] = [
     "curve",
     "delay",
     "dimmer",
+    "disc",
     "down",
     "ease",
     "exposure",
@@ -243,7 +248,9 @@ pub const INNER_WORDS: [&str; 59] = [
     "out",
     "panel",
     "part",
+    "photometric",
     "project",
+    "radius",
     "rate",
     "refined",
     "reflectance",
@@ -254,6 +261,7 @@ pub const INNER_WORDS: [&str; 59] = [
     "slow-bottom",
     "slow-top",
     "snap",
+    "sphere",
     "spline",
     "spot",
     "square",
@@ -261,6 +269,7 @@ pub const INNER_WORDS: [&str; 59] = [
     "time",
     "to",
     "tolerance",
+    "turn",
     "up",
     "via",
     "z",

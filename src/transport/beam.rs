@@ -1,59 +1,94 @@
-//! The beam of a spot: intensity against the angle from its axis.
+//! Point sources made ready: what a point receives from one when nothing is in the way.
 //!
-//! Up to half the field angle b the law is `2^-((angle / a)^p)` with a half the beam angle and p
-//! such that it is a tenth at b: one at the axis, a half at a, a tenth at b, smooth between.
-//! Beyond b a parabola goes on with the same value and slope and meets zero at its vertex; the
-//! light ends there. This room knows one lamp, nothing of surfaces.
+//! [`Beam::irradiance`] is the one interface of any point source, whatever its distribution. This
+//! room knows one lamp, nothing of surfaces and shadows.
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use crate::geometry::Vec3;
-use crate::scene::Spot;
+use crate::scene::mount::Axes;
+use crate::scene::photometric::Distribution;
+use crate::scene::profile::Profile;
+use crate::scene::{Measured, Projection, Spot};
 
 /// A point source made ready.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Beam {
     /// Where it hangs.
     pub position: Vec3,
     axis: Vec3,
-    /// Half the beam angle, radians.
-    half: f64,
-    /// Half the field angle, radians.
-    tenth: f64,
-    /// Where the light ends, radians.
-    end: f64,
-    power: f64,
+    law: Law,
+}
+
+/// How intensity depends on the direction.
+#[derive(Clone, Debug)]
+enum Law {
+    /// On the angle from the axis alone.
+    Round(Profile),
+    /// As a file says, in candela.
+    Measured(Arc<Distribution>, Axes),
+    /// The same in all directions of a half space, of which the light within this angle from the
+    /// axis is wanted: what is thrown there is another's to say.
+    Even(f64),
+}
+
+/// The cone outside which a source has no light at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Unit vector along the middle.
+    pub axis: Vec3,
+    /// Angle from the axis to the edge, radians, 0 to pi (pi: it shines everywhere).
+    pub angle: f64,
 }
 
 impl Beam {
     /// `None` unless 0 < beam < field <= 360 degrees and the aim differs from the position.
     pub fn new(spot: &Spot) -> Option<Beam> {
-        let axis = (spot.aim - spot.position).normalized();
-        let angles = spot.beam > 0.0 && spot.field > spot.beam && spot.field <= 360.0;
-        if !angles || !axis.is_finite() || axis == Vec3::ZERO || !spot.position.is_finite() {
+        let law = Law::Round(Profile::new(spot.beam, spot.field)?);
+        Beam::towards(spot.position, spot.aim, law)
+    }
+
+    /// `None` unless the mount has axes.
+    pub fn measured(light: &Measured) -> Option<Beam> {
+        let axes = light.mount.axes()?;
+        let law = Law::Measured(Arc::clone(&light.distribution), axes);
+        Beam::towards(light.mount.position, light.mount.aim, law)
+    }
+
+    /// The even light, at one candela, that a projection cuts its image out of; its reach is the
+    /// cone around the frustum. It does not stop at that cone, so that nothing that is
+    /// interpolated across a frustum's edge sees a step. `None` unless the mount has axes and
+    /// 0 < field < 180.
+    pub fn even(light: &Projection) -> Option<Beam> {
+        light.mount.axes()?;
+        if !(light.field > 0.0 && light.field < 180.0) {
             return None;
         }
-        let (half, tenth) = (spot.beam.to_radians() * 0.5, spot.field.to_radians() * 0.5);
-        let power = 10.0_f64.log2().ln() / (tenth / half).ln();
-        // The slope at the tenth is -0.1 ln(10) power / tenth; the parabola's vertex is where
-        // twice the height over that slope leads.
-        let end = tenth * (1.0 + 2.0 / (std::f64::consts::LN_10 * power));
-        Some(Beam {
-            position: spot.position,
+        let [a, b] = Projection::half_size(&light.slide, light.field);
+        let law = Law::Even(a.hypot(b).atan().min(FRAC_PI_2));
+        Beam::towards(light.mount.position, light.mount.aim, law)
+    }
+
+    fn towards(position: Vec3, aim: Vec3, law: Law) -> Option<Beam> {
+        let axis = (aim - position).normalized();
+        (axis.is_finite() && axis != Vec3::ZERO && position.is_finite()).then_some(Beam {
+            position,
             axis,
-            half,
-            tenth,
-            end,
-            power,
+            law,
         })
     }
 
-    /// Intensity at `angle` radians from the axis, as a share of the peak.
-    pub fn share(&self, angle: f64) -> f64 {
-        if angle <= self.tenth {
-            (-(angle / self.half).powf(self.power)).exp2()
-        } else if angle < self.end {
-            0.1 * ((self.end - angle) / (self.end - self.tenth)).powi(2)
-        } else {
-            0.0
+    /// The cone outside which irradiance is zero, or of no use (see [`Beam::even`]).
+    pub fn reach(&self) -> Reach {
+        let angle = match &self.law {
+            Law::Round(profile) => profile.end(),
+            Law::Measured(distribution, _) => distribution.end(),
+            Law::Even(angle) => *angle,
+        };
+        Reach {
+            axis: self.axis,
+            angle,
         }
     }
 
@@ -65,11 +100,11 @@ impl Beam {
             return false;
         }
         let angle = self.axis.cross(d).length().atan2(self.axis.dot(d));
-        angle - (radius / distance).asin() > self.end
+        angle - (radius / distance).asin() > self.reach().angle
     }
 
-    /// Irradiance on a surface of unit `normal` at `point` per unit of peak intensity: the law of
-    /// the inverse square and the cosine; nothing is in the way.
+    /// Irradiance on a surface of unit `normal` at `point` per unit of the light's own intensity:
+    /// the law of the inverse square and the cosine; nothing is in the way.
     pub fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {
         let d = point - self.position;
         let square = d.dot(d);
@@ -77,13 +112,33 @@ impl Beam {
         if cosine <= 0.0 || square == 0.0 {
             return 0.0;
         }
-        let angle = self.axis.cross(d).length().atan2(self.axis.dot(d));
-        self.share(angle) * cosine / (square * square.sqrt())
+        self.share(d) * cosine / (square * square.sqrt())
+    }
+
+    /// Intensity towards `d`, of any length.
+    fn share(&self, d: Vec3) -> f64 {
+        match &self.law {
+            Law::Round(profile) => {
+                profile.share(self.axis.cross(d).length().atan2(self.axis.dot(d)))
+            }
+            Law::Measured(distribution, axes) => {
+                let (x, y, z) = (axes.right.dot(d), axes.up.dot(d), axes.axis.dot(d));
+                let horizontal = if x == 0.0 && y == 0.0 {
+                    0.0
+                } else {
+                    y.atan2(x)
+                };
+                distribution.intensity(x.hypot(y).atan2(z).min(PI), horizontal)
+            }
+            Law::Even(_) => f64::from(u8::from(self.axis.dot(d) > 0.0)),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
     use super::*;
     use crate::geometry::vec3;
     use crate::units::Rgb;
@@ -99,23 +154,6 @@ mod tests {
     }
 
     #[test]
-    fn half_and_tenth_are_where_the_data_sheet_says() {
-        for (beam, field) in [(10.0, 20.0), (19.0, 26.0), (50.0, 120.0), (8.0, 8.5)] {
-            let b = Beam::new(&spot(beam, field)).unwrap();
-            assert_eq!(b.share(0.0), 1.0);
-            assert!((b.share(beam.to_radians() / 2.0) - 0.5).abs() < 1e-12);
-            assert!((b.share(field.to_radians() / 2.0) - 0.1).abs() < 1e-12);
-            assert_eq!(b.share(b.end), 0.0);
-            let h = 1e-7;
-            let slope = |x: f64| (b.share(x + h) - b.share(x)) / h;
-            let (before, after) = (slope(b.tenth - 2.0 * h), slope(b.tenth + h));
-            assert!((before / after - 1.0).abs() < 1e-3, "{before} {after}");
-            let angles: Vec<f64> = (0..1000).map(|i| f64::from(i) * 1e-3 * b.end).collect();
-            assert!(angles.windows(2).all(|w| b.share(w[0]) >= b.share(w[1])));
-        }
-    }
-
-    #[test]
     fn inverse_square_and_cosine() {
         let b = Beam::new(&spot(60.0, 90.0)).unwrap();
         let up = vec3(0.0, 0.0, 1.0);
@@ -126,16 +164,56 @@ mod tests {
     }
 
     #[test]
-    fn impossible_beams_are_refused() {
-        for (beam, field) in [
-            (0.0, 10.0),
-            (20.0, 20.0),
-            (20.0, 10.0),
-            (f64::NAN, 10.0),
-            (9.0, 400.0),
+    fn no_light_outside_the_reach_and_some_just_inside() {
+        let b = Beam::new(&spot(24.0, 40.0)).unwrap();
+        let reach = b.reach();
+        assert_eq!(reach.axis, vec3(0.0, 0.0, -1.0));
+        let at = |angle: f64| {
+            let point = b.position + vec3(angle.sin(), 0.0, -angle.cos()) * 3.0;
+            b.irradiance(point, vec3(0.0, 0.0, 1.0))
+        };
+        assert_eq!(at(reach.angle + 1e-9), 0.0);
+        assert!(at(reach.angle - 1e-3) > 0.0);
+    }
+
+    #[test]
+    fn a_measured_luminaire_shines_as_its_file_says() {
+        // Brightest at horizontal 90, where the mount's up is: upstage, for a lamp that looks down.
+        let text = "TILT=NONE\n1 -1 1 3 5 1 2 0 0 0 1 1 0\n0 45 90\n0 90 180 270 360\n\
+            500 100 0\n500 400 0\n500 100 0\n500 50 0\n500 100 0";
+        let light = |turn: f64| Measured {
+            mount: crate::scene::mount::Mount {
+                position: vec3(1.0, 2.0, 3.0),
+                aim: vec3(1.0, 2.0, 0.0),
+                turn,
+            },
+            distribution: Arc::new(Distribution::parse(text.as_bytes()).unwrap()),
+            factor: Rgb::WHITE,
+        };
+        let up = vec3(0.0, 0.0, 1.0);
+        // On the floor at 45 degrees: distance squared 18, cosine 0.7071.
+        let floor = |beam: &Beam, x: f64, y: f64| {
+            beam.irradiance(vec3(1.0 + x, 2.0 + y, 0.0), up) * 18.0 / 0.5_f64.sqrt()
+        };
+        let beam = Beam::measured(&light(0.0)).unwrap();
+        assert!((beam.irradiance(vec3(1.0, 2.0, 0.0), up) - 500.0 / 9.0).abs() < 1e-9);
+        for (x, y, candela) in [
+            (3.0, 0.0, 100.0),
+            (0.0, 3.0, 400.0),
+            (-3.0, 0.0, 100.0),
+            (0.0, -3.0, 50.0),
         ] {
-            assert!(Beam::new(&spot(beam, field)).is_none());
+            assert!((floor(&beam, x, y) - candela).abs() < 1e-9, "{x} {y}");
         }
+        // Turned by 90 degrees, anticlockwise seen from behind the lamp, thus from above.
+        let turned = Beam::measured(&light(90.0)).unwrap();
+        assert!((floor(&turned, -3.0, 0.0) - 400.0).abs() < 1e-9);
+        assert!((beam.reach().angle - FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn impossible_beams_are_refused() {
+        assert!(Beam::new(&spot(20.0, 10.0)).is_none());
         let mut nowhere = spot(10.0, 20.0);
         nowhere.aim = nowhere.position;
         assert!(Beam::new(&nowhere).is_none());

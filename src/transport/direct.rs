@@ -39,7 +39,7 @@ const HALVINGS: usize = 4;
 pub enum Luminaire {
     /// Pieces (indices) that emit.
     Panel(Vec<usize>),
-    /// A point source.
+    /// A point source; of a projection the even light that its image is cut out of.
     Spot(Beam),
 }
 
@@ -66,8 +66,19 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
             Light::Image(_) => Err(TransportError::Scene(format!(
                 "light {i} is an image: it cannot shine on the stage"
             ))),
+            Light::Measured(measured) => Beam::measured(measured)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| unhung(i)),
+            Light::Projection(projection) => Beam::even(projection)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| unhung(i)),
         })
         .collect()
+}
+
+fn unhung(light: usize) -> TransportError {
+    let needs = "needs a place, another one to aim at, and an angle below 180 degrees";
+    TransportError::Scene(format!("light {light} {needs}"))
 }
 
 /// Who stands where: what the direct light needs to know of the scene.

@@ -29,6 +29,7 @@ use crate::transport::panorama::Outline;
 use crate::transport::step::{STEPS, Step};
 use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
+use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
@@ -117,6 +118,8 @@ struct Operator {
     outline: Outline,
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
+    /// For each light, how it is cut out of even light if it is a projection.
+    throws: Vec<Option<Throw>>,
     mesh: Mesh,
     /// Of each element.
     reflectance: Vec<[f32; 3]>,
@@ -222,6 +225,7 @@ impl Operator {
             outline,
             hierarchy,
             lights,
+            throws: rig.lights.iter().map(thrown).collect(),
             mesh,
             reflectance,
             rows,
@@ -280,6 +284,13 @@ impl Prepared for Operator {
                 .report("pictures", settings.len(), settings.len());
             Ok(images)
         })
+    }
+}
+
+fn thrown(light: &Light) -> Option<Throw> {
+    match light {
+        Light::Projection(projection) => Throw::new(projection),
+        _ => None,
     }
 }
 

@@ -3,12 +3,15 @@
 use crate::scene::{Light, Rig, Scene};
 use crate::transport::TransportError;
 
-/// Radiance of a panel or peak intensity of a spot; 1 for an image, which has its own numbers.
+/// Radiance of a panel, peak intensity of a spot or a projection; of a measured luminaire what
+/// multiplies the candela of its file; 1 for an image, which has its own numbers.
 pub fn colour(light: &Light) -> [f64; 3] {
     match light {
         Light::Panel { radiance, .. } => radiance.0,
         Light::Spot(spot) => spot.intensity.0,
         Light::Image(_) => [1.0; 3],
+        Light::Measured(measured) => measured.factor.0,
+        Light::Projection(projection) => projection.intensity.0,
     }
 }
 

@@ -8,6 +8,7 @@
 mod cues;
 mod curves;
 mod levels;
+mod light;
 mod preview;
 mod rig;
 mod triggers;

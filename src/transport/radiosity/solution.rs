@@ -7,7 +7,9 @@
 
 use super::gather::Sight;
 use super::{Operator, Solution};
+use crate::geometry::Vec3;
 use crate::transport::direct::{Setting, irradiance};
+use crate::transport::throw::pixel;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,16 +32,18 @@ impl Operator {
         let together = (work.memory / 4 / each.max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
-            let lit: Result<Vec<SeenAndMeans>, Cancelled> = group
+            let lit: Result<Vec<Vec<SeenAndMeans>>, Cancelled> = group
+                .chunk_by(|a, b| self.is_beside(*a, *b))
+                .collect::<Vec<_>>()
                 .par_iter()
-                .map(|&l| {
-                    let lit = self.lit(l, work)?;
-                    let so_far = done.fetch_add(1, Ordering::Relaxed) + 1;
+                .map(|team| {
+                    let lit = self.lit(team, work)?;
+                    let so_far = done.fetch_add(team.len(), Ordering::Relaxed) + team.len();
                     work.progress.report("direct light", so_far, missing.len());
                     Ok(lit)
                 })
                 .collect();
-            let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().unzip();
+            let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().flatten().unzip();
             let indirect = self.reflected(&on_elements, work)?;
             work.check()?;
             for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
@@ -49,20 +53,64 @@ impl Operator {
         Ok(())
     }
 
-    /// The direct light of one light.
-    fn lit(&self, light: usize, work: Work<'_>) -> Result<SeenAndMeans, Cancelled> {
+    /// Planes of one thrown image share all but the image.
+    fn is_beside(&self, a: usize, b: usize) -> bool {
+        match (&self.throws[a], &self.throws[b]) {
+            (Some(a), Some(b)) => a.is_beside(b),
+            _ => false,
+        }
+    }
+
+    /// The direct light of one light, or of the planes of one thrown image.
+    fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
         let setting = Setting {
             surfaces: &self.surfaces,
             hierarchy: &self.hierarchy,
         };
-        let light = &self.lights[light];
+        let light = &self.lights[team[0]];
         let samples = irradiance(setting, light, &self.element_receivers, None, 0.0, work)?;
-        let means = self.means(&samples);
-        let allowed = self.tolerance * self.level(&means);
+        let means = team
+            .iter()
+            .map(|&l| self.means(&self.on_samples(l, &samples)));
+        let means: Vec<Vec<f32>> = means.collect();
+        let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
+        let allowed = self.tolerance * level;
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
         let seen = irradiance(setting, light, receivers, outlines, allowed, work)?;
-        Ok((seen, means))
+        let direct = team.iter().map(|&l| self.on_fragments(l, &seen));
+        Ok(direct.zip(means).collect())
+    }
+
+    /// A light at the elements' samples, from what is even: cut out of it if it is a projection.
+    fn on_samples(&self, light: usize, even: &[f32]) -> Vec<f32> {
+        let Some(throw) = &self.throws[light] else {
+            return even.to_vec();
+        };
+        let samples = self.mesh.elements.iter().flat_map(|e| {
+            let grid = self.mesh.grids[e.facet].as_ref();
+            // Two by two samples share a cell; a slope is one over the length of its side.
+            let half = |slope: Vec3| slope * (0.5 / slope.dot(slope));
+            let sides = grid.map_or([Vec3::ZERO; 2], |g| g.slopes().map(half));
+            e.samples.iter().map(move |point| (*point, sides))
+        });
+        throw.cut(even, samples)
+    }
+
+    /// The same at the fragments.
+    fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
+        let Some(throw) = &self.throws[light] else {
+            return even.to_vec();
+        };
+        let seen = self.fragments.all.iter().map(|f| {
+            let normal = self.surfaces.facets[f.facet].normal;
+            let weight = f64::from(f.weight);
+            (
+                f.point,
+                pixel(&self.fragments.camera, f.point, normal, weight),
+            )
+        });
+        throw.cut(even, seen)
     }
 
     /// Root mean square, over the picture, of reflectance times irradiance, estimated from the

@@ -1,0 +1,16 @@
+//! Files that luminaires are made of, as a rig needs them: read once, known by their paths.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::photometric::Distribution;
+use super::slide::Slide;
+
+/// Photometric files and slides by their paths in the show.
+#[derive(Clone, Debug, Default)]
+pub struct Fittings {
+    /// What luminaires send into each direction.
+    pub photometric: BTreeMap<String, Arc<Distribution>>,
+    /// What projectors throw.
+    pub slides: BTreeMap<String, Arc<Slide>>,
+}

@@ -1,0 +1,168 @@
+//! Photometric files: what a luminaire measured in a laboratory sends into each direction
+//! (IES LM-63 of 1986, 1991, 1995, 2002 and 2019).
+//!
+//! Invariants of a [`Distribution`]: vertical and horizontal angles increase strictly, every
+//! intensity is finite and not negative, its flux is positive. Only type C (vertical angle 0
+//! straight down, horizontal angles around the vertical axis) is read; types A and B are refused.
+//! The source is taken as a point; the size of its opening, keywords and watts are not used. A
+//! `TILT` block is checked and left alone: intensities are those of the lamp as it was measured.
+//! It knows neither where the luminaire hangs nor files' names.
+
+mod read;
+
+use std::f64::consts::{PI, TAU};
+
+pub use read::{MOST_ANGLES, MOST_BYTES, PhotometricError, Wrong};
+
+/// How far light of a file's two halves, quarters … repeats around the axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Symmetry {
+    /// One plane for all.
+    Round,
+    /// 0 to 90 degrees, mirrored at both planes.
+    Quadrant,
+    /// 0 to 180 degrees, mirrored at the plane of 0.
+    Half,
+    /// 90 to 270 degrees, mirrored at the plane of 90.
+    Across,
+    /// 0 to 360 degrees.
+    None,
+}
+
+/// Intensity by direction, as a file has it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Distribution {
+    /// Degrees from straight down, increasing.
+    vertical: Vec<f64>,
+    /// Degrees around the axis, increasing.
+    horizontal: Vec<f64>,
+    symmetry: Symmetry,
+    /// Candela, horizontal angle by horizontal angle.
+    candela: Vec<f64>,
+    /// Lumens that the file says its lamps have; `None` for absolute photometry.
+    lamp_lumens: Option<f64>,
+}
+
+impl Distribution {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`PhotometricError`] with the line.
+    pub fn parse(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
+        read::distribution(bytes)
+    }
+
+    /// Intensity in candela at `vertical` radians from the axis (0 to pi) and `horizontal` radians
+    /// around it: bilinear in the two angles; zero beyond the file's vertical angles.
+    pub fn intensity(&self, vertical: f64, horizontal: f64) -> f64 {
+        let down = vertical.to_degrees();
+        let (Some(least), Some(most)) = (self.vertical.first(), self.vertical.last()) else {
+            return 0.0;
+        };
+        // A rounding error beyond the last angle is the last angle.
+        if down < least - 1e-9 || down > most + 1e-9 {
+            return 0.0;
+        }
+        let (row, along) = between(&self.vertical, down);
+        let (column, across) = between(&self.horizontal, self.folded(horizontal));
+        let at = |c: usize| {
+            let (a, b) = (self.at(c, row), self.at(c, row + 1));
+            a + (b - a) * along
+        };
+        let (a, b) = (at(column), at(column + 1));
+        a + (b - a) * across
+    }
+
+    /// The candela of the `column`th horizontal and the `row`th vertical angle, or of the last.
+    fn at(&self, column: usize, row: usize) -> f64 {
+        let height = self.vertical.len();
+        let (c, r) = (column.min(self.horizontal.len() - 1), row.min(height - 1));
+        self.candela.get(c * height + r).copied().unwrap_or(0.0)
+    }
+
+    /// The horizontal angle, degrees, within those of the file.
+    fn folded(&self, horizontal: f64) -> f64 {
+        let turn = horizontal.to_degrees().rem_euclid(360.0);
+        let half = if turn > 180.0 { 360.0 - turn } else { turn };
+        match self.symmetry {
+            Symmetry::Round => self.horizontal.first().copied().unwrap_or(0.0),
+            Symmetry::Quadrant => half.min(180.0 - half),
+            Symmetry::Half => half,
+            // 90 - x and 90 + x are alike.
+            Symmetry::Across if turn < 90.0 => 180.0 - turn,
+            Symmetry::Across if turn > 270.0 => 540.0 - turn,
+            Symmetry::Across | Symmetry::None => turn,
+        }
+    }
+
+    /// The largest intensity of the file, candela.
+    pub fn peak(&self) -> f64 {
+        self.candela.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// Luminous flux in lumens: the integral of [`Distribution::intensity`] over the sphere, in
+    /// closed form between the file's angles.
+    pub fn flux(&self) -> f64 {
+        let zones = self.vertical.windows(2).enumerate().map(|(row, pair)| {
+            let [from, to] = [pair.first(), pair.last()].map(|a| a.map_or(0.0, |x| x.to_radians()));
+            zone(from, to, self.mean(row), self.mean(row + 1))
+        });
+        TAU * zones.sum::<f64>()
+    }
+
+    /// Mean around the axis at a vertical angle, by trapezoids, which are exact for what is linear
+    /// between the angles.
+    fn mean(&self, row: usize) -> f64 {
+        let (Some(first), Some(last)) = (self.horizontal.first(), self.horizontal.last()) else {
+            return 0.0;
+        };
+        if self.symmetry == Symmetry::Round {
+            return self.at(0, row);
+        }
+        let pairs = self.horizontal.windows(2).enumerate();
+        let area = pairs.map(|(c, w)| {
+            let width = w.last().unwrap_or(&0.0) - w.first().unwrap_or(&0.0);
+            0.5 * width * (self.at(c, row) + self.at(c + 1, row))
+        });
+        area.sum::<f64>() / (last - first)
+    }
+
+    /// Lumens of the bare lamps, where the file tells them; the luminaire sends out less.
+    pub fn lamp_lumens(&self) -> Option<f64> {
+        self.lamp_lumens
+    }
+
+    /// Angle from the axis, radians, from which on there is no light.
+    pub fn end(&self) -> f64 {
+        let columns = 0..self.horizontal.len();
+        let lit = |row: &usize| columns.clone().any(|c| self.at(c, *row) > 0.0);
+        let last = (0..self.vertical.len()).rev().find(lit);
+        // Light falls to zero at the next angle, if there is one.
+        let end = last.map_or(0, |row| (row + 1).min(self.vertical.len() - 1));
+        self.vertical.get(end).map_or(PI, |a| a.to_radians())
+    }
+}
+
+/// Integral of a linear function from `a` at `from` to `b` at `to` times the sine.
+fn zone(from: f64, to: f64, a: f64, b: f64) -> f64 {
+    // The integral of (c + s t) sin t is s sin t - (c + s t) cos t.
+    let slope = (b - a) / (to - from);
+    let short = to - from < 1e-4;
+    if short {
+        return 0.5 * (to - from) * (a * from.sin() + b * to.sin());
+    }
+    slope * (to.sin() - from.sin()) - b * to.cos() + a * from.cos()
+}
+
+/// Index of the last of increasing `angles` that is not above `x`, and how far x is from it to the
+/// next.
+fn between(angles: &[f64], x: f64) -> (usize, f64) {
+    let index = angles.partition_point(|a| *a <= x).saturating_sub(1);
+    match (angles.get(index), angles.get(index + 1)) {
+        (Some(a), Some(b)) => (index, ((x - a) / (b - a)).clamp(0.0, 1.0)),
+        _ => (index, 0.0),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,318 @@
+//! The text of an LM-63 file: lines up to `TILT=`, then numbers in a row with blanks, commas and
+//! line ends between them.
+
+use super::{Distribution, Symmetry};
+
+/// The largest file that is read.
+pub const MOST_BYTES: usize = 8 << 20;
+/// The most angles in one direction.
+pub const MOST_ANGLES: usize = 3601;
+/// The most intensities.
+const MOST_VALUES: usize = 500_000;
+/// The most lines before `TILT=`.
+const MOST_KEYWORDS: usize = 1000;
+
+/// Why a photometric file could not be read.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("line {line}: {wrong}")]
+pub struct PhotometricError {
+    /// Counted from 1.
+    pub line: usize,
+    /// What is wrong there.
+    pub wrong: Wrong,
+}
+
+/// What is wrong with a line.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Wrong {
+    /// No `TILT=` line.
+    #[error("there is no `TILT=` line; is this an IES photometric file?")]
+    NoTilt,
+    /// Lamp tilt in another file, or in words unknown.
+    #[error("`TILT={0}` is not read; only NONE and INCLUDE are")]
+    Tilt(String),
+    /// The file ends too early.
+    #[error("the file ends where {0} should stand")]
+    End(&'static str),
+    /// Not a finite number.
+    #[error("`{text}` is not a number; {what} should stand here")]
+    Number {
+        /// As written, cut short.
+        text: String,
+        /// What was wanted.
+        what: &'static str,
+    },
+    /// A number that this quantity cannot have.
+    #[error("{what} is {value}; it must be {must}")]
+    Range {
+        /// Which quantity.
+        what: &'static str,
+        /// As written.
+        value: f64,
+        /// What it may be.
+        must: &'static str,
+    },
+    /// Type A or B photometry.
+    #[error(
+        "the photometry is of type {0}; only type C is read (convert the file, or ask its maker for type C)"
+    )]
+    Type(char),
+    /// Angles that do not increase.
+    #[error("{what} {next} follows {before}; angles must increase strictly")]
+    Order {
+        /// Which angles.
+        what: &'static str,
+        /// The one before.
+        before: f64,
+        /// The one that does not come after it.
+        next: f64,
+    },
+    /// Angles outside 0 to 180, or 0 to 360.
+    #[error("{what} run from {first} to {last}; {must}")]
+    Span {
+        /// Which angles.
+        what: &'static str,
+        /// The first.
+        first: f64,
+        /// The last.
+        last: f64,
+        /// What they may run over.
+        must: &'static str,
+    },
+    /// More numbers than were announced.
+    #[error("`{0}` stands after the last of the announced intensities")]
+    More(String),
+    /// Every intensity is zero.
+    #[error("all intensities are zero")]
+    Dark,
+    /// Too large.
+    #[error("the file has {bytes} bytes; {MOST_BYTES} are read")]
+    Large {
+        /// Its size.
+        bytes: usize,
+    },
+}
+
+/// Words with their lines.
+struct Words<'a> {
+    all: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
+    /// The line of the last word.
+    line: usize,
+}
+
+fn shown(text: &str) -> String {
+    text.chars().take(40).collect()
+}
+
+fn separator(c: char) -> bool {
+    c.is_whitespace() || c == ',' || c == '\u{1a}' || c == '\0'
+}
+
+impl Words<'_> {
+    fn fail<T>(&self, wrong: Wrong) -> Result<T, PhotometricError> {
+        Err(PhotometricError {
+            line: self.line,
+            wrong,
+        })
+    }
+
+    fn number(&mut self, what: &'static str) -> Result<f64, PhotometricError> {
+        let Some((line, text)) = self.all.next() else {
+            return self.fail(Wrong::End(what));
+        };
+        self.line = line;
+        match text.parse::<f64>() {
+            Ok(value) if value.is_finite() && value.abs() <= 1e12 => Ok(value),
+            _ => self.fail(Wrong::Number {
+                text: shown(text),
+                what,
+            }),
+        }
+    }
+
+    fn positive(&mut self, what: &'static str) -> Result<f64, PhotometricError> {
+        let value = self.number(what)?;
+        if value > 0.0 {
+            return Ok(value);
+        }
+        let must = "above 0";
+        self.fail(Wrong::Range { what, value, must })
+    }
+
+    fn count(&mut self, what: &'static str) -> Result<usize, PhotometricError> {
+        let value = self.number(what)?;
+        if value >= 1.0 && value <= MOST_ANGLES as f64 && value.fract() == 0.0 {
+            return Ok(value as usize);
+        }
+        let must = "a whole number from 1 to 3601";
+        self.fail(Wrong::Range { what, value, must })
+    }
+
+    /// So many numbers; memory grows with what is there, not with what is announced.
+    fn row(&mut self, count: usize, what: &'static str) -> Result<Vec<f64>, PhotometricError> {
+        (0..count).map(|_| self.number(what)).collect()
+    }
+
+    /// Strictly increasing angles.
+    fn angles(&mut self, count: usize, what: &'static str) -> Result<Vec<f64>, PhotometricError> {
+        let mut out: Vec<f64> = Vec::new();
+        for _ in 0..count {
+            let next = self.number(what)?;
+            if let Some(before) = out.last().copied().filter(|b| *b >= next) {
+                return self.fail(Wrong::Order { what, before, next });
+            }
+            out.push(next);
+        }
+        Ok(out)
+    }
+}
+
+/// Reads a file.
+pub(super) fn distribution(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
+    if bytes.len() > MOST_BYTES {
+        let wrong = Wrong::Large { bytes: bytes.len() };
+        return Err(PhotometricError { line: 1, wrong });
+    }
+    // Keywords may be in any code page; numbers are ASCII in all of them.
+    let text = String::from_utf8_lossy(bytes);
+    let (line, tilt) = tilt(&text)?;
+    let lines = text.lines().enumerate().skip(line);
+    let mut words = Words {
+        all: Box::new(lines.flat_map(|(i, l)| {
+            let words = l.split(separator).filter(|w| !w.is_empty());
+            words.map(move |w| (i + 1, w))
+        })),
+        line,
+    };
+    match tilt {
+        "NONE" => {}
+        "INCLUDE" => included(&mut words)?,
+        other => return words.fail(Wrong::Tilt(shown(other))),
+    }
+    numbers(&mut words)
+}
+
+/// The number of the `TILT=` line and what it says.
+fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
+    let mut last = 1;
+    for (i, line) in text.lines().enumerate().take(MOST_KEYWORDS) {
+        last = i + 1;
+        if let Some(rest) = line.trim().strip_prefix("TILT=") {
+            return Ok((last, rest.trim()));
+        }
+    }
+    let wrong = Wrong::NoTilt;
+    Err(PhotometricError { line: last, wrong })
+}
+
+/// The tilt block: the lamp's posture, and factors by angle. Checked, not used.
+fn included(words: &mut Words<'_>) -> Result<(), PhotometricError> {
+    words.number("the lamp's posture in its luminaire")?;
+    let count = words.count("the number of tilt angles")?;
+    words.angles(count, "tilt angles")?;
+    words.row(count, "tilt factors")?;
+    Ok(())
+}
+
+fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
+    let lamps = words.positive("the number of lamps")?;
+    let lumens = words.number("the lumens of a lamp")?;
+    let multiplier = words.positive("the multiplier of the intensities")?;
+    let vertical = words.count("the number of vertical angles")?;
+    let horizontal = words.count("the number of horizontal angles")?;
+    if vertical * horizontal > MOST_VALUES {
+        let what = "the number of intensities";
+        let (value, must) = ((vertical * horizontal) as f64, "500,000 at most");
+        return words.fail(Wrong::Range { what, value, must });
+    }
+    match words.number("the type of photometry")? {
+        1.0 => {}
+        2.0 => return words.fail(Wrong::Type('B')),
+        3.0 => return words.fail(Wrong::Type('A')),
+        value => {
+            let (what, must) = ("the type of photometry", "1 (C), 2 (B) or 3 (A)");
+            return words.fail(Wrong::Range { what, value, must });
+        }
+    }
+    words.number("the unit of lengths")?;
+    words.row(3, "the size of the opening")?;
+    let ballast = words.positive("the ballast factor")?;
+    // Called so in the older editions, kept at 1 in the newer ones.
+    let lamp_factor = words.positive("the ballast-lamp factor")?;
+    words.number("the input watts")?;
+    let vertical = verticals(words, vertical)?;
+    let (horizontal, symmetry) = horizontals(words, horizontal)?;
+    let scale = multiplier * ballast * lamp_factor;
+    let mut candela = Vec::new();
+    for _ in 0..vertical.len() * horizontal.len() {
+        let what = "an intensity";
+        let value = words.number(what)?;
+        if value < 0.0 || !(value * scale).is_finite() {
+            let must = "0 or more, and finite with its factors";
+            return words.fail(Wrong::Range { what, value, must });
+        }
+        candela.push(value * scale);
+    }
+    if let Some((line, text)) = words.all.next() {
+        let wrong = Wrong::More(shown(text));
+        return Err(PhotometricError { line, wrong });
+    }
+    let out = Distribution {
+        vertical,
+        horizontal,
+        symmetry,
+        candela,
+        lamp_lumens: (lumens > 0.0).then_some(lamps * lumens),
+    };
+    // One angle alone, or light along the axis only, has no flux either.
+    if out.flux() > 0.0 {
+        return Ok(out);
+    }
+    words.fail(Wrong::Dark)
+}
+
+fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, PhotometricError> {
+    let what = "the vertical angles";
+    let angles = words.angles(count, what)?;
+    match angles.as_slice() {
+        [first, .., last] if *first >= 0.0 && *last <= 180.0 => Ok(angles),
+        [first, .., last] => words.fail(Wrong::Span {
+            what,
+            first: *first,
+            last: *last,
+            must: "two or more are needed, within 0 to 180",
+        }),
+        _ => words.fail(Wrong::Span {
+            what,
+            first: angles.first().copied().unwrap_or(0.0),
+            last: angles.last().copied().unwrap_or(0.0),
+            must: "two or more are needed, within 0 to 180",
+        }),
+    }
+}
+
+fn horizontals(
+    words: &mut Words<'_>,
+    count: usize,
+) -> Result<(Vec<f64>, Symmetry), PhotometricError> {
+    let what = "the horizontal angles";
+    let angles = words.angles(count, what)?;
+    let first = angles.first().copied().unwrap_or(0.0);
+    let last = angles.last().copied().unwrap_or(0.0);
+    let symmetry = match (first, last) {
+        (0.0, 0.0) => Symmetry::Round,
+        (0.0, 90.0) => Symmetry::Quadrant,
+        (0.0, 180.0) => Symmetry::Half,
+        (90.0, 270.0) => Symmetry::Across,
+        (0.0, 360.0) => Symmetry::None,
+        _ => {
+            return words.fail(Wrong::Span {
+                what,
+                first,
+                last,
+                must: "they must be 0 alone, or run from 0 to 90, 180 or 360, or from 90 to 270",
+            });
+        }
+    };
+    Ok((angles, symmetry))
+}

@@ -1,0 +1,262 @@
+#![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
+
+use super::*;
+
+/// A file of type C: head, angles, and intensities by a function of them in degrees.
+fn file(vertical: &[f64], horizontal: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
+    let row = |numbers: &[f64]| {
+        let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        words.join(" ")
+    };
+    let mut out = format!(
+        "IESNA:LM-63-2002\n[TEST] own\n[MANUFAC] nobody\nTILT=NONE\n1 1000 1 {} {} 1 2 0 0 0\n1 1 50\n{}\n{}\n",
+        vertical.len(),
+        horizontal.len(),
+        row(vertical),
+        row(horizontal)
+    );
+    for h in horizontal {
+        let values: Vec<f64> = vertical.iter().map(|v| candela(*v, *h)).collect();
+        out += &format!("{}\n", row(&values));
+    }
+    out
+}
+
+fn steps(from: f64, to: f64, count: usize) -> Vec<f64> {
+    let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
+    (0..count).map(at).collect()
+}
+
+fn parsed(text: &str) -> Distribution {
+    Distribution::parse(text.as_bytes()).unwrap()
+}
+
+#[test]
+fn flux_of_known_distributions() {
+    // A Lambertian disc of 1000 cd has 1000 pi lm. Linear between 5 degrees the cosine loses
+    // (5 degrees)^2 / 12 of itself: 6.3e-4.
+    let cosine = |v: f64, _| 1000.0 * v.to_radians().cos().max(0.0);
+    let lambert = parsed(&file(&steps(0.0, 90.0, 19), &[0.0], cosine));
+    let loss = 1.0 - lambert.flux() / (1000.0 * PI);
+    assert!((4e-4..7e-4).contains(&loss), "{loss}");
+    // All around the same: 4 pi, exact, for every symmetry.
+    for last in [90.0, 180.0, 360.0] {
+        let round = parsed(&file(
+            &steps(0.0, 180.0, 5),
+            &steps(0.0, last, 4),
+            |_, _| 80.0,
+        ));
+        assert!((round.flux() / (320.0 * PI) - 1.0).abs() < 1e-12);
+    }
+    // 1 + cos 2h around a cosine down: the second harmonic adds nothing.
+    let wavy = |v: f64, h: f64| cosine(v, h) * (1.0 + (2.0 * h).to_radians().cos());
+    let wavy = parsed(&file(&steps(0.0, 90.0, 91), &steps(0.0, 90.0, 10), wavy));
+    assert!((wavy.flux() / (1000.0 * PI) - 1.0).abs() < 1e-4);
+}
+
+#[test]
+fn flux_is_the_integral_of_what_is_interpolated() {
+    let shape = |v: f64, h: f64| 100.0 + v + 0.3 * h + (v * h).sin().abs() * 50.0;
+    for (from, to, count) in [
+        (0.0, 360.0, 7),
+        (0.0, 180.0, 5),
+        (0.0, 90.0, 3),
+        (90.0, 270.0, 4),
+    ] {
+        let d = parsed(&file(
+            &steps(10.0, 150.0, 8),
+            &steps(from, to, count),
+            shape,
+        ));
+        let (rows, columns) = (2800, 720);
+        let mut sum = 0.0;
+        for i in 0..rows {
+            let v = (10.0 + 140.0 * (f64::from(i) + 0.5) / f64::from(rows)).to_radians();
+            for j in 0..columns {
+                let h = TAU * (f64::from(j) + 0.5) / f64::from(columns);
+                sum += d.intensity(v, h) * v.sin();
+            }
+        }
+        sum *= 140.0_f64.to_radians() / f64::from(rows) * TAU / f64::from(columns);
+        assert!(
+            (sum / d.flux() - 1.0).abs() < 1e-5,
+            "{to}: {sum} {}",
+            d.flux()
+        );
+    }
+}
+
+#[test]
+fn intensities_are_the_files_and_symmetric() {
+    let shape = |v: f64, h: f64| 1000.0 - 3.0 * v + 0.5 * h;
+    let at = |d: &Distribution, v: f64, h: f64| d.intensity(v.to_radians(), h.to_radians());
+    let verticals = steps(0.0, 90.0, 10);
+    for (first, last) in [(0.0, 90.0), (0.0, 180.0), (90.0, 270.0), (0.0, 360.0)] {
+        let d = parsed(&file(&verticals, &steps(first, last, 7), shape));
+        for v in [0.0, 7.0, 45.0, 90.0] {
+            for h in steps(first, last, 23) {
+                // A function linear in both angles is met exactly.
+                if last < 360.0 || h < 360.0 {
+                    assert!((at(&d, v, h) - shape(v, h)).abs() < 1e-9, "{last}: {v} {h}");
+                }
+            }
+            for h in [3.0, 77.0, 120.0, 200.0, 359.0] {
+                let here = at(&d, v, h);
+                let mirrored: &[f64] = match (first, last) {
+                    (0.0, 90.0) => &[-h, 180.0 - h, 180.0 + h],
+                    (0.0, 180.0) => &[-h],
+                    (90.0, _) => &[180.0 - h],
+                    _ => &[h + 360.0, h - 720.0],
+                };
+                for other in mirrored {
+                    assert!(
+                        (at(&d, v, *other) - here).abs() < 1e-9,
+                        "{last}: {h} {other}"
+                    );
+                }
+            }
+        }
+        assert_eq!(at(&d, 90.1, 10.0), 0.0);
+    }
+    let round = parsed(&file(&verticals, &[0.0], shape));
+    assert_eq!(at(&round, 33.0, 0.0), at(&round, 33.0, 217.0));
+}
+
+#[test]
+fn factors_multiply_and_editions_differ_little() {
+    let numbers = "2 500 1.5 3 1 1 1 0.1 0.2 0.3 0.9 0.8 100 0 45 90 0 300 200 0";
+    let editions = [
+        format!("Old file of 1986\nTILT=NONE\n{numbers}"),
+        format!(
+            "IESNA91\n[TEST] x\nTILT=NONE\r\n{}\r\n",
+            numbers.replace(' ', ",\r\n")
+        ),
+        format!(
+            "IESNA:LM-63-1995\n[TEST] \u{fc}\nTILT=INCLUDE\n1\n3\n0 45 90\n1 0.9 0.8\n{numbers}"
+        ),
+    ];
+    for text in editions {
+        let d = parsed(&text);
+        assert!((d.peak() - 300.0 * 1.5 * 0.9 * 0.8).abs() < 1e-9);
+        assert_eq!(d.lamp_lumens(), Some(1000.0));
+        assert!((d.end() - PI / 2.0).abs() < 1e-12);
+    }
+    // Keywords in Latin-1 are no reason to refuse.
+    let latin = [
+        b"IESNA:LM-63-2002\n[LAMP] gl\xfchend\nTILT=NONE\n",
+        numbers.as_bytes(),
+    ]
+    .concat();
+    assert!(Distribution::parse(&latin).is_ok());
+    let absolute = numbers.replacen("500", "-1", 1);
+    assert_eq!(
+        parsed(&format!("TILT=NONE\n{absolute}")).lamp_lumens(),
+        None
+    );
+}
+
+#[test]
+fn light_ends_where_the_file_says() {
+    let narrow = |v: f64, _| if v < 25.0 { 100.0 } else { 0.0 };
+    let d = parsed(&file(&steps(0.0, 90.0, 10), &[0.0], narrow));
+    assert!((d.end() - 30.0_f64.to_radians()).abs() < 1e-12);
+    assert_eq!(d.intensity(30.1_f64.to_radians(), 0.0), 0.0);
+}
+
+#[test]
+fn every_mistake_has_its_line() {
+    let good = file(&[0.0, 45.0, 90.0], &[0.0, 90.0], |_, _| 10.0);
+    assert!(Distribution::parse(good.as_bytes()).is_ok());
+    for (from, to, line, say) in [
+        (
+            "TILT=NONE",
+            "TILT=lamp.tlt",
+            4,
+            "`TILT=lamp.tlt` is not read",
+        ),
+        ("TILT=NONE\n", "", 9, "no `TILT=` line"),
+        ("1 1000 1", "1 1000 x", 5, "`x` is not a number"),
+        (
+            "1 1000 1",
+            "1 1000 -1",
+            5,
+            "the multiplier of the intensities is -1",
+        ),
+        ("1 1000 1", "1 1000 1e999", 5, "is not a number"),
+        (" 3 2 1 2", " 3 2 2 2", 5, "type B"),
+        (" 3 2 1 2", " 3 2 3 2", 5, "type A"),
+        (" 3 2 1 2", " 3 2 7 2", 5, "type of photometry is 7"),
+        (" 3 2 1 2", " 4 2 1 2", 8, "angles 0 follows 90"),
+        (
+            " 3 2 1 2",
+            " 99999999 2 1 2",
+            5,
+            "whole number from 1 to 3601",
+        ),
+        (
+            " 3 2 1 2",
+            " 3600 3600 1 2",
+            5,
+            "number of intensities is 12960000",
+        ),
+        (" 3 2 1 2", " 2.5 2 1 2", 5, "whole number"),
+        ("1 1 50", "0 1 50", 6, "the ballast factor is 0"),
+        ("0 45 90\n", "0 45 45\n", 7, "45 follows 45"),
+        ("0 45 90\n", "0 45 190\n", 7, "run from 0 to 190"),
+        ("0 90\n", "0 100\n", 8, "run from 0 to 100"),
+        ("0 90\n", "10 90\n", 8, "run from 10 to 90"),
+        ("10 10 10\n10", "10 -10 10\n10", 9, "an intensity is -10"),
+        (
+            "10 10 10\n10 10 10",
+            "10 10 10\n10 10",
+            10,
+            "ends where an intensity",
+        ),
+        (
+            "10 10 10\n10 10 10",
+            "10 10 10\n10 10 10 7",
+            10,
+            "`7` stands after the last",
+        ),
+        (
+            "10 10 10\n10 10 10",
+            "0 0 0\n0 0 0",
+            10,
+            "all intensities are zero",
+        ),
+    ] {
+        assert!(good.contains(from), "{from}");
+        let bad = good.replacen(from, to, 1);
+        let error = Distribution::parse(bad.as_bytes()).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains(say), "{to}: {message}");
+        assert_eq!(error.line, line, "{to}: {message}");
+    }
+    for nothing in ["", "TILT=NONE", "TILT=INCLUDE\n1 9999", "\0\u{1a}", "TILT="] {
+        assert!(Distribution::parse(nothing.as_bytes()).is_err());
+    }
+}
+
+#[test]
+fn a_file_cut_anywhere_is_refused() {
+    let good = file(&steps(0.0, 180.0, 7), &steps(0.0, 360.0, 5), |v, h| {
+        1.5 + v + h
+    });
+    let end = good.trim_end().len();
+    // The last number cut to a shorter number is a number still.
+    for length in 0..end - 5 {
+        assert!(
+            Distribution::parse(&good.as_bytes()[..length]).is_err(),
+            "{length}"
+        );
+    }
+    for i in 0..end {
+        for flip in [1, 16, 128] {
+            let mut bytes = good.clone().into_bytes();
+            bytes[i] ^= flip;
+            if let Ok(d) = Distribution::parse(&bytes) {
+                assert!(d.flux() > 0.0 && d.intensity(1.0, 2.0).is_finite());
+            }
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! Luminaires with a shape of their own: spheres and discs as polygons.
+//!
+//! A disc is a regular polygon, a sphere the polyhedron of planes that touch it at evenly spread
+//! points; both have exactly the area of what they stand for. So the flux is exact, and by
+//! Cauchy's theorem so is the intensity of a sphere in the mean of all directions; what is left is
+//! an error of shape, which falls with the number of faces or corners. Invariants: polygons are
+//! planar, convex, counter-clockwise seen from outside. It knows no materials and no light.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::geometry::{Vec3, newell, vec3};
+
+/// How wrong the illuminance from a shape may be where it is built for a scene, as a share: 1 %.
+/// For spheres the root mean square over all directions and tilts at two radii from the centre
+/// and beyond, the whole sphere above the horizon; for discs the largest at one radius and beyond.
+pub const TOLERANCE: f64 = 0.01;
+
+/// A shape that shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// All around.
+    Sphere {
+        /// Its centre.
+        centre: Vec3,
+        /// Metres.
+        radius: f64,
+    },
+    /// To one side.
+    Disc {
+        /// Its centre.
+        centre: Vec3,
+        /// A point that it faces.
+        aim: Vec3,
+        /// Metres.
+        radius: f64,
+    },
+}
+
+/// Frequency of the sphere's points and the error it keeps (see [`TOLERANCE`]): 12, 42, 92, 162
+/// and 252 faces. The largest error of single directions is four to five times as much.
+const SPHERES: [(usize, f64); 5] = [
+    (1, 0.045),
+    (2, 0.009),
+    (3, 0.0035),
+    (4, 0.0018),
+    (5, 0.0012),
+];
+/// Corners of a disc and the error they keep. Eight would keep 0.1 %, but an octagon is seen.
+const DISCS: [(usize, f64); 3] = [(16, 6e-5), (32, 3e-6), (64, 3e-7)];
+
+impl Shape {
+    /// Area in square metres, exact.
+    pub fn area(&self) -> f64 {
+        match self {
+            Shape::Sphere { radius, .. } => 4.0 * PI * radius * radius,
+            Shape::Disc { radius, .. } => PI * radius * radius,
+        }
+    }
+
+    /// Area that a sphere shows from far away, or a disc from its axis: radiance times this is
+    /// intensity.
+    pub fn shown(&self) -> f64 {
+        match self {
+            Shape::Sphere { radius, .. } | Shape::Disc { radius, .. } => PI * radius * radius,
+        }
+    }
+
+    /// Its polygons, as few as keep `tolerance` (the finest table entry where none does).
+    pub fn polygons(&self, tolerance: f64) -> Vec<Vec<Vec3>> {
+        match *self {
+            Shape::Sphere { centre, radius } => {
+                let place = |v: &Vec3| centre + *v * radius;
+                let faces = sphere(enough(&SPHERES, tolerance));
+                let moved = faces.iter().map(|f| f.iter().map(place).collect());
+                moved.collect()
+            }
+            Shape::Disc {
+                centre,
+                aim,
+                radius,
+            } => {
+                let normal = (aim - centre).normalized();
+                let [u, v] = plane(normal);
+                let corners = disc(enough(&DISCS, tolerance));
+                let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
+                vec![corners.iter().map(place).collect()]
+            }
+        }
+    }
+}
+
+fn enough(table: &[(usize, f64)], tolerance: f64) -> usize {
+    let fit = table.iter().find(|(_, error)| *error <= tolerance);
+    fit.or(table.last()).map_or(1, |(count, _)| *count)
+}
+
+/// Two unit vectors that make a right-handed frame with `normal` behind them.
+fn plane(normal: Vec3) -> [Vec3; 2] {
+    let aside = if normal.x.abs() < 0.6 {
+        vec3(1.0, 0.0, 0.0)
+    } else {
+        vec3(0.0, 1.0, 0.0)
+    };
+    let u = normal.cross(aside).normalized();
+    [u, normal.cross(u)]
+}
+
+/// A regular polygon of area pi.
+fn disc(corners: usize) -> Vec<(f64, f64)> {
+    let n = corners as f64;
+    let radius = (TAU / (n * (TAU / n).sin())).sqrt();
+    let angle = |k: usize| TAU * k as f64 / n;
+    (0..corners)
+        .map(|k| (radius * angle(k).cos(), radius * angle(k).sin()))
+        .collect()
+}
+
+/// A polyhedron of area 4 pi about the origin, with `10 frequency^2 + 2` faces: pentagons and
+/// hexagons.
+fn sphere(frequency: usize) -> Vec<Vec<Vec3>> {
+    let points = spread(frequency);
+    let faces: Vec<Vec<Vec3>> = points
+        .iter()
+        .map(|n| {
+            let [u, v] = plane(*n);
+            // Wide enough: the dodecahedron's corners are at 1.26.
+            let square = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)];
+            let square = square.map(|(a, b)| *n + u * a + v * b).to_vec();
+            let others = points.iter().filter(|m| m.dot(*n) < 1.0 - 1e-9);
+            others.fold(square, |face, m| below(&face, *m))
+        })
+        .collect();
+    let area: f64 = faces.iter().map(|f| 0.5 * newell(f).length()).sum();
+    let scale = (4.0 * PI / area).sqrt();
+    let scaled = |f: &Vec<Vec3>| f.iter().map(|v| *v * scale).collect();
+    faces.iter().map(scaled).collect()
+}
+
+/// What of a convex polygon lies where `x . normal <= 1`.
+fn below(polygon: &[Vec3], normal: Vec3) -> Vec<Vec3> {
+    let height = |v: Vec3| v.dot(normal) - 1.0;
+    let next = polygon.iter().skip(1).chain(polygon.first());
+    let mut out = Vec::with_capacity(polygon.len() + 1);
+    for (a, b) in polygon.iter().zip(next) {
+        let (ha, hb) = (height(*a), height(*b));
+        if ha <= 0.0 {
+            out.push(*a);
+        }
+        if (ha < 0.0 && hb > 0.0) || (ha > 0.0 && hb < 0.0) {
+            out.push(*a + (*b - *a) * (ha / (ha - hb)));
+        }
+    }
+    out
+}
+
+/// Points of the unit sphere: the icosahedron's corners and those of each side divided into
+/// `frequency` parts.
+fn spread(frequency: usize) -> Vec<Vec3> {
+    let corners = icosahedron();
+    // Neighbours have a scalar product of 1/sqrt(5), others -1/sqrt(5) or -1.
+    let near = |a: &Vec3, b: &Vec3| a.dot(*b) > 0.4 && a.dot(*b) < 0.5;
+    let mut out: Vec<Vec3> = Vec::new();
+    let mut add = |point: Vec3| {
+        if out.iter().all(|q| q.dot(point) < 1.0 - 1e-9) {
+            out.push(point);
+        }
+    };
+    for (i, a) in corners.iter().enumerate() {
+        for (j, b) in corners
+            .iter()
+            .enumerate()
+            .take(i)
+            .filter(|(_, b)| near(a, b))
+        {
+            let third = corners.iter().take(j);
+            for c in third.filter(|c| near(a, c) && near(b, c)) {
+                for k in 0..=frequency {
+                    for l in 0..=frequency - k {
+                        let (x, y, z) = (k as f64, l as f64, (frequency - k - l) as f64);
+                        add((*a * x + *b * y + *c * z).normalized());
+                    }
+                }
+            }
+        }
+    }
+    out
+}
+
+fn icosahedron() -> Vec<Vec3> {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut out = Vec::new();
+    for s in [-1.0, 1.0] {
+        for t in [-golden, golden] {
+            out.extend([vec3(0.0, s, t), vec3(s, t, 0.0), vec3(t, 0.0, s)]);
+        }
+    }
+    out.into_iter().map(Vec3::normalized).collect()
+}
+
+#[cfg(test)]
+mod tests;
