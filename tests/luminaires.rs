@@ -187,7 +187,8 @@ fn a_projections_lumens_arrive() {
     assert!((flux[2] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");
 }
 
-/// The wall upstage as a screen, seen square on from the middle of the room: illuminance in lux.
+/// The wall upstage as a screen, seen square on from the middle of the room: illuminance in lux,
+/// at the step that interpolates no direct light.
 fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
     let emitters = (0..lights.len()).map(|light| Emitter {
         light,
@@ -210,7 +211,7 @@ fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
     };
     let work = Work::silent();
     let mut prepared = Radiosity
-        .prepare(scene, &rig, &view, Quality(2), work)
+        .prepare(scene, &rig, &view, Quality(5), work)
         .unwrap();
     let mut image = prepared.render(&[vec![1.0]], work).unwrap().remove(0);
     for x in image.data_mut() {
