@@ -245,11 +245,13 @@ impl<'a> Gather<'a> {
                 Meeting::Crosses => kept.push(shadow),
             }
         }
-        if kept.is_empty() {
-            if !self.interpolated(source, cluster, &[]) {
-                for i in cluster.range.clone() {
-                    self.sums[i - self.start] += beam.irradiance(self.points[i], self.normal);
-                }
+        let clear = kept.is_empty();
+        if clear && self.interpolated(source, cluster, &[]) {
+            return;
+        }
+        if clear && (self.allowed <= 0.0 || cluster.halves.is_none()) {
+            for i in cluster.range.clone() {
+                self.sums[i - self.start] += beam.irradiance(self.points[i], self.normal);
             }
         } else if let Some(halves) = cluster.halves.as_deref() {
             for half in halves {
@@ -324,7 +326,17 @@ impl<'a> Gather<'a> {
             }
             return;
         }
-        let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
+        let clear = list.is_empty();
+        if clear
+            && self.allowed > 0.0
+            && let Some(halves) = cluster.halves.as_deref()
+        {
+            for half in halves {
+                self.settle(source, half, shaft, list, halvings);
+            }
+            return;
+        }
+        let Some(halves) = cluster.halves.as_deref().filter(|_| !clear) else {
             for i in cluster.range.clone() {
                 let known = self.known[i - self.start];
                 let value = if known.is_nan() {
