@@ -163,6 +163,26 @@ mod tests {
         assert_eq!(b.irradiance(Vec3::ZERO, -up), 0.0);
     }
 
+    /// A ball around a point that is lit is not missed; one far outside the beam is.
+    #[test]
+    fn a_lit_ball_is_not_missed() {
+        for (beam, field) in [(10.0, 20.0), (50.0, 120.0), (100.0, 300.0)] {
+            let b = Beam::new(&spot(beam, field)).unwrap();
+            for i in 0..4000 {
+                let angle = f64::from(i) * (std::f64::consts::PI / 4000.0);
+                let lit = vec3(3.0 * angle.sin(), 0.0, 5.0 - 3.0 * angle.cos());
+                let aside = lit + vec3(0.0, 0.3, 0.4);
+                let shines = b.share(angle) > 0.0;
+                assert!(!shines || !b.misses(aside, 0.5 + 1e-9), "{field} {angle}");
+                assert!(
+                    shines || b.misses(lit, 0.0) || angle <= b.end,
+                    "{field} {angle}"
+                );
+            }
+            assert!(!b.misses(b.position, 0.1));
+        }
+    }
+
     #[test]
     fn no_light_outside_the_reach_and_some_just_inside() {
         let b = Beam::new(&spot(24.0, 40.0)).unwrap();
