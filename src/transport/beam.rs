@@ -172,10 +172,10 @@ mod tests {
                 let angle = f64::from(i) * (std::f64::consts::PI / 4000.0);
                 let lit = vec3(3.0 * angle.sin(), 0.0, 5.0 - 3.0 * angle.cos());
                 let aside = lit + vec3(0.0, 0.3, 0.4);
-                let shines = b.share(angle) > 0.0;
+                let shines = b.share(lit - b.position) > 0.0;
                 assert!(!shines || !b.misses(aside, 0.5 + 1e-9), "{field} {angle}");
                 assert!(
-                    shines || b.misses(lit, 0.0) || angle <= b.end,
+                    shines || b.misses(lit, 0.0) || angle <= b.reach().angle,
                     "{field} {angle}"
                 );
             }
