@@ -5,30 +5,40 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use footlight::diagnostic::{Sources, Style, render};
-use footlight::{check, lang};
+use footlight::diagnostic::{Style, render};
+use footlight::files::Folder;
+use footlight::interpreter::{Error, Host, Interpreter};
+use footlight::lang;
 
+/// All that a show's text and the files it names have against it.
 fn message(name: &str, text: &str) -> (String, BTreeSet<&'static str>) {
-    let mut sources = Sources::default();
-    let parsed = lang::parse(&mut sources, name, text);
-    let mut diagnostics = parsed.diagnostics;
-    let errors = diagnostics.iter().any(|d| d.code.starts_with('E'));
-    assert_eq!(parsed.show.is_none(), errors, "{name}");
-    if let Some(show) = parsed.show {
-        diagnostics.extend(check::check(&show, &parsed.spans).diagnostics);
-    }
-    let codes = diagnostics.iter().map(|d| d.code).collect();
-    let message = render(&diagnostics, &sources, Style::Plain);
+    let host = Host {
+        files: Box::new(Folder::new(folder(), 1 << 20)),
+        ..Host::default()
+    };
+    let opened = Interpreter::from_text(name, text.as_bytes(), host);
+    let report = match &opened {
+        Ok(interpreter) => interpreter.warnings(),
+        Err(Error::Mistakes(report)) => report,
+        Err(other) => panic!("{name}: {}", other.report(Style::Plain)),
+    };
+    let errors = report.diagnostics.iter().any(|d| d.code.starts_with('E'));
+    assert_eq!(opened.is_err(), errors, "{name}");
+    let codes = report.diagnostics.iter().map(|d| d.code).collect();
+    let message = render(&report.diagnostics, &report.sources, Style::Plain);
     (message, codes)
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mistakes")
 }
 
 #[test]
 fn every_mistake_explains_itself() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mistakes");
     let write = std::env::var_os("FOOTLIGHT_WRITE_MESSAGES").is_some();
-    let mut shows: Vec<_> = fs::read_dir(&folder)
+    let mut shows: Vec<_> = fs::read_dir(folder())
         .unwrap()
         .map(|e| e.unwrap().path())
         .collect();

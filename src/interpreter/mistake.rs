@@ -3,7 +3,7 @@
 
 use crate::diagnostic::{Diagnostic, Label, Severity};
 use crate::files::FileError;
-use crate::lang::{SpanMap, nearest};
+use crate::lang::{SpanMap, codes, nearest};
 use crate::picture::PictureError;
 use crate::scene::gltf::PartError;
 use crate::scene::import::SceneError;
@@ -49,14 +49,20 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
         _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
     };
     let message = format!("the stage cannot be read: {cause}");
-    error("E301", message, stage.id, spans, vec![help.to_owned()])
+    error(
+        codes::STAGE_FILE,
+        message,
+        stage.id,
+        spans,
+        vec![help.to_owned()],
+    )
 }
 
 /// A surface that replaces nothing.
 pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> Diagnostic {
     let message = format!("the stage has no material `{}` to replace", surface.name);
     error(
-        "E302",
+        codes::SURFACE,
         message,
         surface.id,
         spans,
@@ -67,22 +73,29 @@ pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> D
 /// A photometric file that cannot be used.
 pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the photometric file cannot be read: {cause}");
-    let help = "an IES LM-63 file of type C lies beside the show; its maker has one";
-    error("E306", message, light, spans, vec![help.to_owned()])
+    let help =
+        "put the IES LM-63 file (type C) of the luminaire beside the show; its maker publishes it";
+    error(
+        codes::PHOTOMETRIC,
+        message,
+        light,
+        spans,
+        vec![help.to_owned()],
+    )
 }
 
 /// A slide that cannot be used.
 pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the image cannot be thrown: {cause}");
-    let help = "a PNG or OpenEXR file lies beside the show, of at most 16,777,216 pixels";
-    error("E307", message, light, spans, vec![help.to_owned()])
+    let help = "put a PNG or OpenEXR file of at most 16,777,216 pixels beside the show";
+    error(codes::SLIDE, message, light, spans, vec![help.to_owned()])
 }
 
 /// A light that does not fit its stage.
 pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagnostic {
     match cause {
         RigError::NoMaterial { id, material } => error(
-            "E303",
+            codes::MATERIAL,
             cause.to_string(),
             *id,
             spans,
@@ -90,13 +103,27 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
         ),
         RigError::Dark { id, material } => {
             let help = format!("give it a radiance, such as `panel {material} 500 cd/m2`");
-            error("E304", cause.to_string(), *id, spans, vec![help])
+            error(codes::DARK, cause.to_string(), *id, spans, vec![help])
         }
-        RigError::NoImage { id, .. } => error("E305", cause.to_string(), *id, spans, Vec::new()),
-        RigError::Unread { id, .. } => error("E306", cause.to_string(), *id, spans, Vec::new()),
+        RigError::NoImage { id, .. } => {
+            error(codes::IMAGE, cause.to_string(), *id, spans, Vec::new())
+        }
+        RigError::Unread { id, .. } => error(
+            codes::PHOTOMETRIC,
+            cause.to_string(),
+            *id,
+            spans,
+            Vec::new(),
+        ),
         RigError::NoArea { id, .. } => {
             let help = "lumens and candela are spread over its area; say `cd/m2`, or name another";
-            error("E308", cause.to_string(), *id, spans, vec![help.to_owned()])
+            error(
+                codes::NO_AREA,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
         }
     }
 }
@@ -105,29 +132,29 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
 pub(super) fn of_image((file, cause): &Refused, show: &Show, spans: &SpanMap) -> Vec<Diagnostic> {
     let (code, help) = match cause {
         ImageError::Picture(PictureError::Layer { wanted, layers }) => {
-            ("E306", layer_help(wanted.as_deref(), layers))
+            (codes::IMAGE_LAYER, layer_help(wanted.as_deref(), layers))
         }
         ImageError::Picture(PictureError::NotFinite { .. }) => {
             let help = "render it again; a pixel without a number has no place in a sum of lights";
-            ("E305", vec![help.to_owned()])
+            (codes::IMAGE, vec![help.to_owned()])
         }
         ImageError::Picture(PictureError::Memory { .. }) => {
             let help = "render it smaller, or give more memory with `--memory MB`";
-            ("E305", vec![help.to_owned()])
+            (codes::IMAGE, vec![help.to_owned()])
         }
         ImageError::Picture(_) => {
             let help = "an image is OpenEXR (linear light, with R, G and B) or PNG (sRGB)";
-            ("E305", vec![help.to_owned()])
+            (codes::IMAGE, vec![help.to_owned()])
         }
         ImageError::File(FileError::Outside(_)) => {
             let help = "a show reads files only from its own folder downwards; copy the file there";
-            ("E305", vec![help.to_owned()])
+            (codes::IMAGE, vec![help.to_owned()])
         }
         ImageError::File(FileError::Missing(_)) => {
             let help = "the path is taken from the show's own folder";
-            ("E305", vec![help.to_owned()])
+            (codes::IMAGE, vec![help.to_owned()])
         }
-        ImageError::File(_) => ("E305", Vec::new()),
+        ImageError::File(_) => (codes::IMAGE, Vec::new()),
     };
     let said = match cause {
         ImageError::File(error) => error.to_string(),
@@ -179,7 +206,7 @@ pub(super) fn of_size(
     );
     let help =
         "all images and the view have one size: render them alike, or change `size` in the view";
-    error("E307", message, id, spans, vec![help.to_owned()])
+    error(codes::IMAGE_SIZE, message, id, spans, vec![help.to_owned()])
 }
 
 /// Names that could have been meant.

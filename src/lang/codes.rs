@@ -58,6 +58,16 @@ codes! {
     STARTED_TWICE = "E043" "a cue with two triggers";
     CURVE_RANGE = "E050" "a curve leaves 0 to 100";
     TIMELINE = "E051" "the cues do not make a timeline";
+    STAGE_FILE = "E301" "a stage file that cannot be read";
+    SURFACE = "E302" "a surface that the stage does not have";
+    MATERIAL = "E303" "a panel of no material of the stage";
+    DARK = "E304" "a panel of a material that does not emit";
+    IMAGE = "E305" "an image that cannot be used";
+    IMAGE_LAYER = "E306" "an image without that layer";
+    IMAGE_SIZE = "E307" "images of different sizes";
+    NO_AREA = "E308" "light spread over no surface";
+    PHOTOMETRIC = "E309" "a photometric file that cannot be read";
+    SLIDE = "E310" "an image that cannot be thrown";
     UNUSED_BANK = "W001" "a bank that no cue moves";
     UNUSED_LIGHT = "W002" "a light in no bank";
     STILL_CUE = "W003" "a cue that moves nothing";

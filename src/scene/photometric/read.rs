@@ -58,7 +58,7 @@ pub enum Wrong {
     )]
     Type(char),
     /// Angles that do not increase.
-    #[error("{what} {next} follows {before}; angles must increase strictly")]
+    #[error("{what}: {next} follows {before}; they must increase strictly")]
     Order {
         /// Which angles.
         what: &'static str,

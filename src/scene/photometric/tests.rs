@@ -186,7 +186,7 @@ fn every_mistake_has_its_line() {
         (" 3 2 1 2", " 3 2 2 2", 5, "type B"),
         (" 3 2 1 2", " 3 2 3 2", 5, "type A"),
         (" 3 2 1 2", " 3 2 7 2", 5, "type of photometry is 7"),
-        (" 3 2 1 2", " 4 2 1 2", 8, "angles 0 follows 90"),
+        (" 3 2 1 2", " 4 2 1 2", 8, "angles: 0 follows 90"),
         (
             " 3 2 1 2",
             " 99999999 2 1 2",
