@@ -11,7 +11,7 @@ use std::io::{self, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use crate::files::{Disk, Folder, Monotonic};
+use crate::files::{self, Disk, Folder, Monotonic};
 use crate::interpreter::{Error, Host, Interpreter, LIMIT};
 use crate::transport::Transport;
 use crate::transport::outside::{self, Outside};
@@ -86,6 +86,7 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         progress: screen.progress(),
         threads: arguments.threads,
         memory: arguments.memory,
+        processor: files::processor(),
         style: screen.style(),
     };
     match path {

@@ -10,6 +10,7 @@ mod answer;
 mod compare;
 mod error;
 mod fitting;
+mod measure;
 mod mistake;
 mod output;
 mod refine;
@@ -60,6 +61,8 @@ pub struct Host {
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,
+    /// The processor's name, for the records of measurements; `None` leaves it out.
+    pub processor: Option<String>,
     /// How diagnostics are written into replies.
     pub style: Style,
 }
@@ -76,6 +79,7 @@ impl Default for Host {
             transport: Box::new(Radiosity),
             threads: 1,
             memory: 4 << 30,
+            processor: None,
             style: Style::Plain,
         }
     }
@@ -300,6 +304,8 @@ impl Interpreter {
             Verb::Play => self.answer_play(call),
             Verb::Plot => self.answer_plot(call),
             Verb::Run => self.answer_run(call),
+            Verb::Quality => self.answer_quality(call),
+            Verb::Chart => self.answer_chart(call),
             Verb::Compare => self.answer_compare(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),

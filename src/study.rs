@@ -9,8 +9,10 @@
 
 pub mod comparison;
 pub mod difference;
+pub mod forecast;
 pub mod record;
 pub mod reference;
+pub mod tradeoff;
 
 pub use comparison::{BankError, Comparison};
 pub use difference::{Difference, difference};

@@ -8,6 +8,7 @@
 pub mod beam;
 pub mod burial;
 pub mod cluster;
+pub mod cost;
 pub mod coverage;
 pub mod direct;
 pub mod eye;
@@ -35,8 +36,9 @@ use crate::work::{Cancelled, Work};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Quality(pub u8);
 
-/// Predicted seconds on this machine: `prepare` once, `per_source` for each source that is lit for
-/// the first time, `per_image` for each picture.
+/// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
+/// `per_image` for each picture. In units of the operator's own; [`Transport::pace`] tells how many
+/// seconds one of them takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Meshing, visibility, form factors.
@@ -45,6 +47,15 @@ pub struct Cost {
     pub per_source: f64,
     /// Composing one picture.
     pub per_image: f64,
+}
+
+/// What a step of quality sets on a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expense {
+    /// What is set.
+    pub name: &'static str,
+    /// To what; 0 for what the step does without.
+    pub amount: f64,
 }
 
 /// Why an operator could not prepare or render.
@@ -107,7 +118,31 @@ pub trait Transport: Sync {
         Vec::new()
     }
 
-    /// Predicted seconds for this scene, rig, view and quality.
+    /// What a step of quality sets for this scene, rig and view; nothing for an operator that
+    /// cannot tell.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a quality, scene, rig or view that cannot be used.
+    fn expenses(
+        &self,
+        _scene: &Scene,
+        _rig: &Rig,
+        _view: &View,
+        _quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        Ok(Vec::new())
+    }
+
+    /// How many seconds a unit of [`Transport::cost`] takes on this machine now, found by a short
+    /// task of known cost where that is needed. `clock` tells seconds.
+    ///
+    /// # Errors
+    /// [`TransportError`] when that task fails, and on cancel.
+    fn pace(&self, _clock: &dyn Fn() -> f64, _work: Work<'_>) -> Result<f64, TransportError> {
+        Ok(1.0)
+    }
+
+    /// Predicted cost for this scene, rig, view and quality, in units of [`Transport::pace`].
     fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost;
 }
 

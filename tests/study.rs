@@ -13,6 +13,7 @@ use footlight::files::{Clock, Folder, Shelf, Store};
 use footlight::interpreter::{Call, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
+use footlight::study::{Kind, Record};
 use footlight::transport::Quality;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -150,4 +151,59 @@ fn a_black_reference_gives_no_figure() {
     let found = compare(&mut show);
     assert!(found["banks"][0]["rmse"].is_null());
     assert!(found["banks"][0]["mean_ratio"].is_null());
+}
+
+#[test]
+fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    let said = show.execute("chart transport -o chart.json").unwrap().text;
+    assert!(said.contains("against quality 5"), "{said}");
+    let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
+    let record: Record = serde_json::from_slice(&bytes).unwrap();
+    assert_eq!(
+        (record.kind, record.subject.as_str()),
+        (Kind::Transport, "Furnace")
+    );
+    let mean = &record.series[0];
+    let curve = record.curve(mean, "quality", "error");
+    let qualities: Vec<f64> = curve.iter().map(|p| p.0).collect();
+    assert_eq!(qualities, [1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(curve[4].1, 0.0);
+    assert!(curve[0].1 > 0.05 && curve[0].1 > curve[3].1, "{curve:?}");
+    // The mean and the worst, then every bank.
+    assert_eq!(record.series.len(), 2 + BANKS.len());
+    assert!(mean.points[1].marks.contains(&"coarse".to_owned()));
+    assert!(mean.points[2].marks.contains(&"refined".to_owned()));
+
+    let error = show.execute("chart plans").unwrap_err();
+    assert!(error.exit_code() == 2 && error.to_string().contains("chart transport"));
+    let error = show.execute("chart transport -o chart.pdf").unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+}
+
+#[test]
+fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    let text = show.execute("quality --json").unwrap().text;
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(found["operator"], "radiosity");
+    let steps = found["steps"].as_array().unwrap();
+    assert_eq!(steps.len(), 5);
+    let total = |step: &serde_json::Value| {
+        let of = |part: &str| step["predicted"][part].as_f64().unwrap();
+        of("prepare") + of("banks")
+    };
+    for pair in steps.windows(2) {
+        let elements = |step: &serde_json::Value| step["sets"]["elements"].as_f64().unwrap();
+        assert!(elements(&pair[0]) <= elements(&pair[1]));
+        assert!(total(&pair[0]) > 0.0 && total(&pair[0]) <= total(&pair[1]));
+        assert!(pair[0]["measured"].is_null());
+    }
+    let words = show.execute("quality").unwrap().text;
+    assert!(
+        words.contains("elements") && words.contains("all banks s"),
+        "{words}"
+    );
 }

@@ -34,6 +34,8 @@ pub struct Series {
     pub points: Vec<(f64, f64)>,
     /// What stands on each point.
     pub marker: Marker,
+    /// A word beside each point, in their order; left out where there is no room for it.
+    pub labels: Vec<String>,
 }
 
 const MARGIN: f32 = 16.0;
@@ -226,6 +228,7 @@ fn draw_panel(
             }
         }
     }
+    plot.labels(drawing, &traces, palette);
     if !drawn && traces.iter().all(|(_, runs)| runs.is_empty()) {
         let at = (
             plot.frame.x + plot.frame.width / 2.0,
@@ -315,6 +318,46 @@ impl Plot {
             .filter(|run| !run.is_empty())
             .map(|run| thinned(&run.iter().copied().flatten().collect::<Vec<_>>()))
             .collect()
+    }
+
+    /// Words beside the points, each on the side where it hides the least, none over another.
+    fn labels(
+        &self,
+        drawing: &mut Drawing,
+        traces: &[(&Series, Vec<Vec<Point>>)],
+        palette: &Palette,
+    ) {
+        let met_by = |frame: &Frame| -> usize {
+            let runs = traces.iter().flat_map(|(_, runs)| runs);
+            runs.map(|run| met(run, frame)).sum()
+        };
+        let mut taken: Vec<Frame> = Vec::new();
+        for (series, _) in traces {
+            for (&(x, y), text) in series.points.iter().zip(&series.labels) {
+                let (Some(x), Some(y)) = (self.x.place(x), self.y.place(y)) else {
+                    continue;
+                };
+                let beside = [
+                    ((x + 9.0, y - 7.0), Anchor::Start),
+                    ((x + 9.0, y + 15.0), Anchor::Start),
+                    ((x - 9.0, y - 7.0), Anchor::End),
+                    ((x - 9.0, y + 15.0), Anchor::End),
+                    ((x, y - 12.0), Anchor::Middle),
+                    ((x, y + 20.0), Anchor::Middle),
+                ];
+                let free = |label: &Label| {
+                    let frame = label.frame();
+                    self.frame.holds(&frame) && !taken.iter().any(|t| t.overlaps(&frame))
+                };
+                let places = beside
+                    .map(|(at, anchor)| Label::new(text, at, SMALL, palette.ink).anchored(anchor));
+                let best = places.into_iter().filter(free);
+                if let Some(label) = best.min_by_key(|label| met_by(&label.frame())) {
+                    taken.push(label.frame());
+                    drawing.text(label);
+                }
+            }
+        }
     }
 
     /// The reference line, its name at the end and side where it hides the least; whether the

@@ -81,6 +81,7 @@ fn series(name: &str, points: Vec<(f64, f64)>) -> Series {
         name: name.to_owned(),
         points,
         marker: Marker::Circle,
+        labels: Vec::new(),
     }
 }
 

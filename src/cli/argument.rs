@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::num::NonZero;
 
+use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use crate::interpreter::{Call, VERBS, VerbSpec};
@@ -131,13 +132,15 @@ fn call(spec: &VerbSpec, matches: &ArgMatches) -> Call {
         call.options
             .extend(given.map(|value| (option.name.to_owned(), value)));
     }
+    let kind = (!spec.kinds.is_empty()).then(|| matches.get_one::<String>("kind"));
+    call.words.extend(kind.flatten().cloned());
     if !spec.words.is_empty() {
-        call.words = matches
+        let words = matches
             .get_many::<String>("words")
             .into_iter()
             .flatten()
-            .cloned()
-            .collect();
+            .cloned();
+        call.words.extend(words);
     }
     call
 }
@@ -206,14 +209,22 @@ fn commands_argument() -> Arg {
 }
 
 fn subcommand(spec: &'static VerbSpec) -> Command {
-    let example = spec.example.strip_prefix(spec.name).unwrap_or_default();
+    let kind = spec.kinds.iter().find_map(|kind| {
+        let rest = spec.example.strip_prefix(spec.name)?.trim_start();
+        rest.starts_with(kind)
+            .then(|| format!("{} {kind}", spec.name))
+    });
+    let first = kind.unwrap_or_else(|| spec.name.to_owned());
+    let example = spec.example.strip_prefix(&first).unwrap_or_default();
     let mut out = Command::new(spec.name)
         .about(spec.about)
-        .after_help(format!(
-            "Example:\n  footlight {} show.lxq{example}",
-            spec.name
-        ))
-        .arg(show_argument());
+        .after_help(format!("Example:\n  footlight {first} show.lxq{example}"));
+    if !spec.kinds.is_empty() {
+        let kinds = PossibleValuesParser::new(spec.kinds);
+        let kind = Arg::new("kind").required(true).value_name("KIND");
+        out = out.arg(kind.value_parser(kinds).help("What to draw"));
+    }
+    out = out.arg(show_argument());
     if !spec.words.is_empty() {
         out = out.arg(Arg::new("words").num_args(0..).value_name(spec.words));
     }

@@ -244,6 +244,7 @@ impl Interpreter {
                 name: name.to_owned(),
                 points: steps.iter().map(|s| (x(s), shown(y(s)))).collect(),
                 marker,
+                labels: Vec::new(),
             };
         let panel = |title: &str, x: &str, scale, of: &dyn Fn(&Step) -> f64| Panel {
             title: title.to_owned(),

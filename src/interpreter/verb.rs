@@ -29,6 +29,10 @@ pub enum Verb {
     Run,
     /// Hold every bank against its reference picture.
     Compare,
+    /// Tell what each step of quality sets and costs.
+    Quality,
+    /// Draw measurements.
+    Chart,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -57,6 +61,9 @@ pub struct VerbSpec {
     pub verb: Verb,
     /// Its name.
     pub name: &'static str,
+    /// What may stand first after it, on the command line before the show: one of these, unless
+    /// there are none.
+    pub kinds: &'static [&'static str],
     /// What stands after it without dashes; empty when nothing does.
     pub words: &'static str,
     /// Its options.
@@ -101,6 +108,15 @@ const SIGNED: OptionSpec = OptionSpec {
     about: "allow negative keys, which float playback can show, and spare the knots",
 };
 
+/// What can be charted.
+const CHARTS: &[&str] = &["transport"];
+
+const QUALITY: OptionSpec = value(
+    "quality",
+    "Q",
+    "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
+);
+
 const fn spec(
     verb: Verb,
     name: &'static str,
@@ -112,6 +128,10 @@ const fn spec(
     VerbSpec {
         verb,
         name,
+        kinds: match verb {
+            Verb::Chart => CHARTS,
+            _ => &[],
+        },
         words,
         options,
         about,
@@ -246,16 +266,49 @@ pub const VERBS: &[VerbSpec] = &[
                 "DIR",
                 "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
             ),
-            value(
-                "quality",
-                "Q",
-                "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
-            ),
+            QUALITY,
             JSON,
             output("write the differences as a .png or an .svg"),
         ],
         "render every bank alone and hold it against its reference picture",
         "compare --reference refs --quality 4 -o differences.png",
+    ),
+    spec(
+        Verb::Quality,
+        "quality",
+        "",
+        &[
+            JSON,
+            OptionSpec {
+                name: "measure",
+                letter: None,
+                value: None,
+                about: "render at every step too, and tell the seconds it took",
+            },
+        ],
+        "what each step of quality sets for this show, and how long it is likely to take",
+        "quality --measure",
+    ),
+    spec(
+        Verb::Chart,
+        "chart",
+        "",
+        &[
+            value(
+                "reference",
+                "DIR",
+                "the folder of reference pictures (default: the finest step is the reference)",
+            ),
+            OptionSpec {
+                name: "dark",
+                letter: None,
+                value: None,
+                about: "light lines on a dark ground",
+            },
+            output("write a .png, an .svg, or the figures as .csv or .json"),
+        ],
+        "draw measurements; `transport`: error against time over the scale of quality",
+        "chart transport -o transport.png",
     ),
     spec(
         Verb::Save,
@@ -357,6 +410,9 @@ impl VerbSpec {
     /// The one-line usage.
     pub fn usage(&self) -> String {
         let mut out = self.name.to_owned();
+        if !self.kinds.is_empty() {
+            out = format!("{out} {}", self.kinds.join("|"));
+        }
         if !self.words.is_empty() {
             out = format!("{out} {}", self.words);
         }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
 use crate::scene::{Light, Rig, Scene, View};
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -87,6 +87,24 @@ impl Transport for Layered<'_> {
 
     fn remarks(&self) -> Vec<String> {
         self.inner.map_or_else(Vec::new, Transport::remarks)
+    }
+
+    fn expenses(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        match self.inner {
+            Some(inner) => inner.expenses(scene, &Parted::new(rig)?.rest, view, quality),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The inner operator's; seconds without one.
+    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        self.inner.map_or(Ok(1.0), |inner| inner.pace(clock, work))
     }
 
     fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {

@@ -20,6 +20,7 @@ use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::burial::beacons;
 use crate::transport::cluster::{Receiver, Receivers};
+use crate::transport::cost::{self, Counts};
 use crate::transport::direct::{Luminaire, Setting, luminaires};
 use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Bounces, Rows};
@@ -31,7 +32,7 @@ use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
 use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
 use gather::{Nodes, Sight, form_factors};
 use rayon::ThreadPool;
@@ -63,34 +64,25 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
-    /// From counts of what will be drawn, with constants measured on two ordinary cores.
+    /// In yardsticks, from counts of the work ([`cost`]); nothing where the scene cannot be used.
     fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
-        let Ok(step) = Step::of(quality) else {
-            return Cost::default();
-        };
-        let polygons = scene.polygons.len() as f64;
-        let cubes = |count: usize, resolution: usize| {
-            let pixels = 3.0 * (resolution * resolution) as f64;
-            (count as f64 + polygons) * (polygons * 0.12e-6 + pixels * 4e-9)
-        };
-        let nodes = if step.nodes > 0 {
-            cubes(step.nodes, step.node_resolution)
-        } else {
-            0.0
-        };
-        let pixels = (view.width * view.height) as f64 * (step.split * step.split) as f64;
-        let areas = scene.polygons.iter().filter(|p| {
-            rig.lights
-                .iter()
-                .any(|l| matches!(l, Light::Panel { material, .. } if *material == p.material))
-        });
-        let sources = rig.sources.len().max(1) as f64;
-        let emitters = (areas.count() + rig.lights.len()) as f64;
-        Cost {
-            prepare: cubes(step.elements, step.resolution) + nodes + pixels * 0.8e-6,
-            per_source: emitters / sources * (pixels * 0.07e-6 + polygons * 5e-6),
-            per_image: pixels * 10e-9 * rig.lights.len() as f64,
-        }
+        let counts = Step::of(quality).and_then(|step| Counts::of(scene, rig, view, step));
+        counts.map_or(Cost::default(), |counts| counts.cost(rig.sources.len()))
+    }
+
+    fn expenses(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        let step = Step::of(quality)?;
+        Ok(Counts::of(scene, rig, view, step)?.expenses(step))
+    }
+
+    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        cost::pace(clock, work)
     }
 }
 

@@ -1,0 +1,230 @@
+//! Time and memory against the size of the task: `cargo run --release --example scale -- FOLDER`.
+//!
+//! Closed rooms of boxes, grown one way at a time: polygons 100 to 20,000, pixels to 1920 x 1080,
+//! banks 1 to 200. Prints each measurement and the exponents of growth, and writes `scale.json`,
+//! `scale.csv`, `scale.png` and `scale.svg` into the folder. Each point runs in a process of its
+//! own, so that its peak of resident memory is its own (Linux; elsewhere memory is left out).
+//! `--quality Q` chooses the step (2), `--quick` leaves out what takes longest.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "a program that reports to its reader"
+)]
+
+#[path = "../tests/reference/mod.rs"]
+mod reference;
+#[path = "../tests/reference/rooms.rs"]
+mod rooms;
+
+use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight::files::{Disk, Store, processor};
+use footlight::study::{Kind, Machine, Quantity, Record};
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Quality, Transport};
+use footlight::work::{Silent, Work};
+use rooms::room;
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+/// Ways to grow, each with what is counted along it.
+const WAYS: [&str; 3] = ["polygons", "pixels", "banks"];
+
+/// Polygons, banks and size of a task.
+#[derive(Clone, Copy)]
+struct Task {
+    polygons: usize,
+    banks: usize,
+    size: (usize, usize),
+}
+
+impl Task {
+    fn amount(&self, way: &str) -> f64 {
+        match way {
+            "polygons" => self.polygons as f64,
+            "pixels" => (self.size.0 * self.size.1) as f64,
+            _ => self.banks as f64,
+        }
+    }
+}
+
+fn tasks(way: &str, quick: bool) -> Vec<Task> {
+    let plain = Task {
+        polygons: 200,
+        banks: 4,
+        size: (320, 180),
+    };
+    let few = if quick { 4 } else { 99 };
+    match way {
+        "polygons" => [100, 300, 1000, 3000, 10_000, 20_000]
+            .iter()
+            .take(few)
+            .map(|&polygons| Task { polygons, ..plain })
+            .collect(),
+        "pixels" => [(160, 90), (320, 180), (640, 360), (1280, 720), (1920, 1080)]
+            .iter()
+            .take(few)
+            .map(|&size| Task { size, ..plain })
+            .collect(),
+        _ => [1, 4, 16, 64, 200]
+            .iter()
+            .take(few)
+            .map(|&banks| Task { banks, ..plain })
+            .collect(),
+    }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let option = |name: &str| {
+        let at = arguments.iter().position(|a| a == name)?;
+        arguments.get(at + 1).cloned()
+    };
+    let quality: u8 = option("--quality").map_or(2, |q| q.parse().unwrap());
+    if let Some(task) = option("--task") {
+        return alone(&task, Quality(quality));
+    }
+    let quick = arguments.iter().any(|a| a == "--quick");
+    let folder = arguments.first().filter(|a| !a.starts_with("--"));
+    let quantities = vec![
+        Quantity::new("amount", ""),
+        Quantity::new("time to prepare", "s"),
+        Quantity::new("time to render all banks", "s"),
+        Quantity::new("peak memory", "MB"),
+    ];
+    let machine = Machine::here(2, processor());
+    let method = format!("closed rooms of boxes at quality {quality}, every bank alone");
+    let mut record = Record::new(Kind::Scale, "Scale", machine, &method, quantities);
+    for way in WAYS {
+        println!("{way:>10}  prepare s  all banks s  peak MB");
+        for task in tasks(way, quick) {
+            let [prepare, render, memory] = measured(task, quality);
+            let amount = task.amount(way);
+            println!("{amount:>10} {prepare:>10.3} {render:>12.3} {memory:>8.1}");
+            let values = [amount, prepare, render, memory].map(Some);
+            record.add(way, &format!("{amount} {way}"), &[], &values);
+        }
+        exponents(&record, way);
+    }
+    if let Some(folder) = folder {
+        write(&record, Path::new(folder));
+    }
+}
+
+/// Runs a task in a process of its own.
+fn measured(task: Task, quality: u8) -> [f64; 3] {
+    let Task {
+        polygons,
+        banks,
+        size,
+    } = task;
+    let words = format!("{polygons},{banks},{},{}", size.0, size.1);
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(["--task", &words, "--quality", &quality.to_string()]);
+    let output = command.output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let mut numbers = text
+        .split_whitespace()
+        .map(|w| w.parse().unwrap_or(f64::NAN));
+    std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN))
+}
+
+/// Does a task and prints its seconds and megabytes.
+fn alone(words: &str, quality: Quality) {
+    let numbers: Vec<usize> = words.split(',').map(|w| w.parse().unwrap()).collect();
+    let case = room(numbers[0], numbers[1], (numbers[2], numbers[3]));
+    let work = Work {
+        progress: &Silent,
+        threads: 2,
+        memory: 8 << 30,
+    };
+    let begin = Instant::now();
+    let mut g = Radiosity
+        .prepare(&case.scene, &case.rig, &case.view, quality, work)
+        .unwrap();
+    let prepared = begin.elapsed().as_secs_f64();
+    let n = case.rig.sources.len();
+    // Bank by bank, as a refinement would: what is kept is the operator's, not the pictures.
+    for bank in 0..n {
+        let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(j == bank))).collect();
+        g.render(&[unit], work).unwrap();
+    }
+    let rendered = begin.elapsed().as_secs_f64() - prepared;
+    println!(
+        "{prepared} {rendered} {}",
+        peak_memory().unwrap_or(f64::NAN)
+    );
+}
+
+/// Megabytes that the process had resident at most.
+fn peak_memory() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}
+
+/// Prints the slope of each quantity over the last steps of a way, on logs.
+fn exponents(record: &Record, way: &str) {
+    let Some(series) = record.series.iter().find(|s| s.name == way) else {
+        return;
+    };
+    for quantity in record.quantities.iter().skip(1) {
+        let points = record.curve(series, "amount", &quantity.name);
+        let ends: Vec<&(f64, f64)> = points.iter().filter(|p| p.1 > 0.0).collect();
+        if let [.., (x0, y0), (x1, y1)] = ends[..] {
+            let whole = ends[0];
+            let slope =
+                |(xa, ya): (f64, f64), (xb, yb): (f64, f64)| (yb / ya).ln() / (xb / xa).ln();
+            println!(
+                "  {}: grows as {way}^{:.2} over all, ^{:.2} at the end",
+                quantity.name,
+                slope(*whole, (*x1, *y1)),
+                slope((*x0, *y0), (*x1, *y1)),
+            );
+        }
+    }
+}
+
+fn write(record: &Record, folder: &Path) {
+    let panel = |way: &str| {
+        let series = record.series.iter().find(|s| s.name == way);
+        let curve = |name: &str, marker| chart::Series {
+            name: match name {
+                "peak memory" => "peak memory, GB".to_owned(),
+                other => format!("{other}, s"),
+            },
+            points: series.map_or(Vec::new(), |s| {
+                let scale = if name == "peak memory" { 1e-3 } else { 1.0 };
+                let points = record.curve(s, "amount", name);
+                points.into_iter().map(|(x, y)| (x, y * scale)).collect()
+            }),
+            marker,
+            labels: Vec::new(),
+        };
+        Panel {
+            title: format!("by {way}"),
+            x: Axis::new(way, Scale::Log),
+            y: Axis::new("seconds; gigabytes", Scale::Log),
+            series: vec![
+                curve("time to prepare", Marker::Circle),
+                curve("time to render all banks", Marker::Square),
+                curve("peak memory", Marker::Triangle),
+            ],
+            reference: None,
+        }
+    };
+    let title = format!("{}; {}", record.method, record.machine.describe());
+    let drawing = chart::panels(&title, &WAYS.map(panel), Theme::Light);
+    let files = [
+        ("scale.json", record.json().unwrap().into_bytes()),
+        ("scale.csv", record.csv().into_bytes()),
+        ("scale.svg", drawing.svg().into_bytes()),
+        ("scale.png", drawing.magnified(2.0).png().unwrap()),
+    ];
+    for (name, bytes) in files {
+        Disk.write(&folder.join(name), &bytes).unwrap();
+    }
+}

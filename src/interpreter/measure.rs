@@ -1,0 +1,247 @@
+//! `quality` and `chart`: measurements of the show itself.
+
+use std::path::Path;
+
+use super::output::{ending, unknown_ending};
+use super::{Call, Error, Interpreter, Reply, Shown, refine};
+use crate::chart::Theme;
+use crate::picture::Image;
+use crate::study::forecast::{Forecast, Seconds};
+use crate::study::tradeoff::{self, Measured, Origin};
+use crate::study::{BankError, Machine, Record, Reference, difference};
+use crate::transport::layered::Layered;
+use crate::transport::{Quality, Transport as _, seen};
+
+/// A step is measured again while all its runs took less than this, the shortest counts.
+const ENOUGH: f64 = 0.5;
+/// But not more often than this.
+const RUNS: usize = 3;
+
+impl Interpreter {
+    fn machine(&self) -> Machine {
+        Machine::here(self.host.threads, self.host.processor.clone())
+    }
+
+    pub(super) fn answer_quality(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(word) = call.words.first() {
+            return Err(Error::Usage(format!(
+                "`{word}` is left over: quality tells of all steps"
+            )));
+        }
+        let forecast = self.forecast_quality(call.option("measure").is_some())?;
+        if call.option("json").is_some() {
+            let json = serde_json::to_string_pretty(&forecast);
+            return Ok(Reply::text(json.map_err(|e| {
+                Error::Usage(format!("no JSON can be made of it: {e}"))
+            })?));
+        }
+        Ok(Reply::text(forecast.describe()))
+    }
+
+    /// What each step of quality sets for this show and what it will cost; also what it does cost,
+    /// when `measure`d.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] without stage, view or banks, else what rendering says.
+    pub fn forecast_quality(&self, measure: bool) -> Result<Forecast, Error> {
+        let settings = self.units(&self.bank_names()?)?;
+        // Three for an rgb bank; the fixed lights are a source that no bank lights.
+        let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let transport = Layered::new(&stage.rig, self.host.transport.as_ref());
+        let work = self.host.work();
+        let clock = || self.host.clock.seconds();
+        let pace = transport.pace(&clock, work)?;
+        let mut out = Forecast {
+            show: self.show().title.clone(),
+            operator: transport.name().to_owned(),
+            machine: self.machine(),
+            pace,
+            steps: Vec::new(),
+            columns: Vec::new(),
+        };
+        for quality in 1..=transport.finest().0 {
+            let step = Quality(quality);
+            let sets = transport.expenses(&stage.scene, &stage.rig, &stage.view, step)?;
+            let cost = transport.cost(&stage.scene, &stage.rig, &stage.view, step);
+            let predicted = Seconds {
+                prepare: cost.prepare * pace,
+                banks: (cost.per_source * sources + cost.per_image * settings.len() as f64) * pace,
+                picture: cost.per_image * pace,
+            };
+            out.add(quality, &sets, predicted);
+        }
+        if measure {
+            let total = out.steps.len();
+            for (done, step) in out.steps.iter_mut().enumerate() {
+                self.host.progress.report("measuring steps", done, total);
+                step.measured = Some(self.timed(&settings, Quality(step.quality))?.1);
+            }
+        }
+        Ok(out)
+    }
+
+    /// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
+    /// a few runs.
+    fn timed(
+        &self,
+        settings: &[Vec<f64>],
+        quality: Quality,
+    ) -> Result<(Vec<Image>, Seconds), Error> {
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let transport = self.host.transport.as_ref();
+        let mut best: Option<(Vec<Image>, Seconds)> = None;
+        let mut spent = 0.0;
+        for _ in 0..RUNS {
+            let begin = clock.seconds();
+            let mut operator = stage.prepare(transport, quality, work)?;
+            let prepared = clock.seconds();
+            let images = operator.render(settings, work)?;
+            let rendered = clock.seconds();
+            operator.render(&[together(settings)], work)?;
+            let found = Seconds {
+                prepare: prepared - begin,
+                banks: rendered - prepared,
+                picture: clock.seconds() - rendered,
+            };
+            spent += clock.seconds() - begin;
+            if best.as_ref().is_none_or(|(_, b)| found.total() < b.total()) {
+                best = Some((images, found));
+            }
+            if spent > ENOUGH {
+                break;
+            }
+        }
+        best.ok_or_else(refine::no_stage)
+    }
+
+    pub(super) fn answer_chart(&mut self, call: &Call) -> Result<Reply, Error> {
+        match call.words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["transport"] => {}
+            _ => {
+                return Err(Error::Usage(
+                    "say what to draw: `chart transport` draws error against time over the scale \
+                     of quality"
+                        .to_owned(),
+                ));
+            }
+        }
+        let path = call.option("output").map(Path::new);
+        let known = ["png", "svg", "csv", "json"];
+        if let Some(p) = path.filter(|p| !known.contains(&ending(p).as_str())) {
+            return Err(unknown_ending(p, ".png, .svg, .csv or .json"));
+        }
+        let theme = match call.option("dark") {
+            Some(_) => Theme::Dark,
+            None => Theme::Light,
+        };
+        let record = self.chart_transport(call.option("reference").map(Path::new))?;
+        let text = tradeoff::describe(&record);
+        let Some(path) = path else {
+            let (width, height, rgb) = tradeoff::drawing(&record, Theme::Dark).rgb8()?;
+            let size = (width, height);
+            return Ok(Reply {
+                picture: Some(Shown { size, rgb }),
+                ..Reply::text(text)
+            });
+        };
+        let bytes = match ending(path).as_str() {
+            "csv" => record.csv().into_bytes(),
+            "json" => {
+                let json = record.json();
+                json.map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?
+                    .into_bytes()
+            }
+            "svg" => tradeoff::drawing(&record, theme).svg().into_bytes(),
+            _ => tradeoff::drawing(&record, theme).magnified(2.0).png()?,
+        };
+        self.host.store.write(path, &bytes)?;
+        Ok(Reply::text(format!("{text}wrote {}", path.display())))
+    }
+
+    /// Error against time over the scale of quality, every bank alone: against the pictures in
+    /// `folder`, or against the finest step. Pixels beside an emitter are left out where others
+    /// are seen.
+    ///
+    /// # Errors
+    /// As [`Interpreter::compare`].
+    pub fn chart_transport(&self, folder: Option<&Path>) -> Result<Record, Error> {
+        let names = self.bank_names()?;
+        let settings = self.units(&names)?;
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let work = self.host.work();
+        let finest = stage.finest(self.host.transport.as_ref()).0;
+        let size = (stage.view.width, stage.view.height);
+        let near = seen::emitters(&stage.scene, &stage.rig, &stage.view, work)?;
+        let counted = difference::away_from(&near, size.0);
+        let report = |done: u8| {
+            let (done, total) = (usize::from(done), usize::from(finest));
+            self.host.progress.report("measuring steps", done, total);
+        };
+        report(0);
+        let mut last = None;
+        let references = match folder {
+            Some(folder) => {
+                let store = self.host.store.as_ref();
+                Reference::load(store, folder, &names, size, work.memory)?
+            }
+            None => {
+                let (images, seconds) = self.timed(&settings, Quality(finest))?;
+                last = Some(seconds);
+                images.into_iter().map(Reference::of).collect()
+            }
+        };
+        let measured = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
+            quality,
+            prepare: seconds.prepare,
+            render: seconds.banks,
+            banks: names.iter().cloned().zip(errors).collect(),
+        };
+        let mut steps = Vec::new();
+        for quality in 1..=finest {
+            if let Some(seconds) = last.filter(|_| quality == finest) {
+                steps.push(measured(quality, seconds, vec![Some(0.0); names.len()]));
+                continue;
+            }
+            let (images, seconds) = self.timed(&settings, Quality(quality))?;
+            let pairs = names.iter().zip(images.iter().zip(&references));
+            let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
+            steps.push(measured(quality, seconds, errors.collect()));
+            report(quality);
+        }
+        // Where nothing but lamps is seen they are counted.
+        let left_out = near.contains(&true) && counted.contains(&true);
+        let fair = references.iter().all(|r| r.halves.is_some());
+        Ok(tradeoff::record(
+            &Origin {
+                subject: self.show().title.clone(),
+                machine: self.machine(),
+                method: method(folder.is_some(), fair, left_out, finest),
+                coarse: self.coarse_steps()[1],
+                refined: self.show().preview.refined.clamp(1, finest),
+            },
+            &steps,
+        ))
+    }
+}
+
+/// All of the settings at once.
+fn together(settings: &[Vec<f64>]) -> Vec<f64> {
+    let coordinates = settings.first().map_or(0, Vec::len);
+    let sum = |c: usize| settings.iter().filter_map(|s| s.get(c)).sum();
+    (0..coordinates).map(sum).collect()
+}
+
+/// What the errors are against, in words.
+fn method(folder: bool, fair: bool, emitters: bool, finest: u8) -> String {
+    let against = match (folder, fair) {
+        (true, true) => "against references, their noise taken out".to_owned(),
+        (true, false) => "against references".to_owned(),
+        (false, _) => format!("against quality {finest}"),
+    };
+    match emitters {
+        true => format!("{against}, lamps in sight left out"),
+        false => against,
+    }
+}

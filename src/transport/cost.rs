@@ -1,0 +1,332 @@
+//! What a step will cost on a scene, told before anything expensive is done.
+//!
+//! The work is counted: hemicubes drawn and their pixels, fragments, pairs of receiver and emitter,
+//! coefficients of the exchange. The counts come from the same layouts that the operator uses and
+//! from one rasterization of the view at one sample a pixel; no form factor and no shadow is
+//! computed. Each count has a unit cost, fitted to measurements of all shipped scenes
+//! (`cargo run --release --example cost`). Units are in yardsticks: the time that one small fixed
+//! task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
+//! written here. As of this fit (28 samples, a busy machine, steps 1 to 4) prepare and render are
+//! told within factors of about 0.6 to 1.8 and 0.3 to 2; a change of the operator asks for a new
+//! fit.
+
+use crate::geometry::{Vec3, vec3};
+use crate::raster::{ItemBuffer, NOTHING};
+use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
+use crate::transport::eye::camera;
+use crate::transport::mesh::Layout;
+use crate::transport::radiosity::Radiosity;
+use crate::transport::step::Step;
+use crate::transport::surface::Surfaces;
+use crate::transport::{Cost, Expense, Quality, Transport, TransportError};
+use crate::units::Rgb;
+use crate::work::Work;
+
+/// Names of the counts of [`Counts::prepare`].
+pub const PREPARE: [&str; 6] = [
+    "one",
+    "pieces drawn in hemicubes",
+    "pixels of hemicubes",
+    "cells placed",
+    "fragments inside",
+    "fragments on edges",
+];
+/// Names of the counts of [`Counts::lights`].
+pub const LIGHTS: [&str; 4] = [
+    "elements x emitters",
+    "fragments x emitters",
+    "the same x depth of the scene",
+    "coefficients x lights",
+];
+/// Names of the counts of [`Counts::picture`].
+pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
+
+/// Yardsticks for each of [`PREPARE`].
+const OF_PREPARE: [f64; 6] = [5.28e-2, 6.75e-7, 1.53e-7, 0.0, 0.0, 6.28e-6];
+/// Yardsticks for each of [`LIGHTS`].
+const OF_LIGHTS: [f64; 4] = [3.97e-6, 4.97e-8, 3.30e-8, 1.08e-8];
+/// Yardsticks for each of [`PICTURE`].
+const OF_PICTURE: [f64; 2] = [3.12e-8, 3.02e-9];
+
+/// How often the yardstick is laid on; the shortest time counts, as delays only add.
+const REPEATS: usize = 3;
+
+/// The work that a step is, in countable pieces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counts {
+    /// To prepare, as [`PREPARE`] names them.
+    pub prepare: [f64; 6],
+    /// To solve all lights, as [`LIGHTS`] names them.
+    pub lights: [f64; 4],
+    /// To compose one picture with all lights on, as [`PICTURE`] names them.
+    pub picture: [f64; 2],
+    /// Mesh elements.
+    pub elements: usize,
+    /// Nodes of the second gather that the view needs.
+    pub nodes: usize,
+}
+
+/// What the eye sees at one sample a pixel.
+struct Sight {
+    /// Pixels of each facet.
+    pixels: Vec<f64>,
+    /// Pixels that show one facet and whose neighbours show it too.
+    inside: f64,
+    /// The others.
+    edges: f64,
+    /// Where each pixel's ray ends, with its facet.
+    points: Vec<(usize, Vec3)>,
+}
+
+impl Counts {
+    /// Counts the work of a step.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a scene, rig or view that cannot be used.
+    pub fn of(scene: &Scene, rig: &Rig, view: &View, step: Step) -> Result<Counts, TransportError> {
+        let surfaces = Surfaces::new(scene)?;
+        let sight = Sight::of(&surfaces, view)?;
+        let pieces = surfaces.pieces.len() as f64;
+        let elements = Layout::of_elements(&surfaces, step.elements).cells();
+        let nodes = match step.nodes {
+            0 => 0,
+            count => sight.nodes(&Layout::of_nodes(&surfaces, count, &sight.pixels)),
+        };
+        let cubes = [(elements, step.resolution), (nodes, step.node_resolution)];
+        let cubes = cubes.map(|(n, r)| (n as f64, 3.0 * (r * r) as f64));
+        let all = (elements + nodes) as f64;
+        let (inside, edges) = (
+            sight.inside * (step.split * step.split) as f64,
+            // An edge pixel shows two facets or three.
+            sight.edges * 2.2 * (step.edge_split * step.edge_split) as f64,
+        );
+        let fragments = inside + edges;
+        let emitters = emitters(&surfaces, rig) as f64;
+        let lights = rig.lights.len() as f64;
+        let coefficients: f64 = cubes
+            .iter()
+            .map(|(n, pixels)| n * (elements as f64).min(0.5 * pixels))
+            .sum();
+        Ok(Counts {
+            prepare: [
+                1.0,
+                all * pieces,
+                cubes.iter().map(|(n, pixels)| n * pixels).sum(),
+                all,
+                inside,
+                edges,
+            ],
+            lights: [
+                4.0 * elements as f64 * emitters,
+                fragments * emitters,
+                fragments * emitters * (1.0 + pieces).log2(),
+                coefficients * lights,
+            ],
+            picture: [fragments, fragments * lights],
+            elements,
+            nodes,
+        })
+    }
+
+    /// In yardsticks.
+    pub fn cost(&self, sources: usize) -> Cost {
+        let sum = |counts: &[f64], units: &[f64]| -> f64 {
+            counts.iter().zip(units).map(|(c, u)| c * u).sum()
+        };
+        Cost {
+            prepare: sum(&self.prepare, &OF_PREPARE),
+            per_source: sum(&self.lights, &OF_LIGHTS) / sources.max(1) as f64,
+            per_image: sum(&self.picture, &OF_PICTURE),
+        }
+    }
+
+    /// What the step sets on this scene.
+    pub fn expenses(&self, step: Step) -> Vec<Expense> {
+        let of = |name, amount: f64| Expense { name, amount };
+        vec![
+            of("elements", self.elements as f64),
+            of("hemicube", step.resolution as f64),
+            of("nodes", self.nodes as f64),
+            of("node hemicube", step.node_resolution as f64),
+            of("sub-pixels", (step.split * step.split) as f64),
+            of("tolerance", step.tolerance),
+        ]
+    }
+}
+
+/// Convex emitting polygons and points of all lights.
+fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
+    let of = |light: &Light| match light {
+        Light::Panel { material, .. } => {
+            let own = surfaces.facets.iter().filter(|f| f.material == *material);
+            own.map(|f| f.pieces.len()).sum()
+        }
+        _ => 1,
+    };
+    rig.lights.iter().map(of).sum()
+}
+
+impl Sight {
+    fn of(surfaces: &Surfaces, view: &View) -> Result<Sight, TransportError> {
+        let camera = camera(view)?;
+        let mut buffer = ItemBuffer::new(view.width, view.height);
+        for piece in &surfaces.pieces {
+            buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+        }
+        let items = buffer.items();
+        let at = |x: usize, y: usize| items.get(y * view.width + x).copied().unwrap_or(NOTHING);
+        let mut out = Sight {
+            pixels: vec![0.0; surfaces.facets.len()],
+            inside: 0.0,
+            edges: 0.0,
+            points: Vec::new(),
+        };
+        for y in 0..view.height {
+            for x in 0..view.width {
+                let item = at(x, y);
+                let (left, above) = (x.saturating_sub(1), y.saturating_sub(1));
+                let right = (x + 1).min(view.width - 1);
+                let below = (y + 1).min(view.height - 1);
+                let around = [at(left, y), at(right, y), at(x, above), at(x, below)];
+                if around.iter().any(|other| *other != item) {
+                    out.edges += 1.0;
+                } else if item != NOTHING {
+                    out.inside += 1.0;
+                }
+                let Some(facet) = surfaces.facets.get(item as usize) else {
+                    continue;
+                };
+                if let Some(pixels) = out.pixels.get_mut(item as usize) {
+                    *pixels += 1.0;
+                }
+                let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+                let depth = -facet.height(camera.origin) / facet.normal.dot(ray);
+                if depth.is_finite() {
+                    out.points
+                        .push((item as usize, camera.origin + ray * depth));
+                }
+            }
+        }
+        Ok(out)
+    }
+
+    /// Cells of a layout that the picture needs.
+    fn nodes(&self, layout: &Layout) -> usize {
+        let mut wanted = vec![false; layout.cells()];
+        for (facet, point) in &self.points {
+            for (cell, weight) in layout.grid(*facet).iter().flat_map(|g| g.stencil(*point)) {
+                if let Some(flag) = wanted.get_mut(cell).filter(|_| weight > 0.0) {
+                    *flag = true;
+                }
+            }
+        }
+        wanted.iter().filter(|w| **w).count()
+    }
+}
+
+/// Seconds that the yardstick takes here and now: a small room prepared and rendered.
+///
+/// # Errors
+/// Those of the operator; on cancel.
+pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+    let (scene, rig, view) = yardstick();
+    let settings: Vec<Vec<f64>> = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
+    let mut best = f64::INFINITY;
+    for _ in 0..REPEATS {
+        let begin = clock();
+        let mut operator = Radiosity.prepare(&scene, &rig, &view, Quality(3), work)?;
+        operator.render(&settings, work)?;
+        best = best.min(clock() - begin);
+    }
+    Ok(best)
+}
+
+/// A closed room of 4 x 4 x 3 m with nine boxes, a panel and a spot.
+fn yardstick() -> (Scene, Rig, View) {
+    let mut polygons = Vec::new();
+    block(
+        &mut polygons,
+        [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)],
+        true,
+    );
+    for i in 0..9 {
+        let (x, y) = (f64::from(i % 3) - 1.0, f64::from(i / 3) - 1.0);
+        let half = vec3(0.2, 0.2, 0.0);
+        let at = vec3(x, y, 0.0);
+        let top = vec3(0.0, 0.0, 0.4 + 0.1 * f64::from(i));
+        block(&mut polygons, [at - half, at + half + top], false);
+    }
+    let lamp = [(-0.3, 0.3), (0.3, 0.3), (0.3, -0.3), (-0.3, -0.3)];
+    polygons.push(Polygon {
+        vertices: lamp.iter().map(|&(x, y)| vec3(x, y, 2.9)).collect(),
+        material: 1,
+    });
+    let material = |reflectance, emission| Material {
+        name: String::new(),
+        reflectance: Rgb([reflectance; 3]),
+        emission: Rgb([emission; 3]),
+    };
+    let lights = vec![
+        Light::Panel {
+            material: 1,
+            radiance: Rgb([10.0; 3]),
+        },
+        Light::Spot(Spot {
+            position: vec3(1.8, -1.8, 2.8),
+            aim: vec3(0.0, 0.0, 0.5),
+            beam: 40.0,
+            field: 60.0,
+            intensity: Rgb([100.0; 3]),
+        }),
+    ];
+    let source = |light| Source {
+        name: String::new(),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb::WHITE,
+        }],
+    };
+    let scene = Scene {
+        materials: vec![material(0.5, 0.0), material(0.0, 10.0)],
+        polygons,
+    };
+    let rig = Rig {
+        lights,
+        sources: vec![source(0), source(1)],
+    };
+    let view = View {
+        from: vec3(-1.7, -1.9, 1.8),
+        to: vec3(0.2, 0.3, 0.6),
+        fov: 60.0,
+        width: 96,
+        height: 64,
+    };
+    (scene, rig, view)
+}
+
+/// Adds the faces of a block between two corners, seen from outside or from `within`; without the
+/// floor unless within.
+fn block(polygons: &mut Vec<Polygon>, [a, b]: [Vec3; 2], within: bool) {
+    let corner = |i: u8| {
+        let pick = |bit: u8, low: f64, high: f64| if i & bit == 0 { low } else { high };
+        vec3(pick(1, a.x, b.x), pick(2, a.y, b.y), pick(4, a.z, b.z))
+    };
+    const FACES: [[u8; 4]; 6] = [
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [1, 3, 7, 5],
+        [3, 2, 6, 7],
+        [2, 0, 4, 6],
+        [0, 2, 3, 1],
+    ];
+    for face in FACES.iter().take(if within { 6 } else { 5 }) {
+        let mut vertices: Vec<Vec3> = face.iter().map(|&i| corner(i)).collect();
+        if within {
+            vertices.reverse();
+        }
+        polygons.push(Polygon {
+            vertices,
+            material: 0,
+        });
+    }
+}

@@ -1,0 +1,147 @@
+//! Rooms of any number of polygons, lamps and pixels, and the smallest show, for measurements.
+
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "support of programs that measure"
+)]
+
+use crate::reference::Case;
+use footlight::diagnostic::Sources;
+use footlight::files::Folder;
+use footlight::geometry::{Vec3, vec3};
+use footlight::lang;
+use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, View, obj};
+use footlight::units::Rgb;
+use std::path::PathBuf;
+
+/// The smallest show.
+pub fn first() -> Case {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
+    let parsed = lang::parse(&mut Sources::default(), "first.lxq", &text);
+    let show = parsed.show.unwrap();
+    let scene = obj::import(&Folder::new(folder, 1 << 24), "first.obj", false).unwrap();
+    let rig = show.rig(&scene).unwrap();
+    Case {
+        name: "first",
+        view: show.views[0].camera.clone(),
+        mix: vec![0.5; rig.sources.len()],
+        rig,
+        scene,
+    }
+}
+
+/// A closed room of about `polygons` faces: boxes of pseudo-random heights on a grid of the floor,
+/// under `banks` square lamps, seen at a size.
+pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> Case {
+    let boxes = polygons.saturating_sub(6 + banks) / 5;
+    let side = (boxes as f64).sqrt().ceil().max(1.0);
+    let (span, tall) = (side * 1.5, 4.0);
+    let mut faces = Vec::new();
+    block(
+        &mut faces,
+        vec3(0.0, 0.0, 0.0),
+        vec3(span, span, tall),
+        true,
+    );
+    let mut seed = 1_u64;
+    for i in 0..boxes {
+        seed = seed
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        let share = (seed >> 40) as f64 / (1_u64 << 24) as f64;
+        let at = vec3(i as f64 % side, (i as f64 / side).floor(), 0.0) * 1.5 + vec3(0.3, 0.3, 0.0);
+        block(
+            &mut faces,
+            at,
+            at + vec3(0.8, 0.8, 0.3 + 1.5 * share),
+            false,
+        );
+    }
+    let row = (banks as f64).sqrt().ceil().max(1.0);
+    let half = 0.15 * span / row;
+    let mut materials = vec![material("wall", 0.5, 0.0)];
+    for bank in 0..banks {
+        let (i, j) = (bank as f64 % row, (bank as f64 / row).floor());
+        let (x, y) = ((i + 0.5) * span / row, (j + 0.5) * span / row);
+        let corners = [(-half, half), (half, half), (half, -half), (-half, -half)];
+        faces.push(Polygon {
+            vertices: corners
+                .map(|(dx, dy)| vec3(x + dx, y + dy, tall - 0.05))
+                .to_vec(),
+            material: 1 + bank,
+        });
+        materials.push(material(&format!("lamp{bank}"), 0.0, 10.0));
+    }
+    let lights = (1..=banks).map(|material| Light::Panel {
+        material,
+        radiance: Rgb([10.0; 3]),
+    });
+    let sources = (0..banks).map(|light| Source {
+        name: format!("bank{light}"),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb::WHITE,
+        }],
+    });
+    Case {
+        name: "room",
+        rig: Rig {
+            lights: lights.collect(),
+            sources: sources.collect(),
+        },
+        view: View {
+            from: vec3(0.05 * span, 0.04 * span, 0.8 * tall),
+            to: vec3(0.6 * span, 0.7 * span, 0.2 * tall),
+            fov: 55.0,
+            width,
+            height,
+        },
+        mix: vec![1.0 / banks.max(1) as f64; banks],
+        scene: Scene {
+            materials,
+            polygons: faces,
+        },
+    }
+}
+
+fn material(name: &str, reflectance: f64, emission: f64) -> Material {
+    Material {
+        name: name.to_owned(),
+        reflectance: Rgb([reflectance; 3]),
+        emission: Rgb([emission; 3]),
+    }
+}
+
+/// Adds the faces of a block between two corners, fronts outside, without its floor; or all six
+/// with fronts `within`.
+fn block(faces: &mut Vec<Polygon>, low: Vec3, high: Vec3, within: bool) {
+    let corner = |i: usize| {
+        let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
+        vec3(
+            pick(1, low.x, high.x),
+            pick(2, low.y, high.y),
+            pick(4, low.z, high.z),
+        )
+    };
+    let sides = [
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [1, 3, 7, 5],
+        [3, 2, 6, 7],
+        [2, 0, 4, 6],
+        [0, 2, 3, 1],
+    ];
+    for side in sides.iter().take(if within { 6 } else { 5 }) {
+        let mut vertices: Vec<Vec3> = side.iter().map(|&i| corner(i)).collect();
+        if within {
+            vertices.reverse();
+        }
+        faces.push(Polygon {
+            vertices,
+            material: 0,
+        });
+    }
+}
