@@ -92,8 +92,10 @@ fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
             height: pixels,
         };
         let work = Work::silent();
+        // Cheap steps interpolate direct light, each piece of a light by itself, and what they miss
+        // adds up: steps 2 and 3 take 0.45 and 0.29 % off the flux of a 10 cm sphere.
         let mut prepared = Radiosity
-            .prepare(scene, &rig, &view, Quality(2), work)
+            .prepare(scene, &rig, &view, Quality(4), work)
             .unwrap();
         let image = prepared.render(&[vec![1.0]], work).unwrap().remove(0);
         let area = 4.0 / (pixels * pixels) as f64;
