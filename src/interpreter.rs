@@ -8,6 +8,7 @@
 
 mod answer;
 mod compare;
+mod economy;
 mod error;
 mod fitting;
 mod measure;
@@ -34,6 +35,7 @@ use crate::units::Time;
 use crate::work::{Progress, Silent, Work};
 
 pub use self::compare::Compared;
+pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
 pub use self::output::Animation;
 pub use self::refine::{Ended, Goal, Step};
@@ -160,6 +162,8 @@ pub struct Interpreter {
     stage: Option<Stage>,
     now: Time,
     steps: Vec<Step>,
+    /// How long things take here against what the operator predicts.
+    pace: economy::Pace,
     /// The sequence's automatic exposure and the number of refined pictures it was found with:
     /// finding it takes every key image, which each picture would otherwise make anew.
     exposure: Option<(f64, usize)>,
@@ -210,6 +214,7 @@ impl Interpreter {
             compiled,
             host,
             steps: Vec::new(),
+            pace: economy::Pace::default(),
             exposure: None,
             warned: false,
             told: BTreeSet::new(),

@@ -136,6 +136,14 @@ impl Interpreter {
     }
 
     pub(super) fn answer_plan(&mut self, call: &Call) -> Result<Reply, Error> {
+        if call.option("next").is_some() {
+            return self.answer_next(call);
+        }
+        if let Some(word) = call.words.first() {
+            return Err(Error::Usage(format!(
+                "`{word}` is left over; a number of steps stands behind --next"
+            )));
+        }
         let tolerance = match call.option("tolerance") {
             Some(text) => fraction(text)?,
             None => self.show().preview.tolerance,
@@ -214,30 +222,10 @@ impl Interpreter {
     }
 
     pub(super) fn answer_refine(&mut self, call: &Call) -> Result<Reply, Error> {
-        let words: Vec<&str> = call.words.iter().map(String::as_str).collect();
-        let goal = match words.as_slice() {
-            [] => Goal::default(),
-            ["until", error] => Goal {
-                until: Some(fraction(error)?),
-                ..Goal::default()
-            },
-            ["for", time] => Goal {
-                budget: Some(duration(time)?.seconds()),
-                ..Goal::default()
-            },
-            [number] => Goal {
-                count: Some(whole(number)?),
-                ..Goal::default()
-            },
-            _ => {
-                return Err(Error::Usage(
-                    "usage: refine [N | until X% | for TIME]".to_owned(),
-                ));
-            }
-        };
+        let goal = goal(call)?;
         self.coarse()?;
         let before = self.steps().len();
-        let ended = self.refine(goal)?;
+        let done = self.refine_watched(goal, &mut |_| Ok(()))?;
         let mut text = String::new();
         for step in self.steps().iter().skip(before.saturating_sub(1)) {
             let _ = writeln!(
@@ -246,7 +234,10 @@ impl Interpreter {
                 describe_step(step.refined, step.error, step.seconds)
             );
         }
-        text.push_str(match ended {
+        for remark in done.remarks {
+            let _ = writeln!(text, "{remark}");
+        }
+        text.push_str(match done.ended {
             Ended::Reached => "the error asked for is reached",
             Ended::Counted => "",
             Ended::Spent => "the time is used up",
@@ -343,6 +334,31 @@ impl Interpreter {
         }
         Ok(time)
     }
+}
+
+/// What `refine` is asked for.
+pub(super) fn goal(call: &Call) -> Result<Goal, Error> {
+    let words: Vec<&str> = call.words.iter().map(String::as_str).collect();
+    Ok(match words.as_slice() {
+        [] => Goal::default(),
+        ["until", error] => Goal {
+            until: Some(fraction(error)?),
+            ..Goal::default()
+        },
+        ["for", time] => Goal {
+            budget: Some(duration(time)?.seconds()),
+            ..Goal::default()
+        },
+        [number] => Goal {
+            count: Some(whole(number)?),
+            ..Goal::default()
+        },
+        _ => {
+            return Err(Error::Usage(
+                "usage: refine [N | until X% | for TIME]".to_owned(),
+            ));
+        }
+    })
 }
 
 /// What `help` says.

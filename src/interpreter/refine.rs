@@ -1,5 +1,6 @@
 //! Refinement: render the settings that the plan puts first until the goal is met.
 
+use super::economy::{self, Ahead};
 use super::{Error, Interpreter, stage};
 use crate::plan;
 use crate::pool::Pool;
@@ -7,7 +8,7 @@ use crate::transport::Quality;
 
 /// Refined pictures that must have confirmed an estimated error before it is believed. After one
 /// the tavern's prediction was a quarter of the truth, after two seven tenths.
-const CONFIRMED: usize = 2;
+pub(super) const CONFIRMED: usize = 2;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,7 +17,8 @@ pub struct Goal {
     pub until: Option<f64>,
     /// Number of pictures to render now.
     pub count: Option<usize>,
-    /// Seconds to spend now; a picture that is begun is finished.
+    /// Seconds to spend now; a picture that is begun is finished, one that is not predicted to fit
+    /// is not begun, but for the first.
     pub budget: Option<f64>,
 }
 
@@ -40,10 +42,32 @@ pub enum Ended {
     Reached,
     /// As many pictures as asked for were rendered.
     Counted,
-    /// The time is used up.
+    /// The time is used up, or too short for another picture.
     Spent,
     /// Nothing is left that another picture would improve.
     Complete,
+}
+
+/// What a refinement did.
+#[derive(Debug)]
+pub(super) struct Refined {
+    pub ended: Ended,
+    /// What is to be said of its economy.
+    pub remarks: Vec<String>,
+    rendered: usize,
+    /// Computing alone, what watching took left out.
+    seconds: f64,
+}
+
+impl Default for Refined {
+    fn default() -> Refined {
+        Refined {
+            ended: Ended::Complete,
+            remarks: Vec::new(),
+            rendered: 0,
+            seconds: 0.0,
+        }
+    }
 }
 
 impl Interpreter {
@@ -60,6 +84,7 @@ impl Interpreter {
             return Ok(());
         }
         self.steps.clear();
+        self.time_coarse(begin);
         self.record(begin)
     }
 
@@ -177,106 +202,118 @@ impl Interpreter {
     /// in it is one picture. The coarse pictures' own estimate of their error is not trusted
     /// alone: an error counts as reached once two refined pictures were held against it.
     ///
+    /// A number of pictures is rendered one by one. An error or a time may take several in one
+    /// call, where their cost says that it pays; see [`Interpreter::outlook`]. The predicted
+    /// seconds decide whether another picture still fits into a time; one is always rendered.
+    ///
     /// # Errors
     /// [`Error`]; pictures finished before it are kept.
     pub fn refine(&mut self, goal: Goal) -> Result<Ended, Error> {
+        let refined = self.refine_watched(goal, &mut |_| Ok(()))?;
+        Ok(refined.ended)
+    }
+
+    /// The same with someone to look at the pool after each call of the operator; the time that
+    /// this takes does not count.
+    pub(super) fn refine_watched(
+        &mut self,
+        goal: Goal,
+        watch: &mut dyn FnMut(&mut Interpreter) -> Result<(), Error>,
+    ) -> Result<Refined, Error> {
         self.coarse()?;
-        let goal = match goal {
-            Goal {
-                until: None,
-                count: None,
-                budget: None,
-            } => Goal {
-                count: Some(1),
-                ..goal
-            },
-            goal => goal,
-        };
-        let begin = self.host.clock.seconds();
-        let mut rendered = 0;
+        let goal = goal.or_one();
+        let mut done = Refined::default();
         loop {
-            if goal
-                .until
-                .is_some_and(|error| self.refined() >= CONFIRMED && self.last_error() <= error)
-            {
-                return Ok(Ended::Reached);
+            if let Some(ended) = self.ended(&goal, &done) {
+                return Ok(Refined { ended, ..done });
             }
-            if goal.count.is_some_and(|count| rendered >= count) {
-                return Ok(Ended::Counted);
+            let begin = self.host.clock.seconds();
+            let outlook = self.outlook()?;
+            let left = goal.budget.map(|s| s - done.seconds);
+            let call = economy::call(&outlook, &goal, self.refined(), left);
+            // The first one is rendered whatever it takes: else nothing would ever be known.
+            if done.rendered > 0 && !call.fits {
+                let seconds = outlook.steps.first().map_or(0.0, |s| s.seconds);
+                done.remarks.extend(economy::too_long(seconds));
+                return Ok(Refined {
+                    ended: Ended::Spent,
+                    ..done
+                });
             }
-            if goal
-                .budget
-                .is_some_and(|s| self.host.clock.seconds() - begin >= s)
-            {
-                return Ok(Ended::Spent);
+            if call.pictures == 0 {
+                return Ok(Refined {
+                    ended: Ended::Complete,
+                    ..done
+                });
             }
-            if !self.refine_one()? {
-                return Ok(Ended::Complete);
-            }
-            rendered += 1;
-            let total = goal.count.unwrap_or(rendered.max(self.planned(&goal)));
-            self.host
-                .progress
-                .report("refined pictures", rendered, total);
+            done.remarks.extend(call.remark);
+            let steps = outlook.steps.into_iter().take(call.pictures);
+            self.render_refined(steps.collect(), begin)?;
+            done.rendered += call.pictures;
+            done.seconds += self.host.clock.seconds() - begin;
+            let total = done.rendered + call.needed.saturating_sub(call.pictures);
+            let total = goal.count.unwrap_or(total);
+            let progress = &self.host.progress;
+            progress.report("refined pictures", done.rendered, total);
+            watch(self)?;
         }
+    }
+
+    /// Why no picture is to be rendered after what is done; `None` if one is.
+    fn ended(&self, goal: &Goal, done: &Refined) -> Option<Ended> {
+        let reached = |error: f64| self.refined() >= CONFIRMED && self.last_error() <= error;
+        if goal.until.is_some_and(reached) {
+            return Some(Ended::Reached);
+        }
+        if goal.count.is_some_and(|count| done.rendered >= count) {
+            return Some(Ended::Counted);
+        }
+        let spent = goal.budget.is_some_and(|s| done.seconds >= s);
+        (spent && done.rendered > 0).then_some(Ended::Spent)
     }
 
     fn last_error(&self) -> f64 {
         self.steps.last().map_or(f64::INFINITY, |s| s.error)
     }
 
-    /// Renders the best next picture; false when nothing is left to improve.
-    fn refine_one(&mut self) -> Result<bool, Error> {
-        let begin = self.host.clock.seconds();
+    /// Renders settings in one call and adds them to the pool, in their order.
+    fn render_refined(&mut self, steps: Vec<Ahead>, begin: f64) -> Result<(), Error> {
         let work = self.host.work();
         work.check()?;
-        if self.is_final() {
-            return Ok(false);
-        }
+        let predicted: f64 = steps.iter().map(|s| s.seconds).sum();
+        let settings: Vec<Vec<f64>> = steps.into_iter().map(|s| s.setting).collect();
         let quality = self.refined_step();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
-        let pool = stage.pool.as_ref().ok_or_else(no_stage)?;
-        let next = plan::next(
-            &self.compiled.keys,
-            &pool.settings(),
-            &pool.weighting(),
-            None,
-        )?;
-        let Some(direction) = next.directions.into_iter().next() else {
-            return Ok(false);
-        };
-        let setting = vec![direction.setting];
+        let started = self.host.clock.seconds();
         let rendered = stage
             .operator(self.host.transport.as_ref(), quality, work)?
-            .render(&setting, work)?;
-        let images = setting.into_iter().zip(rendered);
-        if let Some(pool) = stage.pool.as_mut() {
-            for (setting, image) in images {
+            .render(&settings, work)?;
+        let seconds = self.host.clock.seconds() - started;
+        self.pace.learn(predicted, seconds);
+        let mut begin = begin;
+        for (setting, image) in settings.into_iter().zip(rendered) {
+            let work = self.host.work();
+            if let Some(pool) = self.stage.as_mut().and_then(|s| s.pool.as_mut()) {
                 pool.add(setting, image, quality, work);
             }
+            let now = self.host.clock.seconds();
+            self.record(begin)?;
+            begin = now;
         }
-        self.record(begin)?;
-        Ok(true)
+        Ok(())
     }
+}
 
-    /// How many pictures a goal is likely to take in all, for the progress bar.
-    fn planned(&self, goal: &Goal) -> usize {
-        let Some(pool) = self.pool() else {
-            return 0;
-        };
-        let until = goal.until.unwrap_or(0.0);
-        let norm = Some(self.sequence_norm(pool));
-        let next = plan::next(
-            &self.compiled.keys,
-            &pool.settings(),
-            &pool.weighting(),
-            norm,
-        );
-        let more = next.map_or(0, |next| {
-            let over = |d: &&plan::Direction| pool.calibration() * d.error > until;
-            next.directions.iter().take_while(over).count() + 1
-        });
-        self.steps.len().saturating_sub(1) + more
+impl Goal {
+    /// One picture where nothing is said.
+    fn or_one(self) -> Goal {
+        match self == Goal::default() {
+            true => Goal {
+                count: Some(1),
+                ..self
+            },
+            false => self,
+        }
     }
 }
 

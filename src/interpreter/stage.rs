@@ -184,6 +184,11 @@ impl Stage {
         layered.cost(&self.scene, &self.rig, &self.view, quality)
     }
 
+    /// True when the operator of this step of quality is at hand.
+    pub fn is_prepared(&self, quality: Quality) -> bool {
+        self.operators.contains_key(&quality.0)
+    }
+
     /// The operator at a step of quality, prepared on first use.
     pub fn operator(
         &mut self,

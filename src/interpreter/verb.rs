@@ -172,9 +172,15 @@ pub const VERBS: &[VerbSpec] = &[
     spec(
         Verb::Plan,
         "plan",
-        "",
+        "[N]",
         &[
             JSON,
+            OptionSpec {
+                name: "next",
+                letter: None,
+                value: None,
+                about: "the next N pictures to refine (default: 5), their seconds and what they leave",
+            },
             value(
                 "tolerance",
                 "X",
