@@ -16,6 +16,7 @@ mod mistake;
 mod output;
 mod refine;
 mod run;
+mod session;
 mod stage;
 mod verb;
 
@@ -311,6 +312,7 @@ impl Interpreter {
             Verb::Run => self.answer_run(call),
             Verb::Quality => self.answer_quality(call),
             Verb::Chart => self.answer_chart(call),
+            Verb::Session => self.answer_session(call),
             Verb::Compare => self.answer_compare(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),

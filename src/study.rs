@@ -12,6 +12,7 @@ pub mod difference;
 pub mod forecast;
 pub mod record;
 pub mod reference;
+pub mod session;
 pub mod tradeoff;
 
 pub use comparison::{BankError, Comparison};

@@ -56,6 +56,18 @@ pub enum Error {
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// A line of a session could not be done; what was done before it is kept.
+    #[error("{path}:{line}: {cause}")]
+    Session {
+        /// The file of commands.
+        path: String,
+        /// Where the command begins, from 1.
+        line: usize,
+        /// What is wrong with it.
+        cause: Box<Error>,
+        /// What the session tells of the lines before.
+        before: String,
+    },
     /// The embedding program asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -85,6 +97,7 @@ impl Error {
             Error::Render(TransportError::Outside(_)) => 3,
             Error::Render(_) => 1,
             Error::Plan(_) => 70,
+            Error::Session { cause, .. } => cause.exit_code(),
         }
     }
 
@@ -92,6 +105,15 @@ impl Error {
     pub fn report(&self, style: Style) -> String {
         match self {
             Error::Mistakes(report) => report.render(style),
+            Error::Session {
+                path,
+                line,
+                cause,
+                before,
+            } => format!(
+                "{before}error: {path}:{line}: the session ends here; what is above it is done\n{}",
+                cause.report(style)
+            ),
             other if other.exit_code() == 130 => {
                 "stopped; every picture that was finished is kept\n".to_owned()
             }

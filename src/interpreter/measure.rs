@@ -18,7 +18,7 @@ const ENOUGH: f64 = 0.5;
 const RUNS: usize = 3;
 
 impl Interpreter {
-    fn machine(&self) -> Machine {
+    pub(super) fn machine(&self) -> Machine {
         Machine::here(self.host.threads, self.host.processor.clone())
     }
 

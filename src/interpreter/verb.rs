@@ -33,6 +33,8 @@ pub enum Verb {
     Quality,
     /// Draw measurements.
     Chart,
+    /// Replay a design session and measure it.
+    Session,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -315,6 +317,22 @@ pub const VERBS: &[VerbSpec] = &[
         ],
         "draw measurements; `transport`: error against time over the scale of quality",
         "chart transport -o transport.png",
+    ),
+    spec(
+        Verb::Session,
+        "session",
+        "COMMANDS",
+        &[
+            OptionSpec {
+                name: "truth",
+                letter: None,
+                value: None,
+                about: "measure against every source at the refined quality, rendered beside",
+            },
+            output("write a .png or an .svg, or the data as .csv or .json"),
+        ],
+        "replay edits and `refine` lines from a file: error against time and refined pictures",
+        "session session.txt --truth -o session.png",
     ),
     spec(
         Verb::Save,

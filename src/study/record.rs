@@ -18,6 +18,8 @@ pub enum Kind {
     Transport,
     /// Time and memory against the size of the task.
     Scale,
+    /// A design session: error against computing time, edits in between.
+    Session,
 }
 
 /// Where it was measured.
