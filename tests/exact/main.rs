@@ -1,0 +1,19 @@
+//! The operator held against exact answers: closed forms, laws of conservation and symmetry, and
+//! scenes made to break it. Everything goes through the public operator, as a user would.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "test; its figures are for whoever runs it with --nocapture"
+)]
+
+mod cie;
+mod form_factor;
+mod furnace;
+mod invariance;
+mod meter;
+#[path = "../reference/mod.rs"]
+mod reference;
+mod superposition;

@@ -1,0 +1,152 @@
+//! G is one linear operator at each quality: light adds and scales whatever its sign, the bits do
+//! not depend on threads or company, the order of sources does not matter.
+
+use crate::meter::qualities;
+use crate::reference::{Case, cornell, furnace, render, stage, tavern};
+use footlight::geometry::vec3;
+use footlight::picture::Image;
+use footlight::scene::{Emitter, Light, Spot};
+use footlight::units::Rgb;
+
+/// A picture small enough to be made fifteen times.
+fn small(mut case: Case, [width, height]: [usize; 2]) -> Case {
+    (case.view.width, case.view.height) = (width, height);
+    case
+}
+
+/// The stage with a spot in its second bank, through a coloured filter.
+fn stage_with_spot() -> Case {
+    let mut case = small(stage(), [32, 18]);
+    case.rig.lights.push(Light::Spot(Spot {
+        position: vec3(-4.0, -6.0, 6.0),
+        aim: vec3(1.0, 1.0, 0.0),
+        beam: 18.0,
+        field: 30.0,
+        intensity: Rgb([900.0, 700.0, 400.0]),
+    }));
+    let light = case.rig.lights.len() - 1;
+    let filter = Rgb([0.9, 0.2, 0.5]);
+    case.rig.sources[1].emitters.push(Emitter { light, filter });
+    case
+}
+
+/// Numbers of both signs over five decades, some of them zero.
+fn mixed(n: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    let mut next = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    (0..n)
+        .map(|_| {
+            let (kind, size, sign) = (next(), next(), next());
+            let size = 10.0_f64.powf(5.0 * size - 3.0);
+            if kind < 0.1 {
+                0.0
+            } else {
+                size.copysign(sign - 0.5)
+            }
+        })
+        .collect()
+}
+
+fn bits(image: &Image) -> Vec<u32> {
+    image.data().iter().map(|x| x.to_bits()).collect()
+}
+
+fn peak(image: &Image) -> f64 {
+    image
+        .data()
+        .iter()
+        .fold(0.0, |most: f64, x| most.max(f64::from(x.abs())))
+}
+
+/// max |G(sum c_i e_i) - sum c_i G e_i| as a share of sum |c_i| max |G e_i|.
+fn nonlinearity(mix: &[f64], together: &Image, alone: &[Image]) -> f64 {
+    let allowed: f64 =
+        mix.iter().map(|c| c.abs()).sum::<f64>() * alone.iter().map(peak).fold(0.0, f64::max);
+    let off = together.data().iter().enumerate().map(|(at, x)| {
+        let sum: f64 = mix
+            .iter()
+            .zip(alone)
+            .map(|(c, i)| c * f64::from(i.data()[at]))
+            .sum();
+        (sum - f64::from(*x)).abs()
+    });
+    off.fold(0.0, f64::max) / allowed
+}
+
+fn assert_linear(case: &Case) {
+    let n = case.rig.sources.len();
+    let mut settings: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    settings.extend((1..=3).map(|seed| mixed(n, seed)));
+    for quality in qualities() {
+        let images = render(case, quality, &settings, 2);
+        let (alone, mixes) = images.split_at(n);
+        for (mix, together) in settings[n..].iter().zip(mixes) {
+            let off = nonlinearity(mix, together, alone);
+            println!("{} at quality {quality}: {off:.1e}", case.name);
+            assert!(off < 1e-6, "{} at quality {quality}: {off}", case.name);
+        }
+        // Another operator, other threads, one setting a call: the same bits.
+        for threads in [1, 3] {
+            let last = render(case, quality, &settings[n + 2..], threads);
+            let same = bits(&last[0]) == bits(&images[n + 2]);
+            assert!(
+                same,
+                "{} at quality {quality} on {threads} threads",
+                case.name
+            );
+        }
+    }
+}
+
+#[test]
+fn cornell_is_linear() {
+    assert_linear(&small(cornell(), [24, 24]));
+}
+
+#[test]
+fn stage_is_linear() {
+    assert_linear(&stage_with_spot());
+}
+
+#[test]
+fn furnace_is_linear() {
+    assert_linear(&small(furnace(), [16, 16]));
+}
+
+#[test]
+fn tavern_is_linear() {
+    assert_linear(&small(tavern(), [32, 18]));
+}
+
+/// Sources in another order give the same bits; lights in another order are summed in another
+/// order, so the same to rounding.
+#[test]
+fn order_does_not_matter() {
+    let case = stage_with_spot();
+    let n = case.rig.sources.len();
+    let setting = mixed(n, 7);
+    let mut turned = stage_with_spot();
+    turned.rig.sources.reverse();
+    let back: Vec<f64> = setting.iter().rev().copied().collect();
+    let mut relit = stage_with_spot();
+    let last = relit.rig.lights.len() - 1;
+    relit.rig.lights.reverse();
+    for emitter in relit.rig.sources.iter_mut().flat_map(|s| &mut s.emitters) {
+        emitter.light = last - emitter.light;
+    }
+    for quality in qualities() {
+        let one = &render(&case, quality, std::slice::from_ref(&setting), 2)[0];
+        let other = &render(&turned, quality, std::slice::from_ref(&back), 2)[0];
+        assert!(bits(one) == bits(other), "quality {quality}");
+        let lights = &render(&relit, quality, std::slice::from_ref(&setting), 2)[0];
+        let off = nonlinearity(&[1.0], lights, std::slice::from_ref(one));
+        assert!(off < 1e-6, "quality {quality}: {off}");
+    }
+}
