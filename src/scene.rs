@@ -129,7 +129,7 @@ impl Scene {
 /// Lights and cameras that a stage's file brings along. Nothing shines or looks until a show says
 /// so, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Fittings {
+pub struct Inventory {
     /// In the order of the file.
     pub lamps: Vec<Lamp>,
     /// In the order of the file.
@@ -147,8 +147,10 @@ pub struct Lamp {
     pub position: Vec3,
     /// Where it points: a unit vector.
     pub direction: Vec3,
+    /// Its colour, by which `peak` is multiplied.
+    pub colour: Rgb,
     /// Intensity (cd), in the axis for spots; illuminance (lx) for distant ones.
-    pub intensity: Rgb,
+    pub peak: f64,
 }
 
 /// How a light of a stage's file shines.

@@ -8,8 +8,10 @@
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
+mod hung;
 mod rig;
 
+use crate::geometry::Vec3;
 use crate::scene::fitting::Fittings;
 use crate::scene::mount::Mount;
 use crate::scene::shape::Shape;
@@ -166,10 +168,33 @@ pub enum LightKind {
         /// How bright white is at full; never its own.
         output: Output,
     },
+    /// A light of the stage's file.
+    Hung(Hung),
     /// A spot (see [`scene::Spot`]).
     Spot(scene::Spot),
     /// What a bank or the fixed lights add to the picture, rendered elsewhere.
     Image(scene::ImageFile),
+}
+
+/// A light of the stage's file ([`scene::Lamp`]), and what the show says otherwise.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hung {
+    /// Its name in the file.
+    pub name: String,
+    /// Where it hangs; without an `aim` it keeps its direction.
+    pub position: Option<Vec3>,
+    /// The point it is focused on.
+    pub aim: Option<Vec3>,
+    /// Full angle at half the peak, degrees.
+    pub beam: Option<f64>,
+    /// Full angle at a tenth of the peak, degrees.
+    pub field: Option<f64>,
+    /// Its white in place of the file's colour.
+    pub white: Option<Rgb>,
+    /// The colour before it.
+    pub gel: Rgb,
+    /// How bright it is at full.
+    pub output: Output,
 }
 
 /// How bright a point source with a shape of beam of its own is.
@@ -491,6 +516,34 @@ pub enum RigError {
         id: NodeId,
         /// The material's name.
         material: String,
+    },
+    /// The stage's files have no light of that name.
+    #[error("the stage has no light `{name}`")]
+    NoLamp {
+        /// The light's statement.
+        id: NodeId,
+        /// The name that was not found.
+        name: String,
+        /// Those that are there.
+        known: Vec<String>,
+    },
+    /// A light of the stage that has no place.
+    #[error("`{name}` of the stage shines from infinitely far, which no light here does")]
+    Distant {
+        /// The light's statement.
+        id: NodeId,
+        /// Its name in the file.
+        name: String,
+    },
+    /// A light of the stage with what the show says is no spot.
+    #[error("`{name}` of the stage becomes no spot: {reason}")]
+    NoSpot {
+        /// The light's statement.
+        id: NodeId,
+        /// Its name in the file.
+        name: String,
+        /// Why.
+        reason: String,
     },
     /// A bank's image was not read.
     #[error("the image `{path}` was not read")]

@@ -115,6 +115,35 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
             spans,
             Vec::new(),
         ),
+        RigError::NoLamp { id, name, known } => {
+            let near = nearest(name, known.iter().map(String::as_str));
+            let help = match near {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if known.is_empty() => "lights come with glTF files only".to_owned(),
+                None => format!("the stage has {}", some(known)),
+            };
+            error(codes::NO_LAMP, cause.to_string(), *id, spans, vec![help])
+        }
+        RigError::Distant { id, .. } => {
+            let help = "hang a `spot` far away with a narrow beam, or a `panel` for the sky";
+            error(
+                codes::LAMP,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
+        }
+        RigError::NoSpot { id, .. } => {
+            let help = "say `beam` and `field`, `at` and `aim` of your own behind its name";
+            error(
+                codes::LAMP,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
+        }
         RigError::NoArea { id, .. } => {
             let help = "lumens and candela are spread over its area; say `cd/m2`, or name another";
             error(
@@ -224,4 +253,10 @@ fn materials(name: &str, scene: &Scene, emitting: bool) -> Vec<String> {
         return Vec::new();
     }
     vec![format!("the stage has {}", some.join(", "))]
+}
+
+/// The first few of many names.
+fn some(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().take(8).map(|n| format!("`{n}`")).collect();
+    quoted.join(", ")
 }

@@ -13,7 +13,7 @@ use crate::pool::Pool;
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
-use crate::scene::{self, ImageFile, Images, Rig, Scene, still};
+use crate::scene::{self, ImageFile, Images, Lamp, Rig, Scene, still};
 use crate::show::{self, Show};
 use crate::transport::layered::{Layered, only_images};
 use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
@@ -95,15 +95,17 @@ impl Stage {
     ) -> Result<Option<Fresh>, Vec<Diagnostic>> {
         let inputs = Inputs::of(show);
         let scene = match old.filter(|s| s.inputs == inputs) {
-            Some(old) => Ok(Arc::clone(&old.scene)),
-            None => load(show, spans, files).map(Arc::new),
+            Some(old) => Ok((Arc::clone(&old.scene), old.fittings.lamps.clone())),
+            None => load(show, spans, files).map(|(scene, lamps)| (Arc::new(scene), lamps)),
         };
         let none = Images::new();
         let known = old.map_or(&none, |s| &s.images);
         let images = pictures(show, spans, files, memory, known);
         let fittings = fitting::read(show, spans, files, old.map(|s| &s.fittings));
         let (scene, images, fittings) = match (scene, images, fittings) {
-            (Ok(scene), Ok(images), Ok(fittings)) => (scene, images, fittings),
+            (Ok((scene, lamps)), Ok(images), Ok(fittings)) => {
+                (scene, images, Fittings { lamps, ..fittings })
+            }
             (scene, images, fittings) => {
                 let mistakes = [scene.err(), images.err(), fittings.err()];
                 return Err(mistakes.into_iter().flatten().flatten().collect());
@@ -303,12 +305,21 @@ fn options(stage: &show::Stage) -> import::Options {
     }
 }
 
-fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Diagnostic>> {
+/// The scene, and the lights of its files.
+fn load(
+    show: &Show,
+    spans: &SpanMap,
+    files: &dyn Files,
+) -> Result<(Scene, Vec<Lamp>), Vec<Diagnostic>> {
     let mut scene = Scene::default();
+    let mut lamps = Vec::new();
     let mut mistakes = Vec::new();
     for stage in &show.stages {
         match import::read(files, &stage.path, options(stage)) {
-            Ok(read) => scene.append(read.scene),
+            Ok(read) => {
+                scene.append(read.scene);
+                lamps.extend(read.inventory.lamps);
+            }
             Err(error) => mistakes.push(mistake::of_stage(&error, stage, spans)),
         }
     }
@@ -321,7 +332,7 @@ fn load(show: &Show, spans: &SpanMap, files: &dyn Files) -> Result<Scene, Vec<Di
     }
     if mistakes.is_empty() {
         show.furnish(&mut scene);
-        Ok(scene)
+        Ok((scene, lamps))
     } else {
         Err(mistakes)
     }

@@ -68,6 +68,8 @@ codes! {
     NO_AREA = "E308" "light spread over no surface";
     PHOTOMETRIC = "E309" "a photometric file that cannot be read";
     SLIDE = "E310" "an image that cannot be thrown";
+    NO_LAMP = "E311" "a light that the stage does not have";
+    LAMP = "E312" "a light of the stage that cannot be used";
     UNUSED_BANK = "W001" "a bank that no cue moves";
     UNUSED_LIGHT = "W002" "a light in no bank";
     STILL_CUE = "W003" "a cue that moves nothing";

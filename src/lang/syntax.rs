@@ -158,7 +158,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::position => "a position (like `0, -2.5, 3`)",
         Rule::size => "a size (like 640x360)",
         Rule::light_kind => {
-            "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `like`)"
+            "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)"
         }
         Rule::path | Rule::interpolation => "a path (like `spline 0 30, 4 80`)",
         Rule::spline_kind => "a kind of spline (like `natural`)",

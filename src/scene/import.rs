@@ -1,4 +1,4 @@
-//! A stage's file to a [`Scene`] and its [`Fittings`], whatever its format.
+//! A stage's file to a [`Scene`] and its [`Inventory`], whatever its format.
 //!
 //! The first bytes and the ending of the name tell OBJ from glTF. What both share stands here: the
 //! limits, the errors, the merging of triangles, and the summary of what was done to the file's
@@ -7,7 +7,7 @@
 
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
-use super::{Fittings, Polygon, Scene, merge, polygon};
+use super::{Inventory, Polygon, Scene, merge, polygon};
 use crate::files::{FileError, Files};
 
 /// The most polygons a stage may have, after bent ones are cut.
@@ -74,7 +74,7 @@ pub struct Import {
     /// All that light meets.
     pub scene: Scene,
     /// Lights and cameras of the file.
-    pub fittings: Fittings,
+    pub inventory: Inventory,
     /// What was done to it.
     pub summary: Summary,
 }
@@ -137,7 +137,7 @@ fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
         0 => Err(SceneError::Empty { path }),
         1..=POLYGON_LIMIT => Ok(Import {
             scene: import.scene,
-            fittings: import.fittings,
+            inventory: import.inventory,
             summary: import.summary,
         }),
         _ => Err(SceneError::Part {

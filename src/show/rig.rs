@@ -1,5 +1,6 @@
 //! From the lights of the text to those of the operator G: materials, files and amounts resolved.
 
+use super::hung;
 use super::{Light, LightKind, NodeId, Output, RigError, Strength};
 use crate::scene::fitting::Fittings;
 use crate::scene::mount::Mount;
@@ -23,6 +24,9 @@ pub(super) fn resolve(
             Ok(vec![read.ok_or_else(missing)?])
         }
         LightKind::Spot(spot) => Ok(vec![scene::Light::Spot(spot.clone())]),
+        LightKind::Hung(hung) => {
+            hung::spot(light.id, hung, &fittings.lamps).map(|s| vec![scene::Light::Spot(s)])
+        }
         LightKind::Panel { material, strength } => {
             panel(light.id, material, *strength, scene).map(|panel| vec![panel])
         }

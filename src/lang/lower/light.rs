@@ -10,7 +10,7 @@ use crate::scene::Spot;
 use crate::scene::mount::Mount;
 use crate::scene::profile::Profile;
 use crate::scene::shape::Shape;
-use crate::show::{Light, LightKind, Output, Strength};
+use crate::show::{Hung, Light, LightKind, Output, Strength};
 use crate::units::Rgb;
 
 /// The kinds of light.
@@ -22,6 +22,8 @@ enum Form {
     Disc,
     Photometric,
     Projection,
+    /// A light of the stage's file.
+    Hung,
 }
 
 impl Form {
@@ -33,6 +35,7 @@ impl Form {
             "disc" => Form::Disc,
             "photometric" => Form::Photometric,
             "project" => Form::Projection,
+            "from" => Form::Hung,
             _ => return None,
         })
     }
@@ -45,6 +48,7 @@ impl Form {
             Form::Disc => "disc",
             Form::Photometric => "photometric light",
             Form::Projection => "projection",
+            Form::Hung => "light of the stage",
         }
     }
 
@@ -52,7 +56,7 @@ impl Form {
     fn clauses(self) -> &'static [&'static str] {
         match self {
             Form::Spot => &["at", "aim", "beam", "field"],
-            Form::Panel => &[],
+            Form::Panel | Form::Hung => &[],
             Form::Sphere => &["at", "radius"],
             Form::Disc => &["at", "aim", "radius"],
             Form::Photometric => &["at", "aim"],
@@ -62,12 +66,13 @@ impl Form {
 
     fn takes(self, word: &str) -> bool {
         let turns = matches!(self, Form::Photometric | Form::Projection);
-        self.clauses().contains(&word) || (turns && word == "turn")
+        let file = self == Form::Hung && ["at", "aim", "beam", "field"].contains(&word);
+        self.clauses().contains(&word) || (turns && word == "turn") || file
     }
 
     /// It may be left to a file how bright it is.
     fn has_own_amount(self) -> bool {
-        matches!(self, Form::Panel | Form::Photometric)
+        matches!(self, Form::Panel | Form::Photometric | Form::Hung)
     }
 
     fn takes_unit(self, unit: Unit) -> bool {
@@ -81,7 +86,7 @@ impl Form {
     /// What says how bright it is, and in what colour.
     fn amounts(self) -> &'static str {
         match self {
-            Form::Spot | Form::Photometric | Form::Projection => {
+            Form::Spot | Form::Photometric | Form::Projection | Form::Hung => {
                 "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`"
             }
             _ => "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`",
@@ -99,6 +104,7 @@ impl Form {
             Form::Projection => {
                 "project \"clouds.png\"  from 0, -9, 4  aim 0, 3, 2  field 50  9000 cd"
             }
+            Form::Hung => "from \"Key\"  1200 cd",
         }
     }
 }
@@ -319,6 +325,16 @@ impl<'a> Lower<'a, '_> {
                 tint: spec.tint(),
                 output: output(spec),
             },
+            Form::Hung => LightKind::Hung(Hung {
+                name: spec.of.clone(),
+                position: spec.at,
+                aim: spec.aim,
+                beam: spec.beam,
+                field: spec.field,
+                white: spec.kelvin,
+                gel: spec.gel.unwrap_or(Rgb::WHITE),
+                output: output(spec),
+            }),
             Form::Projection => LightKind::Projection {
                 path: spec.of.clone(),
                 mount: self.mount(light, spec)?,

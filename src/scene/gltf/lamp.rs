@@ -12,14 +12,14 @@ use gltf_json::validation::Checked;
 use super::node::Placed;
 use super::{Fault, LeftOut, PartError, entry, place};
 use crate::geometry::vec3;
-use crate::scene::{Camera, Fittings, Lamp, LampShape};
+use crate::scene::{Camera, Inventory, Lamp, LampShape};
 use crate::units::Rgb;
 
 /// Adds what hangs on a node: its light, its camera.
 pub fn add(
     root: &Root,
     placed: &Placed<'_>,
-    to: &mut Fittings,
+    to: &mut Inventory,
     left_out: &mut LeftOut,
 ) -> Result<(), Fault> {
     let extensions = placed.node.extensions.as_ref();
@@ -72,13 +72,16 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartEr
         return Err(PartError::Lacks("known type"));
     };
     let peak = f64::from(light.intensity);
-    let intensity = light.color.map(|c| f64::from(c) * peak);
-    if let Some(bad) = intensity.iter().find(|c| !(0.0..=1e30).contains(*c)) {
-        return Err(PartError::Range {
-            what: "intensity",
-            value: *bad,
-            range: "0 to 1e30",
-        });
+    let colour = light.color.map(f64::from);
+    for (what, value) in colour
+        .map(|c| ("colour", c))
+        .into_iter()
+        .chain([("intensity", peak)])
+    {
+        if !(0.0..=1e15).contains(&value) {
+            let range = "0 to 1e15";
+            return Err(PartError::Range { what, value, range });
+        }
     }
     let shape = match kind {
         Type::Point => LampShape::Point,
@@ -91,7 +94,8 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartEr
         shape,
         position: placed.transform.point(vec3(0.0, 0.0, 0.0)).from_y_up(),
         direction: ahead(placed)?,
-        intensity: Rgb(intensity),
+        colour: Rgb(colour),
+        peak,
     })
 }
 

@@ -383,9 +383,9 @@ fn lights_and_cameras_come_along() {
           {{"extensions":{{"KHR_lights_punctual":{{"light":1}}}}}},{{"extensions":{{"KHR_lights_punctual":{{"light":2}}}}}},
           {{"name":"Front","camera":0,"translation":[0,1,9]}},{{"camera":1}}]"#
     );
-    let fittings = import(&described(&rest), &square()).unwrap().fittings;
-    let [key, bulb, sun] = fittings.lamps.as_slice() else {
-        unreachable!("{fittings:?}")
+    let inventory = import(&described(&rest), &square()).unwrap().inventory;
+    let [key, bulb, sun] = inventory.lamps.as_slice() else {
+        unreachable!("{inventory:?}")
     };
     assert_eq!(
         (key.name.as_str(), bulb.name.as_str(), sun.name.as_str()),
@@ -393,7 +393,7 @@ fn lights_and_cameras_come_along() {
     );
     assert!(close(key.position, vec3(1.0, -2.0, 4.0)));
     assert!(close(key.direction, vec3(0.0, 0.0, -1.0)));
-    assert_eq!(key.intensity, Rgb([1000.0, 500.0, 250.0]));
+    assert_eq!((key.colour, key.peak), (Rgb([1.0, 0.5, 0.25]), 1000.0));
     assert_eq!(
         (bulb.shape, sun.shape),
         (LampShape::Point, LampShape::Distant)
@@ -410,8 +410,8 @@ fn lights_and_cameras_come_along() {
         ((cosine - edge) / (1.0 - edge)).powi(2)
     };
     assert!((share(beam) - 0.5).abs() < 1e-9 && (share(field) - 0.1).abs() < 1e-9);
-    let [front, parallel] = fittings.cameras.as_slice() else {
-        unreachable!("{fittings:?}")
+    let [front, parallel] = inventory.cameras.as_slice() else {
+        unreachable!("{inventory:?}")
     };
     assert_eq!(
         (front.name.as_str(), parallel.name.as_str()),
