@@ -18,6 +18,7 @@ mod refine;
 mod run;
 mod session;
 mod stage;
+mod trial;
 mod verb;
 
 use std::collections::BTreeSet;

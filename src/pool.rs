@@ -16,10 +16,14 @@
     reason = "the Gram matrix is indexed by the pictures it was made of"
 )]
 
+mod rule;
+
+pub use self::rule::{Evidence, Fit, Products, Projection};
+
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
-use crate::plan::{self, Metric, PlanError, Weighting};
+use crate::plan::{Metric, PlanError, Weighting};
 use crate::transport::{Prepared, Quality, TransportError};
 use crate::work::Work;
 
@@ -32,16 +36,7 @@ pub struct Refined {
     pub image: Image,
     /// The quality it was rendered at.
     pub quality: Quality,
-    correction: Correction,
-}
-
-/// Scalar products of a correction K = R - C·s with itself and with E = D·s, the difference of the
-/// two coarse qualities at the same setting.
-#[derive(Clone, Copy, Debug)]
-struct Correction {
-    kk: f64,
-    ke: f64,
-    ee: f64,
+    evidence: Evidence,
 }
 
 /// Coarse and refined pictures of one scene, rig and view.
@@ -53,8 +48,7 @@ pub struct Pool {
     gram: Matrix,
     errors: Vec<f64>,
     refined: Vec<Refined>,
-    extrapolation: f64,
-    calibration: f64,
+    fit: Fit,
 }
 
 impl Pool {
@@ -96,8 +90,7 @@ impl Pool {
             gram,
             errors,
             refined: Vec::new(),
-            extrapolation: 0.0,
-            calibration: 1.0,
+            fit: Fit::of(&[]),
         }
     }
 
@@ -133,6 +126,13 @@ impl Pool {
         Weighting::new(metric, weights).unwrap_or_else(|_| Weighting::settings(self.coarse.len()))
     }
 
+    /// True when nothing is known to be wrong with any coarse picture: two qualities were rendered
+    /// and every pair is alike to the bit, as where a renderer ignores quality. The estimated error
+    /// is then zero and no picture is worth refining.
+    pub fn flawless(&self) -> bool {
+        !self.errors.is_empty() && self.errors.iter().all(|e| *e == 0.0)
+    }
+
     /// The norm of each coarse picture at unit setting.
     pub fn norms(&self) -> Vec<f64> {
         let square = |i: usize| self.gram[(i, i)].max(0.0);
@@ -142,7 +142,7 @@ impl Pool {
     /// By how much the estimated errors must be multiplied to agree with the corrections known so
     /// far; 1 before the first.
     pub fn calibration(&self) -> f64 {
-        self.calibration
+        self.fit.calibration
     }
 
     /// Settings of the refined pictures.
@@ -166,18 +166,22 @@ impl Pool {
         terms.extend(setting.iter().map(|s| -s).zip(&self.coarse));
         let k = combine(self.size, &terms, work.threads);
         let e = self.difference(&setting, work);
-        let correction = Correction {
+        let weighting = self.weighting();
+        let terms = setting.iter().zip(weighting.weights());
+        let evidence = Evidence {
             kk: dot(&k, &k),
             ke: dot(&k, &e),
             ee: dot(&e, &e),
+            expected: terms.map(|(s, w)| (s * w) * (s * w)).sum(),
         };
         self.refined.push(Refined {
             setting,
             image,
             quality,
-            correction,
+            evidence,
         });
-        self.fit();
+        let known: Vec<Evidence> = self.refined.iter().map(|r| r.evidence).collect();
+        self.fit = Fit::of(&known);
         true
     }
 
@@ -191,56 +195,39 @@ impl Pool {
         combine(self.size, &terms, work.threads)
     }
 
-    /// Fits the extrapolation factor and the calibration to all known corrections.
-    ///
-    /// The calibration is the root mean square of each correction's ratio to what was expected of
-    /// it, with one further ratio of 1 for the estimate itself: sources err by different factors,
-    /// so a few corrections must not speak for all. Ratios rather than sums, because the first
-    /// corrections are the largest and would outweigh the rest.
-    fn fit(&mut self) {
-        let sum = |of: fn(&Correction) -> f64| -> f64 {
-            self.refined.iter().map(|r| of(&r.correction)).sum()
-        };
-        let (ke, ee) = (sum(|c| c.ke), sum(|c| c.ee));
-        self.extrapolation = if ee > 0.0 { ke / ee } else { 0.0 };
-
-        // What the extrapolation leaves of the corrections it was fitted to is too little by one
-        // degree of freedom; a single correction says nothing of what extrapolation will leave.
-        let count = self.refined.len() as f64;
-        let (a, freedom) = match self.refined.len() {
-            0 | 1 => (0.0, 1.0),
-            _ => (self.extrapolation, count / (count - 1.0)),
-        };
-        let weighting = self.weighting();
-        let ratio = |refined: &Refined| {
-            let Correction { kk, ke, ee } = refined.correction;
-            let left = (kk - 2.0 * a * ke + a * a * ee).max(0.0) * freedom;
-            let terms = refined.setting.iter().zip(weighting.weights());
-            let expected: f64 = terms.map(|(s, w)| (s * w) * (s * w)).sum();
-            if expected > 0.0 { left / expected } else { 1.0 }
-        };
-        let ratios: f64 = self.refined.iter().map(ratio).sum();
-        self.calibration = ((1.0 + ratios) / (1.0 + count)).sqrt();
-    }
-
     /// The best picture of a setting that the pool can give without rendering; may hold slightly
     /// negative pixels.
     ///
     /// # Errors
     /// [`PlanError`] for a setting of another number of coordinates.
     pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
-        let settings = [setting.to_vec()];
-        let c = plan::projection(&self.settings(), &self.weighting(), &settings)?.concat();
+        self.preview_by(Projection::default(), setting, work)
+    }
+
+    /// The same by a projection of one's own choice. `full-error` and `corrections` make scalar
+    /// products of all pictures each time.
+    ///
+    /// # Errors
+    /// As [`Pool::preview`].
+    pub fn preview_by(
+        &self,
+        projection: Projection,
+        setting: &[f64],
+        work: Work<'_>,
+    ) -> Result<Image, PlanError> {
+        let known = self.products(projection, work);
+        let looks = [setting.to_vec()];
+        let c = projection.coefficients(&known, &self.settings(), &looks)?;
+        let c = c.concat();
         let mut rest = setting.to_vec();
         for (refined, c) in self.refined.iter().zip(&c) {
             for (r, s) in rest.iter_mut().zip(&refined.setting) {
                 *r -= c * s;
             }
         }
-        let a = if self.coarser.is_empty() {
-            0.0
-        } else {
-            self.extrapolation
+        let a = match projection {
+            Projection::Extrapolated if !self.coarser.is_empty() => self.fit.extrapolation,
+            _ => 0.0,
         };
         let refined = self.refined.iter().map(|r| &r.image);
         let mut terms: Vec<(f64, &Image)> = c.iter().copied().zip(refined).collect();
@@ -248,6 +235,54 @@ impl Pool {
         terms.extend(rest.iter().map(|r| -a * r).zip(&self.coarser));
         Ok(combine(self.size, &terms, work.threads))
     }
+
+    /// What a projection needs to know; what it does not look at is left empty.
+    fn products(&self, projection: Projection, work: Work<'_>) -> Products {
+        let unit = |i: usize| -> Vec<f64> {
+            let n = self.coarse.len();
+            (0..n).map(|j| f64::from(u8::from(i == j))).collect()
+        };
+        let all = |wanted: bool| match wanted {
+            true => (0..self.coarse.len())
+                .map(|i| self.difference(&unit(i), work))
+                .collect(),
+            false => Vec::new(),
+        };
+        let full = projection == Projection::FullError;
+        let nearest = projection == Projection::Corrections;
+        let differences: Vec<Image> = all(full || nearest);
+        let corrections: Vec<Image> = match nearest {
+            true => self
+                .refined
+                .iter()
+                .map(|r| self.correction(r, work))
+                .collect(),
+            false => Vec::new(),
+        };
+        Products {
+            norms: self.norms(),
+            weighting: self.weighting(),
+            differences: if full {
+                between(&differences, &differences)
+            } else {
+                Matrix::zeros(0, 0)
+            },
+            corrections: between(&corrections, &corrections),
+            mixed: between(&corrections, &differences),
+        }
+    }
+
+    /// K = R - C·s of a refined picture.
+    fn correction(&self, refined: &Refined, work: Work<'_>) -> Image {
+        let mut terms = vec![(1.0, &refined.image)];
+        terms.extend(refined.setting.iter().map(|s| -s).zip(&self.coarse));
+        combine(self.size, &terms, work.threads)
+    }
+}
+
+/// Scalar products of all pictures of one list with all of another.
+pub fn between(rows: &[Image], columns: &[Image]) -> Matrix {
+    Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
 }
 
 #[cfg(test)]
@@ -346,7 +381,7 @@ mod tests {
             .add(vec![1.0, 1.0], refined, Quality(4), Work::silent());
         // The error of the finer quality is minus the difference D = finer - coarser times one, so
         // a = 1 takes all of it away.
-        assert!((two.pool.extrapolation - 1.0).abs() < 1e-6);
+        assert!((two.pool.fit.extrapolation - 1.0).abs() < 1e-6);
         // One correction, as large as it was expected to be.
         assert!((two.pool.calibration() - 1.0).abs() < 1e-6);
         let refined = two.rendered([1.0, -0.5]);

@@ -10,12 +10,17 @@
 pub mod comparison;
 pub mod difference;
 pub mod forecast;
+pub mod random;
 pub mod record;
 pub mod reference;
 pub mod session;
 pub mod tradeoff;
+pub mod trial;
+pub mod verdict;
 
 pub use comparison::{BankError, Comparison};
 pub use difference::{Difference, difference};
+pub use random::{Dice, RandomShow, random_show};
 pub use record::{Kind, Machine, Point, Quantity, Record, Series};
 pub use reference::{Reference, ReferenceError};
+pub use trial::{Foretold, Shown, Trial};

@@ -154,6 +154,9 @@ impl Interpreter {
             return Ok(out);
         }
         let pool = self.rendered()?;
+        if pool.flawless() {
+            return Ok(out);
+        }
         let norm = Some(self.sequence_norm(pool));
         let (keys, weighting) = (&self.compiled.keys, pool.weighting());
         let next = plan::next(keys, &pool.settings(), &weighting, norm)?;

@@ -176,7 +176,7 @@ impl Interpreter {
 
     fn forecast(&self) -> Result<f64, Error> {
         let pool = self.rendered()?;
-        if self.is_final() {
+        if self.is_final() || pool.flawless() {
             return Ok(0.0);
         }
         let norm = Some(self.sequence_norm(pool));

@@ -158,7 +158,7 @@ impl Interpreter {
     fn predicted_errors(&self) -> Result<Errors, Error> {
         let pool = self.rendered()?;
         let now = self.predicted_error()?;
-        if self.is_final() {
+        if self.is_final() || pool.flawless() {
             return Ok(Errors { now, coarse: 0.0 });
         }
         let norm = Some(self.sequence_norm(pool));

@@ -96,6 +96,7 @@ const EXPRESSED: f64 = 1e-10;
 pub struct Weighting {
     metric: Metric,
     weights: Vec<f64>,
+    timeless: bool,
 }
 
 impl Weighting {
@@ -112,7 +113,11 @@ impl Weighting {
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
         }
-        Ok(Weighting { metric, weights })
+        Ok(Weighting {
+            metric,
+            weights,
+            timeless: false,
+        })
     }
 
     /// The metric `settings` for this many coordinates.
@@ -120,6 +125,7 @@ impl Weighting {
         Weighting {
             metric: Metric::Settings,
             weights: vec![1.0; coordinates],
+            timeless: false,
         }
     }
 
@@ -133,6 +139,14 @@ impl Weighting {
         let means = moment::means(keys);
         let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
         Weighting::new(Metric::Influence, weights.collect())
+    }
+
+    /// The same weights with every key counting alike however long it lasts, as in the paper.
+    pub fn timeless(self) -> Weighting {
+        Weighting {
+            timeless: true,
+            ..self
+        }
     }
 
     /// What the weights mean.
@@ -196,7 +210,7 @@ impl Plan {
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
-        let a = moment::weighted(keys, &w);
+        let a = moment::factor(keys, weighting.timeless, &w);
         let total = a.norm();
         let found = svd(&lower_factor(&a))?;
         let count = found.rank(RANK * a.nrows().max(a.ncols()) as f64);
@@ -217,7 +231,7 @@ impl Plan {
         Ok(Plan {
             metric: weighting.metric,
             tolerance,
-            time_weighted: keys.duration() > 0.0,
+            time_weighted: keys.duration() > 0.0 && !weighting.timeless,
             singular_values: sigma,
             basis,
             weights,
@@ -242,7 +256,7 @@ impl Plan {
         self.tolerance
     }
 
-    /// False only for a sequence without length, whose looks count alike.
+    /// False where all looks count alike: asked for, or the sequence has no length.
     pub fn time_weighted(&self) -> bool {
         self.time_weighted
     }

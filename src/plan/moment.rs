@@ -38,6 +38,15 @@ pub(super) fn weighted(keys: &KeySequence, w: &[f64]) -> Matrix {
     out
 }
 
+/// What is decomposed: [`weighted`] by time, or the weighted keys themselves, each once.
+pub(super) fn factor(keys: &KeySequence, timeless: bool, w: &[f64]) -> Matrix {
+    if !timeless {
+        return weighted(keys, w);
+    }
+    let all = keys.keys();
+    Matrix::from_fn(keys.coordinates(), all.len(), |c, k| w[c] * all[k][c])
+}
+
 /// Time-averaged settings; the average of a segment is that of its control points.
 pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
     let lengths = lengths(keys);

@@ -42,7 +42,7 @@ pub fn next(
 ) -> Result<NextSteps, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = lower_factor(&moment::weighted(keys, &w));
+    let a = lower_factor(&moment::factor(keys, weighting.timeless, &w));
     let total = a.norm();
     let (mut span, refused) = span(keys, pool, &w)?;
     let mut rest = a;

@@ -20,6 +20,8 @@ pub enum Kind {
     Scale,
     /// A design session: error against computing time, edits in between.
     Session,
+    /// Metrics, previews and predictions against the truth.
+    Trial,
 }
 
 /// Where it was measured.

@@ -1,0 +1,182 @@
+//! Metrics, previews and predictions on trial: 20 random shows and the tavern, with the real G.
+//! `cargo run --release --example trial [RECORD.json]` prints the tables and writes the record;
+//! `full` before it takes the tavern at its full size, `steps` prints every step.
+
+use std::error::Error;
+use std::path::Path;
+
+use footlight::files::{Folder, Memory};
+use footlight::interpreter::{Host, Interpreter};
+use footlight::study::verdict::{Verdict, median, record};
+use footlight::study::{Machine, random_show};
+
+const SHOWS: u64 = 20;
+
+fn random(seed: u64) -> Result<Verdict, Box<dyn Error>> {
+    let made = random_show(seed);
+    let files = Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let host = Host {
+        files: Box::new(files),
+        threads: 2,
+        ..Host::default()
+    };
+    let show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host);
+    let mut show = show.map_err(|e| e.to_string())?;
+    Ok(Verdict::of(
+        &format!("random {seed}"),
+        &show.trial()?,
+        seed,
+    )?)
+}
+
+fn tavern(full: bool) -> Result<Verdict, Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let text = std::fs::read_to_string(folder.join("tavern.lxq"))?;
+    let text = match full {
+        true => text,
+        false => text.replace("size 640x360", "size 160x90"),
+    };
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 26)),
+        threads: 2,
+        ..Host::default()
+    };
+    let show = Interpreter::from_text("tavern.lxq", text.as_bytes(), host);
+    let mut show = show.map_err(|e| e.to_string())?;
+    Ok(Verdict::of("tavern", &show.trial()?, 0)?)
+}
+
+#[allow(clippy::print_stdout, reason = "an example shows what it found")]
+fn main() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let asked = |word: &str| words.iter().any(|w| w == word);
+    let mut verdicts = Vec::new();
+    for seed in 1..=SHOWS {
+        verdicts.push(random(seed)?);
+    }
+    let tavern = tavern(asked("full"))?;
+    println!("{}", metrics(&verdicts, &tavern));
+    println!("{}", previews(&verdicts, &tavern));
+    println!("{}", predictions(&verdicts, &tavern, asked("steps")));
+    verdicts.push(tavern);
+    if let Some(path) = words.iter().find(|w| w.ends_with(".json")) {
+        let method = "true error: all banks at the refined quality, exactly by Gram matrices";
+        let record = record(&verdicts, Machine::here(2, None), method);
+        std::fs::write(path, record.json()?)?;
+    }
+    Ok(())
+}
+
+/// The median over the shows.
+fn over(verdicts: &[Verdict], of: impl Fn(&Verdict) -> Option<f64>) -> f64 {
+    median(verdicts.iter().filter_map(of).collect())
+}
+
+fn metrics(verdicts: &[Verdict], tavern: &Verdict) -> String {
+    let mut out = "Refined pictures until 5 and 1 % of the start's true error, medians; by the \
+                   projection in the same metric, by the pool's preview; in brackets the tavern\n"
+        .to_owned();
+    for (row, of_tavern) in tavern.needed.iter().enumerate() {
+        let count = |of: fn(&footlight::study::verdict::Needed) -> usize| {
+            over(verdicts, |v| v.needed.get(row).map(|n| of(n) as f64))
+        };
+        out += &format!(
+            "  {:17} {:5.1} {:5.1}   {:5.1} {:5.1}   ({:?} {:?})\n",
+            of_tavern.order,
+            count(|n| n.own[0]),
+            count(|n| n.own[1]),
+            count(|n| n.pool[0]),
+            count(|n| n.pool[1]),
+            of_tavern.own,
+            of_tavern.pool
+        );
+    }
+    let share = |v: &Verdict| {
+        let five = |name: &str| v.needed.iter().find(|n| n.order == name).map(|n| n.pool[0]);
+        let own = |name: &str| v.needed.iter().find(|n| n.order == name).map(|n| n.own[0]);
+        Some(five("error, time")? as f64 / own("influence")? as f64)
+    };
+    out += &format!(
+        "  error over influence without time for 5 %: median {:.2}, tavern {:.2}\n",
+        over(verdicts, share),
+        share(tavern).unwrap_or(f64::NAN)
+    );
+    out
+}
+
+fn previews(verdicts: &[Verdict], tavern: &Verdict) -> String {
+    let mut out = "Previews with 4 refined pictures, looks on 3 banks, over coarse alone: share \
+                   worse, worst, median look, sequence; the tavern\n"
+        .to_owned();
+    for (row, of_tavern) in tavern.previewed.iter().enumerate() {
+        type Of = fn(&footlight::study::verdict::Previewed) -> f64;
+        let all = |of: Of| -> Vec<f64> {
+            verdicts
+                .iter()
+                .filter_map(|v| v.previewed.get(row).map(of))
+                .collect()
+        };
+        let worse = all(|p| p.worse);
+        out += &format!(
+            "  {:13} {:4.0} % {:7.2} {:5.2} {:6.3}   {:4.0} % {:7.2} {:5.2} {:6.3}\n",
+            of_tavern.projection.name(),
+            100.0 * worse.iter().sum::<f64>() / worse.len() as f64,
+            all(|p| p.worst).into_iter().fold(0.0, f64::max),
+            median(all(|p| p.look)),
+            median(all(|p| p.sequence)),
+            100.0 * of_tavern.worse,
+            of_tavern.worst,
+            of_tavern.look,
+            of_tavern.sequence
+        );
+    }
+    out
+}
+
+fn predictions(verdicts: &[Verdict], tavern: &Verdict, steps: bool) -> String {
+    let mut out = "Predicted over true error\n".to_owned();
+    let mut tell = |name: &str, of: &[&Verdict]| {
+        let mut ratios: Vec<f64> = of
+            .iter()
+            .flat_map(|v| v.steps.iter().map(|s| s.ratio))
+            .collect();
+        ratios.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let i = (share * (ratios.len() - 1) as f64).round() as usize;
+            ratios.get(i).copied().unwrap_or(f64::NAN)
+        };
+        let within = ratios.iter().filter(|r| (1.0 / 1.5..=1.5).contains(*r));
+        out += &format!(
+            "  {name:14} {:3} steps, {:3.0} % within a factor 1.5; least {:.2}, tenth {:.2}, median \
+             {:.2}, ninetieth {:.2}, most {:.2}\n",
+            ratios.len(),
+            100.0 * within.count() as f64 / ratios.len() as f64,
+            at(0.0),
+            at(0.1),
+            at(0.5),
+            at(0.9),
+            at(1.0)
+        );
+    };
+    let (odd, even): (Vec<_>, Vec<_>) = verdicts.iter().enumerate().partition(|(i, _)| i % 2 == 0);
+    tell(
+        "odd shows",
+        &odd.iter().map(|(_, v)| *v).collect::<Vec<_>>(),
+    );
+    tell(
+        "even shows",
+        &even.iter().map(|(_, v)| *v).collect::<Vec<_>>(),
+    );
+    tell("tavern", &[tavern]);
+    for verdict in verdicts.iter().chain([tavern]).filter(|_| steps) {
+        let row: Vec<String> = verdict
+            .steps
+            .iter()
+            .map(|s| format!("{:.2}", s.ratio))
+            .collect();
+        out += &format!("  {:10} {}\n", verdict.name, row.join(" "));
+    }
+    out
+}

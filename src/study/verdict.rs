@@ -1,0 +1,236 @@
+//! What a [`Trial`] says of metrics, previews and predictions, as figures and as a record.
+
+use super::{Dice, Kind, Machine, Quantity, Record, Shown, Trial};
+use crate::plan::{Metric, PlanError, Weighting};
+use crate::pool::Projection;
+
+/// Refined pictures that previews are tried with.
+const REFINED: usize = 4;
+/// Looks that previews are tried on.
+const LOOKS: usize = 200;
+/// Banks that a look lights.
+const LIT: usize = 3;
+/// Errors below this share of the start's are rounding.
+const ROUNDING: f64 = 1e-4;
+
+/// How many refined pictures an order needed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Needed {
+    /// The metric, or what else made the order.
+    pub order: String,
+    /// Pictures until 5 % and 1 % of the start's error, shown by the projection in that metric.
+    pub own: [usize; 2],
+    /// The same shown by the pool's projection.
+    pub pool: [usize; 2],
+}
+
+/// How a preview did on looks that nobody planned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Previewed {
+    /// The projection.
+    pub projection: Projection,
+    /// Share of looks worse than coarse alone.
+    pub worse: f64,
+    /// The worst look's error over that of coarse alone.
+    pub worst: f64,
+    /// The median look's.
+    pub look: f64,
+    /// The designed sequence's.
+    pub sequence: f64,
+}
+
+/// A step of refinement: what was foretold over what is true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// Refined pictures.
+    pub refined: usize,
+    /// Predicted over true error.
+    pub ratio: f64,
+    /// True error, relative.
+    pub truth: f64,
+}
+
+/// All that a show says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The show.
+    pub name: String,
+    /// For each order.
+    pub needed: Vec<Needed>,
+    /// For each projection.
+    pub previewed: Vec<Previewed>,
+    /// For each number of refined pictures.
+    pub steps: Vec<Step>,
+}
+
+impl Verdict {
+    /// Tries everything on a show; `seed` draws the looks.
+    ///
+    /// # Errors
+    /// [`PlanError`]
+    pub fn of(name: &str, trial: &Trial, seed: u64) -> Result<Verdict, PlanError> {
+        Ok(Verdict {
+            name: name.to_owned(),
+            needed: needed(trial)?,
+            previewed: previewed(trial, seed)?,
+            steps: steps(trial)?,
+        })
+    }
+}
+
+/// The first number of pictures at which the error is within each share of the start's.
+fn count(
+    trial: &Trial,
+    order: &[Vec<f64>],
+    show: impl Fn(&[Vec<f64>]) -> Result<Shown, PlanError>,
+) -> Result<[usize; 2], PlanError> {
+    let start = trial.error(&show(&[])?);
+    let mut found = [order.len(); 2];
+    for m in (0..=order.len()).rev() {
+        let error = trial.error(&show(order.get(..m).unwrap_or(order))?);
+        for (found, share) in found.iter_mut().zip([0.05, 0.01]) {
+            if error <= share * start && *found == m + usize::from(m < order.len()) {
+                *found = m;
+            }
+        }
+    }
+    Ok(found)
+}
+
+fn needed(trial: &Trial) -> Result<Vec<Needed>, PlanError> {
+    let metric = |m: Metric| trial.weighting(m);
+    let orders: [(&str, Weighting); 7] = [
+        ("settings", metric(Metric::Settings)?.timeless()),
+        ("settings, time", metric(Metric::Settings)?),
+        ("influence", metric(Metric::Influence)?.timeless()),
+        ("influence, time", metric(Metric::Influence)?),
+        ("error", metric(Metric::Error)?.timeless()),
+        ("error, time", metric(Metric::Error)?),
+        ("true error, time", trial.oracle()?),
+    ];
+    let pool = |settings: &[Vec<f64>]| trial.shown(Projection::default(), settings);
+    let mut out = Vec::new();
+    for (name, weighting) in orders {
+        let order = trial.order(&weighting)?;
+        out.push(Needed {
+            order: name.to_owned(),
+            own: count(trial, &order, |s| trial.shown_in(&weighting, s))?,
+            pool: count(trial, &order, pool)?,
+        });
+    }
+    let banks = trial.banks_in_best_order();
+    let plain = metric(Metric::Settings)?;
+    out.push(Needed {
+        order: "one bank each".to_owned(),
+        own: count(trial, &banks, |s| trial.shown_in(&plain, s))?,
+        pool: count(trial, &banks, pool)?,
+    });
+    Ok(out)
+}
+
+/// Three banks at random, each between a fifth and full.
+fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
+    let mut out = vec![0.0; coordinates];
+    for _ in 0..LIT {
+        if let Some(x) = out.get_mut(dice.whole(0, coordinates.saturating_sub(1))) {
+            *x = dice.between(0.2, 1.0);
+        }
+    }
+    out
+}
+
+fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
+    let order = trial.order(&trial.weighting(Metric::Error)?)?;
+    let settings = order.get(..REFINED).unwrap_or(&order);
+    let dice = &mut Dice::new(seed);
+    let n = trial.keys().coordinates();
+    let looks: Vec<Vec<f64>> = (0..LOOKS).map(|_| look(dice, n)).collect();
+    let coarse = trial.shown(Projection::Settings, &[])?;
+    let of = |projection: Projection| {
+        let shown = trial.shown(projection, settings)?;
+        let factor = |l: &Vec<f64>| trial.look_error(&shown, l) / trial.look_error(&coarse, l);
+        // A look of unseen banks has no error to compare.
+        let factors: Vec<f64> = looks.iter().map(factor).filter(|f| f.is_finite()).collect();
+        let worse = factors.iter().filter(|f| **f > 1.0).count();
+        Ok(Previewed {
+            projection,
+            worse: worse as f64 / factors.len().max(1) as f64,
+            worst: factors.iter().copied().fold(0.0, f64::max),
+            look: median(factors),
+            sequence: trial.error(&shown) / trial.error(&coarse),
+        })
+    };
+    Projection::ALL.into_iter().map(of).collect()
+}
+
+fn steps(trial: &Trial) -> Result<Vec<Step>, PlanError> {
+    let order = trial.order(&trial.weighting(Metric::Error)?)?;
+    let start = trial.foretold(&[])?.truth;
+    let mut out = Vec::new();
+    for refined in 0..order.len() {
+        let told = trial.foretold(order.get(..refined).unwrap_or(&order))?;
+        if told.truth > ROUNDING * start {
+            out.push(Step {
+                refined,
+                ratio: told.predicted / told.truth,
+                truth: told.truth,
+            });
+        }
+    }
+    Ok(out)
+}
+
+/// The middle of the values, the mean of the middle two; NaN of none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    let at = |i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+    match values.len() % 2 {
+        0 if half > 0 => 0.5 * (at(half - 1) + at(half)),
+        _ => at(half),
+    }
+}
+
+/// The verdicts as one record: a series for each table, a point for each row of each show.
+pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
+    let columns = [
+        ("pictures to 5 %", ""),
+        ("pictures to 1 %", ""),
+        ("the same by the pool's preview", ""),
+        ("to 1 % by the pool's preview", ""),
+        ("looks worse than coarse", "%"),
+        ("worst look over coarse", ""),
+        ("median look over coarse", ""),
+        ("sequence over coarse", ""),
+        ("refined pictures", ""),
+        ("predicted over true error", ""),
+        ("true error", "%"),
+    ];
+    let columns = columns.iter().map(|(n, u)| Quantity::new(n, u)).collect();
+    let subject = "random shows and the tavern";
+    let mut out = Record::new(Kind::Trial, subject, machine, method, columns);
+    for verdict in verdicts {
+        for row in &verdict.needed {
+            let counts = [row.own, row.pool].concat();
+            let values: Vec<Option<f64>> = counts.iter().map(|c| Some(*c as f64)).collect();
+            out.add(
+                &format!("metric {}", row.order),
+                &verdict.name,
+                &[],
+                &values,
+            );
+        }
+        for row in &verdict.previewed {
+            let mut values = vec![None; 4];
+            values.extend([100.0 * row.worse, row.worst, row.look, row.sequence].map(Some));
+            let series = format!("preview {}", row.projection.name());
+            out.add(&series, &verdict.name, &[], &values);
+        }
+        for row in &verdict.steps {
+            let mut values = vec![None; 8];
+            values.extend([row.refined as f64, row.ratio, 100.0 * row.truth].map(Some));
+            out.add("prediction", &verdict.name, &[], &values);
+        }
+    }
+    out
+}
