@@ -146,7 +146,6 @@ fn integrating_sphere() {
 /// A white surface is no reason for light to be lost: two plates, each in full view of the other's
 /// light once, nothing else.
 #[test]
-#[ignore = "2.5 to 3 % are missing: the solver's 300 steps are too few for a reflectance of one"]
 fn a_white_surface_reflects_all() {
     let mut lit = [0.5, 1.0].map(|rho| {
         let mut room = Room::default();
