@@ -1,6 +1,6 @@
 //! Measurements: what the program does held against what it should do, and the records of it.
 //!
-//! One measure of error ([`difference`]), one kind of record ([`Record`]) that every chart and
+//! One measure of error ([`mod@difference`]), one kind of record ([`Record`]) that every chart and
 //! every table is made of, and the studies themselves. Invariants: a figure that cannot be known
 //! is absent, never zero; a record says on which machine and by which version it was measured;
 //! what is drawn is what the record holds.

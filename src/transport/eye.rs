@@ -48,7 +48,7 @@ pub struct Fragment {
 pub enum Outline {
     /// A square: its middle, and half its side.
     Square([f32; 2], f32),
-    /// A range of [`Fragments::parts`].
+    /// A range of the parts of [`Fragments`].
     Parts(u32, u32),
 }
 

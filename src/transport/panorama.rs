@@ -3,9 +3,9 @@
 //! Corners that polygons share are stored and turned once. A face is drawn as an item buffer of
 //! facets, the nearest wins; of two in one plane the one drawn later wins, and pieces come large
 //! ones first. Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing.
-//! Invariants: every outline is drawn wider by [`WIDER`] of a pixel, and a polygon is cut where it
-//! comes nearer than any of its points on the face can be, so that coordinates stay small. This
-//! room knows nothing of elements and lights.
+//! Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is cut
+//! where it comes nearer than any of its points on the face can be, so that coordinates stay
+//! small. This room knows nothing of elements and lights.
 
 #![allow(
     clippy::indexing_slicing,
