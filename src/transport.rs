@@ -12,6 +12,7 @@ pub mod cost;
 pub mod coverage;
 pub mod direct;
 pub mod eye;
+pub mod fit;
 pub mod form;
 pub mod hemicube;
 pub mod lambert;

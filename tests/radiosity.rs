@@ -11,12 +11,25 @@ use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
 use footlight::units::Rgb;
 use reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 
+/// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is
+/// direct light between its samples: with planes alone it was 0.8 % at the worst pixel.
 #[test]
-fn furnace_is_two_everywhere() {
-    for quality in [1, 2, 3] {
-        let image = &render(&furnace(), quality, &[vec![1.0; 6]], 2)[0];
-        for value in image.data() {
-            assert!((value - 2.0).abs() < 0.02, "quality {quality}: {value}");
+fn the_furnace_is_even_at_every_step_and_reflectance() {
+    for rho in [0.5, 0.9, 0.99, 0.999] {
+        let mut case = furnace();
+        (case.view.width, case.view.height) = (96, 96);
+        for material in &mut case.scene.materials {
+            material.reflectance = Rgb([rho; 3]);
+        }
+        let exact = 1.0 / (1.0 - rho);
+        for quality in 1..=5 {
+            let image = &render(&case, quality, &[vec![1.0; 6]], 2)[0];
+            let off = |v: &f32| (f64::from(*v) / exact - 1.0).abs();
+            let worst = image.data().iter().map(off).fold(0.0, f64::max);
+            let square: f64 = image.data().iter().map(|v| off(v).powi(2)).sum();
+            let mean = (square / image.data().len() as f64).sqrt();
+            let told = format!("{rho} at quality {quality}: {mean} worst {worst}");
+            assert!(mean < 1e-3 && worst < 5e-3, "{told}");
         }
     }
 }
@@ -174,8 +187,8 @@ fn single_walls_of_the_furnace() {
 #[test]
 fn cornell_and_stage_meet_their_references_better_with_quality() {
     for (case, most) in [
-        (cornell(), [0.05, 0.03, 0.016, 0.014]),
-        (stage(), [0.03, 0.02, 0.015, 0.012]),
+        (cornell(), [0.05, 0.03, 0.016, 0.014, 0.012]),
+        (stage(), [0.03, 0.02, 0.015, 0.012, 0.008]),
     ] {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         let counted = counted(&case, &halves[0]);
@@ -189,7 +202,7 @@ fn cornell_and_stage_meet_their_references_better_with_quality() {
                 case.name
             );
             assert!(
-                fair <= last * 1.02,
+                fair < last,
                 "{} at quality {quality}: {fair} after {last}",
                 case.name
             );

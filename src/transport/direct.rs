@@ -3,8 +3,8 @@
 //! Receivers are sorted facet by facet into trees of small flat clusters. Each cluster is tested
 //! against the shaft between it and the emitter: nothing in the shaft leaves the closed form, one
 //! occluder across all of it leaves nothing, and only what is mixed descends, with a shorter list,
-//! to exact clipping. Where some error is allowed, a small cluster whose few samples lie on a linear
-//! function takes that function. Invariant: results depend on the points alone, not on threads,
+//! to exact clipping. Where some error is allowed, a small cluster whose few samples lie near a plane
+//! takes what is fitted to them. Invariant: results depend on the points alone, not on threads,
 //! batches or settings. This room knows nothing of colour.
 
 #![allow(
@@ -19,6 +19,7 @@ use crate::transport::beam::Beam;
 pub use crate::transport::cluster::frame;
 use crate::transport::cluster::{Cluster, PATCH, Receivers, SAMPLES};
 use crate::transport::eye::Fragments;
+use crate::transport::fit::Fit;
 use crate::transport::lambert::{Clipper, halved};
 use crate::transport::shadow::{Canvas, Lit, Meeting, Shadows, Stencil};
 use crate::transport::surface::{Piece, Surfaces};
@@ -353,8 +354,8 @@ impl<'a> Gather<'a> {
         }
     }
 
-    /// Evaluates a few points of a small cluster; if a linear function meets them as well as
-    /// allowed it serves for all. Not across the sharp shadows of a point.
+    /// Evaluates a few points of a small cluster; if a plane meets them as well as allowed, what is
+    /// fitted to them serves for all. Not across the sharp shadows of a point.
     fn interpolated(&mut self, source: &Source<'_>, cluster: &Cluster, list: &[usize]) -> bool {
         let most = match (list.is_empty(), source) {
             (true, _) => PATCH,
@@ -372,14 +373,12 @@ impl<'a> Gather<'a> {
             *value = self.known[i - self.start];
         }
         let places = cluster.samples.map(|i| self.place(cluster, i));
-        let plane = fitted(&places, &values);
-        let height = |p: &[f64; 2]| plane[0] + plane[1] * p[0] + plane[2] * p[1];
-        let close = |(p, v): (&[f64; 2], &f64)| (height(p) - v).abs() <= self.allowed;
-        if !places.iter().zip(&values).all(close) {
+        let Some(fit) = Fit::through(&places, &values).filter(|f| f.farthest <= self.allowed)
+        else {
             return false;
-        }
+        };
         for i in cluster.range.clone() {
-            let value = height(&self.place(cluster, i)).max(0.0);
+            let value = fit.at(self.place(cluster, i)).max(0.0);
             self.sums[i - self.start] += value;
         }
         true
@@ -433,35 +432,6 @@ impl<'a> Gather<'a> {
             }
         }
     }
-}
-
-/// Least-squares linear function through values at places: its constant and two slopes. A slope
-/// that the places do not tell is zero.
-fn fitted(places: &[[f64; 2]; SAMPLES], values: &[f64; SAMPLES]) -> [f64; 3] {
-    let n = SAMPLES as f64;
-    let mean = |k: usize| places.iter().map(|p| p[k]).sum::<f64>() / n;
-    let (x, y) = (mean(0), mean(1));
-    let level = values.iter().sum::<f64>() / n;
-    let [mut xx, mut xy, mut yy, mut xv, mut yv] = [0.0; 5];
-    for (p, v) in places.iter().zip(values) {
-        let (a, b, c) = (p[0] - x, p[1] - y, v - level);
-        xx += a * a;
-        xy += a * b;
-        yy += b * b;
-        xv += a * c;
-        yv += b * c;
-    }
-    let area = xx * yy - xy * xy;
-    let slopes = if area > 1e-6 * (xx + yy).powi(2) {
-        [(yy * xv - xy * yv) / area, (xx * yv - xy * xv) / area]
-    } else if xx > yy {
-        [xv / xx, 0.0]
-    } else if yy > 0.0 {
-        [0.0, yv / yy]
-    } else {
-        [0.0; 2]
-    };
-    [level - slopes[0] * x - slopes[1] * y, slopes[0], slopes[1]]
 }
 
 /// A part of an emitting piece, or a point.

@@ -6,14 +6,17 @@
 use crate::transport::eye::Sampling;
 use crate::transport::{Quality, TransportError};
 
-/// The five steps of its scale of quality.
+/// The five steps of its scale of quality, each slower and better than the one before on the
+/// reference scenes. At the finest it is the elements that count: on the stage 4000 of them leave
+/// 0.38 % whether they see in 24 pixels or in 64 and whether 32,000 nodes gather or 64,000, and
+/// 8000 leave 0.24 %. It interpolates no direct light, so that its errors are those of the rest.
 pub const STEPS: [Step; 5] = [
     Step {
         elements: 300,
         resolution: 16,
         nodes: 0,
         node_resolution: 0,
-        tolerance: 0.06,
+        tolerance: 0.02,
         split: 1,
         edge_split: 2,
     },
@@ -22,7 +25,7 @@ pub const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 0,
         node_resolution: 0,
-        tolerance: 0.03,
+        tolerance: 0.015,
         split: 1,
         edge_split: 2,
     },
@@ -45,10 +48,10 @@ pub const STEPS: [Step; 5] = [
         edge_split: 2,
     },
     Step {
-        elements: 4000,
-        resolution: 32,
-        nodes: 64000,
-        node_resolution: 32,
+        elements: 8000,
+        resolution: 24,
+        nodes: 32000,
+        node_resolution: 24,
         tolerance: 0.0,
         split: 2,
         edge_split: 4,
