@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::files::{self, Disk, Folder, Monotonic};
-use crate::interpreter::{Error, Host, Interpreter, LIMIT};
+use crate::interpreter::{Error, Host, Interpreter, LIMIT, PoolPlace};
 use crate::transport::Transport;
 use crate::transport::outside::{self, Outside};
 use crate::transport::radiosity::Radiosity;
@@ -88,6 +88,7 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         memory: arguments.memory,
         processor: files::processor(),
         style: screen.style(),
+        pool: pool_place(path, folder, arguments),
     };
     match path {
         None => Interpreter::empty(host),
@@ -99,6 +100,20 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         }
         Some(path) => Interpreter::open(Path::new(path), host),
     }
+}
+
+/// Where pictures are stored: where the user says, else beside the show's file.
+fn pool_place(show: Option<&str>, folder: &Path, arguments: &Arguments) -> Option<PoolPlace> {
+    let folder = match &arguments.pool {
+        Some(said) if said.as_os_str() == "off" => return None,
+        Some(said) => said.clone(),
+        None if matches!(show, None | Some("-")) => return None,
+        None => folder.join(".footlight"),
+    };
+    Some(PoolPlace {
+        folder,
+        limit: arguments.pool_limit,
+    })
 }
 
 /// Writes to standard output; false once nobody reads it any more.

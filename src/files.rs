@@ -6,6 +6,8 @@
 
 pub mod process;
 
+mod entry;
+
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::{self, Write};
@@ -13,6 +15,8 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+pub use self::entry::Entry;
 
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -213,6 +217,30 @@ pub trait Store: Sync {
     /// # Errors
     /// [`FileError`] when missing, too large or unreadable.
     fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError>;
+
+    /// At most the first `bytes` bytes of the file at `path`.
+    ///
+    /// # Errors
+    /// [`FileError`] when missing or unreadable.
+    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError>;
+
+    /// What stands in `folder`, in order of names; a missing folder is empty.
+    ///
+    /// # Errors
+    /// [`FileError`] when the folder cannot be listed.
+    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError>;
+
+    /// Records that the file at `path` was used now; its content is not written anew.
+    ///
+    /// # Errors
+    /// [`FileError`] when missing or not ours to touch.
+    fn touch(&self, path: &Path) -> Result<(), FileError>;
+
+    /// Removes a file, or a folder that is empty; what is missing is removed already.
+    ///
+    /// # Errors
+    /// [`FileError`] when it cannot be removed.
+    fn remove(&self, path: &Path) -> Result<(), FileError>;
 }
 
 /// The disk, anywhere the program may write.
@@ -235,12 +263,30 @@ impl Store for Disk {
     fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
         read_named(path, limit)
     }
+
+    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
+        entry::read_start(path, bytes)
+    }
+
+    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
+        entry::list(folder)
+    }
+
+    fn touch(&self, path: &Path) -> Result<(), FileError> {
+        entry::touch(path)
+    }
+
+    fn remove(&self, path: &Path) -> Result<(), FileError> {
+        entry::remove(path)
+    }
 }
 
 /// Results kept in memory, for tests and embedding programs. Clones share their content.
 #[derive(Clone, Debug, Default)]
 pub struct Shelf {
     files: Arc<Mutex<BTreeMap<PathBuf, Vec<u8>>>>,
+    /// When each file was last written or touched, in changes of the shelf.
+    uses: Arc<Mutex<BTreeMap<PathBuf, u64>>>,
 }
 
 impl Shelf {
@@ -253,11 +299,22 @@ impl Shelf {
         // A panic elsewhere cannot leave the map half changed: each change is one call.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
+
+    fn uses(&self) -> MutexGuard<'_, BTreeMap<PathBuf, u64>> {
+        self.uses.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn used(&self, path: &Path) {
+        let mut uses = self.uses();
+        let next = uses.values().max().map_or(1, |last| last + 1);
+        uses.insert(path.to_owned(), next);
+    }
 }
 
 impl Store for Shelf {
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         self.locked().insert(path.to_owned(), content.to_owned());
+        self.used(path);
         Ok(())
     }
 
@@ -279,6 +336,45 @@ impl Store for Shelf {
     fn read(&self, path: &Path, _limit: u64) -> Result<Vec<u8>, FileError> {
         let missing = || FileError::Missing(path.display().to_string());
         self.locked().get(path).cloned().ok_or_else(missing)
+    }
+
+    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
+        let mut content = self.read(path, bytes)?;
+        content.truncate(usize::try_from(bytes).unwrap_or(usize::MAX));
+        Ok(content)
+    }
+
+    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
+        let (files, uses) = (self.locked(), self.uses());
+        let mut out: Vec<Entry> = Vec::new();
+        for (path, content) in files.iter() {
+            let Some(mut inside) = path.strip_prefix(folder).ok().map(Path::components) else {
+                continue;
+            };
+            let Some(first) = inside.next() else { continue };
+            let name = first.as_os_str().to_string_lossy().into_owned();
+            let deeper = inside.next().is_some();
+            if out.last().is_none_or(|last| last.name != name) {
+                out.push(Entry {
+                    name,
+                    folder: deeper,
+                    bytes: if deeper { 0 } else { content.len() as u64 },
+                    used: uses.get(path).copied().unwrap_or_default(),
+                });
+            }
+        }
+        Ok(out)
+    }
+
+    fn touch(&self, path: &Path) -> Result<(), FileError> {
+        self.read(path, u64::MAX)?;
+        self.used(path);
+        Ok(())
+    }
+
+    fn remove(&self, path: &Path) -> Result<(), FileError> {
+        self.locked().remove(path);
+        Ok(())
     }
 }
 

@@ -14,6 +14,7 @@ mod fitting;
 mod measure;
 mod mistake;
 mod output;
+mod pool;
 mod refine;
 mod run;
 mod session;
@@ -29,6 +30,8 @@ use crate::diagnostic::{Severity, Sources, Style};
 use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::lang;
 use crate::pool::Pool;
+use crate::pool::archive::{Archive, Tally};
+use crate::pool::depot::Depot;
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 use crate::transport::Transport;
@@ -44,7 +47,7 @@ pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 
-use self::stage::Stage;
+use self::stage::{Means, Stage};
 
 /// The largest text the interpreter reads, in bytes: a show, a stage file, piped commands.
 pub const LIMIT: u64 = 64 << 20;
@@ -69,11 +72,25 @@ pub struct Host {
     pub processor: Option<String>,
     /// How diagnostics are written into replies.
     pub style: Style,
+    /// Where pictures are stored from session to session, if anywhere.
+    pub pool: Option<PoolPlace>,
 }
+
+/// A folder for pictures, reached by the host's store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PoolPlace {
+    /// The folder; made when it is missing.
+    pub folder: PathBuf,
+    /// The most bytes that it may hold.
+    pub limit: u64,
+}
+
+/// Bytes that pictures may take on disk unless something else is said.
+pub const POOL_LIMIT: u64 = 2_000_000_000;
 
 impl Default for Host {
     /// No files, the disk as store, the machine's clock, silence, radiosity, one thread, four
-    /// gigabytes, plain text.
+    /// gigabytes, plain text, pictures kept in memory only.
     fn default() -> Host {
         Host {
             files: Box::new(Memory::default()),
@@ -85,6 +102,7 @@ impl Default for Host {
             memory: 4 << 30,
             processor: None,
             style: Style::Plain,
+            pool: None,
         }
     }
 }
@@ -100,6 +118,19 @@ impl std::fmt::Debug for Host {
 }
 
 impl Host {
+    fn means(&self) -> Means<'_> {
+        Means {
+            transport: self.transport.as_ref(),
+            store: self.store.as_ref(),
+            work: self.work(),
+        }
+    }
+
+    fn archive(&self) -> Archive {
+        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit);
+        Archive::new(self.pool.as_ref().map(depot))
+    }
+
     fn work(&self) -> Work<'_> {
         Work {
             progress: self.progress.as_ref(),
@@ -162,6 +193,8 @@ pub struct Interpreter {
     saved: String,
     compiled: Compiled,
     stage: Option<Stage>,
+    /// Pictures at hand while there is no stage to hold them.
+    archive: Option<Archive>,
     now: Time,
     steps: Vec<Step>,
     /// How long things take here against what the operator predicts.
@@ -206,9 +239,12 @@ impl Interpreter {
             })
         })?;
         let (compiled, fresh) = compile(name, &source, &host, None)?;
+        let mut archive = Some(host.archive());
+        let results = host.transport.results();
         Ok(Interpreter {
             now: compiled.timeline.start(),
-            stage: Stage::renew(None, fresh),
+            stage: Stage::renew(None, fresh, results.as_deref(), &mut archive),
+            archive,
             name: name.to_owned(),
             path: None,
             saved: source.clone(),
@@ -291,9 +327,12 @@ impl Interpreter {
         Ok(reply)
     }
 
-    /// Remarks on the operator that were not made before.
+    /// Remarks on the operator and the stored pictures that were not made before.
     fn news(&mut self) -> Vec<String> {
         let mut remarks = self.host.transport.remarks();
+        if let Some(stage) = &mut self.stage {
+            remarks.extend(stage.archive.notes());
+        }
         remarks.extend(self.clamped());
         remarks.retain(|remark| self.told.insert(remark.clone()));
         remarks
@@ -315,6 +354,7 @@ impl Interpreter {
             Verb::Chart => self.answer_chart(call),
             Verb::Session => self.answer_session(call),
             Verb::Compare => self.answer_compare(call),
+            Verb::Pool => self.answer_pool(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),
             Verb::Quit => Ok(self.answer_quit(warned)),
@@ -338,7 +378,9 @@ impl Interpreter {
         let old = self.stage.as_ref();
         let (compiled, fresh) = compile(&self.name, &edited.source, &self.host, old)?;
         let kept = self.refined();
-        self.stage = Stage::renew(self.stage.take(), fresh);
+        let results = self.host.transport.results();
+        let old = self.stage.take();
+        self.stage = Stage::renew(old, fresh, results.as_deref(), &mut self.archive);
         self.now = self
             .now
             .clamp(compiled.timeline.start(), compiled.timeline.end());
@@ -361,9 +403,24 @@ impl Interpreter {
         self.pool().ok_or_else(refine::no_stage)
     }
 
-    /// Number of refined pictures in the pool.
+    /// Every picture at hand, wherever it is held at present.
+    fn archive_mut(&mut self) -> Option<&mut Archive> {
+        match &mut self.stage {
+            Some(stage) => Some(&mut stage.archive),
+            None => self.archive.as_mut(),
+        }
+    }
+
+    /// How the pictures of this session were come by so far.
+    pub fn tally(&self) -> Tally {
+        let stage = self.stage.as_ref().map(|s| &s.archive);
+        let archive = stage.or(self.archive.as_ref());
+        archive.map(Archive::tally).unwrap_or_default()
+    }
+
+    /// Number of refined pictures that serve the show.
     pub fn refined(&self) -> usize {
-        self.pool().map_or(0, |p| p.refined().len())
+        self.stage.as_ref().map_or(0, Stage::refined)
     }
 }
 

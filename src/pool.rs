@@ -16,7 +16,13 @@
     reason = "the Gram matrix is indexed by the pictures it was made of"
 )]
 
+pub mod address;
+pub mod archive;
+pub mod depot;
 mod rule;
+pub mod span;
+
+use std::sync::Arc;
 
 pub use self::rule::{Evidence, Fit, Products, Projection};
 
@@ -33,7 +39,7 @@ pub struct Refined {
     /// The setting that was rendered, one number for each source.
     pub setting: Vec<f64>,
     /// The picture.
-    pub image: Image,
+    pub image: Arc<Image>,
     /// The quality it was rendered at.
     pub quality: Quality,
     evidence: Evidence,
@@ -43,8 +49,8 @@ pub struct Refined {
 #[derive(Clone, Debug)]
 pub struct Pool {
     size: (usize, usize),
-    coarse: Vec<Image>,
-    coarser: Vec<Image>,
+    coarse: Vec<Arc<Image>>,
+    coarser: Vec<Arc<Image>>,
     gram: Matrix,
     errors: Vec<f64>,
     refined: Vec<Refined>,
@@ -52,6 +58,12 @@ pub struct Pool {
 }
 
 impl Pool {
+    /// The settings of coarse pictures: each of `sources` sources alone at unit setting.
+    pub fn unit_settings(sources: usize) -> Vec<Vec<f64>> {
+        let unit = |i: usize| (0..sources).map(|j| f64::from(u8::from(i == j))).collect();
+        (0..sources).map(unit).collect()
+    }
+
     /// The picture of each of `sources` sources alone at unit setting.
     ///
     /// # Errors
@@ -61,13 +73,14 @@ impl Pool {
         operator: &mut dyn Prepared,
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        let unit = |i: usize| (0..sources).map(|j| f64::from(u8::from(i == j))).collect();
-        operator.render(&(0..sources).map(unit).collect::<Vec<_>>(), work)
+        operator.render(&Pool::unit_settings(sources), work)
     }
 
     /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper
     /// quality.
-    pub fn new(coarse: Vec<Image>, coarser: Vec<Image>, work: Work<'_>) -> Pool {
+    pub fn new<I: Into<Arc<Image>>>(coarse: Vec<I>, coarser: Vec<I>, work: Work<'_>) -> Pool {
+        let shared = |images: Vec<I>| images.into_iter().map(Into::into).collect();
+        let [coarse, coarser]: [Vec<Arc<Image>>; 2] = [coarse, coarser].map(shared);
         let size = coarse.first().map_or((0, 0), |c| (c.width(), c.height()));
         let n = coarse.len();
         let mut gram = Matrix::zeros(n, n);
@@ -78,7 +91,7 @@ impl Pool {
                 gram[(j, i)] = product;
             }
         }
-        let error = |(fine, cheap): (&Image, &Image)| {
+        let error = |(fine, cheap): (&Arc<Image>, &Arc<Image>)| {
             let difference = combine(size, &[(1.0, fine), (-1.0, cheap)], work.threads);
             dot(&difference, &difference).sqrt()
         };
@@ -100,8 +113,13 @@ impl Pool {
     }
 
     /// The coarse picture of each source at unit setting.
-    pub fn coarse(&self) -> &[Image] {
+    pub fn coarse(&self) -> &[Arc<Image>] {
         &self.coarse
+    }
+
+    /// The same at the next cheaper quality; empty where there is none.
+    pub fn coarser(&self) -> &[Arc<Image>] {
+        &self.coarser
     }
 
     /// The refined pictures, oldest first.
@@ -155,15 +173,16 @@ impl Pool {
     pub fn add(
         &mut self,
         setting: Vec<f64>,
-        image: Image,
+        image: impl Into<Arc<Image>>,
         quality: Quality,
         work: Work<'_>,
     ) -> bool {
+        let image = image.into();
         if (image.width(), image.height()) != self.size || setting.len() != self.coarse.len() {
             return false;
         }
-        let mut terms = vec![(1.0, &image)];
-        terms.extend(setting.iter().map(|s| -s).zip(&self.coarse));
+        let mut terms = vec![(1.0, image.as_ref())];
+        terms.extend(negative(&setting).zip(images(&self.coarse)));
         let k = combine(self.size, &terms, work.threads);
         let e = self.difference(&setting, work);
         let weighting = self.weighting();
@@ -190,8 +209,9 @@ impl Pool {
         if self.coarser.is_empty() {
             return Image::new(self.size.0, self.size.1);
         }
-        let mut terms: Vec<(f64, &Image)> = setting.iter().copied().zip(&self.coarse).collect();
-        terms.extend(setting.iter().map(|s| -s).zip(&self.coarser));
+        let plus = setting.iter().copied().zip(images(&self.coarse));
+        let minus = negative(setting).zip(images(&self.coarser));
+        let terms: Vec<(f64, &Image)> = plus.chain(minus).collect();
         combine(self.size, &terms, work.threads)
     }
 
@@ -229,10 +249,10 @@ impl Pool {
             Projection::Extrapolated if !self.coarser.is_empty() => self.fit.extrapolation,
             _ => 0.0,
         };
-        let refined = self.refined.iter().map(|r| &r.image);
+        let refined = self.refined.iter().map(|r| r.image.as_ref());
         let mut terms: Vec<(f64, &Image)> = c.iter().copied().zip(refined).collect();
-        terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(&self.coarse));
-        terms.extend(rest.iter().map(|r| -a * r).zip(&self.coarser));
+        terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(images(&self.coarse)));
+        terms.extend(rest.iter().map(|r| -a * r).zip(images(&self.coarser)));
         Ok(combine(self.size, &terms, work.threads))
     }
 
@@ -274,8 +294,8 @@ impl Pool {
 
     /// K = R - C·s of a refined picture.
     fn correction(&self, refined: &Refined, work: Work<'_>) -> Image {
-        let mut terms = vec![(1.0, &refined.image)];
-        terms.extend(refined.setting.iter().map(|s| -s).zip(&self.coarse));
+        let mut terms = vec![(1.0, refined.image.as_ref())];
+        terms.extend(negative(&refined.setting).zip(images(&self.coarse)));
         combine(self.size, &terms, work.threads)
     }
 }
@@ -283,6 +303,14 @@ impl Pool {
 /// Scalar products of all pictures of one list with all of another.
 pub fn between(rows: &[Image], columns: &[Image]) -> Matrix {
     Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
+}
+
+fn images(shared: &[Arc<Image>]) -> impl Iterator<Item = &Image> {
+    shared.iter().map(AsRef::as_ref)
+}
+
+fn negative(setting: &[f64]) -> impl Iterator<Item = f64> {
+    setting.iter().map(|s| -s)
 }
 
 #[cfg(test)]
@@ -309,16 +337,17 @@ mod tests {
     impl Two {
         fn new() -> Two {
             let truth = [row(&[5.0, 0.0, 0.0, 0.0]), row(&[0.0, 7.0, 0.0, 0.0])];
-            let coarse = vec![row(&[5.0, 0.0, 0.01, 0.0]), row(&[0.0, 7.0, 0.0, 1.0])];
+            let coarse = [row(&[5.0, 0.0, 0.01, 0.0]), row(&[0.0, 7.0, 0.0, 1.0])];
             // The cheaper quality errs twice as much, so that the difference is the error.
-            let coarser = vec![row(&[5.0, 0.0, 0.02, 0.0]), row(&[0.0, 7.0, 0.0, 2.0])];
+            let coarser = [row(&[5.0, 0.0, 0.02, 0.0]), row(&[0.0, 7.0, 0.0, 2.0])];
+            let [coarse, coarser] = [coarse, coarser].map(|i| i.map(Arc::new).to_vec());
             let pool = Pool::new(coarse, coarser, Work::silent());
             Two { truth, pool }
         }
 
-        fn rendered(&self, setting: [f64; 2]) -> Image {
+        fn rendered(&self, setting: [f64; 2]) -> Arc<Image> {
             let [a, b] = &self.truth;
-            combine((4, 1), &[(setting[0], a), (setting[1], b)], 1)
+            Arc::new(combine((4, 1), &[(setting[0], a), (setting[1], b)], 1))
         }
     }
 
@@ -361,14 +390,18 @@ mod tests {
             let preview = two.pool.preview(&setting, Work::silent()).unwrap();
             assert!(distance(&preview, &two.rendered(setting)) < 1e-6);
         }
-        assert!(
-            !two.pool
-                .add(vec![1.0], row(&[0.0; 4]), Quality(4), Work::silent())
-        );
-        assert!(
-            !two.pool
-                .add(vec![1.0, 1.0], row(&[0.0; 3]), Quality(4), Work::silent())
-        );
+        assert!(!two.pool.add(
+            vec![1.0],
+            Arc::new(row(&[0.0; 4])),
+            Quality(4),
+            Work::silent()
+        ));
+        assert!(!two.pool.add(
+            vec![1.0, 1.0],
+            Arc::new(row(&[0.0; 3])),
+            Quality(4),
+            Work::silent()
+        ));
         assert_eq!(two.pool.refined().len(), 2);
     }
 

@@ -97,6 +97,16 @@ pub trait Transport: Sync {
     /// A short name for reports.
     fn name(&self) -> &str;
 
+    /// Name and version of its pictures, to be raised whenever they change; `None` where pictures
+    /// of one session must not be taken for those of another.
+    ///
+    /// An operator that names its results promises that a picture depends on scene, view, quality
+    /// and the lights that are lit alone, by their strength in each channel, and that channels do
+    /// not mix: pictures are then kept on disk, found again after edits, and added up.
+    fn results(&self) -> Option<String> {
+        None
+    }
+
     /// The finest step of its scale, which starts at 1.
     fn finest(&self) -> Quality;
 

@@ -2,11 +2,12 @@
 
 use std::ffi::OsString;
 use std::num::NonZero;
+use std::path::PathBuf;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
-use crate::interpreter::{Call, VERBS, VerbSpec};
+use crate::interpreter::{Call, POOL_LIMIT, VERBS, VerbSpec};
 use crate::transport::outside;
 
 /// What the command line says.
@@ -20,6 +21,10 @@ pub struct Arguments {
     pub memory: usize,
     /// The renderer to use in place of the program's own.
     pub renderer: Option<outside::Call>,
+    /// The folder for pictures; `None` beside the show.
+    pub pool: Option<PathBuf>,
+    /// Bytes that pictures may take there.
+    pub pool_limit: u64,
     /// What to do.
     pub task: Task,
 }
@@ -77,6 +82,10 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
             .get_one::<u32>("memory")
             .map_or(4 << 30, |m| (*m as usize) << 20),
         renderer: renderer(&matches),
+        pool: matches.get_one::<PathBuf>("pool").cloned(),
+        pool_limit: matches
+            .get_one::<u32>("pool-limit")
+            .map_or(POOL_LIMIT, |m| u64::from(*m) * 1_000_000),
         task,
     })
 }
@@ -181,6 +190,24 @@ pub fn command() -> Command {
                 .help("Megabytes that rendering may hold (default: 4096)"),
         )
         .args(renderer_arguments())
+        .arg(
+            Arg::new("pool")
+                .long("pool")
+                .global(true)
+                .value_name("DIR")
+                .value_parser(value_parser!(PathBuf))
+                .help(
+                    "Folder that keeps pictures (default: .footlight beside the show; `off`: none)",
+                ),
+        )
+        .arg(
+            Arg::new("pool-limit")
+                .long("pool-limit")
+                .global(true)
+                .value_name("MB")
+                .value_parser(value_parser!(u32).range(1..))
+                .help("Megabytes kept there, least recently used dropped first (default: 2000)"),
+        )
         .arg(commands_argument())
         .subcommand(
             Command::new("repl")

@@ -78,9 +78,9 @@ impl Interpreter {
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
         let begin = self.host.clock.seconds();
-        let work = self.host.work();
+        let means = self.host.means();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
-        if !stage.coarse(self.host.transport.as_ref(), work)? {
+        if !stage.coarse(means)? {
             return Ok(());
         }
         self.steps.clear();
@@ -276,22 +276,26 @@ impl Interpreter {
         self.steps.last().map_or(f64::INFINITY, |s| s.error)
     }
 
-    /// Renders settings in one call and adds them to the pool, in their order.
+    /// Renders settings in one call, or finds their pictures, and adds them to the pool, in their
+    /// order.
     fn render_refined(&mut self, steps: Vec<Ahead>, begin: f64) -> Result<(), Error> {
-        let work = self.host.work();
-        work.check()?;
+        let means = self.host.means();
+        means.work.check()?;
         let predicted: f64 = steps.iter().map(|s| s.seconds).sum();
         let settings: Vec<Vec<f64>> = steps.into_iter().map(|s| s.setting).collect();
         let quality = self.refined_step();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
         let started = self.host.clock.seconds();
-        let rendered = stage
-            .operator(self.host.transport.as_ref(), quality, work)?
-            .render(&settings, work)?;
+        let before = stage.archive.tally();
+        let pictures = stage.pictures(means, quality, &settings, true)?;
+        let found = stage.archive.tally().since(before).found();
         let seconds = self.host.clock.seconds() - started;
-        self.pace.learn(predicted, seconds);
+        // What was found tells nothing of what rendering takes.
+        if found == 0 {
+            self.pace.learn(predicted, seconds);
+        }
         let mut begin = begin;
-        for (setting, image) in settings.into_iter().zip(rendered) {
+        for (setting, image) in settings.into_iter().zip(pictures) {
             let work = self.host.work();
             if let Some(pool) = self.stage.as_mut().and_then(|s| s.pool.as_mut()) {
                 pool.add(setting, image, quality, work);

@@ -9,6 +9,7 @@ use super::{Call, Error, Goal, Interpreter, Reply, output};
 use crate::picture::Image;
 use crate::plan::PlanReport;
 use crate::playback::Playback;
+use crate::pool::archive::Tally;
 
 /// What `run` did, and what it took.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct Summary {
     pub ended: Ended,
     /// Seconds for coarse pictures, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
+    /// How its pictures were come by.
+    pub tally: Tally,
     /// Frames a second of playback alone.
     pub frame_rate: f64,
     /// What was done to the animated picture to keep it within its size.
@@ -59,6 +62,7 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; refined pictures finished before it stay in the pool.
     pub fn run(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+        let before = self.tally();
         let mut marks = vec![self.host.clock.seconds()];
         self.coarse()?;
         marks.push(self.host.clock.seconds());
@@ -82,6 +86,7 @@ impl Interpreter {
             plan,
             ended,
             seconds,
+            tally: self.tally().since(before),
             frame_rate,
             animation,
             folder: folder.to_owned(),
@@ -147,6 +152,22 @@ impl Interpreter {
             ),
             refine,
         );
+        let Tally { rendered, .. } = done.tally;
+        let from_pool = match done.tally {
+            Tally { summed: 0, .. } => count(done.tally.found(), "picture"),
+            Tally { summed, .. } => format!(
+                "{} ({summed} of them sums of others)",
+                count(done.tally.found(), "picture")
+            ),
+        };
+        let _ = writeln!(
+            text,
+            "  {:<9} from the pool: {from_pool}, rendered: {rendered}",
+            "pictures"
+        );
+        let mut line = |what: &str, words: String, seconds: f64| {
+            let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
+        };
         line("keys", count(done.plan.keys.len(), "key image"), keys);
         line(
             "write",

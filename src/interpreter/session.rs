@@ -15,6 +15,7 @@ use crate::lang;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
+use crate::pool::archive::Archive;
 use crate::scene::{Rig, Scene, View};
 use crate::study::session::{self, Errors, Event, Moment};
 use crate::transport::Quality;
@@ -78,7 +79,8 @@ impl Interpreter {
 
     /// Replays the commands in a file on the show as it stands and measures after each; with
     /// `truth` also against pictures of the refined quality throughout. Also the mistake that
-    /// ended it, if one did.
+    /// ended it, if one did. The store on disk is not asked meanwhile: what an earlier replay
+    /// stored would take no time in this one.
     ///
     /// # Errors
     /// [`Error::File`] when the file cannot be read, [`Error::Usage`] when it is not text or the
@@ -91,6 +93,20 @@ impl Interpreter {
         let bytes = self.host.store.read(path, LIMIT)?;
         let text = String::from_utf8(bytes)
             .map_err(|_| Error::Usage(format!("{} is not text in UTF-8", path.display())))?;
+        let depot = self.archive_mut().and_then(Archive::detach);
+        let done = self.replay_all(path, &text, truth);
+        if let Some(archive) = self.archive_mut() {
+            archive.attach(depot);
+        }
+        done
+    }
+
+    fn replay_all(
+        &mut self,
+        path: &Path,
+        text: &str,
+        truth: bool,
+    ) -> Result<(Vec<Moment>, Option<Error>), Error> {
         let mut replay = Replay {
             wanted: truth,
             truth: None,
@@ -100,7 +116,7 @@ impl Interpreter {
         };
         self.coarse()?;
         self.measure(&mut replay, Event::Coarse, "coarse pictures")?;
-        for line in lines(&text) {
+        for line in lines(text) {
             if let Err(cause) = self.replay(&line, &mut replay) {
                 let mistake = Error::Session {
                     path: path.display().to_string(),

@@ -5,11 +5,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
-use crate::files::Files;
+use crate::files::{Files, Store};
 use crate::geometry::{Vec3, vec3};
 use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::pool::Pool;
+use crate::pool::address::{Ground, Lighting, Lights};
+use crate::pool::archive::{Archive, Kept, Wanted};
+use crate::pool::span;
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
@@ -64,8 +67,22 @@ pub(super) struct Stage {
     pub view: scene::View,
     steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
+    /// The rig as addresses see it.
+    lights: Lights,
+    /// Where its pictures belong; `None` when the operator's pictures are not to be kept.
+    ground: Option<Ground>,
+    /// Every picture at hand, whether the pool uses it or not.
+    pub archive: Archive,
     /// Coarse and refined pictures, once there are any.
     pub pool: Option<Pool>,
+}
+
+/// What rendering takes.
+#[derive(Clone, Copy)]
+pub(super) struct Means<'a> {
+    pub transport: &'a dyn Transport,
+    pub store: &'a dyn Store,
+    pub work: Work<'a>,
 }
 
 /// What an edit leaves of a stage.
@@ -136,8 +153,19 @@ impl Stage {
         }))
     }
 
-    /// The stage after an edit: everything rendered stays when scene, rig and view are the same.
-    pub fn renew(old: Option<Stage>, fresh: Option<Fresh>) -> Option<Stage> {
+    /// The stage after an edit. The pool stays when scene, rig, view and steps are the same;
+    /// `archive` keeps every picture, for what fits again. `results` is what the operator says of
+    /// its pictures.
+    pub fn renew(
+        old: Option<Stage>,
+        fresh: Option<Fresh>,
+        results: Option<&str>,
+        archive: &mut Option<Archive>,
+    ) -> Option<Stage> {
+        let mut old = old;
+        if let Some(old) = &mut old {
+            *archive = Some(std::mem::take(&mut old.archive));
+        }
         let fresh = fresh?;
         let (operators, pool) = match old {
             Some(old)
@@ -151,7 +179,11 @@ impl Stage {
             }
             _ => (BTreeMap::new(), None),
         };
+        // Banks given as images are pictures already: nothing is gained by keeping them twice.
+        let results = results.filter(|_| !only_images(&fresh.rig));
         Some(Stage {
+            lights: Lights::new(&fresh.rig),
+            ground: results.map(|r| Ground::new(r, &fresh.scene, &fresh.view)),
             inputs: fresh.inputs,
             scene: fresh.scene,
             images: fresh.images,
@@ -160,6 +192,7 @@ impl Stage {
             view: fresh.view,
             steps: fresh.steps,
             operators,
+            archive: archive.take().unwrap_or_default(),
             pool,
         })
     }
@@ -209,27 +242,110 @@ impl Stage {
         }
     }
 
-    /// The pool, with its coarse pictures rendered on first use: the show's coarse step and the
-    /// next finer one, whose difference estimates the error. Also true when it was made just now.
-    pub fn coarse(
+    /// A picture of each setting: found, added up, or rendered.
+    pub fn pictures(
         &mut self,
-        transport: &dyn Transport,
-        work: Work<'_>,
-    ) -> Result<bool, TransportError> {
+        means: Means<'_>,
+        quality: Quality,
+        settings: &[Vec<f64>],
+        refined: bool,
+    ) -> Result<Vec<Arc<Image>>, TransportError> {
+        let Some(ground) = self.ground else {
+            let operator = self.operator(means.transport, quality, means.work)?;
+            let images = operator.render(settings, means.work)?;
+            return Ok(images.into_iter().map(Arc::new).collect());
+        };
+        let want = |setting: &Vec<f64>| Wanted {
+            address: self.lights.address(ground, quality, setting),
+            words: self.words(setting),
+            refined,
+        };
+        let wanted: Vec<Wanted> = settings.iter().map(want).collect();
+        let size = (self.view.width, self.view.height);
+        // Taken out while the operator, which the stage holds too, is at work.
+        let mut archive = std::mem::take(&mut self.archive);
+        let budget = means.work.memory / KEPT_SHARE;
+        let done = archive.pictures(&wanted, size, (means.store, budget), |missing| {
+            let of = |i: &usize| settings.get(*i).cloned();
+            let settings: Vec<Vec<f64>> = missing.iter().filter_map(of).collect();
+            let operator = self.operator(means.transport, quality, means.work)?;
+            operator.render(&settings, means.work)
+        });
+        self.archive = archive;
+        done
+    }
+
+    /// A setting for people: the sources that are lit, by name.
+    fn words(&self, setting: &[f64]) -> String {
+        let pairs = self.rig.sources.iter().zip(setting);
+        let lit = pairs.filter(|(_, s)| **s != 0.0);
+        let words: Vec<String> = lit.map(|(o, s)| format!("{} {s}", o.name)).collect();
+        words.join(", ")
+    }
+
+    /// The pool, with its coarse pictures found or rendered on first use: the show's coarse step
+    /// and the next finer one, whose difference estimates the error. Refined pictures of the
+    /// session that these sources can express come with it. Also true when it was made just now.
+    pub fn coarse(&mut self, means: Means<'_>) -> Result<bool, TransportError> {
         if self.pool.is_some() {
             return Ok(false);
         }
-        let [cheap, fine] = coarse_steps(self.steps[0], self.finest(transport)).map(Quality);
-        let n = self.rig.sources.len();
+        let finest = self.finest(means.transport);
+        let [cheap, fine] = coarse_steps(self.steps[0], finest).map(Quality);
+        let units = Pool::unit_settings(self.rig.sources.len());
         let coarser = match fine > cheap {
-            true => Pool::units(n, self.operator(transport, cheap, work)?, work)?,
+            true => self.pictures(means, cheap, &units, false)?,
             false => Vec::new(),
         };
-        let coarse = Pool::units(n, self.operator(transport, fine, work)?, work)?;
-        self.pool = Some(Pool::new(coarse, coarser, work));
+        let coarse = self.pictures(means, fine, &units, false)?;
+        let mut pool = Pool::new(coarse, coarser, means.work);
+        for (setting, kept) in self.again() {
+            pool.add(setting, kept.image, kept.address.quality, means.work);
+        }
+        self.pool = Some(pool);
         Ok(true)
     }
+
+    /// Refined pictures of the session that are good enough and that the sources can express, with
+    /// their settings.
+    fn again(&self) -> Vec<(Vec<f64>, Kept)> {
+        let fits = |kept: &&Kept| {
+            let address = &kept.address;
+            kept.refined
+                && Some(address.ground) == self.ground
+                && address.quality.0 >= self.steps[1]
+        };
+        let kept: Vec<&Kept> = self.archive.kept().iter().filter(fits).collect();
+        let lit: Vec<&Lighting> = kept.iter().map(|k| &k.address.lighting).collect();
+        let units = Pool::unit_settings(self.lights.sources());
+        let sources: Vec<Lighting> = units.iter().map(|u| self.lights.lighting(u)).collect();
+        let settings = span::settings(&sources, &lit).into_iter().zip(kept);
+        settings
+            .filter_map(|(setting, kept)| Some((setting?, kept.clone())))
+            .collect()
+    }
+
+    /// Number of refined pictures that the pool has, or will have once it is made.
+    pub fn refined(&self) -> usize {
+        match &self.pool {
+            Some(pool) => pool.refined().len(),
+            None => self.again().len(),
+        }
+    }
+
+    /// True for where this scene and view have their pictures.
+    pub fn is_ground(&self, ground: Ground) -> bool {
+        Some(ground) == self.ground
+    }
+
+    /// True for pictures that this scene, rig and view can use.
+    pub fn serves(&self, ground: Ground, lighting: &Lighting) -> bool {
+        Some(ground) == self.ground && self.lights.has_all(lighting)
+    }
 }
+
+/// The share of the memory budget for pictures that the pool does not use at present.
+const KEPT_SHARE: usize = 4;
 
 /// The two steps of quality for coarse pictures: `coarse` itself and the next finer one, whose
 /// pictures serve; their difference estimates the error that these have. On the tavern steps 1 and

@@ -35,6 +35,8 @@ pub enum Verb {
     Chart,
     /// Replay a design session and measure it.
     Session,
+    /// What pictures there are, and freeing them.
+    Pool,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -333,6 +335,14 @@ pub const VERBS: &[VerbSpec] = &[
         ],
         "replay edits and `refine` lines from a file: error against time and refined pictures",
         "session session.txt --truth -o session.png",
+    ),
+    spec(
+        Verb::Pool,
+        "pool",
+        "[drop [unused | all]]",
+        &[],
+        "tell what pictures there are and which serve this show, or free them",
+        "pool drop unused",
     ),
     spec(
         Verb::Save,

@@ -78,6 +78,11 @@ impl Slide {
         Ok(Slide { levels, grey })
     }
 
+    /// The image itself; everything else follows from it.
+    pub fn image(&self) -> Option<&Image> {
+        self.levels.first()
+    }
+
     /// Pixels a row, and rows.
     pub fn size(&self) -> (usize, usize) {
         self.levels

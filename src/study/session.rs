@@ -3,6 +3,7 @@
 //! The measure is the paper's (its Figure 7): 1 - error / (error of coarse pictures alone), 0 while
 //! nothing is refined, 1 where the sequence is as if all of it were.
 
+use std::borrow::Borrow;
 use std::fmt::Write as _;
 
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
@@ -76,14 +77,15 @@ const TRUE: &str = "true";
 /// coordinate at unit setting): sqrt of ∫‖I - I_ref‖² dt / ∫‖I_ref‖² dt, exactly, as the quadratic
 /// form of the differences' and the references' Gram matrices with the second moment of the
 /// settings, ∫ L·Lᵀ dt. 0 for a sequence without light.
-pub fn sequence_error(
-    shown: &[Image],
+pub fn sequence_error<I: Borrow<Image>>(
+    shown: &[I],
     reference: &[Image],
     moment: &Matrix,
     threads: usize,
 ) -> f64 {
-    let off = |(a, b): (&Image, &Image)| {
-        combine((b.width(), b.height()), &[(1.0, a), (-1.0, b)], threads)
+    let off = |(a, b): (&I, &Image)| {
+        let terms = [(1.0, a.borrow()), (-1.0, b)];
+        combine((b.width(), b.height()), &terms, threads)
     };
     let differences: Vec<Image> = shown.iter().zip(reference).map(off).collect();
     let (error, all) = (energy(&differences, moment), energy(reference, moment));

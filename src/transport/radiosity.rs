@@ -38,6 +38,10 @@ use gather::{Nodes, Sight, form_factors};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
+/// Version of the pictures: raise it with every change that alters them by more than rounding, so
+/// that pictures stored before are not taken for new ones.
+const RESULTS: u32 = 1;
+
 /// Radiosity with hemicubes, five steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radiosity;
@@ -45,6 +49,10 @@ pub struct Radiosity;
 impl Transport for Radiosity {
     fn name(&self) -> &str {
         "radiosity"
+    }
+
+    fn results(&self) -> Option<String> {
+        Some(format!("{} {RESULTS}", self.name()))
     }
 
     fn finest(&self) -> Quality {

@@ -1,0 +1,430 @@
+//! What a picture is a picture of, as a content address: equal addresses, equal pictures.
+//!
+//! A picture of an operator that names its results (see [`crate::transport::Transport::results`])
+//! depends on scene, view, quality and the lights that are lit, each by its strength in three
+//! channels; names of lights and banks, and lights that are dark, do not matter. So a moved light
+//! changes the addresses of the pictures it is lit in, and of no others. Every type is taken apart
+//! field by field, so that a new field does not compile until it is part of the address. Stable
+//! over versions of the compiler and machines: SHA-256 over little-endian bits.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use sha2::{Digest as _, Sha256};
+
+use crate::geometry::Vec3;
+use crate::picture::Image;
+use crate::scene::mount::Mount;
+use crate::scene::{
+    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
+};
+use crate::transport::Quality;
+use crate::units::Rgb;
+
+/// Version of everything here: raised when the way of addressing changes.
+const SCHEME: &str = "footlight address 1";
+
+/// The first half of a SHA-256, as 32 hexadecimal digits in names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Digest([u8; 16]);
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+impl Digest {
+    /// From what `Display` wrote.
+    pub fn parse(text: &str) -> Option<Digest> {
+        if text.len() != 32 || !text.bytes().all(|b| b.is_ascii_hexdigit()) {
+            return None;
+        }
+        let number = u128::from_str_radix(text, 16).ok()?;
+        Some(Digest(number.to_be_bytes()))
+    }
+}
+
+/// A SHA-256 fed with typed values.
+pub(super) struct Hasher(Sha256);
+
+impl Hasher {
+    pub fn new(purpose: &str) -> Hasher {
+        let mut hasher = Hasher(Sha256::new());
+        hasher.text(SCHEME);
+        hasher.text(purpose);
+        hasher
+    }
+
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        self.0.update(bytes);
+    }
+
+    pub fn count(&mut self, count: usize) {
+        self.bytes(&(count as u64).to_le_bytes());
+    }
+
+    pub fn text(&mut self, text: &str) {
+        self.count(text.len());
+        self.bytes(text.as_bytes());
+    }
+
+    fn number(&mut self, number: f64) {
+        self.bytes(&number.to_bits().to_le_bytes());
+    }
+
+    fn numbers(&mut self, numbers: [f64; 3]) {
+        numbers.into_iter().for_each(|x| self.number(x));
+    }
+
+    fn point(&mut self, point: Vec3) {
+        self.numbers([point.x, point.y, point.z]);
+    }
+
+    /// Size and numbers, in blocks that the hash takes whole.
+    pub fn image(&mut self, image: &Image) {
+        self.count(image.width());
+        self.count(image.height());
+        let mut block = Vec::with_capacity(1 << 16);
+        for part in image.data().chunks(1 << 14) {
+            block.clear();
+            block.extend(part.iter().flat_map(|x| x.to_le_bytes()));
+            self.bytes(&block);
+        }
+    }
+
+    pub fn finish(self) -> Digest {
+        let whole = self.0.finalize();
+        let mut half = [0; 16];
+        half.iter_mut().zip(whole).for_each(|(to, from)| *to = from);
+        Digest(half)
+    }
+}
+
+/// Where pictures belong together: operator, scene and view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Ground(pub Digest);
+
+impl Ground {
+    /// `results` is what the operator says of its pictures: name and version.
+    pub fn new(results: &str, scene: &Scene, view: &View) -> Ground {
+        let mut hasher = Hasher::new("ground");
+        hasher.text(env!("CARGO_PKG_VERSION"));
+        hasher.text(results);
+        add_scene(&mut hasher, scene);
+        let View {
+            from,
+            to,
+            fov,
+            width,
+            height,
+        } = view;
+        hasher.point(*from);
+        hasher.point(*to);
+        hasher.number(*fov);
+        hasher.count(*width);
+        hasher.count(*height);
+        Ground(hasher.finish())
+    }
+}
+
+fn add_scene(hasher: &mut Hasher, scene: &Scene) {
+    let Scene {
+        materials,
+        polygons,
+    } = scene;
+    hasher.count(materials.len());
+    for material in materials {
+        let Material {
+            name,
+            reflectance,
+            emission,
+        } = material;
+        hasher.text(name);
+        hasher.numbers(reflectance.0);
+        hasher.numbers(emission.0);
+    }
+    hasher.count(polygons.len());
+    for polygon in polygons {
+        let Polygon { vertices, material } = polygon;
+        hasher.count(*material);
+        hasher.count(vertices.len());
+        vertices.iter().for_each(|v| hasher.point(*v));
+    }
+}
+
+fn add_mount(hasher: &mut Hasher, mount: &Mount) {
+    let Mount {
+        position,
+        aim,
+        turn,
+    } = mount;
+    hasher.point(*position);
+    hasher.point(*aim);
+    hasher.number(*turn);
+}
+
+/// A light's shape, which strengths only scale, and its colour.
+fn apart(light: &Light) -> (Digest, Rgb) {
+    let mut hasher = Hasher::new("light");
+    let colour = match light {
+        Light::Panel { material, radiance } => {
+            hasher.text("panel");
+            hasher.count(*material);
+            *radiance
+        }
+        Light::Spot(Spot {
+            position,
+            aim,
+            beam,
+            field,
+            intensity,
+        }) => {
+            hasher.text("spot");
+            hasher.point(*position);
+            hasher.point(*aim);
+            hasher.number(*beam);
+            hasher.number(*field);
+            *intensity
+        }
+        Light::Measured(Measured {
+            mount,
+            distribution,
+            factor,
+        }) => {
+            hasher.text("measured");
+            add_mount(&mut hasher, mount);
+            // Its fields are its own; what derives `Debug` tells all of them, digit for digit.
+            hasher.text(&format!("{distribution:?}"));
+            *factor
+        }
+        Light::Projection(Projection {
+            mount,
+            field,
+            slide,
+            plane,
+            intensity,
+        }) => {
+            hasher.text("projection");
+            add_mount(&mut hasher, mount);
+            hasher.number(*field);
+            slide.image().into_iter().for_each(|i| hasher.image(i));
+            hasher.count(*plane);
+            *intensity
+        }
+        Light::Image(image) => {
+            hasher.text("image");
+            hasher.image(image);
+            Rgb::WHITE
+        }
+    };
+    (hasher.finish(), colour)
+}
+
+/// The lights that are lit, by shape, and how strongly in each channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lighting {
+    lit: BTreeMap<Digest, [f64; 3]>,
+}
+
+impl Lighting {
+    /// From pairs of shape and strength; those of one shape add up, those that cancel are dark.
+    pub fn new(lit: impl IntoIterator<Item = (Digest, [f64; 3])>) -> Lighting {
+        let mut out: BTreeMap<Digest, [f64; 3]> = BTreeMap::new();
+        for (shape, strength) in lit {
+            let sum = out.entry(shape).or_default();
+            sum.iter_mut().zip(strength).for_each(|(a, b)| *a += b);
+        }
+        out.retain(|_, strength| *strength != [0.0; 3]);
+        Lighting { lit: out }
+    }
+
+    /// Shapes and strengths, in order of shapes.
+    pub fn lit(&self) -> &BTreeMap<Digest, [f64; 3]> {
+        &self.lit
+    }
+}
+
+/// What one picture shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Address {
+    /// Operator, scene and view.
+    pub ground: Ground,
+    /// Step of the operator's scale.
+    pub quality: Quality,
+    /// What is lit.
+    pub lighting: Lighting,
+    /// Names all of the above, and the order in which the operator adds the lights up: sums in
+    /// another order may differ in their last bits.
+    pub key: Digest,
+}
+
+/// A rig as addresses see it.
+#[derive(Clone, Debug)]
+pub struct Lights {
+    shapes: Vec<Digest>,
+    /// For each source its lights and their strengths at unit setting.
+    sources: Vec<Vec<(usize, [f64; 3])>>,
+}
+
+impl Lights {
+    /// Takes a rig apart. Emitters that name no light are left out; operators refuse such rigs.
+    pub fn new(rig: &Rig) -> Lights {
+        let Rig { lights, sources } = rig;
+        let (shapes, colours): (Vec<Digest>, Vec<Rgb>) = lights.iter().map(apart).unzip();
+        let strength = |emitter: &Emitter| {
+            let Emitter { light, filter } = emitter;
+            let Rgb([r, g, b]) = *colours.get(*light)?;
+            let [fr, fg, fb] = filter.0;
+            Some((*light, [fr * r, fg * g, fb * b]))
+        };
+        let of_source = |source: &Source| source.emitters.iter().filter_map(strength).collect();
+        Lights {
+            sources: sources.iter().map(of_source).collect(),
+            shapes,
+        }
+    }
+
+    /// Number of sources.
+    pub fn sources(&self) -> usize {
+        self.sources.len()
+    }
+
+    /// Strength of each light, in the rig's order, under a setting.
+    fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; self.shapes.len()];
+        for (source, s) in self.sources.iter().zip(setting) {
+            for (light, unit) in source {
+                if let Some(sum) = out.get_mut(*light) {
+                    sum.iter_mut().zip(unit).for_each(|(a, b)| *a += s * b);
+                }
+            }
+        }
+        out
+    }
+
+    /// What is lit under a setting.
+    pub fn lighting(&self, setting: &[f64]) -> Lighting {
+        let strengths = self.strengths(setting);
+        Lighting::new(self.shapes.iter().copied().zip(strengths))
+    }
+
+    /// The address of the picture of a setting.
+    pub fn address(&self, ground: Ground, quality: Quality, setting: &[f64]) -> Address {
+        let mut hasher = Hasher::new("picture");
+        hasher.text(&ground.0.to_string());
+        hasher.bytes(&[quality.0]);
+        let strengths = self.strengths(setting);
+        for (shape, strength) in self.shapes.iter().zip(&strengths) {
+            if *strength != [0.0; 3] {
+                hasher.bytes(&shape.0);
+                hasher.numbers(*strength);
+            }
+        }
+        Address {
+            ground,
+            quality,
+            lighting: Lighting::new(self.shapes.iter().copied().zip(strengths)),
+            key: hasher.finish(),
+        }
+    }
+
+    /// True when every light that is lit belongs to this rig.
+    pub fn has_all(&self, lighting: &Lighting) -> bool {
+        lighting.lit.keys().all(|shape| self.shapes.contains(shape))
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::indexing_slicing, reason = "a test's own data")]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+
+    fn spot(x: f64) -> Light {
+        Light::Spot(Spot {
+            position: vec3(x, 0.0, 4.0),
+            aim: Vec3::ZERO,
+            beam: 20.0,
+            field: 40.0,
+            intensity: Rgb([900.0, 600.0, 300.0]),
+        })
+    }
+
+    fn rig(lights: Vec<Light>, banks: &[&[usize]]) -> Rig {
+        let emitter = |light: &usize| Emitter {
+            light: *light,
+            filter: Rgb::WHITE,
+        };
+        let source = |lights: &&[usize]| Source {
+            name: format!("{lights:?}"),
+            emitters: lights.iter().map(emitter).collect(),
+        };
+        let sources = banks.iter().map(source).collect();
+        Rig { lights, sources }
+    }
+
+    fn view() -> View {
+        View {
+            from: vec3(0.0, -9.0, 1.7),
+            to: Vec3::ZERO,
+            fov: 40.0,
+            width: 64,
+            height: 36,
+        }
+    }
+
+    #[test]
+    fn only_what_is_lit_matters() {
+        let ground = Ground::new("g 1", &Scene::default(), &view());
+        let at = |rig: &Rig, setting: &[f64]| {
+            let lights = Lights::new(rig);
+            lights.address(ground, Quality(2), setting).key
+        };
+        let before = rig(vec![spot(0.0), spot(1.0)], &[&[0], &[1]]);
+        let moved = rig(vec![spot(0.0), spot(1.5)], &[&[0], &[1]]);
+        assert_eq!(at(&before, &[1.0, 0.0]), at(&moved, &[1.0, 0.0]));
+        assert_ne!(at(&before, &[0.0, 1.0]), at(&moved, &[0.0, 1.0]));
+        assert_ne!(at(&before, &[1.0, 0.0]), at(&before, &[0.5, 0.0]));
+        // Other banks, the same light; other names, a dark light in between.
+        let grouped = rig(vec![spot(0.0), spot(9.0), spot(1.0)], &[&[0, 2], &[1]]);
+        assert_eq!(at(&before, &[0.5, 0.5]), at(&grouped, &[0.5, 0.0]));
+    }
+
+    #[test]
+    fn operator_scene_view_and_quality_are_part_of_it() {
+        let scene = Scene::default();
+        let one = Ground::new("g 1", &scene, &view());
+        assert_eq!(one, Ground::new("g 1", &scene, &view()));
+        assert_ne!(one, Ground::new("g 2", &scene, &view()));
+        let wider = View {
+            width: 65,
+            ..view()
+        };
+        assert_ne!(one, Ground::new("g 1", &scene, &wider));
+        let mut red = Scene::default();
+        red.materials.push(Material {
+            name: "red".to_owned(),
+            reflectance: Rgb([0.5, 0.0, 0.0]),
+            emission: Rgb::default(),
+        });
+        let other = Ground::new("g 1", &red, &view());
+        red.materials[0].reflectance = Rgb([0.6, 0.0, 0.0]);
+        assert_ne!(other, Ground::new("g 1", &red, &view()));
+        let lights = Lights::new(&rig(vec![spot(0.0)], &[&[0]]));
+        let at = |quality| lights.address(one, Quality(quality), &[1.0]).key;
+        assert_ne!(at(1), at(2));
+    }
+
+    /// The way of addressing must not change by accident: stores would be useless without a word.
+    #[test]
+    fn addresses_are_stable() {
+        let mut hasher = Hasher::new("test");
+        hasher.text("a");
+        hasher.number(0.1);
+        hasher.count(3);
+        let digest = hasher.finish();
+        assert_eq!(Digest::parse(&digest.to_string()), Some(digest));
+        assert_eq!(digest.to_string(), "76b6ae8a818c75974252ab8cb02e2e33");
+    }
+}

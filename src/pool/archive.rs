@@ -1,0 +1,319 @@
+//! One answer to "do we have a picture of this?": what is kept in memory, the store on disk, and
+//! sums of both.
+//!
+//! The order is: the same address in memory; the same address on disk; a sum of pictures of the
+//! same ground and quality; rendering. The first two give the very bits that rendering gave; a sum
+//! agrees to the rounding of single precision. Sums are neither kept nor stored under their
+//! address, so that only rendered pictures ever stand for rendering. Pictures that no pool uses are
+//! kept within a budget, the least recently used dropped first. This room knows nothing of shows.
+
+use std::sync::Arc;
+
+use crate::files::Store;
+use crate::picture::Image;
+use crate::transport::Quality;
+
+use super::address::{Address, Digest, Ground, Lighting};
+use super::depot::Depot;
+use super::span;
+
+/// How pictures were come by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Rendered by the operator.
+    pub rendered: usize,
+    /// Found in memory.
+    pub kept: usize,
+    /// Found in the store.
+    pub stored: usize,
+    /// Added up from others.
+    pub summed: usize,
+}
+
+impl Tally {
+    /// What came after `before`.
+    #[must_use]
+    pub fn since(self, before: Tally) -> Tally {
+        Tally {
+            rendered: self.rendered - before.rendered,
+            kept: self.kept - before.kept,
+            stored: self.stored - before.stored,
+            summed: self.summed - before.summed,
+        }
+    }
+
+    /// Pictures that needed no rendering.
+    pub fn found(self) -> usize {
+        self.kept + self.stored + self.summed
+    }
+}
+
+/// A picture that is asked for.
+#[derive(Clone, Debug)]
+pub struct Wanted {
+    /// What it shows.
+    pub address: Address,
+    /// The same for people.
+    pub words: String,
+    /// Whether it is a refined picture, to be used again as such with other sources.
+    pub refined: bool,
+}
+
+/// A picture in memory.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// What it shows.
+    pub address: Address,
+    /// Whether it was rendered as a refined picture.
+    pub refined: bool,
+    /// The picture.
+    pub image: Arc<Image>,
+}
+
+/// All pictures at hand.
+#[derive(Debug, Default)]
+pub struct Archive {
+    /// The most recently used last.
+    kept: Vec<Kept>,
+    depot: Option<Depot>,
+    tally: Tally,
+}
+
+impl Archive {
+    /// With a store on disk, or without.
+    pub fn new(depot: Option<Depot>) -> Archive {
+        Archive {
+            depot,
+            ..Archive::default()
+        }
+    }
+
+    /// How pictures were come by so far.
+    pub fn tally(&self) -> Tally {
+        self.tally
+    }
+
+    /// The store on disk, if there is one.
+    pub fn depot(&self) -> Option<&Depot> {
+        self.depot.as_ref()
+    }
+
+    /// The same, to free room.
+    pub fn depot_mut(&mut self) -> Option<&mut Depot> {
+        self.depot.as_mut()
+    }
+
+    /// Takes the store away, so that nothing is found in it or stored until it is attached again.
+    pub fn detach(&mut self) -> Option<Depot> {
+        self.depot.take()
+    }
+
+    /// Gives a detached store back.
+    pub fn attach(&mut self, depot: Option<Depot>) {
+        self.depot = depot;
+    }
+
+    /// Pictures in memory.
+    pub fn kept(&self) -> &[Kept] {
+        &self.kept
+    }
+
+    /// Forgets the pictures in memory that `which` picks; how many.
+    pub fn forget(&mut self, which: impl Fn(&Kept) -> bool) -> usize {
+        let before = self.kept.len();
+        self.kept.retain(|kept| !which(kept));
+        before - self.kept.len()
+    }
+
+    /// What the user should know, once.
+    pub fn notes(&mut self) -> Vec<String> {
+        self.depot.as_mut().map(Depot::notes).unwrap_or_default()
+    }
+
+    /// A picture for each of `wanted`, all of one size; `render` makes those at the indices it is
+    /// given. Memory for pictures that are used nowhere else is kept within `budget` bytes.
+    ///
+    /// # Errors
+    /// Those of `render`; nothing is kept then.
+    pub fn pictures<E>(
+        &mut self,
+        wanted: &[Wanted],
+        size: (usize, usize),
+        (store, budget): (&dyn Store, usize),
+        render: impl FnOnce(&[usize]) -> Result<Vec<Image>, E>,
+    ) -> Result<Vec<Arc<Image>>, E> {
+        let mut out: Vec<Option<Arc<Image>>> = Vec::with_capacity(wanted.len());
+        for one in wanted {
+            out.push(self.same(one, size, store));
+        }
+        self.add_up(wanted, &mut out, size, store);
+        let missing: Vec<usize> = (0..wanted.len())
+            .filter(|i| out.get(*i).is_some_and(Option::is_none))
+            .collect();
+        if !missing.is_empty() {
+            for (i, image) in missing.iter().zip(render(&missing)?) {
+                let (Some(one), Some(place)) = (wanted.get(*i), out.get_mut(*i)) else {
+                    continue;
+                };
+                self.tally.rendered += 1;
+                if let Some(depot) = &mut self.depot {
+                    depot.keep(store, &one.address, &one.words, &image);
+                }
+                *place = Some(self.keep(one, Arc::new(image)));
+            }
+        }
+        self.trim(budget);
+        Ok(out.into_iter().flatten().collect())
+    }
+
+    /// The picture of the very address.
+    fn same(
+        &mut self,
+        wanted: &Wanted,
+        size: (usize, usize),
+        store: &dyn Store,
+    ) -> Option<Arc<Image>> {
+        let address = &wanted.address;
+        let key = |kept: &Kept| kept.address.key == address.key;
+        if let Some(at) = self.kept.iter().position(key) {
+            let mut kept = self.kept.remove(at);
+            kept.refined |= wanted.refined;
+            let image = Arc::clone(&kept.image);
+            self.kept.push(kept);
+            self.tally.kept += 1;
+            return Some(image);
+        }
+        let name = (address.ground, address.quality, address.key);
+        let (_, image) = self.depot.as_mut()?.find(store, name, size)?;
+        self.tally.stored += 1;
+        Some(self.keep(wanted, Arc::new(image)))
+    }
+
+    fn keep(&mut self, wanted: &Wanted, image: Arc<Image>) -> Arc<Image> {
+        // Two sources may be lit alike; then both were asked for and one picture is enough.
+        let key = |kept: &&Kept| kept.address.key == wanted.address.key;
+        if let Some(kept) = self.kept.iter().find(key) {
+            return Arc::clone(&kept.image);
+        }
+        self.kept.push(Kept {
+            address: wanted.address.clone(),
+            refined: wanted.refined,
+            image: Arc::clone(&image),
+        });
+        image
+    }
+
+    /// Fills in what is a sum of pictures of the same ground and quality.
+    fn add_up(
+        &mut self,
+        wanted: &[Wanted],
+        out: &mut [Option<Arc<Image>>],
+        size: (usize, usize),
+        store: &dyn Store,
+    ) {
+        let open = |(one, place): (&Wanted, &Option<Arc<Image>>)| {
+            let address = &one.address;
+            place.is_none().then_some((address.ground, address.quality))
+        };
+        let mut groups: Vec<_> = wanted.iter().zip(out.iter()).filter_map(open).collect();
+        groups.dedup();
+        for (ground, quality) in groups {
+            let at_hand = self.at_hand(ground, quality, store);
+            let indices: Vec<usize> = (0..wanted.len())
+                .filter(|i| out.get(*i).is_some_and(Option::is_none))
+                .collect();
+            let targets: Vec<&Lighting> = indices
+                .iter()
+                .filter_map(|i| Some(&wanted.get(*i)?.address.lighting))
+                .collect();
+            let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
+            let sums = span::sums(&pictures, &targets);
+            for (i, terms) in indices.into_iter().zip(sums) {
+                let Some(terms) = terms else { continue };
+                let place = (ground, quality);
+                let image = self.sum(&terms, &at_hand, place, size, store);
+                if let (Some(image), Some(to)) = (image, out.get_mut(i)) {
+                    self.tally.summed += 1;
+                    *to = Some(Arc::new(image));
+                }
+            }
+        }
+    }
+
+    /// What there are pictures of, in memory and on disk.
+    fn at_hand(
+        &self,
+        ground: Ground,
+        quality: Quality,
+        store: &dyn Store,
+    ) -> Vec<(Digest, Lighting)> {
+        let fits = |kept: &&Kept| (kept.address.ground, kept.address.quality) == (ground, quality);
+        let kept = self.kept.iter().filter(fits);
+        let kept = kept.map(|k| (k.address.key, k.address.lighting.clone()));
+        let mut all: Vec<(Digest, Lighting)> = kept.collect();
+        if let Some(depot) = &self.depot {
+            all.extend(depot.lightings(store, ground, quality));
+        }
+        // Sums must not depend on what was used last.
+        all.sort_by_key(|(key, _)| *key);
+        all.dedup_by_key(|(key, _)| *key);
+        all
+    }
+
+    /// The sum itself, from pictures that are what they say.
+    fn sum(
+        &mut self,
+        terms: &span::Terms,
+        at_hand: &[(Digest, Lighting)],
+        (ground, quality): (Ground, Quality),
+        size: (usize, usize),
+        store: &dyn Store,
+    ) -> Option<Image> {
+        let mut parts: Vec<([f64; 3], Arc<Image>)> = Vec::with_capacity(terms.len());
+        for (i, weights) in terms {
+            let (key, lighting) = at_hand.get(*i)?;
+            let image = match self.kept.iter().find(|k| k.address.key == *key) {
+                Some(kept) => Arc::clone(&kept.image),
+                None => {
+                    let name = (ground, quality, *key);
+                    let (said, image) = self.depot.as_mut()?.find(store, name, size)?;
+                    if said != *lighting {
+                        return None;
+                    }
+                    let image = Arc::new(image);
+                    self.kept.push(Kept {
+                        address: Address {
+                            ground,
+                            quality,
+                            lighting: said,
+                            key: *key,
+                        },
+                        refined: false,
+                        image: Arc::clone(&image),
+                    });
+                    image
+                }
+            };
+            parts.push((*weights, image));
+        }
+        let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
+        span::added(size, &terms)
+    }
+
+    /// Drops what was used least recently of what nobody else holds, until the budget is kept.
+    fn trim(&mut self, budget: usize) {
+        let idle = |kept: &Kept| match Arc::strong_count(&kept.image) {
+            1 => size_of_val(kept.image.data()),
+            _ => 0,
+        };
+        let mut bytes: usize = self.kept.iter().map(idle).sum();
+        self.kept.retain(|kept| {
+            let own = idle(kept);
+            let drop = own > 0 && bytes > budget;
+            if drop {
+                bytes -= own;
+            }
+            !drop
+        });
+    }
+}

@@ -1,0 +1,404 @@
+//! The pool on disk: verified pictures by content address, in a folder of the pool's own.
+//!
+//! `FOLDER/pictures/GROUND/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
+//! with what it shows and a checksum of all of it in its header. Files are written beside their
+//! place and renamed; nothing is trusted on reading: a file that is truncated, changed, renamed,
+//! foreign or of another version is not used, and the picture is rendered again in its place. So a
+//! crash, a full disk or another process at work costs time at most. When the folder holds more
+//! than its limit, what was used least recently goes first; a use sets the file's time of change.
+//! Trouble is collected, each kind once, for the user to be told. A store is only as trustworthy as
+//! whoever may write to it: checksums find faults, not forgery.
+
+use std::path::{Path, PathBuf};
+
+use crate::files::{Entry, FileError, Store};
+use crate::picture::Image;
+use crate::picture::exr::{self, Precision};
+use crate::transport::Quality;
+
+use super::address::{Address, Digest, Ground, Hasher, Lighting};
+
+/// Version of the files' own form.
+const FORMAT: &str = "1";
+/// Bytes of a file beyond its pixels, at most: what is lit stands in the header.
+const HEADER_LIMIT: u64 = 8 << 20;
+/// Bytes in which most headers end.
+const HEADER_START: u64 = 32 << 10;
+/// A part left by a killed process is litter once the newest file is younger by this many
+/// microseconds; before, another process may still be writing it.
+const STALE: u64 = 3_600_000_000;
+
+const ATTRIBUTE_FORMAT: &str = "footlight.format";
+const ATTRIBUTE_GROUND: &str = "footlight.ground";
+const ATTRIBUTE_QUALITY: &str = "footlight.quality";
+const ATTRIBUTE_KEY: &str = "footlight.key";
+const ATTRIBUTE_LIT: &str = "footlight.lit";
+const ATTRIBUTE_SETTING: &str = "footlight.setting";
+const ATTRIBUTE_CHECK: &str = "footlight.check";
+
+/// A picture in the store, as its name says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stored {
+    /// Operator, scene and view.
+    pub ground: Ground,
+    /// Step of the operator's scale.
+    pub quality: Quality,
+    /// The picture's name.
+    pub key: Digest,
+    /// Size of its file.
+    pub bytes: u64,
+    /// When it was last used.
+    used: u64,
+}
+
+/// The store of one folder.
+#[derive(Debug)]
+pub struct Depot {
+    folder: PathBuf,
+    limit: u64,
+    /// Bytes in the store as far as known; `None` before the first look.
+    bytes: Option<u64>,
+    damaged: usize,
+    first_damage: Option<String>,
+    /// Why nothing is written any more.
+    stopped: Option<String>,
+    told: [bool; 2],
+}
+
+impl Depot {
+    /// In `folder`, of at most `limit` bytes.
+    pub fn new(folder: impl Into<PathBuf>, limit: u64) -> Depot {
+        Depot {
+            folder: folder.into(),
+            limit,
+            bytes: None,
+            damaged: 0,
+            first_damage: None,
+            stopped: None,
+            told: [false; 2],
+        }
+    }
+
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The most bytes it may hold.
+    pub fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    fn path(&self, ground: Ground, quality: Quality, key: Digest) -> PathBuf {
+        let name = format!("{}-{key}.exr", quality.0);
+        let ground = ground.0.to_string();
+        self.folder.join("pictures").join(ground).join(name)
+    }
+
+    /// The verified picture of an address, `size` pixels wide and high, and what it says is lit;
+    /// `None` when it is not there or not whole.
+    pub fn find(
+        &mut self,
+        store: &dyn Store,
+        (ground, quality, key): (Ground, Quality, Digest),
+        size: (usize, usize),
+    ) -> Option<(Lighting, Image)> {
+        let path = self.path(ground, quality, key);
+        let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
+        let limit = pixels.saturating_mul(12).saturating_add(HEADER_LIMIT);
+        let bytes = match store.read(&path, limit) {
+            Ok(bytes) => bytes,
+            Err(FileError::Missing(_)) => return None,
+            Err(error) => {
+                self.damage(&path, &error.to_string());
+                return None;
+            }
+        };
+        match verified(&bytes, (ground, quality, key), size) {
+            Ok(found) => {
+                // A use that cannot be recorded only makes the picture look older.
+                let _ = store.touch(&path);
+                Some(found)
+            }
+            Err(reason) => {
+                self.damage(&path, &reason);
+                None
+            }
+        }
+    }
+
+    fn damage(&mut self, path: &Path, reason: &str) {
+        self.damaged += 1;
+        let words = || format!("{}: {reason}", path.display());
+        self.first_damage.get_or_insert_with(words);
+    }
+
+    /// What the pictures of a ground and quality say they show; to be verified by
+    /// [`Depot::find`] before any is used.
+    pub fn lightings(
+        &self,
+        store: &dyn Store,
+        ground: Ground,
+        quality: Quality,
+    ) -> Vec<(Digest, Lighting)> {
+        let of_ground = self.of_ground(store, &ground.0.to_string());
+        let wanted = of_ground.into_iter().filter(|s| s.quality == quality);
+        wanted
+            .filter_map(|s| Some((s.key, self.lighting(store, s)?)))
+            .collect()
+    }
+
+    /// What a stored picture says it shows, from its header alone; `None` when that is unreadable.
+    pub fn lighting(&self, store: &dyn Store, stored: Stored) -> Option<Lighting> {
+        let path = self.path(stored.ground, stored.quality, stored.key);
+        [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
+            let start = store.read_start(&path, limit).ok()?;
+            let attributes = exr::attributes(&start).ok()?;
+            let lit = attributes.iter().find(|(name, _)| name == ATTRIBUTE_LIT)?;
+            parse_lit(&lit.1)
+        })
+    }
+
+    /// Stores a picture; `setting` tells people what it shows. After the first failure nothing
+    /// more is written in this session.
+    pub fn keep(&mut self, store: &dyn Store, address: &Address, setting: &str, image: &Image) {
+        if self.stopped.is_some() {
+            return;
+        }
+        if let Err(reason) = self.write(store, address, setting, image) {
+            self.stopped = Some(reason);
+        }
+    }
+
+    fn write(
+        &mut self,
+        store: &dyn Store,
+        address: &Address,
+        setting: &str,
+        image: &Image,
+    ) -> Result<(), String> {
+        let content = encoded(address, setting, image)?;
+        let size = content.len() as u64;
+        if size > self.limit {
+            return Ok(());
+        }
+        let words = |error: FileError| error.to_string();
+        if self.bytes.is_none() {
+            self.claim(store).map_err(words)?;
+            self.bytes = Some(self.stored(store).iter().map(|s| s.bytes).sum());
+        }
+        let path = self.path(address.ground, address.quality, address.key);
+        store.write(&path, &content).map_err(words)?;
+        let bytes = self.bytes.unwrap_or_default().saturating_add(size);
+        self.bytes = Some(bytes);
+        if bytes > self.limit {
+            self.trim(store).map_err(words)?;
+        }
+        Ok(())
+    }
+
+    /// Keeps the folder out of version control by a file of its own, unless there is more in the
+    /// folder than ours: somebody's own folder is not to be hidden.
+    fn claim(&self, store: &dyn Store) -> Result<(), FileError> {
+        let ours = |entry: &Entry| entry.name == "pictures";
+        if store.entries(&self.folder)?.iter().all(ours) {
+            store.write(&self.folder.join(".gitignore"), b"*\n")?;
+        }
+        Ok(())
+    }
+
+    /// Every picture in the store, whether it serves or not; none when it cannot be listed.
+    pub fn stored(&self, store: &dyn Store) -> Vec<Stored> {
+        let grounds = store.entries(&self.folder.join("pictures"));
+        let grounds = grounds.unwrap_or_default().into_iter();
+        grounds
+            .flat_map(|ground| self.of_ground(store, &ground.name))
+            .collect()
+    }
+
+    fn of_ground(&self, store: &dyn Store, ground: &str) -> Vec<Stored> {
+        let Some(digest) = Digest::parse(ground) else {
+            return Vec::new();
+        };
+        let folder = self.folder.join("pictures").join(ground);
+        let entries = store.entries(&folder).unwrap_or_default().into_iter();
+        let stored = |entry: Entry| {
+            let (quality, key) = entry.name.strip_suffix(".exr")?.split_once('-')?;
+            Some(Stored {
+                ground: Ground(digest),
+                quality: Quality(quality.parse().ok()?),
+                key: Digest::parse(key)?,
+                bytes: entry.bytes,
+                used: entry.used,
+            })
+        };
+        entries.filter_map(stored).collect()
+    }
+
+    /// Removes what was used least recently until the limit is kept, and parts left behind.
+    fn trim(&mut self, store: &dyn Store) -> Result<(), FileError> {
+        let mut all = self.stored(store);
+        all.sort_by_key(|s| s.used);
+        let newest = all.last().map_or(0, |s| s.used);
+        self.sweep(store, newest.saturating_sub(STALE))?;
+        let mut bytes: u64 = all.iter().map(|s| s.bytes).sum();
+        for stored in all {
+            if bytes <= self.limit {
+                break;
+            }
+            store.remove(&self.path(stored.ground, stored.quality, stored.key))?;
+            bytes = bytes.saturating_sub(stored.bytes);
+        }
+        self.bytes = Some(bytes);
+        Ok(())
+    }
+
+    /// Removes parts of files that were last written before `until`, and folders left empty.
+    fn sweep(&self, store: &dyn Store, until: u64) -> Result<(), FileError> {
+        let pictures = self.folder.join("pictures");
+        for ground in store.entries(&pictures)? {
+            if Digest::parse(&ground.name).is_none() {
+                continue;
+            }
+            let folder = pictures.join(&ground.name);
+            for entry in store.entries(&folder)? {
+                if entry.name.ends_with(".part") && entry.used < until {
+                    store.remove(&folder.join(&entry.name))?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes the pictures that `which` picks, and what killed processes left of others; how many
+    /// and how many bytes.
+    ///
+    /// # Errors
+    /// [`FileError`] when one cannot be removed; those before it are gone.
+    pub fn free(
+        &mut self,
+        store: &dyn Store,
+        which: impl Fn(&Stored) -> bool,
+    ) -> Result<(usize, u64), FileError> {
+        let (mut count, mut bytes) = (0, 0);
+        self.bytes = None;
+        let all = self.stored(store);
+        let newest = all.iter().map(|s| s.used).max();
+        self.sweep(store, newest.map_or(u64::MAX, |n| n.saturating_sub(STALE)))?;
+        for stored in all.into_iter().filter(which) {
+            let path = self.path(stored.ground, stored.quality, stored.key);
+            store.remove(&path)?;
+            count += 1;
+            bytes += stored.bytes;
+            // The folder goes with its last picture; it may well hold others.
+            let _ = path.parent().map(|folder| store.remove(folder));
+        }
+        Ok((count, bytes))
+    }
+
+    /// What the user should know, each kind of trouble once in a session.
+    pub fn notes(&mut self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if let (Some(first), false) = (&self.first_damage, self.told[0]) {
+            self.told[0] = true;
+            let others = match self.damaged {
+                0 | 1 => String::new(),
+                n => format!(" ({} more like it)", n - 1),
+            };
+            notes.push(format!(
+                "a stored picture is not used and is rendered again: {first}{others}"
+            ));
+        }
+        if let (Some(reason), false) = (&self.stopped, self.told[1]) {
+            self.told[1] = true;
+            notes.push(format!(
+                "pictures are no longer stored, only kept until you leave: {reason}"
+            ));
+        }
+        notes
+    }
+}
+
+/// The file of a picture.
+fn encoded(address: &Address, setting: &str, image: &Image) -> Result<Vec<u8>, String> {
+    let lit = address.lighting.lit().iter();
+    let lit: Vec<String> = lit
+        .map(|(shape, [r, g, b])| format!("{shape}:{r:?},{g:?},{b:?}"))
+        .collect();
+    let mut attributes: Vec<(String, String)> = [
+        (ATTRIBUTE_FORMAT, FORMAT.to_owned()),
+        (ATTRIBUTE_GROUND, address.ground.0.to_string()),
+        (ATTRIBUTE_QUALITY, address.quality.0.to_string()),
+        (ATTRIBUTE_KEY, address.key.to_string()),
+        (ATTRIBUTE_LIT, lit.join(" ")),
+        (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+    .to_vec();
+    let check = checksum(&attributes, image).to_string();
+    attributes.push((ATTRIBUTE_CHECK.to_owned(), check));
+    exr::encode(image, Precision::Float, &attributes).map_err(|e| e.to_string())
+}
+
+/// Of everything in the file that has a meaning: attributes in order of their names, then pixels.
+fn checksum(attributes: &[(String, String)], image: &Image) -> Digest {
+    let mut sorted: Vec<_> = attributes.iter().collect();
+    sorted.sort();
+    let mut hasher = Hasher::new("check");
+    for (name, value) in sorted {
+        hasher.text(name);
+        hasher.text(value);
+    }
+    hasher.image(image);
+    hasher.finish()
+}
+
+/// What a file shows, if it is whole and what its name says.
+fn verified(
+    bytes: &[u8],
+    (ground, quality, key): (Ground, Quality, Digest),
+    size: (usize, usize),
+) -> Result<(Lighting, Image), String> {
+    let words = |error: crate::picture::PictureError| error.to_string();
+    let attributes = exr::attributes(bytes).map_err(words)?;
+    let value = |wanted: &str| {
+        let found = attributes.iter().find(|(name, _)| name == wanted);
+        found.map_or("", |(_, value)| value.as_str())
+    };
+    if value(ATTRIBUTE_FORMAT) != FORMAT {
+        return Err("it is not a picture of this version's store".to_owned());
+    }
+    let said = [ATTRIBUTE_GROUND, ATTRIBUTE_QUALITY, ATTRIBUTE_KEY].map(value);
+    let meant = [ground.0.to_string(), quality.0.to_string(), key.to_string()];
+    if said != meant {
+        return Err("it is a picture of something else under this name".to_owned());
+    }
+    let image = exr::decode(bytes, size.0 * size.1 * 64 + (1 << 20)).map_err(words)?;
+    if (image.width(), image.height()) != size {
+        return Err("it has another size".to_owned());
+    }
+    let own =
+        |(name, _): &&(String, String)| name.starts_with("footlight.") && name != ATTRIBUTE_CHECK;
+    let own: Vec<_> = attributes.iter().filter(own).cloned().collect();
+    if checksum(&own, &image).to_string() != value(ATTRIBUTE_CHECK) {
+        return Err("its checksum does not fit: it was changed or damaged".to_owned());
+    }
+    let lighting = parse_lit(value(ATTRIBUTE_LIT));
+    let lighting = lighting.ok_or("what it says is lit cannot be read")?;
+    Ok((lighting, image))
+}
+
+fn parse_lit(text: &str) -> Option<Lighting> {
+    let light = |word: &str| {
+        let (shape, strength) = word.split_once(':')?;
+        let mut numbers = strength.split(',').map(str::parse::<f64>);
+        let mut next = || numbers.next()?.ok().filter(|x| x.is_finite());
+        Some((Digest::parse(shape)?, [next()?, next()?, next()?]))
+    };
+    let lit: Option<Vec<_>> = text.split_whitespace().map(light).collect();
+    lit.map(Lighting::new)
+}
+
+#[cfg(test)]
+#[path = "depot_test.rs"]
+mod tests;

@@ -1,0 +1,137 @@
+//! Faults of single files: whatever happens to the bytes, what is found is what was stored.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test's own data"
+)]
+
+use super::*;
+use crate::files::Shelf;
+use crate::geometry::{Vec3, vec3};
+use crate::pool::address::Lights;
+use crate::scene::{Emitter, Light, Rig, Scene, Source, Spot, View};
+use crate::units::Rgb;
+
+const SIZE: (usize, usize) = (5, 3);
+
+fn lights() -> Lights {
+    Lights::new(&Rig {
+        lights: vec![Light::Spot(Spot {
+            position: vec3(0.0, 0.0, 4.0),
+            aim: Vec3::ZERO,
+            beam: 20.0,
+            field: 40.0,
+            intensity: Rgb([900.0, 0.1, 300.0]),
+        })],
+        sources: vec![Source {
+            name: "l\u{e4}mp".to_owned(),
+            emitters: vec![Emitter {
+                light: 0,
+                filter: Rgb::WHITE,
+            }],
+        }],
+    })
+}
+
+fn address(setting: f64) -> Address {
+    let view = View {
+        from: vec3(0.0, -9.0, 1.7),
+        to: Vec3::ZERO,
+        fov: 40.0,
+        width: SIZE.0,
+        height: SIZE.1,
+    };
+    let ground = Ground::new("g 1", &Scene::default(), &view);
+    lights().address(ground, Quality(2), &[setting])
+}
+
+fn name(address: &Address) -> (Ground, Quality, Digest) {
+    (address.ground, address.quality, address.key)
+}
+
+fn image(seed: f32) -> Image {
+    let numbers = (0..SIZE.0 * SIZE.1 * 3).map(|i| (i as f32 - 7.0) * seed);
+    Image::from_data(SIZE.0, SIZE.1, numbers.collect()).unwrap()
+}
+
+#[test]
+fn what_is_stored_is_found_bit_for_bit() {
+    let (shelf, address) = (Shelf::default(), address(0.3));
+    let mut depot = Depot::new("p", 1 << 20);
+    assert_eq!(depot.find(&shelf, name(&address), SIZE), None);
+    depot.keep(&shelf, &address, "l\u{e4}mp 0.3", &image(0.1));
+    let (lighting, found) = depot.find(&shelf, name(&address), SIZE).unwrap();
+    assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
+    let listed = depot.lightings(&shelf, address.ground, address.quality);
+    assert_eq!(listed, [(address.key, address.lighting)]);
+    assert_eq!(depot.notes(), [""; 0]);
+}
+
+#[test]
+fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
+    let (shelf, address) = (Shelf::default(), address(0.3));
+    let mut depot = Depot::new("p", 1 << 20);
+    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    let path = depot.path(address.ground, address.quality, address.key);
+    let whole = shelf.read(&path, 1 << 20).unwrap();
+    let mut refused = 0;
+    let mut harmless = Vec::new();
+    for at in 0..whole.len() {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 1 << (at % 8);
+        shelf.write(&path, &flipped).unwrap();
+        match depot.find(&shelf, name(&address), SIZE) {
+            None => refused += 1,
+            Some((lighting, found)) => {
+                assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
+                harmless.push(at);
+            }
+        }
+    }
+    // What is left has no meaning here: offsets' spare bits, pixel aspect, the window's centre.
+    assert!(refused > harmless.len(), "{refused} {}", harmless.len());
+    for end in 0..whole.len() {
+        shelf.write(&path, &whole[..end]).unwrap();
+        assert_eq!(depot.find(&shelf, name(&address), SIZE), None, "{end}");
+    }
+    let other = self::address(0.4);
+    depot.keep(&shelf, &other, "lamp", &image(0.2));
+    let foreign = depot.path(other.ground, other.quality, other.key);
+    let foreign = shelf.read(&foreign, 1 << 20).unwrap();
+    shelf.write(&path, &foreign).unwrap();
+    assert_eq!(depot.find(&shelf, name(&address), SIZE), None);
+    let notes = depot.notes();
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert_eq!(depot.notes(), [""; 0], "told once");
+}
+
+#[test]
+fn somebody_elses_folder_is_not_hidden_and_his_files_stay() {
+    let (shelf, address) = (Shelf::default(), address(1.0));
+    shelf.write(Path::new("p/thesis.txt"), b"mine").unwrap();
+    shelf
+        .write(Path::new("p/pictures/holiday.exr"), b"mine")
+        .unwrap();
+    let mut depot = Depot::new("p", 1 << 20);
+    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    assert!(shelf.read(Path::new("p/.gitignore"), 9).is_err());
+    assert_eq!(depot.free(&shelf, |_| true).unwrap().0, 1);
+    let left: Vec<PathBuf> = shelf.paths();
+    let his = ["p/pictures/holiday.exr", "p/thesis.txt"].map(PathBuf::from);
+    assert_eq!(left, his);
+}
+
+#[test]
+fn parts_that_killed_processes_left_are_swept() {
+    let (shelf, address) = (Shelf::default(), address(1.0));
+    let mut depot = Depot::new("p", 1 << 20);
+    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    let part = depot.path(address.ground, address.quality, address.key);
+    let part = part.with_extension("exr.12-3.part");
+    shelf.write(&part, b"half").unwrap();
+    depot.free(&shelf, |_| false).unwrap();
+    assert!(shelf.paths().contains(&part), "somebody may be writing it");
+    depot.free(&shelf, |_| true).unwrap();
+    depot.free(&shelf, |_| true).unwrap();
+    assert!(!shelf.paths().contains(&part));
+}
