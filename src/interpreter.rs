@@ -127,7 +127,8 @@ impl Host {
     }
 
     fn archive(&self) -> Archive {
-        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit);
+        let operator = self.transport.results().unwrap_or_default();
+        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit, &operator);
         Archive::new(self.pool.as_ref().map(depot))
     }
 
@@ -420,7 +421,8 @@ impl Interpreter {
 
     /// Number of refined pictures that serve the show.
     pub fn refined(&self) -> usize {
-        self.stage.as_ref().map_or(0, Stage::refined)
+        let least = self.refined_step();
+        self.stage.as_ref().map_or(0, |s| s.refined(least))
     }
 }
 

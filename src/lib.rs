@@ -18,7 +18,8 @@
 //! Each module is a room on a layer. It may import rooms of lower layers that its row names, and
 //! the outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as
 //! they only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares
-//! them.
+//! them. `build.rs` is the build script: it makes the operator's version of `transport` and the
+//! rooms below it, so that no picture of older code is ever taken from a store.
 //!
 //! | layer | module | its job | may import | its own outside crates |
 //! |---|---|---|---|---|

@@ -97,7 +97,7 @@ pub trait Transport: Sync {
     /// A short name for reports.
     fn name(&self) -> &str;
 
-    /// Name and version of its pictures, to be raised whenever they change; `None` where pictures
+    /// Name and version of its pictures, another one whenever they change; `None` where pictures
     /// of one session must not be taken for those of another.
     ///
     /// An operator that names its results promises that a picture depends on scene, view, quality

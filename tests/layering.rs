@@ -11,6 +11,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[path = "../src/build.rs"]
+#[allow(dead_code, reason = "the script's `main` is cargo's to call")]
+mod build;
+
 /// Crates that only derive traits or define none of the program's behaviour.
 const FREE: &[&str] = &[
     "std",
@@ -86,7 +90,7 @@ fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The room a file belongs to; `None` for the two roots.
+/// The room a file belongs to; `None` for the two roots and the build script.
 fn room(path: &Path) -> Option<String> {
     let inside = path.strip_prefix(root().join("src")).unwrap();
     let first = inside
@@ -96,7 +100,7 @@ fn room(path: &Path) -> Option<String> {
         .as_os_str()
         .to_string_lossy();
     let name = first.trim_end_matches(".rs").to_owned();
-    (name != "lib" && name != "main").then_some(name)
+    (!["lib", "main", "build"].contains(&name.as_str())).then_some(name)
 }
 
 /// Source text without comments, strings and test modules: what the room itself says.
@@ -198,6 +202,55 @@ fn every_room_keeps_to_its_row() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Whatever the operator may import decides what its pictures look like, so all of it must be in
+/// the version by which stored pictures are found.
+#[test]
+fn the_operators_version_covers_all_that_it_may_import() {
+    let table = table();
+    let mut rooms = BTreeSet::new();
+    let mut open = vec!["transport".to_owned()];
+    while let Some(room) = open.pop() {
+        open.extend(table[&room].imports.iter().cloned());
+        rooms.insert(room);
+    }
+    let covered = build::ROOMS.map(str::to_owned);
+    assert_eq!(rooms, BTreeSet::from(covered));
+}
+
+#[test]
+fn any_change_of_the_operators_code_is_another_version() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let path = folder.path().join("src").join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    };
+    write("transport.rs", "mod gather;");
+    write("transport/gather.rs", "a * b");
+    write("raster.rs", "c");
+    let version = || build::digest(folder.path()).unwrap();
+    let first = version();
+    assert_eq!(first, version());
+    for other in ["lang.rs", "transport/tests.rs", "scene/obj/read_test.rs"] {
+        write(other, "draws nothing");
+        assert_eq!(version(), first, "{other}");
+    }
+    let mut seen = BTreeSet::from([first]);
+    for (name, text) in [
+        ("transport/gather.rs", "a + b"),
+        ("transport/radiosity/deep.rs", "new"),
+        ("raster.rs", ""),
+        ("units.rs", "c"),
+    ] {
+        write(name, text);
+        assert!(seen.insert(version()), "{name}");
+    }
+    fs::write(folder.path().join("Cargo.lock"), "rayon 2").unwrap();
+    assert!(seen.insert(version()), "other crates");
+    // What the program was built with is that of these very sources.
+    assert_eq!(build::digest(&root()).unwrap(), env!("FOOTLIGHT_OPERATOR"));
 }
 
 #[test]

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use footlight::files::{Entry, FileError, Memory, Shelf, Store};
+use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
 use footlight::interpreter::{Goal, Host, Interpreter, PoolPlace};
 use footlight::picture::Image;
 use footlight::scene::{Rig, Scene, View};
@@ -94,6 +94,15 @@ impl Prepared for CountingPrepared {
     }
 }
 
+/// A clock that goes on by so many seconds whenever it is read.
+struct Ticking(AtomicUsize, f64);
+
+impl Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        self.0.fetch_add(1, Ordering::Relaxed) as f64 * self.1
+    }
+}
+
 /// A show, and how many pictures were rendered for it.
 struct Session {
     show: Interpreter,
@@ -102,11 +111,17 @@ struct Session {
 
 impl Session {
     fn open(text: &str, store: impl Store + 'static, limit: Option<u64>) -> Session {
+        Session::timed(text, store, limit, 1e-3)
+    }
+
+    /// The same on a machine where every look at the clock takes so many seconds.
+    fn timed(text: &str, store: impl Store + 'static, limit: Option<u64>, seconds: f64) -> Session {
         let rendered = Arc::new(AtomicUsize::new(0));
         let files = Memory::default().with("room.obj", ROOM);
         let host = Host {
             files: Box::new(files.with("room.mtl", MATERIALS)),
             store: Box::new(store),
+            clock: Box::new(Ticking(AtomicUsize::new(0), seconds)),
             transport: Box::new(Counting(Arc::clone(&rendered))),
             pool: limit.map(|limit| PoolPlace {
                 folder: PathBuf::from(POOL),
@@ -124,6 +139,16 @@ impl Session {
             ..Goal::default()
         };
         self.show.refine(goal).unwrap();
+    }
+
+    /// Refines until there are so many pictures, stored ones included; what the user is told.
+    fn refine_to(&mut self, count: usize) -> Vec<String> {
+        self.show.coarse().unwrap();
+        let line = match count - self.show.refined() {
+            0 => "pool".to_owned(),
+            missing => format!("refine {missing}"),
+        };
+        self.show.execute(&line).unwrap().notes
     }
 
     /// Pictures rendered since the last call.
@@ -266,6 +291,84 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
     assert_eq!(session.rendered(), 0);
 }
 
+/// The text changed in an editor between two runs: every refined picture still tells what is wrong
+/// with the coarse ones.
+#[test]
+fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
+    let shelf = Shelf::default();
+    let mut first = Session::open(SHOW, shelf.clone(), PLENTY);
+    first.refine(2);
+    let text = SHOW.replace("warm 15  cool 90", "warm 45  cool 20  over 10");
+    let mut alone = Session::open(&text, Shelf::default(), None);
+    alone.show.coarse().unwrap();
+    let mut second = Session::open(&text, shelf.clone(), PLENTY);
+    second.show.coarse().unwrap();
+    assert_eq!(second.rendered(), 0);
+    let pool = second.show.pool().unwrap();
+    let settings = |session: &Session| session.show.pool().unwrap().settings();
+    assert_eq!(settings(&second), settings(&first), "in their order");
+    let forecast = |session: &Session| session.show.steps().last().unwrap().forecast;
+    assert!(
+        forecast(&second) < 0.7 * forecast(&alone),
+        "{} {}",
+        forecast(&second),
+        forecast(&alone)
+    );
+    for refined in pool.refined() {
+        let preview = pool.preview(&refined.setting, Work::silent()).unwrap();
+        let off = difference(&[refined.image.as_ref().clone()], &[preview]);
+        assert!(off <= 1e-6, "{off}");
+    }
+    // Only what is new is rendered, and the next session has all three.
+    second.refine(1);
+    assert_eq!(second.rendered(), 1);
+    let mut third = Session::open(&text, shelf, PLENTY);
+    third.show.coarse().unwrap();
+    assert_eq!(settings(&third), settings(&second));
+    assert!(third.keys() == second.keys(), "the same bits");
+    assert_eq!(third.rendered(), 0);
+}
+
+/// Two sessions that knew nothing of each other refined almost the same settings: their difference
+/// would be magnified, and the rounding of single precision with it.
+#[test]
+fn near_copies_of_refined_pictures_are_left_out() {
+    let one = Shelf::default();
+    Session::open(SHOW, one.clone(), PLENTY).refine(2);
+    let two = Shelf::default();
+    let text = SHOW.replace("warm 80", "warm 80.01");
+    Session::open(&text, two.clone(), PLENTY).refine(2);
+    for path in stored(&two) {
+        one.write(&path, &two.read(&path, 1 << 30).unwrap())
+            .unwrap();
+    }
+    assert_eq!(
+        stored(&one).len(),
+        10,
+        "the two sessions' refined pictures differ"
+    );
+    let mut both = Session::open(SHOW, one, PLENTY);
+    both.show.coarse().unwrap();
+    assert_eq!(both.show.refined(), 2);
+    assert_eq!(both.rendered(), 0);
+}
+
+#[test]
+fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
+    let shelf = Shelf::default();
+    Session::open(SHOW, shelf.clone(), PLENTY).refine(1);
+    let told = |seconds| {
+        let mut session = Session::timed(SHOW, shelf.clone(), PLENTY, seconds);
+        session.show.coarse().unwrap();
+        let first = session.show.outlook().unwrap().steps[0].seconds;
+        session.refine(1);
+        (first, session.show.outlook().unwrap().steps[0].seconds)
+    };
+    let (fast, slow) = (told(1e-3), told(1e3));
+    assert_eq!(fast.0, slow.0, "nothing was rendered yet");
+    assert!(slow.1 > 1e4 * fast.1, "{fast:?} {slow:?}");
+}
+
 #[test]
 fn an_edit_renders_only_what_depends_on_it() {
     let mut session = Session::open(SHOW, Shelf::default(), None);
@@ -399,7 +502,7 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
                 written: Arc::default(),
             };
             let mut first = Session::open(SHOW, faulty, PLENTY);
-            let notes = first.show.execute("refine 2").unwrap().notes;
+            let notes = first.refine_to(2);
             assert!(first.keys() == truth, "{what}");
             let full = matches!(fault, Fault::Full);
             assert_eq!(notes.len(), usize::from(full), "{what}: {notes:?}");
@@ -409,7 +512,7 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
             );
 
             let mut second = Session::open(SHOW, inner.clone(), PLENTY);
-            let notes = second.show.execute("refine 2").unwrap().notes;
+            let notes = second.refine_to(2);
             assert_eq!(
                 second.rendered(),
                 8 - from.min(8),
@@ -424,7 +527,7 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
 
             // What was damaged has been replaced.
             let mut third = Session::open(SHOW, inner, PLENTY);
-            third.refine(2);
+            third.refine_to(2);
             assert_eq!(third.rendered(), 0, "{what}");
             assert!(third.keys() == truth, "{what}");
         }
@@ -449,7 +552,7 @@ fn the_limit_drops_what_was_used_least_recently() {
     second.refine(1);
     assert!(bytes(&stored(&shelf)) <= limit);
     let mut again = Session::open(&other, shelf.clone(), Some(limit));
-    again.refine(1);
+    again.refine_to(1);
     assert_eq!(again.rendered(), 0, "what was used last is there");
     let left = all.iter().filter(|p| stored(&shelf).contains(p)).count();
     assert_eq!(left, 1, "of the first show the last picture used");

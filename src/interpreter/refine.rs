@@ -80,11 +80,16 @@ impl Interpreter {
         let begin = self.host.clock.seconds();
         let means = self.host.means();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
+        let before = stage.archive.tally();
         if !stage.coarse(means)? {
             return Ok(());
         }
+        let found = stage.archive.tally().since(before).found();
         self.steps.clear();
-        self.time_coarse(begin);
+        // What was found tells nothing of what rendering takes.
+        if found == 0 {
+            self.time_coarse(begin);
+        }
         self.record(begin)
     }
 
@@ -287,10 +292,10 @@ impl Interpreter {
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
         let started = self.host.clock.seconds();
         let before = stage.archive.tally();
-        let pictures = stage.pictures(means, quality, &settings, true)?;
+        let place = stage.pool.as_ref().map_or(0, |p| p.refined().len());
+        let pictures = stage.pictures(means, quality, &settings, Some(place))?;
         let found = stage.archive.tally().since(before).found();
         let seconds = self.host.clock.seconds() - started;
-        // What was found tells nothing of what rendering takes.
         if found == 0 {
             self.pace.learn(predicted, seconds);
         }

@@ -55,7 +55,8 @@ impl Interpreter {
         Path::new("out").join(stem)
     }
 
-    /// Coarse pictures, plan, refinement until `goal`, key images, playback; the results go to
+    /// Coarse pictures, plan, refinement until `goal`, whose count is that of the pool's refined
+    /// pictures in all, key images, playback; the results go to
     /// `folder`: `plan.json`, `keys/*.exr`, `curves.png`, `error.png`, `basis.png`,
     /// `sequence.png`. Keys of an earlier run are removed.
     ///
@@ -66,6 +67,11 @@ impl Interpreter {
         let mut marks = vec![self.host.clock.seconds()];
         self.coarse()?;
         marks.push(self.host.clock.seconds());
+        // Those that earlier runs stored count, so that a second run renders nothing.
+        let goal = Goal {
+            count: goal.count.map(|n| n.saturating_sub(self.refined())),
+            ..goal
+        };
         let tolerance = goal.until.unwrap_or(self.show().preview.tolerance);
         let metric = self.rendered()?.weighting().metric();
         let plan = self.plan(metric, tolerance)?;

@@ -1,6 +1,8 @@
 //! The rendered side of a show: scene, rig, prepared operators and pool, kept as long as the text
 //! still means the same by them.
 
+mod again;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -11,8 +13,7 @@ use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Ground, Lighting, Lights};
-use crate::pool::archive::{Archive, Kept, Wanted};
-use crate::pool::span;
+use crate::pool::archive::{Archive, Wanted};
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
@@ -242,25 +243,26 @@ impl Stage {
         }
     }
 
-    /// A picture of each setting: found, added up, or rendered.
+    /// A picture of each setting: found, added up, or rendered. Refined pictures are counted on
+    /// from `refined`; coarse ones have none.
     pub fn pictures(
         &mut self,
         means: Means<'_>,
         quality: Quality,
         settings: &[Vec<f64>],
-        refined: bool,
+        refined: Option<usize>,
     ) -> Result<Vec<Arc<Image>>, TransportError> {
         let Some(ground) = self.ground else {
             let operator = self.operator(means.transport, quality, means.work)?;
             let images = operator.render(settings, means.work)?;
             return Ok(images.into_iter().map(Arc::new).collect());
         };
-        let want = |setting: &Vec<f64>| Wanted {
+        let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
             address: self.lights.address(ground, quality, setting),
             words: self.words(setting),
-            refined,
+            refined: refined.map(|first| first + i),
         };
-        let wanted: Vec<Wanted> = settings.iter().map(want).collect();
+        let wanted: Vec<Wanted> = settings.iter().enumerate().map(want).collect();
         let size = (self.view.width, self.view.height);
         // Taken out while the operator, which the stage holds too, is at work.
         let mut archive = std::mem::take(&mut self.archive);
@@ -284,8 +286,8 @@ impl Stage {
     }
 
     /// The pool, with its coarse pictures found or rendered on first use: the show's coarse step
-    /// and the next finer one, whose difference estimates the error. Refined pictures of the
-    /// session that these sources can express come with it. Also true when it was made just now.
+    /// and the next finer one, whose difference estimates the error. Refined pictures of this
+    /// session and earlier ones that these sources can express come with it. Also true when it was made just now.
     pub fn coarse(&mut self, means: Means<'_>) -> Result<bool, TransportError> {
         if self.pool.is_some() {
             return Ok(false);
@@ -294,43 +296,15 @@ impl Stage {
         let [cheap, fine] = coarse_steps(self.steps[0], finest).map(Quality);
         let units = Pool::unit_settings(self.rig.sources.len());
         let coarser = match fine > cheap {
-            true => self.pictures(means, cheap, &units, false)?,
+            true => self.pictures(means, cheap, &units, None)?,
             false => Vec::new(),
         };
-        let coarse = self.pictures(means, fine, &units, false)?;
+        let coarse = self.pictures(means, fine, &units, None)?;
         let mut pool = Pool::new(coarse, coarser, means.work);
-        for (setting, kept) in self.again() {
-            pool.add(setting, kept.image, kept.address.quality, means.work);
-        }
+        let least = Quality(self.steps[1].clamp(1, finest.0));
+        self.add_known(&mut pool, least, means);
         self.pool = Some(pool);
         Ok(true)
-    }
-
-    /// Refined pictures of the session that are good enough and that the sources can express, with
-    /// their settings.
-    fn again(&self) -> Vec<(Vec<f64>, Kept)> {
-        let fits = |kept: &&Kept| {
-            let address = &kept.address;
-            kept.refined
-                && Some(address.ground) == self.ground
-                && address.quality.0 >= self.steps[1]
-        };
-        let kept: Vec<&Kept> = self.archive.kept().iter().filter(fits).collect();
-        let lit: Vec<&Lighting> = kept.iter().map(|k| &k.address.lighting).collect();
-        let units = Pool::unit_settings(self.lights.sources());
-        let sources: Vec<Lighting> = units.iter().map(|u| self.lights.lighting(u)).collect();
-        let settings = span::settings(&sources, &lit).into_iter().zip(kept);
-        settings
-            .filter_map(|(setting, kept)| Some((setting?, kept.clone())))
-            .collect()
-    }
-
-    /// Number of refined pictures that the pool has, or will have once it is made.
-    pub fn refined(&self) -> usize {
-        match &self.pool {
-            Some(pool) => pool.refined().len(),
-            None => self.again().len(),
-        }
     }
 
     /// True for where this scene and view have their pictures.

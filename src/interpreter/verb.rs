@@ -255,7 +255,11 @@ pub const VERBS: &[VerbSpec] = &[
                 "X",
                 "refine until this error, such as 2% (default: the show's preview)",
             ),
-            value("count", "N", "refine exactly this many pictures"),
+            value(
+                "count",
+                "N",
+                "refine until there are N pictures, stored ones included",
+            ),
             value("budget", "TIME", "stop refining when this time is used up"),
             value(
                 "out",

@@ -55,8 +55,9 @@ pub struct Wanted {
     pub address: Address,
     /// The same for people.
     pub words: String,
-    /// Whether it is a refined picture, to be used again as such with other sources.
-    pub refined: bool,
+    /// Which of the pool's refined pictures it is, from 0, to be used again as such with other
+    /// sources; `None` for a coarse one.
+    pub refined: Option<usize>,
 }
 
 /// A picture in memory.
@@ -64,8 +65,8 @@ pub struct Wanted {
 pub struct Kept {
     /// What it shows.
     pub address: Address,
-    /// Whether it was rendered as a refined picture.
-    pub refined: bool,
+    /// Which of its pool's refined pictures it was; `None` for a coarse one.
+    pub refined: Option<usize>,
     /// The picture.
     pub image: Arc<Image>,
 }
@@ -157,7 +158,7 @@ impl Archive {
                 };
                 self.tally.rendered += 1;
                 if let Some(depot) = &mut self.depot {
-                    depot.keep(store, &one.address, &one.words, &image);
+                    depot.keep(store, &one.address, (&one.words, one.refined), &image);
                 }
                 *place = Some(self.keep(one, Arc::new(image)));
             }
@@ -177,7 +178,7 @@ impl Archive {
         let key = |kept: &Kept| kept.address.key == address.key;
         if let Some(at) = self.kept.iter().position(key) {
             let mut kept = self.kept.remove(at);
-            kept.refined |= wanted.refined;
+            kept.refined = kept.refined.or(wanted.refined);
             let image = Arc::clone(&kept.image);
             self.kept.push(kept);
             self.tally.kept += 1;
@@ -272,32 +273,59 @@ impl Archive {
         let mut parts: Vec<([f64; 3], Arc<Image>)> = Vec::with_capacity(terms.len());
         for (i, weights) in terms {
             let (key, lighting) = at_hand.get(*i)?;
-            let image = match self.kept.iter().find(|k| k.address.key == *key) {
-                Some(kept) => Arc::clone(&kept.image),
-                None => {
-                    let name = (ground, quality, *key);
-                    let (said, image) = self.depot.as_mut()?.find(store, name, size)?;
-                    if said != *lighting {
-                        return None;
-                    }
-                    let image = Arc::new(image);
-                    self.kept.push(Kept {
-                        address: Address {
-                            ground,
-                            quality,
-                            lighting: said,
-                            key: *key,
-                        },
-                        refined: false,
-                        image: Arc::clone(&image),
-                    });
-                    image
-                }
+            let address = Address {
+                ground,
+                quality,
+                lighting: lighting.clone(),
+                key: *key,
             };
-            parts.push((*weights, image));
+            parts.push((*weights, self.fetch(address, None, size, store)?));
         }
         let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
         span::added(size, &terms)
+    }
+
+    /// A picture that is known to be at hand, from memory or the store; `None` where it is not what
+    /// its header said, or is gone. `refined` as in [`Kept`].
+    pub fn fetch(
+        &mut self,
+        address: Address,
+        refined: Option<usize>,
+        size: (usize, usize),
+        store: &dyn Store,
+    ) -> Option<Arc<Image>> {
+        if let Some(kept) = self.kept.iter().find(|k| k.address.key == address.key) {
+            return Some(Arc::clone(&kept.image));
+        }
+        let name = (address.ground, address.quality, address.key);
+        let (said, image) = self.depot.as_mut()?.find(store, name, size)?;
+        if said != address.lighting {
+            return None;
+        }
+        let image = Arc::new(image);
+        self.kept.push(Kept {
+            address,
+            refined,
+            image: Arc::clone(&image),
+        });
+        Some(image)
+    }
+
+    /// As [`Archive::fetch`], counted as a picture that needed no rendering.
+    pub fn recall(
+        &mut self,
+        address: Address,
+        refined: usize,
+        size: (usize, usize),
+        store: &dyn Store,
+    ) -> Option<Arc<Image>> {
+        let known = self.kept.iter().any(|k| k.address.key == address.key);
+        let image = self.fetch(address, Some(refined), size, store)?;
+        match known {
+            true => self.tally.kept += 1,
+            false => self.tally.stored += 1,
+        }
+        Some(image)
     }
 
     /// Drops what was used least recently of what nobody else holds, until the budget is kept.

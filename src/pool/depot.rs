@@ -1,7 +1,8 @@
 //! The pool on disk: verified pictures by content address, in a folder of the pool's own.
 //!
 //! `FOLDER/pictures/GROUND/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
-//! with what it shows and a checksum of all of it in its header. Files are written beside their
+//! with what it shows, the operator's version and a checksum of all of it in its header. Files are
+//! written beside their
 //! place and renamed; nothing is trusted on reading: a file that is truncated, changed, renamed,
 //! foreign or of another version is not used, and the picture is rendered again in its place. So a
 //! crash, a full disk or another process at work costs time at most. When the folder holds more
@@ -34,6 +35,9 @@ const ATTRIBUTE_QUALITY: &str = "footlight.quality";
 const ATTRIBUTE_KEY: &str = "footlight.key";
 const ATTRIBUTE_LIT: &str = "footlight.lit";
 const ATTRIBUTE_SETTING: &str = "footlight.setting";
+const ATTRIBUTE_OPERATOR: &str = "footlight.operator";
+/// Which of its session's refined pictures it was, from 0; empty for a coarse one.
+const ATTRIBUTE_REFINED: &str = "footlight.refined";
 const ATTRIBUTE_CHECK: &str = "footlight.check";
 
 /// A picture in the store, as its name says.
@@ -51,31 +55,50 @@ pub struct Stored {
     used: u64,
 }
 
+/// A refined picture of the store, as its header says; to be verified by [`Depot::find`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refined {
+    /// Step of the operator's scale.
+    pub quality: Quality,
+    /// The picture's name.
+    pub key: Digest,
+    /// What is lit.
+    pub lighting: Lighting,
+    /// Which of its session's refined pictures it was, from 0.
+    pub order: usize,
+}
+
 /// The store of one folder.
 #[derive(Debug)]
 pub struct Depot {
     folder: PathBuf,
     limit: u64,
+    /// What the operator says of its pictures.
+    operator: String,
     /// Bytes in the store as far as known; `None` before the first look.
     bytes: Option<u64>,
     damaged: usize,
     first_damage: Option<String>,
     /// Why nothing is written any more.
     stopped: Option<String>,
-    told: [bool; 2],
+    /// Pictures of other versions of the operator, and their bytes.
+    outdated: (usize, u64),
+    told: [bool; 3],
 }
 
 impl Depot {
-    /// In `folder`, of at most `limit` bytes.
-    pub fn new(folder: impl Into<PathBuf>, limit: u64) -> Depot {
+    /// In `folder`, of at most `limit` bytes; `operator` is what the operator says of its pictures.
+    pub fn new(folder: impl Into<PathBuf>, limit: u64, operator: &str) -> Depot {
         Depot {
             folder: folder.into(),
             limit,
+            operator: operator.to_owned(),
             bytes: None,
             damaged: 0,
             first_damage: None,
             stopped: None,
-            told: [false; 2],
+            outdated: (0, 0),
+            told: [false; 3],
         }
     }
 
@@ -148,24 +171,56 @@ impl Depot {
             .collect()
     }
 
+    /// The refined pictures of a ground at this quality or a better one.
+    pub fn refined(&self, store: &dyn Store, ground: Ground, least: Quality) -> Vec<Refined> {
+        let of_ground = self.of_ground(store, &ground.0.to_string());
+        let good = of_ground.into_iter().filter(|s| s.quality >= least);
+        let read = |stored: Stored| {
+            let header = self.header(store, stored)?;
+            Some(Refined {
+                quality: stored.quality,
+                key: stored.key,
+                lighting: parse_lit(value(&header, ATTRIBUTE_LIT))?,
+                order: value(&header, ATTRIBUTE_REFINED).parse().ok()?,
+            })
+        };
+        good.filter_map(read).collect()
+    }
+
     /// What a stored picture says it shows, from its header alone; `None` when that is unreadable.
     pub fn lighting(&self, store: &dyn Store, stored: Stored) -> Option<Lighting> {
+        parse_lit(value(&self.header(store, stored)?, ATTRIBUTE_LIT))
+    }
+
+    fn header(&self, store: &dyn Store, stored: Stored) -> Option<Vec<(String, String)>> {
         let path = self.path(stored.ground, stored.quality, stored.key);
         [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
             let start = store.read_start(&path, limit).ok()?;
-            let attributes = exr::attributes(&start).ok()?;
-            let lit = attributes.iter().find(|(name, _)| name == ATTRIBUTE_LIT)?;
-            parse_lit(&lit.1)
+            exr::attributes(&start).ok()
         })
     }
 
-    /// Stores a picture; `setting` tells people what it shows. After the first failure nothing
-    /// more is written in this session.
-    pub fn keep(&mut self, store: &dyn Store, address: &Address, setting: &str, image: &Image) {
+    /// Stores a picture; `setting` tells people what it shows, `refined` which of the session's
+    /// refined pictures it is. After the first failure nothing more is written in this session.
+    pub fn keep(
+        &mut self,
+        store: &dyn Store,
+        address: &Address,
+        (setting, refined): (&str, Option<usize>),
+        image: &Image,
+    ) {
         if self.stopped.is_some() {
             return;
         }
-        if let Err(reason) = self.write(store, address, setting, image) {
+        let refined = refined.map_or_else(String::new, |n| n.to_string());
+        let said = [
+            (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
+            (ATTRIBUTE_REFINED, refined),
+            (ATTRIBUTE_OPERATOR, self.operator.clone()),
+        ];
+        let written = encoded(address, said, image);
+        let written = written.and_then(|content| self.write(store, address, &content));
+        if let Err(reason) = written {
             self.stopped = Some(reason);
         }
     }
@@ -174,10 +229,8 @@ impl Depot {
         &mut self,
         store: &dyn Store,
         address: &Address,
-        setting: &str,
-        image: &Image,
+        content: &[u8],
     ) -> Result<(), String> {
-        let content = encoded(address, setting, image)?;
         let size = content.len() as u64;
         if size > self.limit {
             return Ok(());
@@ -185,10 +238,12 @@ impl Depot {
         let words = |error: FileError| error.to_string();
         if self.bytes.is_none() {
             self.claim(store).map_err(words)?;
-            self.bytes = Some(self.stored(store).iter().map(|s| s.bytes).sum());
+            let stored = self.stored(store);
+            self.outdated = self.of_other_versions(store, &stored);
+            self.bytes = Some(stored.iter().map(|s| s.bytes).sum());
         }
         let path = self.path(address.ground, address.quality, address.key);
-        store.write(&path, &content).map_err(words)?;
+        store.write(&path, content).map_err(words)?;
         let bytes = self.bytes.unwrap_or_default().saturating_add(size);
         self.bytes = Some(bytes);
         if bytes > self.limit {
@@ -205,6 +260,20 @@ impl Depot {
             store.write(&self.folder.join(".gitignore"), b"*\n")?;
         }
         Ok(())
+    }
+
+    /// How many pictures another version of the operator made, and their bytes. All of a ground
+    /// are of one version, so one of them speaks for all.
+    fn of_other_versions(&self, store: &dyn Store, stored: &[Stored]) -> (usize, u64) {
+        let (mut count, mut bytes) = (0, 0);
+        for ground in stored.chunk_by(|a, b| a.ground == b.ground) {
+            let header = ground.iter().find_map(|s| self.header(store, *s));
+            if header.is_some_and(|h| value(&h, ATTRIBUTE_OPERATOR) != self.operator) {
+                count += ground.len();
+                bytes += ground.iter().map(|s| s.bytes).sum::<u64>();
+            }
+        }
+        (count, bytes)
     }
 
     /// Every picture in the store, whether it serves or not; none when it cannot be listed.
@@ -309,6 +378,15 @@ impl Depot {
                 "a stored picture is not used and is rendered again: {first}{others}"
             ));
         }
+        let (count, bytes) = self.outdated;
+        if count > 0 && !self.told[2] {
+            self.told[2] = true;
+            let megabytes = bytes as f64 / 1e6;
+            notes.push(format!(
+                "{count} stored pictures ({megabytes:.1} MB) were made by another version of the \
+                 renderer and are not used; `pool drop unused` frees them"
+            ));
+        }
         if let (Some(reason), false) = (&self.stopped, self.told[1]) {
             self.told[1] = true;
             notes.push(format!(
@@ -319,22 +397,22 @@ impl Depot {
     }
 }
 
-/// The file of a picture.
-fn encoded(address: &Address, setting: &str, image: &Image) -> Result<Vec<u8>, String> {
+/// The file of a picture; `said` is what it holds beyond its address.
+fn encoded(address: &Address, said: [(&str, String); 3], image: &Image) -> Result<Vec<u8>, String> {
     let lit = address.lighting.lit().iter();
     let lit: Vec<String> = lit
         .map(|(shape, [r, g, b])| format!("{shape}:{r:?},{g:?},{b:?}"))
         .collect();
-    let mut attributes: Vec<(String, String)> = [
+    let named = [
         (ATTRIBUTE_FORMAT, FORMAT.to_owned()),
         (ATTRIBUTE_GROUND, address.ground.0.to_string()),
         (ATTRIBUTE_QUALITY, address.quality.0.to_string()),
         (ATTRIBUTE_KEY, address.key.to_string()),
         (ATTRIBUTE_LIT, lit.join(" ")),
-        (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
-    ]
-    .map(|(name, value)| (name.to_owned(), value))
-    .to_vec();
+    ];
+    let all = named.into_iter().chain(said);
+    let all = all.map(|(name, value)| (name.to_owned(), value));
+    let mut attributes: Vec<(String, String)> = all.collect();
     let check = checksum(&attributes, image).to_string();
     attributes.push((ATTRIBUTE_CHECK.to_owned(), check));
     exr::encode(image, Precision::Float, &attributes).map_err(|e| e.to_string())
@@ -361,10 +439,7 @@ fn verified(
 ) -> Result<(Lighting, Image), String> {
     let words = |error: crate::picture::PictureError| error.to_string();
     let attributes = exr::attributes(bytes).map_err(words)?;
-    let value = |wanted: &str| {
-        let found = attributes.iter().find(|(name, _)| name == wanted);
-        found.map_or("", |(_, value)| value.as_str())
-    };
+    let value = |wanted: &str| value(&attributes, wanted);
     if value(ATTRIBUTE_FORMAT) != FORMAT {
         return Err("it is not a picture of this version's store".to_owned());
     }
@@ -386,6 +461,12 @@ fn verified(
     let lighting = parse_lit(value(ATTRIBUTE_LIT));
     let lighting = lighting.ok_or("what it says is lit cannot be read")?;
     Ok((lighting, image))
+}
+
+/// An attribute of a header; empty where there is none.
+fn value<'a>(header: &'a [(String, String)], wanted: &str) -> &'a str {
+    let found = header.iter().find(|(name, _)| name == wanted);
+    found.map_or("", |(_, value)| value.as_str())
 }
 
 fn parse_lit(text: &str) -> Option<Lighting> {

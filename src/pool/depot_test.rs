@@ -33,15 +33,18 @@ fn lights() -> Lights {
     })
 }
 
-fn address(setting: f64) -> Address {
-    let view = View {
+fn view() -> View {
+    View {
         from: vec3(0.0, -9.0, 1.7),
         to: Vec3::ZERO,
         fov: 40.0,
         width: SIZE.0,
         height: SIZE.1,
-    };
-    let ground = Ground::new("g 1", &Scene::default(), &view);
+    }
+}
+
+fn address(setting: f64) -> Address {
+    let ground = Ground::new("g 1", &Scene::default(), &view());
     lights().address(ground, Quality(2), &[setting])
 }
 
@@ -57,21 +60,50 @@ fn image(seed: f32) -> Image {
 #[test]
 fn what_is_stored_is_found_bit_for_bit() {
     let (shelf, address) = (Shelf::default(), address(0.3));
-    let mut depot = Depot::new("p", 1 << 20);
+    let mut depot = Depot::new("p", 1 << 20, "g 1");
     assert_eq!(depot.find(&shelf, name(&address), SIZE), None);
-    depot.keep(&shelf, &address, "l\u{e4}mp 0.3", &image(0.1));
+    depot.keep(&shelf, &address, ("l\u{e4}mp 0.3", Some(3)), &image(0.1));
     let (lighting, found) = depot.find(&shelf, name(&address), SIZE).unwrap();
     assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
     let listed = depot.lightings(&shelf, address.ground, address.quality);
     assert_eq!(listed, [(address.key, address.lighting)]);
+    let refined = depot.refined(&shelf, address.ground, Quality(2));
+    assert_eq!(refined.len(), 1);
+    assert_eq!((refined[0].key, refined[0].order), (address.key, 3));
+    assert_eq!(depot.refined(&shelf, address.ground, Quality(3)), []);
     assert_eq!(depot.notes(), [""; 0]);
+}
+
+#[test]
+fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
+    let (shelf, old) = (Shelf::default(), address(0.3));
+    let mut depot = Depot::new("p", 1 << 20, "g 1");
+    depot.keep(&shelf, &old, ("lamp", Some(0)), &image(0.1));
+    depot.keep(&shelf, &address(0.4), ("lamp", Some(1)), &image(0.2));
+    assert_eq!(depot.notes(), [""; 0], "its own");
+    let new = Address {
+        ground: Ground::new("g 2", &Scene::default(), &view()),
+        ..address(0.3)
+    };
+    let mut depot = Depot::new("p", 1 << 20, "g 2");
+    assert_eq!(depot.find(&shelf, name(&new), SIZE), None);
+    assert_eq!(depot.refined(&shelf, new.ground, Quality(1)), []);
+    depot.keep(&shelf, &new, ("lamp", Some(0)), &image(0.5));
+    let notes = depot.notes();
+    assert!(
+        notes.len() == 1 && notes[0].starts_with("2 stored pictures"),
+        "{notes:?}"
+    );
+    assert_eq!(depot.notes(), [""; 0], "told once");
+    assert_eq!(depot.find(&shelf, name(&new), SIZE).unwrap().1, image(0.5));
+    assert_eq!(depot.find(&shelf, name(&old), SIZE).unwrap().1, image(0.1));
 }
 
 #[test]
 fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
     let (shelf, address) = (Shelf::default(), address(0.3));
-    let mut depot = Depot::new("p", 1 << 20);
-    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    let mut depot = Depot::new("p", 1 << 20, "g 1");
+    depot.keep(&shelf, &address, ("lamp", None), &image(0.1));
     let path = depot.path(address.ground, address.quality, address.key);
     let whole = shelf.read(&path, 1 << 20).unwrap();
     let mut refused = 0;
@@ -95,7 +127,7 @@ fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
         assert_eq!(depot.find(&shelf, name(&address), SIZE), None, "{end}");
     }
     let other = self::address(0.4);
-    depot.keep(&shelf, &other, "lamp", &image(0.2));
+    depot.keep(&shelf, &other, ("lamp", None), &image(0.2));
     let foreign = depot.path(other.ground, other.quality, other.key);
     let foreign = shelf.read(&foreign, 1 << 20).unwrap();
     shelf.write(&path, &foreign).unwrap();
@@ -112,8 +144,8 @@ fn somebody_elses_folder_is_not_hidden_and_his_files_stay() {
     shelf
         .write(Path::new("p/pictures/holiday.exr"), b"mine")
         .unwrap();
-    let mut depot = Depot::new("p", 1 << 20);
-    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    let mut depot = Depot::new("p", 1 << 20, "g 1");
+    depot.keep(&shelf, &address, ("lamp", None), &image(0.1));
     assert!(shelf.read(Path::new("p/.gitignore"), 9).is_err());
     assert_eq!(depot.free(&shelf, |_| true).unwrap().0, 1);
     let left: Vec<PathBuf> = shelf.paths();
@@ -124,8 +156,8 @@ fn somebody_elses_folder_is_not_hidden_and_his_files_stay() {
 #[test]
 fn parts_that_killed_processes_left_are_swept() {
     let (shelf, address) = (Shelf::default(), address(1.0));
-    let mut depot = Depot::new("p", 1 << 20);
-    depot.keep(&shelf, &address, "lamp", &image(0.1));
+    let mut depot = Depot::new("p", 1 << 20, "g 1");
+    depot.keep(&shelf, &address, ("lamp", None), &image(0.1));
     let part = depot.path(address.ground, address.quality, address.key);
     let part = part.with_extension("exr.12-3.part");
     shelf.write(&part, b"half").unwrap();

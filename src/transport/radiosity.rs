@@ -38,10 +38,6 @@ use gather::{Nodes, Sight, form_factors};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
-/// Version of the pictures: raise it with every change that alters them by more than rounding, so
-/// that pictures stored before are not taken for new ones.
-const RESULTS: u32 = 1;
-
 /// Radiosity with hemicubes, five steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radiosity;
@@ -52,7 +48,9 @@ impl Transport for Radiosity {
     }
 
     fn results(&self) -> Option<String> {
-        Some(format!("{} {RESULTS}", self.name()))
+        // The digest of this room and those below it, made by `src/build.rs`: any change of the
+        // code is another version, without anybody having to think of it.
+        Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
     }
 
     fn finest(&self) -> Quality {

@@ -1,0 +1,107 @@
+//! Refined pictures that are there already: those that an edit left in memory, and those that
+//! earlier sessions stored. They serve whatever the cues say now, as corrections of the coarse
+//! pictures, and so a session goes on where the last one ended.
+
+use std::collections::BTreeSet;
+
+use super::{Means, Stage};
+use crate::files::Store;
+use crate::linalg::Orthonormal;
+use crate::pool::Pool;
+use crate::pool::address::{Address, Lighting};
+use crate::pool::span;
+use crate::transport::Quality;
+
+/// The least share of a known setting, in the pool's metric, that must be outside the span of those
+/// taken before it. Of two settings nearer than this the difference would count a thousandfold, and
+/// with it the rounding of single precision: 6e-5 of a picture. Planned settings are orthogonal, so
+/// this sorts out near-copies of other sessions alone.
+const OUTSIDE: f64 = 1e-3;
+
+/// A refined picture at hand.
+struct Known {
+    /// In terms of the sources as they are now.
+    setting: Vec<f64>,
+    address: Address,
+    order: usize,
+}
+
+impl Stage {
+    /// Refined pictures in memory, and with `store` also on disk, of at least this quality, that
+    /// the sources can express: in the order in which they were refined, so that a pool made anew
+    /// is the same to the last bit.
+    fn known(&self, least: Quality, store: Option<&dyn Store>) -> Vec<Known> {
+        let Some(ground) = self.ground else {
+            return Vec::new();
+        };
+        let kept = self.archive.kept().iter();
+        let fits = |a: &Address| a.ground == ground && a.quality >= least;
+        let kept = kept.filter(|k| fits(&k.address));
+        let mut all: Vec<(usize, Address)> = kept
+            .filter_map(|k| Some((k.refined?, k.address.clone())))
+            .collect();
+        if let Some((depot, store)) = self.archive.depot().zip(store) {
+            let stored = depot.refined(store, ground, least).into_iter();
+            all.extend(stored.map(|r| {
+                let address = Address {
+                    ground,
+                    quality: r.quality,
+                    lighting: r.lighting,
+                    key: r.key,
+                };
+                (r.order, address)
+            }));
+        }
+        all.sort_by_key(|(order, address)| (*order, address.key));
+        let mut seen = BTreeSet::new();
+        all.retain(|(_, address)| seen.insert(address.key));
+        let lit: Vec<&Lighting> = all.iter().map(|(_, a)| &a.lighting).collect();
+        let units = Pool::unit_settings(self.lights.sources());
+        let sources: Vec<Lighting> = units.iter().map(|u| self.lights.lighting(u)).collect();
+        let settings = span::settings(&sources, &lit);
+        let known = settings.into_iter().zip(all);
+        known
+            .filter_map(|(setting, (order, address))| {
+                Some(Known {
+                    setting: setting?,
+                    address,
+                    order,
+                })
+            })
+            .collect()
+    }
+
+    /// Adds the refined pictures that are known, but for those that say next to nothing new.
+    pub(super) fn add_known(&mut self, pool: &mut Pool, least: Quality, means: Means<'_>) {
+        let weighting = pool.weighting();
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let mut span = Orthonormal::new();
+        for known in self.known(least, Some(means.store)) {
+            let terms = known.setting.iter().zip(weighting.weights());
+            let weighted: Vec<f64> = terms.map(|(s, w)| s * w).collect();
+            let mut rest = weighted.clone();
+            span.remove_from(&mut rest);
+            if norm(&rest) <= OUTSIDE * norm(&weighted) {
+                continue;
+            }
+            let quality = known.address.quality;
+            let found = self
+                .archive
+                .recall(known.address, known.order, pool.size(), means.store);
+            let Some(image) = found else { continue };
+            if pool.add(known.setting, image, quality, means.work) {
+                // What is this far outside is never refused.
+                let _ = span.push(&weighted);
+            }
+        }
+    }
+
+    /// Number of refined pictures that the pool has, or, until it is made, will have of those in
+    /// memory.
+    pub fn refined(&self, least: Quality) -> usize {
+        match &self.pool {
+            Some(pool) => pool.refined().len(),
+            None => self.known(least, None).len(),
+        }
+    }
+}
