@@ -12,6 +12,7 @@ mod economy;
 mod error;
 mod fitting;
 mod measure;
+mod method;
 mod mistake;
 mod output;
 mod pool;
@@ -29,9 +30,9 @@ use crate::check;
 use crate::diagnostic::{Severity, Sources, Style};
 use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::lang;
-use crate::pool::Pool;
 use crate::pool::archive::{Archive, Tally};
 use crate::pool::depot::Depot;
+use crate::pool::{Pool, Projection};
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 use crate::transport::Transport;
@@ -42,6 +43,7 @@ use crate::work::{Progress, Silent, Work};
 pub use self::compare::Compared;
 pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
+pub use self::method::Method;
 pub use self::output::Animation;
 pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
@@ -200,9 +202,11 @@ pub struct Interpreter {
     steps: Vec<Step>,
     /// How long things take here against what the operator predicts.
     pace: economy::Pace,
-    /// The sequence's automatic exposure and the number of refined pictures it was found with:
+    /// How pictures are chosen and previews made.
+    method: Method,
+    /// The sequence's automatic exposure, the number of refined pictures it was found with and how:
     /// finding it takes every key image, which each picture would otherwise make anew.
-    exposure: Option<(f64, usize)>,
+    exposure: Option<(f64, (usize, Projection))>,
     /// The user asked to leave with unsaved edits and was told so.
     warned: bool,
     /// Remarks that were made, each once.
@@ -254,6 +258,7 @@ impl Interpreter {
             host,
             steps: Vec::new(),
             pace: economy::Pace::default(),
+            method: Method::default(),
             exposure: None,
             warned: false,
             told: BTreeSet::new(),
@@ -339,7 +344,18 @@ impl Interpreter {
         remarks
     }
 
+    /// Options of a verb that say how pictures are chosen and made hold for that verb alone.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
+        let usual = self.method;
+        self.method = usual.with_options(call)?;
+        let reply = self.answer_verb(call);
+        if call.verb != Verb::Method {
+            self.method = usual;
+        }
+        reply
+    }
+
+    fn answer_verb(&mut self, call: &Call) -> Result<Reply, Error> {
         let warned = std::mem::replace(&mut self.warned, false);
         match call.verb {
             Verb::Check => self.answer_check(),
@@ -356,6 +372,7 @@ impl Interpreter {
             Verb::Session => self.answer_session(call),
             Verb::Compare => self.answer_compare(call),
             Verb::Pool => self.answer_pool(call),
+            Verb::Method => self.answer_method(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),
             Verb::Quit => Ok(self.answer_quit(warned)),

@@ -5,7 +5,7 @@
 
 use crate::picture::Image;
 use crate::plan::PlanError;
-use crate::pool::Pool;
+use crate::pool::Projected;
 use crate::timeline::{Blend, KeySequence, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
@@ -30,11 +30,15 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Makes every key image from the pool as it stands.
+    /// Makes every key image from a pool as it stands, by a projection.
     ///
     /// # Errors
     /// [`PlaybackError`] on cancel, or when the keys do not fit the pool.
-    pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
+    pub fn new(
+        keys: &KeySequence,
+        pool: &Projected<'_>,
+        work: Work<'_>,
+    ) -> Result<Playback, PlaybackError> {
         let mut images = Vec::with_capacity(keys.keys().len());
         for (i, key) in keys.keys().iter().enumerate() {
             work.check()?;

@@ -221,39 +221,18 @@ impl Pool {
     /// # Errors
     /// [`PlanError`] for a setting of another number of coordinates.
     pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
-        self.preview_by(Projection::default(), setting, work)
+        self.projected(Projection::default(), work)
+            .preview(setting, work)
     }
 
-    /// The same by a projection of one's own choice. `full-error` and `corrections` make scalar
-    /// products of all pictures each time.
-    ///
-    /// # Errors
-    /// As [`Pool::preview`].
-    pub fn preview_by(
-        &self,
-        projection: Projection,
-        setting: &[f64],
-        work: Work<'_>,
-    ) -> Result<Image, PlanError> {
-        let known = self.products(projection, work);
-        let looks = [setting.to_vec()];
-        let c = projection.coefficients(&known, &self.settings(), &looks)?;
-        let c = c.concat();
-        let mut rest = setting.to_vec();
-        for (refined, c) in self.refined.iter().zip(&c) {
-            for (r, s) in rest.iter_mut().zip(&refined.setting) {
-                *r -= c * s;
-            }
+    /// The pool as seen by a projection of one's own choice.
+    pub fn projected(&self, projection: Projection, work: Work<'_>) -> Projected<'_> {
+        Projected {
+            pool: self,
+            projection,
+            known: self.products(projection, work),
+            settings: self.settings(),
         }
-        let a = match projection {
-            Projection::Extrapolated if !self.coarser.is_empty() => self.fit.extrapolation,
-            _ => 0.0,
-        };
-        let refined = self.refined.iter().map(|r| r.image.as_ref());
-        let mut terms: Vec<(f64, &Image)> = c.iter().copied().zip(refined).collect();
-        terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(images(&self.coarse)));
-        terms.extend(rest.iter().map(|r| -a * r).zip(images(&self.coarser)));
-        Ok(combine(self.size, &terms, work.threads))
     }
 
     /// What a projection needs to know; what it does not look at is left empty.
@@ -297,6 +276,81 @@ impl Pool {
         let mut terms = vec![(1.0, refined.image.as_ref())];
         terms.extend(negative(&refined.setting).zip(images(&self.coarse)));
         combine(self.size, &terms, work.threads)
+    }
+}
+
+/// A pool with one projection, whose scalar products are made once: for `full-error` and
+/// `corrections` those of all pictures.
+#[derive(Debug)]
+pub struct Projected<'a> {
+    pool: &'a Pool,
+    projection: Projection,
+    known: Products,
+    settings: Vec<Vec<f64>>,
+}
+
+impl Projected<'_> {
+    /// Width and height of every picture.
+    pub fn size(&self) -> (usize, usize) {
+        self.pool.size
+    }
+
+    /// The best picture of a setting by this projection; may hold slightly negative pixels.
+    ///
+    /// # Errors
+    /// [`PlanError`] for a setting of another number of coordinates.
+    pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
+        let pool = self.pool;
+        let (c, rest) = self.parts(setting)?;
+        let a = match self.projection {
+            Projection::Extrapolated if !pool.coarser.is_empty() => pool.fit.extrapolation,
+            _ => 0.0,
+        };
+        let refined = pool.refined.iter().map(|r| r.image.as_ref());
+        let mut terms: Vec<(f64, &Image)> = c.into_iter().zip(refined).collect();
+        terms.extend(rest.iter().map(|r| r * (1.0 + a)).zip(images(&pool.coarse)));
+        terms.extend(rest.iter().map(|r| -a * r).zip(images(&pool.coarser)));
+        Ok(combine(pool.size, &terms, work.threads))
+    }
+
+    /// Coefficients c of the refined pictures at a setting L, and L - S·c, which is left to the
+    /// coarse ones.
+    fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
+        let looks = [setting.to_vec()];
+        let c = self
+            .projection
+            .coefficients(&self.known, &self.settings, &looks)?;
+        let c = c.concat();
+        let mut rest = setting.to_vec();
+        for (refined, c) in self.settings.iter().zip(&c) {
+            for (r, s) in rest.iter_mut().zip(refined) {
+                *r -= c * s;
+            }
+        }
+        Ok((c, rest))
+    }
+
+    /// Predicted error of the sequence, before calibration: the root of what coarse pictures are
+    /// estimated to err by in ∫ ‖W (L - S·c)‖² dt, over `norm`. `moment` is ∫ L Lᵀ dt (see
+    /// [`crate::plan::second_moment`]). No projection foretells less than those in the metric of the
+    /// errors, which make it least; others may rise with a new picture.
+    ///
+    /// # Errors
+    /// [`PlanError`] when `moment` has another number of coordinates.
+    pub fn forecast(&self, moment: &Matrix, norm: f64) -> Result<f64, PlanError> {
+        let mut rests = Vec::new();
+        for unit in Pool::unit_settings(moment.ncols()) {
+            rests.push(self.parts(&unit)?.1);
+        }
+        // Row i: what is left in coordinate i of each coordinate's light.
+        let mut sum = 0.0;
+        for (i, w) in self.known.weighting.weights().iter().enumerate() {
+            let row: Vec<f64> = rests.iter().map(|r| r[i]).collect();
+            let along = |a: usize| -> f64 { (0..row.len()).map(|b| moment[(a, b)] * row[b]).sum() };
+            let square: f64 = row.iter().enumerate().map(|(a, x)| x * along(a)).sum();
+            sum += w * w * square.max(0.0);
+        }
+        Ok(if norm > 0.0 { sum.sqrt() / norm } else { 0.0 })
     }
 }
 

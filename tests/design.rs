@@ -233,7 +233,7 @@ fn the_next_steps_have_their_price() {
         ("plan --next 3 4", "`4` is left over"),
         ("plan --next some", "not a whole number"),
         (
-            "plan --next --metric error",
+            "plan --next --tolerance 1%",
             "belongs to the plan of the whole show",
         ),
     ] {

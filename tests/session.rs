@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use footlight::files::{Memory, Shelf, Store};
-use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter};
+use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter, Method};
 use footlight::plan::Metric;
 use footlight::units::Time;
 use footlight::work::Progress;
@@ -387,4 +387,114 @@ fn every_verb_has_help_and_an_example_that_is_understood() {
     }
     let error = show.execute("picutre").unwrap_err().to_string();
     assert!(error.contains("did you mean `picture`"), "{error}");
+}
+
+#[test]
+fn another_way_holds_for_a_call_or_from_now_on() {
+    let (mut show, shelf) = open();
+    show.execute("refine 2").unwrap();
+    let picture = |show: &mut Interpreter, words: &str| {
+        let line = format!("picture 0:06 {words} -o p.exr");
+        let text = show.execute(&line).unwrap().text;
+        (text, shelf.read(Path::new("p.exr"), 1 << 24).unwrap())
+    };
+    let (words, shipped) = picture(&mut show, "");
+    assert!(!words.contains("projection"), "{words}");
+    // Two refined pictures span this look in part only: every projection fills in otherwise.
+    for name in [
+        "settings",
+        "influence",
+        "full-error",
+        "error",
+        "corrections",
+    ] {
+        let (words, other) = picture(&mut show, &format!("--projection {name}"));
+        assert!(words.contains(&format!("projection {name}")), "{words}");
+        assert!(other != shipped, "{name}");
+    }
+    let (_, named) = picture(&mut show, "--projection extrapolated");
+    assert!(named == shipped, "by its name");
+    assert!(picture(&mut show, "").1 == shipped, "only for that call");
+
+    let words = show.execute("method projection settings metric influence");
+    let words = words.unwrap().text;
+    assert!(words.contains("metric: influence"), "{words}");
+    assert!(picture(&mut show, "").1 == picture(&mut show, "--projection settings").1);
+    assert!(
+        show.execute("plan")
+            .unwrap()
+            .text
+            .contains("metric influence")
+    );
+    show.execute("method default").unwrap();
+    assert!(picture(&mut show, "").1 == shipped);
+    for (line, words) in [
+        ("picture --projection eror", "did you mean `error`?"),
+        (
+            "picture --projection best",
+            "it is one of settings, influence",
+        ),
+        ("refine --metric light", "settings, influence or error"),
+        ("method metric", "usage: method"),
+        ("method colour red", "neither `metric` nor `projection`"),
+    ] {
+        let error = show.execute(line).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    assert_eq!(
+        show.method(),
+        Method::default(),
+        "a mistake changes nothing"
+    );
+}
+
+/// The order of refinement follows the metric; what is foretold is always the error, so orders can
+/// be compared.
+#[test]
+fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
+    let ahead = |metric: &str| {
+        let (mut show, _) = open();
+        show.coarse().unwrap();
+        show.execute(&format!("method metric {metric}")).unwrap();
+        let outlook = show.outlook().unwrap();
+        show.execute("refine").unwrap();
+        assert_eq!(show.pool().unwrap().settings()[0], outlook.steps[0].setting);
+        outlook
+    };
+    let (ours, plain) = (ahead("error"), ahead("settings"));
+    assert_eq!(ours.error, plain.error);
+    assert_ne!(ours.steps[0].setting, plain.steps[0].setting);
+    for (ours, plain) in ours.steps.iter().zip(&plain.steps) {
+        assert!(ours.error <= plain.error * (1.0 + 1e-9) + 1e-12);
+    }
+}
+
+/// An edit changes the error without a picture: what was reached before it may not be any more.
+#[test]
+fn an_error_is_reached_by_the_show_as_it_is_now() {
+    let text = SHOW.replace("warm 15  cool 90", "warm 15");
+    let text = text.replace("over 70", "warm 10");
+    let host = host(&Shelf::default());
+    let mut show = Interpreter::from_text("t.lxq", text.as_bytes(), host).unwrap();
+    let until = |error: f64| Goal {
+        until: Some(error),
+        ..Goal::default()
+    };
+    show.refine(Goal {
+        count: Some(2),
+        ..Goal::default()
+    })
+    .unwrap();
+    let before = show.predicted_error().unwrap();
+    show.execute("cue 3 \"Top\" at 0:05 { time 3  over 100  cool 100 }")
+        .unwrap();
+    let after = show.predicted_error().unwrap();
+    assert!(after > 4.0 * before, "{before} {after}");
+    let refined = show.refined();
+    show.refine(until(after / 2.0)).unwrap();
+    assert!(
+        show.refined() > refined,
+        "nothing was refined for the new look"
+    );
+    assert!(show.predicted_error().unwrap() <= after / 2.0);
 }

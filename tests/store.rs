@@ -355,10 +355,11 @@ fn near_copies_of_refined_pictures_are_left_out() {
 
 #[test]
 fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
-    let shelf = Shelf::default();
-    Session::open(SHOW, shelf.clone(), PLENTY).refine(1);
     let told = |seconds| {
-        let mut session = Session::timed(SHOW, shelf.clone(), PLENTY, seconds);
+        let shelf = Shelf::default();
+        let mut before = Session::open(SHOW, shelf.clone(), PLENTY);
+        before.show.coarse().unwrap();
+        let mut session = Session::timed(SHOW, shelf, PLENTY, seconds);
         session.show.coarse().unwrap();
         let first = session.show.outlook().unwrap().steps[0].seconds;
         session.refine(1);

@@ -148,10 +148,7 @@ impl Interpreter {
             Some(text) => fraction(text)?,
             None => self.show().preview.tolerance,
         };
-        let metric = match call.option("metric") {
-            None => Metric::Settings,
-            Some(name) => metric_of(name)?,
-        };
+        let metric = self.method().metric.unwrap_or(Metric::Settings);
         let plan = match call.option("signed-keys") {
             None => self.plan(metric, tolerance)?,
             Some(_) => {
@@ -531,18 +528,6 @@ pub(super) fn duration(text: &str) -> Result<Time, Error> {
             "`{text}` is not a time; write it as 5, 1.5s or 1:30"
         ))
     })
-}
-
-fn metric_of(name: &str) -> Result<Metric, Error> {
-    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
-    metrics
-        .into_iter()
-        .find(|m| m.name() == name)
-        .ok_or_else(|| {
-            Error::Usage(format!(
-                "there is no metric `{name}`; it is settings, influence or error"
-            ))
-        })
 }
 
 /// A whole number of pictures.

@@ -16,7 +16,6 @@ use super::answer::{count, percent, whole};
 use super::compare::seconds;
 use super::refine::{CONFIRMED, Goal, no_stage};
 use super::{Call, Error, Interpreter, Reply};
-use crate::plan;
 use crate::transport::{Cost, Quality};
 
 /// Most pictures of one call: what is known after them is better than what is predicted before.
@@ -157,9 +156,7 @@ impl Interpreter {
         if pool.flawless() {
             return Ok(out);
         }
-        let norm = Some(self.sequence_norm(pool));
-        let (keys, weighting) = (&self.compiled.keys, pool.weighting());
-        let next = plan::next(keys, &pool.settings(), &weighting, norm)?;
+        let next = self.directions(pool)?;
         let stage = self.stage.as_ref().ok_or_else(no_stage)?;
         let cost = stage.cost(self.host.transport.as_ref(), quality);
         let ready = stage.is_prepared(quality);
@@ -171,7 +168,7 @@ impl Interpreter {
         {
             newly_lit(&mut lit, &refined.setting);
         }
-        for (i, direction) in next.directions.into_iter().enumerate() {
+        for (i, direction) in next.into_iter().enumerate() {
             let fresh = newly_lit(&mut lit, &direction.setting) as f64;
             let prepare = if i == 0 && !ready { cost.prepare } else { 0.0 };
             let fixed = (prepare + fresh * cost.per_source) * self.pace.0;
@@ -211,7 +208,7 @@ impl Interpreter {
                 )));
             }
         };
-        for other in ["tolerance", "metric", "signed-keys"] {
+        for other in ["tolerance", "signed-keys"] {
             if call.option(other).is_some() {
                 return Err(Error::Usage(format!(
                     "--{other} belongs to the plan of the whole show, not to --next: the next \

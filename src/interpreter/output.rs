@@ -335,8 +335,7 @@ impl Interpreter {
             Some(text) => self.render(&setting, self.quality(text)?)?,
             None => {
                 self.coarse()?;
-                let pool = self.rendered()?;
-                pool.preview(&setting, self.host.work())?
+                self.projected()?.preview(&setting, self.host.work())?
             }
         };
         let what = match call.option("bank") {
@@ -346,7 +345,10 @@ impl Interpreter {
         let quality = match call.option("quality") {
             Some(text) => format!("quality {text}"),
             None if self.is_final() => "the sum of the banks".to_owned(),
-            None => format!("coarse, and {}", count(self.refined(), "refined picture")),
+            None => {
+                let refined = count(self.refined(), "refined picture");
+                format!("coarse, and {refined}{}", self.method().aside())
+            }
         };
         let negative = tone::negative(&image);
         let below = match negative {
@@ -385,9 +387,9 @@ impl Interpreter {
         if self.show().preview.exposure.is_some() || self.show().cues.is_empty() {
             return Ok(self.tone(std::slice::from_ref(image)));
         }
-        let refined = self.refined();
+        let made_by = (self.refined(), self.method().projection);
         if let Some((exposure, at)) = self.exposure
-            && at == refined
+            && at == made_by
         {
             return Ok(Tone {
                 exposure,
@@ -396,7 +398,7 @@ impl Interpreter {
         }
         let playback = self.playback()?;
         let tone = self.tone(playback.images());
-        self.exposure = Some((tone.exposure, refined));
+        self.exposure = Some((tone.exposure, made_by));
         Ok(tone)
     }
 

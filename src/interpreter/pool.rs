@@ -83,6 +83,15 @@ impl Interpreter {
                 first.join(", ")
             );
         }
+        let near = self.stage.as_ref().map_or(0, |s| s.near_copies);
+        if near > 0 {
+            let _ = writeln!(
+                text,
+                "  {} not used: less than a thousandth of each lies outside the span of these, and \
+                 what it would add is rounding",
+                count(near, "known refined picture")
+            );
+        }
         let next = plan::next(
             &self.compiled.keys,
             &pool.settings(),

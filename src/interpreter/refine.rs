@@ -1,9 +1,10 @@
 //! Refinement: render the settings that the plan puts first until the goal is met.
 
 use super::economy::{self, Ahead};
+use super::stage::Again;
 use super::{Error, Interpreter, stage};
 use crate::plan;
-use crate::pool::Pool;
+use crate::pool::{Pool, Projection};
 use crate::transport::Quality;
 
 /// Refined pictures that must have confirmed an estimated error before it is believed. After one
@@ -71,8 +72,9 @@ impl Default for Refined {
 }
 
 impl Interpreter {
-    /// Renders the coarse pictures unless they are there. The first entry of [`Self::steps`] is
-    /// made here.
+    /// Renders the coarse pictures unless they are there, and takes up the refined ones that this
+    /// session and earlier ones left. The first entry of [`Self::steps`] is made here, and one for
+    /// each of those.
     ///
     /// # Errors
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
@@ -90,7 +92,11 @@ impl Interpreter {
         if found == 0 {
             self.time_coarse(begin);
         }
-        self.record(begin)
+        self.record(begin)?;
+        let begin = self.host.clock.seconds();
+        let (least, means) = (self.refined_step(), self.host.means());
+        let again = self.stage.as_mut().map(|s| s.again(least, means));
+        self.add_refined(again.unwrap_or_default(), begin)
     }
 
     /// The two steps of quality at which coarse pictures are rendered: what the show asks for, and
@@ -184,13 +190,16 @@ impl Interpreter {
         if self.is_final() || pool.flawless() {
             return Ok(0.0);
         }
-        let norm = Some(self.sequence_norm(pool));
-        Ok(plan::forecast(
-            &self.compiled.keys,
-            &pool.settings(),
-            &pool.weighting(),
-            norm,
-        )?)
+        let norm = self.sequence_norm(pool);
+        let keys = &self.compiled.keys;
+        Ok(match self.method().projection {
+            Projection::Error | Projection::Extrapolated => {
+                plan::forecast(keys, &pool.settings(), &pool.weighting(), Some(norm))?
+            }
+            _ => self
+                .projected()?
+                .forecast(&plan::second_moment(keys), norm)?,
+        })
     }
 
     /// What known corrections make of the estimated errors.
@@ -229,7 +238,7 @@ impl Interpreter {
         let goal = goal.or_one();
         let mut done = Refined::default();
         loop {
-            if let Some(ended) = self.ended(&goal, &done) {
+            if let Some(ended) = self.ended(&goal, &done)? {
                 return Ok(Refined { ended, ..done });
             }
             let begin = self.host.clock.seconds();
@@ -265,20 +274,18 @@ impl Interpreter {
     }
 
     /// Why no picture is to be rendered after what is done; `None` if one is.
-    fn ended(&self, goal: &Goal, done: &Refined) -> Option<Ended> {
-        let reached = |error: f64| self.refined() >= CONFIRMED && self.last_error() <= error;
+    fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
+        // As it is now: an edit changes it without a picture.
+        let error = self.predicted_error()?;
+        let reached = |wanted: f64| self.refined() >= CONFIRMED && error <= wanted;
         if goal.until.is_some_and(reached) {
-            return Some(Ended::Reached);
+            return Ok(Some(Ended::Reached));
         }
         if goal.count.is_some_and(|count| done.rendered >= count) {
-            return Some(Ended::Counted);
+            return Ok(Some(Ended::Counted));
         }
         let spent = goal.budget.is_some_and(|s| done.seconds >= s);
-        (spent && done.rendered > 0).then_some(Ended::Spent)
-    }
-
-    fn last_error(&self) -> f64 {
-        self.steps.last().map_or(f64::INFINITY, |s| s.error)
+        Ok((spent && done.rendered > 0).then_some(Ended::Spent))
     }
 
     /// Renders settings in one call, or finds their pictures, and adds them to the pool, in their
@@ -299,11 +306,22 @@ impl Interpreter {
         if found == 0 {
             self.pace.learn(predicted, seconds);
         }
+        let pairs = settings.into_iter().zip(pictures);
+        let again = pairs.map(|(setting, image)| Again {
+            setting,
+            image,
+            quality,
+        });
+        self.add_refined(again.collect(), begin)
+    }
+
+    /// Adds pictures to the pool and records where the sequence stands after each.
+    fn add_refined(&mut self, pictures: Vec<Again>, begin: f64) -> Result<(), Error> {
         let mut begin = begin;
-        for (setting, image) in settings.into_iter().zip(pictures) {
+        for picture in pictures {
             let work = self.host.work();
             if let Some(pool) = self.stage.as_mut().and_then(|s| s.pool.as_mut()) {
-                pool.add(setting, image, quality, work);
+                pool.add(picture.setting, picture.image, picture.quality, work);
             }
             let now = self.host.clock.seconds();
             self.record(begin)?;

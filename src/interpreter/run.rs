@@ -73,7 +73,7 @@ impl Interpreter {
             ..goal
         };
         let tolerance = goal.until.unwrap_or(self.show().preview.tolerance);
-        let metric = self.rendered()?.weighting().metric();
+        let metric = self.plan_weighting(self.rendered()?)?.metric();
         let plan = self.plan(metric, tolerance)?;
         marks.push(self.host.clock.seconds());
         let ended = self.refine(goal)?;
@@ -105,8 +105,8 @@ impl Interpreter {
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn playback(&mut self) -> Result<Playback, Error> {
         self.coarse()?;
-        let pool = self.rendered()?;
-        Ok(Playback::new(&self.compiled.keys, pool, self.host.work())?)
+        let pool = self.projected()?;
+        Ok(Playback::new(&self.compiled.keys, &pool, self.host.work())?)
     }
 
     /// The summary a designer reads.
@@ -201,7 +201,7 @@ impl Interpreter {
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn preview(&mut self, time: crate::units::Time) -> Result<Image, Error> {
         self.coarse()?;
-        let pool = self.rendered()?;
-        Ok(pool.preview(&self.compiled.timeline.evaluate(time), self.host.work())?)
+        let setting = self.compiled.timeline.evaluate(time);
+        Ok(self.projected()?.preview(&setting, self.host.work())?)
     }
 }

@@ -14,7 +14,6 @@ use crate::chart::Theme;
 use crate::lang;
 use crate::picture::Image;
 use crate::plan;
-use crate::pool::Pool;
 use crate::pool::archive::Archive;
 use crate::scene::{Rig, Scene, View};
 use crate::study::session::{self, Errors, Event, Moment};
@@ -204,7 +203,7 @@ impl Interpreter {
             });
         }
         let truth = known.as_ref().map_or(&[][..], |t| t.pictures.as_slice());
-        let shown = self.shown(pool, &units)?;
+        let shown = self.shown(&units)?;
         let moment = plan::second_moment(&self.compiled.keys);
         let threads = self.host.threads;
         Ok(Errors {
@@ -214,8 +213,9 @@ impl Interpreter {
     }
 
     /// What the pool shows for each source alone; the preview is linear, so these are all of it.
-    fn shown(&self, pool: &Pool, units: &[Vec<f64>]) -> Result<Vec<Image>, Error> {
+    fn shown(&self, units: &[Vec<f64>]) -> Result<Vec<Image>, Error> {
         let work = self.host.work();
+        let pool = self.projected()?;
         let mut out = Vec::new();
         for unit in units {
             work.check()?;
@@ -235,6 +235,7 @@ impl Interpreter {
             true => format!("every source at quality {step} is the truth"),
             false => "predicted alone".to_owned(),
         };
+        let method = method + &self.method().aside();
         let record = session::record(&self.show().title, self.machine(), &method, moments);
         let text = session::describe(moments);
         let Some(path) = output else {

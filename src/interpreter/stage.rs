@@ -3,6 +3,8 @@
 
 mod again;
 
+pub(super) use self::again::Again;
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -14,6 +16,7 @@ use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Ground, Lighting, Lights};
 use crate::pool::archive::{Archive, Wanted};
+use crate::pool::depot::Place;
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
@@ -74,6 +77,8 @@ pub(super) struct Stage {
     ground: Option<Ground>,
     /// Every picture at hand, whether the pool uses it or not.
     pub archive: Archive,
+    /// Refined pictures at hand that the pool does not use, as they say next to nothing new.
+    pub near_copies: usize,
     /// Coarse and refined pictures, once there are any.
     pub pool: Option<Pool>,
 }
@@ -194,6 +199,7 @@ impl Stage {
             steps: fresh.steps,
             operators,
             archive: archive.take().unwrap_or_default(),
+            near_copies: 0,
             pool,
         })
     }
@@ -260,7 +266,10 @@ impl Stage {
         let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
             address: self.lights.address(ground, quality, setting),
             words: self.words(setting),
-            refined: refined.map(|first| first + i),
+            refined: refined.map(|first| Place {
+                order: first + i,
+                setting: setting.clone(),
+            }),
         };
         let wanted: Vec<Wanted> = settings.iter().enumerate().map(want).collect();
         let size = (self.view.width, self.view.height);
@@ -286,8 +295,8 @@ impl Stage {
     }
 
     /// The pool, with its coarse pictures found or rendered on first use: the show's coarse step
-    /// and the next finer one, whose difference estimates the error. Refined pictures of this
-    /// session and earlier ones that these sources can express come with it. Also true when it was made just now.
+    /// and the next finer one, whose difference estimates the error. Also true when it was made
+    /// just now.
     pub fn coarse(&mut self, means: Means<'_>) -> Result<bool, TransportError> {
         if self.pool.is_some() {
             return Ok(false);
@@ -300,10 +309,7 @@ impl Stage {
             false => Vec::new(),
         };
         let coarse = self.pictures(means, fine, &units, None)?;
-        let mut pool = Pool::new(coarse, coarser, means.work);
-        let least = Quality(self.steps[1].clamp(1, finest.0));
-        self.add_known(&mut pool, least, means);
-        self.pool = Some(pool);
+        self.pool = Some(Pool::new(coarse, coarser, means.work));
         Ok(true)
     }
 

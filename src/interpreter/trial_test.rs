@@ -111,7 +111,8 @@ fn the_trial_foretells_what_the_pool_shows() {
     let fit = trial.fit(settings).unwrap();
     assert!((pool.calibration() / fit.calibration - 1.0).abs() < 1e-3);
     for by in Projection::ALL {
-        let image = pool.preview_by(by, &look, Work::silent()).unwrap();
+        let image = pool.projected(by, Work::silent());
+        let image = image.preview(&look, Work::silent()).unwrap();
         let off = combine(pool.size(), &[(1.0, &image), (-1.0, &truth)], 1);
         let told = trial.look_error(&trial.shown(by, settings).unwrap(), &look);
         let found = dot(&off, &off).sqrt();

@@ -37,6 +37,8 @@ pub enum Verb {
     Session,
     /// What pictures there are, and freeing them.
     Pool,
+    /// How refined pictures are chosen, and previews made of them.
+    Method,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -112,6 +114,19 @@ const SIGNED: OptionSpec = OptionSpec {
     about: "allow negative keys, which float playback can show, and spare the knots",
 };
 
+const METRIC: OptionSpec = value(
+    "metric",
+    "M",
+    "what makes a picture worth refining: settings, influence or error (default: error)",
+);
+
+const PROJECTION: OptionSpec = value(
+    "projection",
+    "P",
+    "how previews are made: settings, influence, full-error, error, extrapolated (default), \
+     corrections",
+);
+
 /// What can be charted.
 const CHARTS: &[&str] = &["transport"];
 
@@ -142,7 +157,13 @@ const fn spec(
         example,
         command: !matches!(
             verb,
-            Verb::Show | Verb::At | Verb::Refine | Verb::Save | Verb::Help | Verb::Quit
+            Verb::Show
+                | Verb::At
+                | Verb::Refine
+                | Verb::Method
+                | Verb::Save
+                | Verb::Help
+                | Verb::Quit
         ),
     }
 }
@@ -216,6 +237,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "Q",
                 "render anew at this step of the scale, 1 to 5",
             ),
+            PROJECTION,
             output("write a .png (as displayed) or an .exr (linear)"),
         ],
         "one picture of the show",
@@ -225,7 +247,7 @@ pub const VERBS: &[VerbSpec] = &[
         Verb::Refine,
         "refine",
         "[N | until X% | for TIME]",
-        &[],
+        &[METRIC, PROJECTION],
         "render refined pictures in the order of the plan, one if nothing is said",
         "refine until 2%",
     ),
@@ -233,7 +255,7 @@ pub const VERBS: &[VerbSpec] = &[
         Verb::Play,
         "play",
         "",
-        &[output("write an animated .png")],
+        &[PROJECTION, output("write an animated .png")],
         "play the sequence back from its key images",
         "play -o show.png",
     ),
@@ -261,6 +283,8 @@ pub const VERBS: &[VerbSpec] = &[
                 "refine until there are N pictures, stored ones included",
             ),
             value("budget", "TIME", "stop refining when this time is used up"),
+            METRIC,
+            PROJECTION,
             value(
                 "out",
                 "DIR",
@@ -335,6 +359,8 @@ pub const VERBS: &[VerbSpec] = &[
                 value: None,
                 about: "measure against every source at the refined quality, rendered beside",
             },
+            METRIC,
+            PROJECTION,
             output("write a .png or an .svg, or the data as .csv or .json"),
         ],
         "replay edits and `refine` lines from a file: error against time and refined pictures",
@@ -347,6 +373,14 @@ pub const VERBS: &[VerbSpec] = &[
         &[],
         "tell what pictures there are and which serve this show, or free them",
         "pool drop unused",
+    ),
+    spec(
+        Verb::Method,
+        "method",
+        "[metric M | projection P | default]",
+        &[],
+        "how refined pictures are chosen and previews made of them, from now on",
+        "method projection settings",
     ),
     spec(
         Verb::Save,

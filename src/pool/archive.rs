@@ -14,7 +14,7 @@ use crate::picture::Image;
 use crate::transport::Quality;
 
 use super::address::{Address, Digest, Ground, Lighting};
-use super::depot::Depot;
+use super::depot::{Depot, Place};
 use super::span;
 
 /// How pictures were come by.
@@ -55,9 +55,9 @@ pub struct Wanted {
     pub address: Address,
     /// The same for people.
     pub words: String,
-    /// Which of the pool's refined pictures it is, from 0, to be used again as such with other
+    /// Where it stands among the pool's refined pictures, to be used again as such with other
     /// sources; `None` for a coarse one.
-    pub refined: Option<usize>,
+    pub refined: Option<Place>,
 }
 
 /// A picture in memory.
@@ -65,8 +65,8 @@ pub struct Wanted {
 pub struct Kept {
     /// What it shows.
     pub address: Address,
-    /// Which of its pool's refined pictures it was; `None` for a coarse one.
-    pub refined: Option<usize>,
+    /// Where it stood among its pool's refined pictures; `None` for a coarse one.
+    pub refined: Option<Place>,
     /// The picture.
     pub image: Arc<Image>,
 }
@@ -158,7 +158,12 @@ impl Archive {
                 };
                 self.tally.rendered += 1;
                 if let Some(depot) = &mut self.depot {
-                    depot.keep(store, &one.address, (&one.words, one.refined), &image);
+                    depot.keep(
+                        store,
+                        &one.address,
+                        (&one.words, one.refined.as_ref()),
+                        &image,
+                    );
                 }
                 *place = Some(self.keep(one, Arc::new(image)));
             }
@@ -178,7 +183,7 @@ impl Archive {
         let key = |kept: &Kept| kept.address.key == address.key;
         if let Some(at) = self.kept.iter().position(key) {
             let mut kept = self.kept.remove(at);
-            kept.refined = kept.refined.or(wanted.refined);
+            kept.refined = kept.refined.or_else(|| wanted.refined.clone());
             let image = Arc::clone(&kept.image);
             self.kept.push(kept);
             self.tally.kept += 1;
@@ -198,7 +203,7 @@ impl Archive {
         }
         self.kept.push(Kept {
             address: wanted.address.clone(),
-            refined: wanted.refined,
+            refined: wanted.refined.clone(),
             image: Arc::clone(&image),
         });
         image
@@ -290,7 +295,7 @@ impl Archive {
     pub fn fetch(
         &mut self,
         address: Address,
-        refined: Option<usize>,
+        refined: Option<Place>,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {
@@ -315,7 +320,7 @@ impl Archive {
     pub fn recall(
         &mut self,
         address: Address,
-        refined: usize,
+        refined: Place,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {

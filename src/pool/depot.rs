@@ -36,7 +36,8 @@ const ATTRIBUTE_KEY: &str = "footlight.key";
 const ATTRIBUTE_LIT: &str = "footlight.lit";
 const ATTRIBUTE_SETTING: &str = "footlight.setting";
 const ATTRIBUTE_OPERATOR: &str = "footlight.operator";
-/// Which of its session's refined pictures it was, from 0; empty for a coarse one.
+/// Which of its session's refined pictures it was, from 0, and after it the setting as numbers, in
+/// the order of that show's sources; empty for a coarse one.
 const ATTRIBUTE_REFINED: &str = "footlight.refined";
 const ATTRIBUTE_CHECK: &str = "footlight.check";
 
@@ -55,6 +56,32 @@ pub struct Stored {
     used: u64,
 }
 
+/// Where a refined picture stood in the pool that it was rendered for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Refined pictures before it.
+    pub order: usize,
+    /// Its setting, one number for each source. Strengths of lights say the same but for rounding.
+    pub setting: Vec<f64>,
+}
+
+impl Place {
+    fn written(&self) -> String {
+        let numbers = self.setting.iter().map(|x| format!(" {x:?}"));
+        format!("{}{}", self.order, numbers.collect::<String>())
+    }
+
+    fn read(text: &str) -> Option<Place> {
+        let mut words = text.split(' ');
+        let order = words.next()?.parse().ok()?;
+        let setting: Option<Vec<f64>> = words.map(|w| w.parse().ok()).collect();
+        Some(Place {
+            order,
+            setting: setting?,
+        })
+    }
+}
+
 /// A refined picture of the store, as its header says; to be verified by [`Depot::find`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refined {
@@ -64,8 +91,8 @@ pub struct Refined {
     pub key: Digest,
     /// What is lit.
     pub lighting: Lighting,
-    /// Which of its session's refined pictures it was, from 0.
-    pub order: usize,
+    /// Which of its session's refined pictures it was, and the setting of that session's sources.
+    pub place: Place,
 }
 
 /// The store of one folder.
@@ -181,7 +208,7 @@ impl Depot {
                 quality: stored.quality,
                 key: stored.key,
                 lighting: parse_lit(value(&header, ATTRIBUTE_LIT))?,
-                order: value(&header, ATTRIBUTE_REFINED).parse().ok()?,
+                place: Place::read(value(&header, ATTRIBUTE_REFINED))?,
             })
         };
         good.filter_map(read).collect()
@@ -200,22 +227,24 @@ impl Depot {
         })
     }
 
-    /// Stores a picture; `setting` tells people what it shows, `refined` which of the session's
-    /// refined pictures it is. After the first failure nothing more is written in this session.
+    /// Stores a picture; `setting` tells people what it shows, `place` where it stands if it is a
+    /// refined one. After the first failure nothing more is written in this session.
     pub fn keep(
         &mut self,
         store: &dyn Store,
         address: &Address,
-        (setting, refined): (&str, Option<usize>),
+        (setting, place): (&str, Option<&Place>),
         image: &Image,
     ) {
         if self.stopped.is_some() {
             return;
         }
-        let refined = refined.map_or_else(String::new, |n| n.to_string());
         let said = [
             (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
-            (ATTRIBUTE_REFINED, refined),
+            (
+                ATTRIBUTE_REFINED,
+                place.map_or_else(String::new, Place::written),
+            ),
             (ATTRIBUTE_OPERATOR, self.operator.clone()),
         ];
         let written = encoded(address, said, image);

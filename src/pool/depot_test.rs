@@ -33,6 +33,11 @@ fn lights() -> Lights {
     })
 }
 
+fn place(order: usize) -> Place {
+    let setting = vec![0.1, -1e-300, 2.0 / 3.0];
+    Place { order, setting }
+}
+
 fn view() -> View {
     View {
         from: vec3(0.0, -9.0, 1.7),
@@ -62,14 +67,22 @@ fn what_is_stored_is_found_bit_for_bit() {
     let (shelf, address) = (Shelf::default(), address(0.3));
     let mut depot = Depot::new("p", 1 << 20, "g 1");
     assert_eq!(depot.find(&shelf, name(&address), SIZE), None);
-    depot.keep(&shelf, &address, ("l\u{e4}mp 0.3", Some(3)), &image(0.1));
+    depot.keep(
+        &shelf,
+        &address,
+        ("l\u{e4}mp 0.3", Some(&place(3))),
+        &image(0.1),
+    );
     let (lighting, found) = depot.find(&shelf, name(&address), SIZE).unwrap();
     assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
     let listed = depot.lightings(&shelf, address.ground, address.quality);
     assert_eq!(listed, [(address.key, address.lighting)]);
     let refined = depot.refined(&shelf, address.ground, Quality(2));
     assert_eq!(refined.len(), 1);
-    assert_eq!((refined[0].key, refined[0].order), (address.key, 3));
+    assert_eq!(
+        (refined[0].key, &refined[0].place),
+        (address.key, &place(3))
+    );
     assert_eq!(depot.refined(&shelf, address.ground, Quality(3)), []);
     assert_eq!(depot.notes(), [""; 0]);
 }
@@ -78,8 +91,13 @@ fn what_is_stored_is_found_bit_for_bit() {
 fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
     let (shelf, old) = (Shelf::default(), address(0.3));
     let mut depot = Depot::new("p", 1 << 20, "g 1");
-    depot.keep(&shelf, &old, ("lamp", Some(0)), &image(0.1));
-    depot.keep(&shelf, &address(0.4), ("lamp", Some(1)), &image(0.2));
+    depot.keep(&shelf, &old, ("lamp", Some(&place(0))), &image(0.1));
+    depot.keep(
+        &shelf,
+        &address(0.4),
+        ("lamp", Some(&place(1))),
+        &image(0.2),
+    );
     assert_eq!(depot.notes(), [""; 0], "its own");
     let new = Address {
         ground: Ground::new("g 2", &Scene::default(), &view()),
@@ -88,7 +106,7 @@ fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
     let mut depot = Depot::new("p", 1 << 20, "g 2");
     assert_eq!(depot.find(&shelf, name(&new), SIZE), None);
     assert_eq!(depot.refined(&shelf, new.ground, Quality(1)), []);
-    depot.keep(&shelf, &new, ("lamp", Some(0)), &image(0.5));
+    depot.keep(&shelf, &new, ("lamp", Some(&place(0))), &image(0.5));
     let notes = depot.notes();
     assert!(
         notes.len() == 1 && notes[0].starts_with("2 stored pictures"),

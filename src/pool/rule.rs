@@ -204,6 +204,9 @@ impl Fit {
                 expected,
             } = *known;
             let left = (kk - 2.0 * a * ke + a * a * ee).max(0.0) * freedom;
+            // Where errors of several sources add up, as in the first pictures, they do so in the
+            // estimate too: that is no sign that each source errs more than estimated.
+            let expected = expected.max(ee);
             if expected > 0.0 { left / expected } else { 1.0 }
         };
         let ratios: f64 = known.iter().map(ratio).sum();

@@ -276,13 +276,19 @@ mod tests {
         let target = lit(&[(1, [1.0; 3]), (2, [-3.0; 3]), (3, [1.25, 0.0, 0.0])]);
         let pink = lit(&[(3, [1.0, 0.5, 0.5])]);
         let found = settings(&sources, &[&target, &pink]);
-        assert_eq!(found, [Some(vec![0.5, -1.0, 0.25]), None]);
+        // Matrix kernels differ by processor and build in the last bit.
+        let near = |found: &Option<Vec<f64>>, wanted: &[f64]| {
+            let found = found.as_ref().unwrap();
+            let off = found.iter().zip(wanted).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 4.0 * f64::EPSILON, "{found:?}");
+        };
+        near(&found[0], &[0.5, -1.0, 0.25]);
+        assert_eq!(found[1], None);
         let joined = [white(&[(1, 2.0), (2, 3.0)])];
         let uneven = white(&[(1, 2.0), (2, 2.0)]);
         let even = white(&[(1, 0.2), (2, 0.3)]);
-        assert_eq!(
-            settings(&joined, &[&even, &uneven]),
-            [Some(vec![0.1]), None]
-        );
+        let found = settings(&joined, &[&even, &uneven]);
+        near(&found[0], &[0.1]);
+        assert_eq!(found[1], None);
     }
 }

@@ -3,12 +3,15 @@
 //! pictures, and so a session goes on where the last one ended.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use super::{Means, Stage};
 use crate::files::Store;
 use crate::linalg::Orthonormal;
+use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Address, Lighting};
+use crate::pool::depot::Place;
 use crate::pool::span;
 use crate::transport::Quality;
 
@@ -23,7 +26,14 @@ struct Known {
     /// In terms of the sources as they are now.
     setting: Vec<f64>,
     address: Address,
-    order: usize,
+    place: Place,
+}
+
+/// A picture to be added to the pool.
+pub struct Again {
+    pub setting: Vec<f64>,
+    pub image: Arc<Image>,
+    pub quality: Quality,
 }
 
 impl Stage {
@@ -37,8 +47,8 @@ impl Stage {
         let kept = self.archive.kept().iter();
         let fits = |a: &Address| a.ground == ground && a.quality >= least;
         let kept = kept.filter(|k| fits(&k.address));
-        let mut all: Vec<(usize, Address)> = kept
-            .filter_map(|k| Some((k.refined?, k.address.clone())))
+        let mut all: Vec<(Place, Address)> = kept
+            .filter_map(|k| Some((k.refined.clone()?, k.address.clone())))
             .collect();
         if let Some((depot, store)) = self.archive.depot().zip(store) {
             let stored = depot.refined(store, ground, least).into_iter();
@@ -49,10 +59,10 @@ impl Stage {
                     lighting: r.lighting,
                     key: r.key,
                 };
-                (r.order, address)
+                (r.place, address)
             }));
         }
-        all.sort_by_key(|(order, address)| (*order, address.key));
+        all.sort_by_key(|(place, address)| (place.order, address.key));
         let mut seen = BTreeSet::new();
         all.retain(|(_, address)| seen.insert(address.key));
         let lit: Vec<&Lighting> = all.iter().map(|(_, a)| &a.lighting).collect();
@@ -60,40 +70,57 @@ impl Stage {
         let sources: Vec<Lighting> = units.iter().map(|u| self.lights.lighting(u)).collect();
         let settings = span::settings(&sources, &lit);
         let known = settings.into_iter().zip(all);
-        known
-            .filter_map(|(setting, (order, address))| {
-                Some(Known {
-                    setting: setting?,
-                    address,
-                    order,
-                })
+        let known = known.filter_map(|(setting, (place, address))| {
+            // With the sources that it was rendered for, the very numbers that it was rendered of.
+            let own = self.lights.address(ground, address.quality, &place.setting);
+            let same = place.setting.len() == units.len() && own.key == address.key;
+            Some(Known {
+                setting: if same {
+                    place.setting.clone()
+                } else {
+                    setting?
+                },
+                address,
+                place,
             })
-            .collect()
+        });
+        known.collect()
     }
 
-    /// Adds the refined pictures that are known, but for those that say next to nothing new.
-    pub(super) fn add_known(&mut self, pool: &mut Pool, least: Quality, means: Means<'_>) {
-        let weighting = pool.weighting();
+    /// The refined pictures that are known, with their settings, but for those that say next to
+    /// nothing new; none without a pool.
+    pub fn again(&mut self, least: Quality, means: Means<'_>) -> Vec<Again> {
+        let Some((weighting, size)) = self.pool.as_ref().map(|p| (p.weighting(), p.size())) else {
+            return Vec::new();
+        };
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let mut span = Orthonormal::new();
+        let mut out = Vec::new();
+        self.near_copies = 0;
         for known in self.known(least, Some(means.store)) {
             let terms = known.setting.iter().zip(weighting.weights());
             let weighted: Vec<f64> = terms.map(|(s, w)| s * w).collect();
             let mut rest = weighted.clone();
             span.remove_from(&mut rest);
             if norm(&rest) <= OUTSIDE * norm(&weighted) {
+                self.near_copies += 1;
                 continue;
             }
             let quality = known.address.quality;
             let found = self
                 .archive
-                .recall(known.address, known.order, pool.size(), means.store);
-            let Some(image) = found else { continue };
-            if pool.add(known.setting, image, quality, means.work) {
+                .recall(known.address, known.place, size, means.store);
+            if let Some(image) = found {
                 // What is this far outside is never refused.
                 let _ = span.push(&weighted);
+                out.push(Again {
+                    setting: known.setting,
+                    image,
+                    quality,
+                });
             }
         }
+        out
     }
 
     /// Number of refined pictures that the pool has, or, until it is made, will have of those in
