@@ -51,6 +51,39 @@ fn small() -> Case {
     case
 }
 
+/// Two lights on one material are the same light, each at its own strength.
+#[test]
+fn panels_of_one_material_shine_alike() {
+    let mut case = small();
+    let Light::Panel { material, radiance } = case.rig.lights[0] else {
+        unreachable!("the stage is lit by panels")
+    };
+    case.rig.lights.push(Light::Panel {
+        material,
+        radiance: Rgb(radiance.0.map(|c| c * 0.5)),
+    });
+    let light = case.rig.lights.len() - 1;
+    let filter = Rgb::WHITE;
+    case.rig.sources[2].emitters = vec![Emitter { light, filter }];
+    let n = case.rig.sources.len();
+    let setting = |on: &[usize]| -> Vec<f64> {
+        let level = |i| f64::from(u8::from(on.contains(&i)));
+        (0..n).map(level).collect()
+    };
+    let settings = [setting(&[0]), setting(&[2]), setting(&[0, 2])];
+    let [one, half, both] = &render(&case, 1, &settings, 2)[..] else {
+        unreachable!("three settings are three pictures")
+    };
+    assert!(one.data().iter().any(|v| *v > 0.0));
+    for ((one, half), both) in one.data().iter().zip(half.data()).zip(both.data()) {
+        assert_eq!(*half, one * 0.5);
+        assert!(
+            (both - one * 1.5).abs() <= 1e-6 * one,
+            "{both} for 1.5 times {one}"
+        );
+    }
+}
+
 #[test]
 fn light_adds_and_scales_whatever_its_sign() {
     let case = small();

@@ -19,9 +19,11 @@ const LEAF: usize = 6;
 /// Points in the largest: a task of one thread.
 const CHUNK: usize = 512;
 /// Points of the largest cluster that may be interpolated across.
-pub const PATCH: usize = 64;
-/// Points of a cluster that are evaluated to interpolate the others.
-pub const SAMPLES: usize = 5;
+pub const PATCH: usize = 256;
+/// Points of a cluster that may be evaluated to interpolate the others.
+pub const SAMPLES: usize = 9;
+/// Those of them near the corners and the middle; the others are near the middles of the sides.
+pub const CORNERS: usize = 5;
 /// Points that are worth a second thread.
 const SHARED: usize = 4096;
 
@@ -69,7 +71,8 @@ pub struct Cluster {
     pub corners: [Vec3; 4],
     /// In the picture's pixels; empty where the points belong to no picture.
     pub picture: Rectangle,
-    /// Points nearest to the corners and to the middle; only where there are halves.
+    /// Points nearest to the corners, to the middle, and to the middles of the sides; only where
+    /// there are halves.
     pub samples: [usize; SAMPLES],
     /// None below a handful of points.
     pub halves: Option<Box<[Cluster; 2]>>,
@@ -259,8 +262,10 @@ impl Plane<'_> {
         });
         let samples = if halves.is_some() && members.len() <= PATCH {
             let Rectangle([a, b, c, d]) = inner;
-            let middle = [0.5 * (a + b), 0.5 * (c + d)];
-            [[a, c], [b, c], [b, d], [a, d], middle].map(|p| from + nearest(members, p))
+            let [x, y] = [0.5 * (a + b), 0.5 * (c + d)];
+            let [nw, ne, se, sw] = [[a, c], [b, c], [b, d], [a, d]];
+            let [north, east, south, west] = [[x, c], [b, y], [x, d], [a, y]];
+            [nw, ne, se, sw, [x, y], north, east, south, west].map(|p| from + nearest(members, p))
         } else {
             [from; SAMPLES]
         };

@@ -6,7 +6,7 @@
 //! slope guessed from places close together is far off beyond them; and a fit adds and scales with
 //! its values. This room knows nothing of light.
 
-use crate::transport::cluster::SAMPLES;
+use crate::transport::cluster::CORNERS;
 
 /// Least share that the places' narrow direction must have of their spread, as a product of both
 /// over the square of the sum: even places have a quarter.
@@ -26,7 +26,7 @@ pub struct Fit {
 impl Fit {
     /// Through values at places, the last of them near the middle and the others near the corners
     /// of the square. None where the places lie along a line or close together.
-    pub fn through(places: &[[f64; 2]; SAMPLES], values: &[f64; SAMPLES]) -> Option<Fit> {
+    pub fn through(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<Fit> {
         let plane = plane(places, values)?;
         let mut fit = Fit {
             plane,
@@ -52,8 +52,8 @@ impl Fit {
 }
 
 /// Least-squares plane: its constant and two slopes.
-fn plane(places: &[[f64; 2]; SAMPLES], values: &[f64; SAMPLES]) -> Option<[f64; 3]> {
-    let n = SAMPLES as f64;
+fn plane(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<[f64; 3]> {
+    let n = CORNERS as f64;
     let x = places.iter().map(|p| p[0]).sum::<f64>() / n;
     let y = places.iter().map(|p| p[1]).sum::<f64>() / n;
     let level = values.iter().sum::<f64>() / n;
@@ -76,7 +76,7 @@ fn plane(places: &[[f64; 2]; SAMPLES], values: &[f64; SAMPLES]) -> Option<[f64; 
 
 /// What the plane leaves: how the corners differ from the middle, and both diagonals from each
 /// other. It is bounded by a few times what is left, as the places stay in the square.
-fn bend(places: &[[f64; 2]; SAMPLES], rest: &[f64; SAMPLES]) -> [f64; 3] {
+fn bend(places: &[[f64; 2]; CORNERS], rest: &[f64; CORNERS]) -> [f64; 3] {
     let [corners @ .., [mx, my]] = places;
     let [outer @ .., inner] = rest;
     let n = corners.len() as f64;
@@ -99,7 +99,7 @@ fn bend(places: &[[f64; 2]; SAMPLES], rest: &[f64; SAMPLES]) -> [f64; 3] {
 mod tests {
     use super::*;
 
-    const EVEN: [[f64; 2]; SAMPLES] = [
+    const EVEN: [[f64; 2]; CORNERS] = [
         [-0.9, -0.9],
         [0.9, -0.9],
         [0.9, 0.9],
@@ -139,7 +139,7 @@ mod tests {
         let narrow = EVEN.map(|[x, _]| [x, 0.97 * x + if x > 0.5 { 0.01 } else { 0.0 }]);
         let values = [0.0, 0.02, 0.1, 0.0, 0.05];
         assert!(Fit::through(&narrow, &values).is_none());
-        assert!(Fit::through(&[[0.3, 0.3]; SAMPLES], &values).is_none());
+        assert!(Fit::through(&[[0.3, 0.3]; CORNERS], &values).is_none());
     }
 
     #[test]

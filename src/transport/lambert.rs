@@ -34,6 +34,8 @@ pub struct Clipper {
     next: Vec<Part>,
     distances: Vec<f64>,
     walls: Vec<Vec3>,
+    /// Corners of the occluder at hand, from the point.
+    corners: Vec<Vec3>,
     /// The whole emitter above the horizon, and planes through the point and its edges.
     whole: Vec<Vec3>,
     sides: Vec<Vec3>,
@@ -213,16 +215,19 @@ impl Clipper {
         }
         let side = height.signum();
         // Separated by a plane through the point and an edge of either.
-        let outside = |w: &Vec3| piece.vertices.iter().all(|v| w.dot(*v - point) <= 0.0);
+        self.corners.clear();
+        self.corners
+            .extend(piece.vertices.iter().map(|v| *v - point));
+        let corners = self.corners.as_slice();
+        let outside = |w: &Vec3| corners.iter().all(|c| w.dot(*c) <= 0.0);
         if self.sides.iter().any(outside) {
             return;
         }
         self.walls.clear();
-        let n = piece.vertices.len();
-        for (i, v) in piece.vertices.iter().enumerate() {
-            let w = piece.vertices[(i + 1) % n];
+        for (i, v) in corners.iter().enumerate() {
+            let w = corners[if i + 1 < corners.len() { i + 1 } else { 0 }];
             // Inside the cone: wall . direction > 0.
-            let wall = (*v - point).cross(w - point) * side;
+            let wall = v.cross(w) * side;
             if self.whole.iter().all(|c| wall.dot(*c) <= 0.0) {
                 return;
             }

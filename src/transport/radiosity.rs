@@ -116,6 +116,9 @@ struct Operator {
     outline: Outline,
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
+    /// For each light, the first that shines alike at unit strength: itself, or another panel of
+    /// the same surfaces.
+    alike: Vec<usize>,
     /// For each light, how it is cut out of even light if it is a projection.
     throws: Vec<Option<Throw>>,
     mesh: Mesh,
@@ -128,8 +131,8 @@ struct Operator {
     fragments: Fragments,
     /// For each fragment the nodes around it and their weights.
     stencils: Vec<[(u32, f32); 4]>,
-    /// For each fragment the element that it is on, or [`NONE`].
-    shown: Vec<u32>,
+    /// For each element its share of all that the picture shows.
+    shown: Vec<f64>,
     /// How exactly direct light is interpolated, as a share of its level in the picture.
     tolerance: f64,
     fragment_receivers: Receivers,
@@ -197,11 +200,16 @@ impl Operator {
             .par_iter()
             .map(|f| seen.stencil(f.facet, f.point))
             .collect();
-        let shown = fragments.all.par_iter().map(|f| {
+        let mut shown = vec![0.0; mesh.elements.len()];
+        for f in &fragments.all {
             let grid = mesh.grids[f.facet].as_ref();
-            grid.map_or(NONE, |g| mesh.seen[g.cell(f.point)])
-        });
-        let shown = shown.collect();
+            let element = grid.map_or(NONE, |g| mesh.seen[g.cell(f.point)]);
+            if let Some(pixels) = shown.get_mut(element as usize) {
+                *pixels += f64::from(f.weight);
+            }
+        }
+        let all: f64 = fragments.all.iter().map(|f| f64::from(f.weight)).sum();
+        shown.iter_mut().for_each(|pixels| *pixels /= all.max(1.0));
         let sampled: Vec<Receiver> = mesh
             .elements
             .iter()
@@ -223,6 +231,7 @@ impl Operator {
             outline,
             hierarchy,
             lights,
+            alike: alike(&rig.lights),
             throws: rig.lights.iter().map(thrown).collect(),
             mesh,
             reflectance,
@@ -236,14 +245,16 @@ impl Operator {
         })
     }
 
-    /// Strength of each light in each channel under a setting.
+    /// Strength of each light in each channel under a setting, counted at the first of those that
+    /// are alike.
     fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.rig.lights.len()];
         for (source, s) in self.rig.sources.iter().zip(setting) {
             for emitter in &source.emitters {
                 let colour = colour(&self.rig.lights[emitter.light]);
+                let first = self.alike[emitter.light];
                 for c in 0..3 {
-                    out[emitter.light][c] += s * emitter.filter.0[c] * colour[c];
+                    out[first][c] += s * emitter.filter.0[c] * colour[c];
                 }
             }
         }
@@ -283,6 +294,20 @@ impl Prepared for Operator {
             Ok(images)
         })
     }
+}
+
+/// For each light the first that is a panel of the same material, or itself.
+fn alike(lights: &[Light]) -> Vec<usize> {
+    let material = |light: &Light| match light {
+        Light::Panel { material, .. } => Some(*material),
+        _ => None,
+    };
+    let first = |(i, light): (usize, &Light)| {
+        let own = material(light);
+        let same = |other: &Light| own.is_some() && material(other) == own;
+        lights.iter().position(same).unwrap_or(i)
+    };
+    lights.iter().enumerate().map(first).collect()
 }
 
 fn thrown(light: &Light) -> Option<Throw> {

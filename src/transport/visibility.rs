@@ -179,8 +179,14 @@ fn side_walls(edges: &[Vec3], tips: &[Vec3], slack: f64, walls: &mut Vec<Wall>) 
                 continue;
             }
             let at = normal.dot(a);
-            let all = || edges.iter().chain(tips).map(|p| normal.dot(*p) - at);
-            let (low, high) = all().fold((0.0_f64, 0.0_f64), |(l, h), d| (l.min(d), h.max(d)));
+            let (mut low, mut high) = (0.0_f64, 0.0_f64);
+            for p in tips.iter().chain(edges) {
+                let height = normal.dot(*p) - at;
+                (low, high) = (low.min(height), high.max(height));
+                if low < -slack && high > slack {
+                    break;
+                }
+            }
             if high <= slack && low < -slack {
                 walls.push(Wall {
                     normal,

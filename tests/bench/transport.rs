@@ -1,8 +1,12 @@
 //! Error beside time for each step of quality: `cargo bench --bench transport`.
 //!
 //! Prints, for each reference scene, seconds to prepare, to render all banks one by one and to
-//! compose one more picture, and the error of the mixed picture. `--pictures FOLDER` also writes
-//! what it rendered beside the reference, as PPM; `--only SCENE` leaves the others out.
+//! compose one more picture, the processor's seconds for the first two (all threads; where the
+//! system tells), and the error of the mixed picture. Without a reference picture each bank is
+//! held against the finest step's: `--truth FOLDER` keeps those pictures there, and takes them
+//! from there when they exist, so that two versions of the program are held against the same.
+//! `--pictures FOLDER` also writes what it rendered beside the reference, as PPM; `--only SCENE`
+//! and `--steps 12` leave the others out.
 
 #![allow(
     clippy::unwrap_used,
@@ -15,6 +19,7 @@
 mod reference;
 
 use footlight::picture::Image;
+use footlight::picture::exr::{self, Precision};
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::{Quality, Transport};
 use footlight::work::{Silent, Work};
@@ -23,15 +28,20 @@ use std::time::Instant;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    let at = arguments.iter().position(|a| a == "--pictures");
-    let folder = at.and_then(|i| arguments.get(i + 1)).map(String::as_str);
-    println!("scene    quality  prepare s  all banks s  one more s  error %  without noise %");
-    let only = arguments.iter().position(|a| a == "--only");
-    let only = only.and_then(|i| arguments.get(i + 1)).map(String::as_str);
+    let value = |name: &str| {
+        let at = arguments.iter().position(|a| a == name);
+        at.and_then(|i| arguments.get(i + 1)).map(String::as_str)
+    };
+    let (folder, truth) = (value("--pictures"), value("--truth"));
+    let (only, steps) = (value("--only"), value("--steps"));
+    println!(
+        "scene    quality  prepare s  all banks s  one more s  processor s  error %  without noise %"
+    );
     let wanted = |case: &Case| only.is_none_or(|o| o == case.name);
+    let step = |quality: &u8| steps.is_none_or(|s| s.contains(&quality.to_string()));
     for case in [cornell(), stage()].into_iter().filter(wanted) {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
-        for quality in 1..=5 {
+        for quality in (1..=5).filter(step) {
             measure(&case, quality, Some([&halves[0], &halves[1]]), folder);
         }
     }
@@ -40,11 +50,42 @@ fn main() {
         return;
     }
     let names: Vec<String> = tavern.rig.sources.iter().map(|s| s.name.clone()).collect();
-    let finest = measure(&tavern, 5, None, folder);
-    for quality in 1..=4 {
+    let finest = kept(&names, truth).unwrap_or_else(|| {
+        let finest = measure(&tavern, 5, None, folder);
+        keep(&names, truth, &finest);
+        finest
+    });
+    for quality in (1..=5).filter(step) {
         let banks = measure(&tavern, quality, None, folder);
         against(&names, &banks, &finest);
     }
+}
+
+/// Pictures of an earlier run, if all of them are there.
+fn kept(names: &[String], truth: Option<&str>) -> Option<Vec<Image>> {
+    let read = |name: &String| {
+        let bytes = std::fs::read(format!("{}/{name}.exr", truth?)).ok()?;
+        Some(exr::decode(&bytes, 1 << 28).unwrap())
+    };
+    names.iter().map(read).collect()
+}
+
+fn keep(names: &[String], truth: Option<&str>, pictures: &[Image]) {
+    for (name, picture) in names.iter().zip(pictures) {
+        if let Some(folder) = truth {
+            let bytes = exr::encode(picture, Precision::Float, &[]).unwrap();
+            std::fs::write(format!("{folder}/{name}.exr"), bytes).unwrap();
+        }
+    }
+}
+
+/// Processor time of this program so far, seconds of all threads; not a number where the system
+/// does not tell it in hundredths under `/proc`.
+fn processor() -> f64 {
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let after_name = text.rsplit(')').next().unwrap_or_default();
+    let ticks = after_name.split_whitespace().nth(11);
+    ticks.and_then(|t| t.parse().ok()).unwrap_or(f64::NAN) / 100.0
 }
 
 /// Error of each bank against the finest step's.
@@ -77,7 +118,7 @@ fn measure(
         threads: 2,
         memory: 4 << 30,
     };
-    let start = Instant::now();
+    let (start, begun) = (Instant::now(), processor());
     let mut g = Radiosity
         .prepare(&case.scene, &case.rig, &case.view, Quality(quality), work)
         .unwrap();
@@ -88,6 +129,7 @@ fn measure(
         .collect();
     let alone = g.render(&banks, work).unwrap();
     let all = start.elapsed().as_secs_f64() - prepared;
+    let busy = processor() - begun;
     let mixed = g.render(std::slice::from_ref(&case.mix), work).unwrap();
     let more = start.elapsed().as_secs_f64() - prepared - all;
     let error = halves.map_or("-".to_owned(), |halves| {
@@ -95,7 +137,9 @@ fn measure(
         format!("{:>8.2} {:>16.2}", plain * 100.0, fair * 100.0)
     });
     let name = case.name;
-    println!("{name:<8} {quality:>7} {prepared:>10.3} {all:>12.3} {more:>11.3} {error}");
+    println!(
+        "{name:<8} {quality:>7} {prepared:>10.3} {all:>12.3} {more:>11.3} {busy:>12.2} {error}"
+    );
     if let Some(folder) = folder {
         write(&mixed[0], &format!("{folder}/{name}_{quality}.ppm"));
         if let Some([half, _]) = halves {

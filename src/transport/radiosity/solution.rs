@@ -116,17 +116,13 @@ impl Operator {
     /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
     /// elements that the picture shows.
     fn level(&self, on_elements: &[f32]) -> f64 {
-        let (mut power, mut weight) = (0.0, 0.0);
-        for (f, shown) in self.fragments.all.iter().zip(&self.shown) {
-            let share = f64::from(f.weight);
-            weight += share;
-            if let Some(direct) = on_elements.get(*shown as usize) {
-                let reflectance = self.surfaces.facets[f.facet].reflectance;
-                let most = reflectance.iter().copied().fold(0.0, f64::max);
-                power += share * (most * f64::from(*direct)).powi(2);
-            }
-        }
-        (power / f64::max(weight, 1.0)).sqrt()
+        let elements = self.mesh.elements.iter().zip(&self.shown);
+        let power = elements.zip(on_elements).map(|((e, share), direct)| {
+            let reflectance = self.surfaces.facets[e.facet].reflectance;
+            let most = reflectance.iter().copied().fold(0.0, f64::max);
+            share * (most * f64::from(*direct)).powi(2)
+        });
+        power.sum::<f64>().sqrt()
     }
 
     /// Mean over each element's sub-samples.

@@ -1,0 +1,235 @@
+//! Direct light of a panel: all the polygons of one light together.
+//!
+//! A polygon seen from a cluster is clear, dark, or mixed with a list of occluders; a cluster's
+//! halves take over what is left with shorter lists. Whether a cluster may be interpolated is
+//! decided by the sum over all polygons, as that is what shows. Invariant: what has been dropped
+//! sends nothing to any point of the cluster.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "ranges of the emitters, pairs and lists that this module has stacked"
+)]
+
+use crate::geometry::Vec3;
+use crate::transport::cluster::Cluster;
+use crate::transport::direct::Setting;
+use crate::transport::lambert::{Clipper, halved};
+use crate::transport::sheet::Sheet;
+use crate::transport::visibility::Shaft;
+use std::ops::Range;
+
+/// Occluders beyond which an emitter is halved.
+const FEW: usize = 200;
+/// Tests of a point against an occluder that cost less than a shaft.
+const CHEAP: usize = 200;
+/// How often an emitter is halved at most.
+const HALVINGS: usize = 4;
+
+/// A convex polygon of the light.
+struct Emitter {
+    corners: Vec<Vec3>,
+    normal: Vec3,
+    /// How often it may still be halved.
+    halvings: usize,
+}
+
+/// An emitter as a cluster sees it.
+#[derive(Clone)]
+struct Pair {
+    emitter: usize,
+    /// In the stack of lists.
+    occluders: Range<usize>,
+}
+
+/// One light's way to one chunk of a facet.
+pub struct Panel<'a> {
+    setting: Setting<'a>,
+    normal: Vec3,
+    facet: usize,
+    clipper: Clipper,
+    // Stacks: what a cluster adds is taken off when it is done.
+    emitters: Vec<Emitter>,
+    pairs: Vec<Pair>,
+    lists: Vec<usize>,
+}
+
+impl<'a> Panel<'a> {
+    /// The way to a facet of unit `normal`.
+    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize) -> Panel<'a> {
+        Panel {
+            setting,
+            normal,
+            facet,
+            clipper: Clipper::default(),
+            emitters: Vec::new(),
+            pairs: Vec::new(),
+            lists: Vec::new(),
+        }
+    }
+
+    /// Adds the light of these pieces to a chunk.
+    pub fn shine(&mut self, pieces: &[usize], chunk: &Cluster, sheet: &mut Sheet<'_>) {
+        let Setting {
+            surfaces,
+            hierarchy,
+        } = self.setting;
+        let mut found = Vec::new();
+        for &i in pieces {
+            let piece = &surfaces.pieces[i];
+            if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
+                continue;
+            }
+            let emitter = Emitter {
+                corners: piece.vertices.clone(),
+                normal: piece.normal,
+                halvings: HALVINGS,
+            };
+            if is_behind(&emitter, chunk) {
+                continue;
+            }
+            let shaft = self.shaft(&emitter, chunk);
+            hierarchy.occluders(surfaces, &shaft, &mut found);
+            let dark = |&i: &usize| shaft.is_blocked_by(&surfaces.pieces[i], surfaces.touching());
+            if found.iter().any(dark) {
+                continue;
+            }
+            let from = self.lists.len();
+            self.lists.extend(&found);
+            self.emitters.push(emitter);
+            self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
+        }
+        self.settle(chunk, 0..self.pairs.len(), sheet);
+    }
+
+    /// Do these points lie on the plane of a cluster or below it?
+    fn is_below(&self, corners: &[Vec3], cluster: &Cluster) -> bool {
+        let at = cluster.corners[0];
+        let touching = self.setting.surfaces.touching();
+        corners.iter().all(|v| self.normal.dot(*v - at) <= touching)
+    }
+
+    fn shaft<'b>(&self, emitter: &'b Emitter, cluster: &'b Cluster) -> Shaft<'b> {
+        Shaft::new(
+            &cluster.corners,
+            self.normal,
+            &emitter.corners,
+            Some(emitter.normal),
+            self.setting.surfaces.touching(),
+        )
+    }
+
+    /// Stacks an emitter with its occluders; in halves while they are too many.
+    fn pair(&mut self, emitter: usize, occluders: Range<usize>, cluster: &Cluster) {
+        let Emitter {
+            normal, halvings, ..
+        } = self.emitters[emitter];
+        if occluders.len() <= FEW || halvings == 0 {
+            self.pairs.push(Pair { emitter, occluders });
+            return;
+        }
+        for corners in halved(&self.emitters[emitter].corners) {
+            if corners.len() >= 3 && !self.is_below(&corners, cluster) {
+                self.emitters.push(Emitter {
+                    corners,
+                    normal,
+                    halvings: halvings - 1,
+                });
+                self.narrow(self.emitters.len() - 1, occluders.clone(), cluster);
+            }
+        }
+    }
+
+    /// Stacks an emitter with those of some occluders that are between it and a cluster.
+    fn narrow(&mut self, emitter: usize, candidates: Range<usize>, cluster: &Cluster) {
+        let own = &self.emitters[emitter];
+        if is_behind(own, cluster) {
+            return;
+        }
+        if candidates.len() * cluster.range.len() <= CHEAP {
+            let occluders = candidates;
+            self.pairs.push(Pair { emitter, occluders });
+            return;
+        }
+        let surfaces = self.setting.surfaces;
+        let shaft = self.shaft(own, cluster);
+        let from = self.lists.len();
+        for k in candidates {
+            let i = self.lists[k];
+            let piece = &surfaces.pieces[i];
+            if shaft.is_blocked_by(piece, surfaces.touching()) {
+                return;
+            }
+            if !shaft.misses(piece) {
+                self.lists.push(i);
+            }
+        }
+        self.pair(emitter, from..self.lists.len(), cluster);
+    }
+
+    /// Interpolates where that is allowed, else evaluates the points of the smallest clusters.
+    fn settle(&mut self, cluster: &Cluster, pairs: Range<usize>, sheet: &mut Sheet<'_>) {
+        if pairs.is_empty() {
+            return;
+        }
+        let own = pairs.clone();
+        if sheet.interpolated(cluster, |_, p| self.at(own.clone(), p)) {
+            return;
+        }
+        let clear = self.pairs[pairs.clone()]
+            .iter()
+            .all(|p| p.occluders.is_empty());
+        let Some(halves) = cluster.halves.as_deref() else {
+            sheet.evaluate(cluster, |_, p| self.at(pairs.clone(), p));
+            return;
+        };
+        if clear && sheet.allowed <= 0.0 {
+            sheet.evaluate(cluster, |_, p| self.at(pairs.clone(), p));
+            return;
+        }
+        for half in halves {
+            let marks = (self.emitters.len(), self.pairs.len(), self.lists.len());
+            for i in pairs.clone() {
+                let Pair { emitter, occluders } = self.pairs[i].clone();
+                self.narrow(emitter, occluders, half);
+            }
+            let own = marks.1..self.pairs.len();
+            self.settle(half, own, sheet);
+            self.emitters.truncate(marks.0);
+            self.pairs.truncate(marks.1);
+            self.lists.truncate(marks.2);
+        }
+    }
+
+    /// Irradiance at a point from some pairs.
+    fn at(&mut self, pairs: Range<usize>, point: Vec3) -> f64 {
+        let surfaces = self.setting.surfaces;
+        let mut sum = 0.0;
+        for pair in &self.pairs[pairs] {
+            let emitter = &self.emitters[pair.emitter];
+            let corners = &emitter.corners;
+            let lit = corners
+                .first()
+                .is_some_and(|c| emitter.normal.dot(point - *c) > 0.0);
+            if !lit {
+                continue;
+            }
+            let list = &self.lists[pair.occluders.clone()];
+            sum += if list.is_empty() {
+                self.clipper.unoccluded(point, self.normal, corners)
+            } else {
+                let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
+                let touching = surfaces.touching();
+                self.clipper
+                    .occluded(point, self.normal, corners, occluders, touching)
+            };
+        }
+        sum
+    }
+}
+
+/// Does a cluster see nothing but the emitter's back?
+fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
+    let origin = emitter.corners.first().copied().unwrap_or_default();
+    let behind = |c: &Vec3| emitter.normal.dot(*c - origin) <= 0.0;
+    cluster.corners.iter().all(behind)
+}
