@@ -194,6 +194,8 @@ pub struct Interpreter {
     source: String,
     /// The text as it was last read or saved.
     saved: String,
+    /// What the last compiling learnt of the cues, so that an edit costs what it changes.
+    known: lang::Known,
     compiled: Compiled,
     stage: Option<Stage>,
     /// Pictures at hand while there is no stage to hold them.
@@ -243,7 +245,8 @@ impl Interpreter {
                 sources: Sources::default(),
             })
         })?;
-        let (compiled, fresh) = compile(name, &source, &host, None)?;
+        let mut known = lang::Known::default();
+        let (compiled, fresh) = compile(name, &source, &host, &mut known, None)?;
         let mut archive = Some(host.archive());
         let results = host.transport.results();
         Ok(Interpreter {
@@ -254,6 +257,7 @@ impl Interpreter {
             path: None,
             saved: source.clone(),
             source,
+            known,
             compiled,
             host,
             steps: Vec::new(),
@@ -394,7 +398,8 @@ impl Interpreter {
             })
         })?;
         let old = self.stage.as_ref();
-        let (compiled, fresh) = compile(&self.name, &edited.source, &self.host, old)?;
+        let known = &mut self.known;
+        let (compiled, fresh) = compile(&self.name, &edited.source, &self.host, known, old)?;
         let kept = self.refined();
         let results = self.host.transport.results();
         let old = self.stage.take();
@@ -453,10 +458,11 @@ fn compile(
     name: &str,
     source: &str,
     host: &Host,
+    known: &mut lang::Known,
     old: Option<&Stage>,
 ) -> Result<(Compiled, Option<stage::Fresh>), Error> {
     let mut sources = Sources::default();
-    let parsed = lang::parse(&mut sources, name, source);
+    let parsed = lang::parse_again(known, &mut sources, name, source);
     let mut diagnostics = parsed.diagnostics;
     let is_error = |d: &crate::diagnostic::Diagnostic| d.severity == Severity::Error;
     let mut done = None;

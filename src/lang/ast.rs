@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::known::Lowered;
 use crate::show::Interpolation;
 
 /// A byte range of one source file.
@@ -96,6 +97,8 @@ pub enum Declaration<'a> {
     Curve { name: Word<'a>, path: Path<'a> },
     /// `cue NUMBER …`
     Cue(Cue<'a>),
+    /// A cue that was lowered before.
+    Known(&'a Lowered),
 }
 
 /// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.

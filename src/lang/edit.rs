@@ -6,6 +6,7 @@
 
 use std::ops::Range;
 
+use super::known::Known;
 use super::names::nearest;
 use super::read;
 use super::report::Report;
@@ -72,7 +73,8 @@ pub fn apply(source: &str, statement: &str) -> Result<Edited, Vec<Diagnostic>> {
         let message = format!("more than {} bytes at once", limits::STATEMENT);
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
-    let typed = read::read(statement, 0, &mut report);
+    let known = Known::default();
+    let typed = read::read(statement, 0, &known, &mut report);
     if report.failed() {
         return Err(report.finish());
     }

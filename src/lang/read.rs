@@ -1,7 +1,8 @@
 //! From text to statements: cutting, parsing, and finding more than one mistake in a statement.
 
-use super::ast::{Span, Statement, Word};
+use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
+use super::known::Known;
 use super::names::{Kind, nearest};
 use super::report::{Place, Report};
 use super::scan::{self, Cut, Fault, STATEMENTS, first_word};
@@ -18,17 +19,24 @@ pub struct Read<'a> {
     pub broken: Vec<(Kind, Word<'a>)>,
     /// A cue did not parse, so that the order of cues cannot be judged.
     pub cue_lost: bool,
+    /// All statements that are no cues, one after the other.
+    pub environment: String,
 }
 
-/// Reads all statements of a file.
-pub fn read<'a>(text: &'a str, file: u32, report: &mut Report) -> Read<'a> {
+/// Reads all statements of a file; cues that are `known` are not parsed again.
+pub fn read<'a>(text: &'a str, file: u32, known: &'a Known, report: &mut Report) -> Read<'a> {
+    let scan = scan::scan(text);
+    let environment = environment(text, &scan.cuts);
     let mut reader = Reader {
         text,
         file,
+        known: known.within(&environment),
         report,
-        out: Read::default(),
+        out: Read {
+            environment,
+            ..Read::default()
+        },
     };
-    let scan = scan::scan(text);
     for fault in &scan.faults {
         reader.fault(fault);
     }
@@ -41,9 +49,16 @@ pub fn read<'a>(text: &'a str, file: u32, report: &mut Report) -> Read<'a> {
     reader.out
 }
 
+fn environment(text: &str, cuts: &[Cut]) -> String {
+    let texts = cuts.iter().filter_map(|cut| text.get(cut.span.clone()));
+    let others: Vec<&str> = texts.filter(|t| first_word(t) != "cue").collect();
+    others.join("\n")
+}
+
 struct Reader<'a, 'r> {
     text: &'a str,
     file: u32,
+    known: Option<&'a Known>,
     report: &'r mut Report,
     out: Read<'a>,
 }
@@ -126,6 +141,13 @@ impl<'a> Reader<'a, '_> {
     fn statement(&mut self, cut: &Cut) {
         let text = self.text.get(cut.span.clone()).unwrap_or("");
         let word = first_word(text);
+        let known = self.known.and_then(|k| k.cue(text));
+        if let Some(lowered) = known.filter(|_| !cut.broken) {
+            let span = self.span(cut.span.start, cut.span.end);
+            let item = Declaration::Known(lowered);
+            self.out.statements.push(Statement { span, item });
+            return;
+        }
         let Some(rule) = syntax::rule_of(word) else {
             if !cut.broken {
                 self.unknown(cut.span.start, text, word);

@@ -44,6 +44,11 @@ impl Report {
         self.errors >= limits::ERRORS
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.found.len()
+    }
+
     /// True when there is an error.
     pub fn failed(&self) -> bool {
         self.errors > 0

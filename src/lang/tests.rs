@@ -216,3 +216,57 @@ fn texts_in_windows_line_ends_mean_the_same() {
     let unix = parsed(SHEET).show;
     assert_eq!(parsed(&SHEET.replace('\n', "\r\n")).show, unix);
 }
+
+/// What is known of a text never changes what a text means: each of these is read after the others,
+/// with and without a memory.
+#[test]
+fn a_text_read_again_means_the_same() {
+    let rig = "show \"A\"\nlight l panel m\nlight n panel o\nbank a = l\nbank b = n rgb\n";
+    let curve = "curve dawn = spline 0 0, 0.4 8, 1 100\nlook night { a 10 }\n";
+    let cues = "cue 1 \"one\" at 0:01 { snap a 30  b #304050\n follow 9 }\n\
+        cue 2 { a 60 time 3\n part 4 { delay 2 curve dawn\n b.r 20 } }\n\
+        cue 3.5 { night  b linear 0 #000000, 4 #ffffff repeat 2\n hang -1 cueonly }\ncue 4 { }\n\
+        cue 5 { blackout }\n";
+    let whole = format!("{rig}{curve}{cues}");
+    let texts = [
+        whole.clone(),
+        whole.replace("a 60", "a 61"),
+        format!("// moved down\n\n{whole}"),
+        whole.replace("cue 3.5", "  cue 3"),
+        whole.replace("cue 4 { }", ""),
+        whole.replace("look night { a 10 }", "look night { a 11 }"),
+        whole
+            .replace("bank a = l\n", "")
+            .replace("bank b = n rgb", "bank b = n rgb\nbank a = l"),
+        whole.replace("bank a = l", "bank c = l"),
+        whole.replace("cue 5", "cue 2"),
+        whole.replace("a 60", "a 600"),
+        format!("{cues}{rig}{curve}"),
+        format!("{rig}{curve}default time 2\n{cues}"),
+        whole.clone(),
+    ];
+    let mut known = Known::default();
+    for (i, text) in texts.iter().enumerate() {
+        let alone = parse(&mut Sources::default(), "t.lxq", text);
+        for _ in 0..2 {
+            let again = parse_again(&mut known, &mut Sources::default(), "t.lxq", text);
+            assert_eq!(again.show, alone.show, "text {i}");
+            assert_eq!(again.spans.spans, alone.spans.spans, "text {i}");
+            assert_eq!(again.diagnostics, alone.diagnostics, "text {i}");
+        }
+    }
+}
+
+/// The budget of levels is spent by known cues too.
+#[test]
+fn a_known_cue_costs_what_it_did() {
+    let rig = "light l panel m\nbank a = l rgb\n";
+    let text = format!("{rig}cue 1 {{ blackout }}\ncue 2 {{ blackout }}\n");
+    let mut known = Known::default();
+    parse_again(&mut known, &mut Sources::default(), "t.lxq", &text);
+    let cue = known
+        .within(rig.trim_end())
+        .and_then(|k| k.cue("cue 2 { blackout }"));
+    assert_eq!(cue.map(|c| c.levels), Some(3));
+    assert!(known.within("bank a = l").is_none());
+}

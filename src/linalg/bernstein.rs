@@ -209,9 +209,7 @@ impl Bernstein {
     pub fn range(&self) -> ((f64, f64), (f64, f64)) {
         let mut low = (0.0, self.first());
         let mut high = low;
-        let mut inner = self.turns();
-        inner.push(1.0);
-        for t in inner {
+        for t in self.turns().into_iter().chain([1.0]) {
             let v = self.value(t);
             if v < low.1 {
                 low = (t, v);

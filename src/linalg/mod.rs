@@ -8,10 +8,12 @@
 mod bernstein;
 mod orthogonal;
 mod svd;
+mod triangle;
 
 pub use bernstein::{Bernstein, mass, mass_factor, quadratic_roots};
-pub use orthogonal::{Dependent, Orthonormal, least_squares, lower_factor};
+pub use orthogonal::{Dependent, Orthonormal, least_squares};
 pub use svd::{Svd, SvdError, svd};
+pub use triangle::Triangle;
 
 /// A dense matrix of doubles, column by column.
 pub type Matrix = nalgebra::DMatrix<f64>;

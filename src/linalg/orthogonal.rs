@@ -56,6 +56,15 @@ impl Orthonormal {
         Orthonormal::default()
     }
 
+    /// Its vectors as columns of a matrix with this many rows.
+    pub fn matrix(&self, rows: usize) -> Matrix {
+        let mut out = Matrix::zeros(rows, self.vectors.len());
+        for (mut column, vector) in out.column_iter_mut().zip(&self.vectors) {
+            column.iter_mut().zip(vector).for_each(|(to, x)| *to = *x);
+        }
+        out
+    }
+
     /// Its vectors.
     pub fn vectors(&self) -> &[Vec<f64>] {
         &self.vectors
@@ -140,28 +149,6 @@ pub fn least_squares(a: &Matrix, b: &Matrix) -> Result<Matrix, Dependent> {
     Ok(x)
 }
 
-/// A lower triangular L with L·Lᵀ = A·Aᵀ and at most as many columns as A has rows, by Householder
-/// QR of Aᵀ: the left singular vectors and singular values of A without its many columns. It is
-/// made a block of columns at a time, so memory beyond A's is small.
-pub fn lower_factor(a: &Matrix) -> Matrix {
-    let n = a.nrows();
-    if n == 0 || a.ncols() <= n {
-        return a.clone();
-    }
-    let block = (2 * n).max(64);
-    let mut held = Matrix::zeros(0, n);
-    for first in (0..a.ncols()).step_by(block) {
-        let count = block.min(a.ncols() - first);
-        let mut stacked = Matrix::zeros(held.nrows() + count, n);
-        stacked.rows_mut(0, held.nrows()).copy_from(&held);
-        stacked
-            .rows_mut(held.nrows(), count)
-            .copy_from(&a.columns(first, count).transpose());
-        held = stacked.qr().r();
-    }
-    held.transpose()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,13 +222,5 @@ mod tests {
         assert_eq!(found.index, 1);
         assert!(least_squares(&Matrix::zeros(1, 2), &Matrix::zeros(1, 1)).is_err());
         assert_eq!(least_squares(&Matrix::zeros(3, 0), &b).unwrap().nrows(), 0);
-    }
-
-    #[test]
-    fn the_lower_factor_keeps_the_moments() {
-        let a = Matrix::from_fn(5, 403, |i, j| ((i * i + j * 3 + i * j) as f64).sin());
-        let l = lower_factor(&a);
-        assert_eq!(l.shape(), (5, 5));
-        assert!((&l * l.transpose() - &a * a.transpose()).amax() < 1e-11);
     }
 }

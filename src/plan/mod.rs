@@ -12,6 +12,7 @@
 //!
 //! This room knows no pixels and no clock: norms of images come in as numbers.
 
+mod express;
 mod moment;
 mod next;
 mod projection;
@@ -26,17 +27,20 @@ pub use next::{Direction, NextSteps, next};
 pub use projection::{forecast, projection};
 pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
 
-use crate::linalg::{Matrix, Orthonormal, SvdError, lower_factor, svd};
+use crate::linalg::{Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;
 
-/// What the weights of the coordinates mean.
+/// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse image
+/// at full, ‖·‖ the square root of the sum of squares over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
-    /// All weights 1: light as the desk sees it.
+    /// w_i = 1: light as the desk sees it.
     Settings,
-    /// The paper's: the norm of bank i's coarse image times its time-averaged setting.
+    /// The paper's: w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the
+    /// sequence of length T.
     Influence,
-    /// The norm of bank i's estimated coarse error at full.
+    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: what its coarse
+    /// image is estimated to be wrong by.
     Error,
 }
 
@@ -88,8 +92,6 @@ pub enum PlanError {
 const FLOOR: f64 = 1e-6;
 /// Singular values below this many eps·max(rows, columns) of the largest are rounding.
 const RANK: f64 = 8.0 * f64::EPSILON;
-/// Keys are expressed to this share of the largest; a tenth of what is promised.
-const EXPRESSED: f64 = 1e-10;
 
 /// The diagonal metric W.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,9 +213,9 @@ impl Plan {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
         let a = moment::factor(keys, weighting.timeless, &w);
-        let total = a.norm();
-        let found = svd(&lower_factor(&a))?;
-        let count = found.rank(RANK * a.nrows().max(a.ncols()) as f64);
+        let total = a.lower.norm();
+        let found = svd(&a.lower)?;
+        let count = found.rank(RANK * w.len().max(a.columns) as f64);
         let mut directions = Orthonormal::new();
         let mut sigma: Vec<f64> = Vec::new();
         for (k, s) in found.sigma.iter().take(count).enumerate() {
@@ -222,8 +224,8 @@ impl Plan {
                 sigma.push(*s);
             }
         }
-        complete(keys, &w, &a, &mut directions, &mut sigma)?;
-        let (basis, weights) = express(keys, &w, &directions);
+        express::complete(keys, &w, &a.lower, &mut directions, &mut sigma)?;
+        let (basis, weights) = express::express(keys, &w, &directions);
         let predicted = predicted(&sigma, norm.unwrap_or(total));
         let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
         let used = predicted.iter().position(enough).unwrap_or(basis.len());
@@ -309,75 +311,4 @@ fn predicted(sigma: &[f64], norm: f64) -> Vec<f64> {
     }
     out.reverse();
     out
-}
-
-/// Adds directions, worst key first, until every key is expressed.
-fn complete(
-    keys: &KeySequence,
-    w: &[f64],
-    a: &Matrix,
-    directions: &mut Orthonormal,
-    sigma: &mut Vec<f64>,
-) -> Result<(), PlanError> {
-    let all = keys.keys().iter().flatten();
-    let largest = all.fold(0.0f64, |m, x| m.max(x.abs()));
-    loop {
-        let mut worst = (0.0f64, Vec::new());
-        for key in keys.keys() {
-            let mut rest: Vec<f64> = key.iter().zip(w).map(|(x, w)| x * w).collect();
-            directions.remove_from(&mut rest);
-            let off = rest
-                .iter()
-                .zip(w)
-                .fold(0.0f64, |m, (x, w)| m.max((x / w).abs()));
-            if off > worst.0 {
-                worst = (off, rest);
-            }
-        }
-        if worst.0 <= EXPRESSED * largest {
-            return Ok(());
-        }
-        if directions.push(&worst.1).is_err() {
-            let off = worst.0 / largest;
-            return Err(PlanError::Unverified { off });
-        }
-        let energy = directions.vectors().last().map_or(0.0, |q| {
-            let squares = a.column_iter().map(|c| {
-                let across: f64 = c.iter().zip(q).map(|(x, y)| x * y).sum();
-                across * across
-            });
-            squares.sum::<f64>().sqrt()
-        });
-        sigma.push(sigma.last().map_or(energy, |s| s.min(energy)));
-    }
-}
-
-/// Basis settings scaled to a largest number of 1, and each key's weights.
-fn express(
-    keys: &KeySequence,
-    w: &[f64],
-    directions: &Orthonormal,
-) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-    let mut scales = Vec::new();
-    let mut basis = Vec::new();
-    for q in directions.vectors() {
-        let (setting, scale) = as_setting(q, w);
-        basis.push(setting);
-        scales.push(scale);
-    }
-    let weights = |key: &Vec<f64>| -> Vec<f64> {
-        let weighted: Vec<f64> = key.iter().zip(w).map(|(x, w)| x * w).collect();
-        let all = directions.vectors().iter().zip(&scales);
-        all.map(|(q, s)| s * weighted.iter().zip(q).map(|(x, y)| x * y).sum::<f64>() + 0.0)
-            .collect()
-    };
-    let weights = keys.keys().iter().map(weights).collect();
-    (basis, weights)
-}
-
-/// A direction of weighted light as a setting with a largest number of 1, and its scale.
-fn as_setting(q: &[f64], w: &[f64]) -> (Vec<f64>, f64) {
-    let raw: Vec<f64> = q.iter().zip(w).map(|(x, w)| x / w).collect();
-    let scale = raw.iter().fold(0.0f64, |m, x| m.max(x.abs()));
-    (raw.iter().map(|x| x / scale + 0.0).collect(), scale)
 }

@@ -5,7 +5,7 @@
     reason = "a segment's indices are those of its sequence's keys (timeline's invariant)"
 )]
 
-use crate::linalg::{Matrix, mass_factor};
+use crate::linalg::{Matrix, Triangle, mass_factor};
 use crate::timeline::KeySequence;
 
 /// Length of each segment in seconds; all alike when the sequence has none.
@@ -15,36 +15,55 @@ fn lengths(keys: &KeySequence) -> Vec<f64> {
     keys.segments().iter().map(of).collect()
 }
 
-/// W · [K · chol(h·B)] over all segments: coordinates x control points.
-pub(super) fn weighted(keys: &KeySequence, w: &[f64]) -> Matrix {
+/// Gives `take` the columns of W · [K · chol(h·B)] over all segments, one for each control point.
+fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
     let factors: Vec<Matrix> = (0..=3).map(mass_factor).collect();
-    let columns = keys.segments().iter().map(|s| s.keys.len()).sum();
-    let mut out = Matrix::zeros(keys.coordinates(), columns);
-    let mut first = 0;
+    let mut column = vec![0.0; keys.coordinates()];
     for (segment, length) in keys.segments().iter().zip(lengths(keys)) {
         let factor = &factors[segment.degree.min(3)];
         let root = length.sqrt();
         for j in 0..segment.keys.len() {
+            column.fill(0.0);
             // Lower: column j has the rows from j on.
             for (i, key) in segment.keys.iter().enumerate().skip(j) {
                 let share = root * factor[(i, j)];
-                for (c, x) in keys.keys()[*key].iter().enumerate() {
-                    out[(c, first + j)] += w[c] * x * share;
-                }
+                let weighted = keys.keys()[*key].iter().zip(w).map(|(x, w)| w * x * share);
+                column.iter_mut().zip(weighted).for_each(|(to, x)| *to += x);
             }
+            take(&column);
         }
-        first += segment.keys.len();
     }
-    out
 }
 
-/// What is decomposed: [`weighted`] by time, or the weighted keys themselves, each once.
-pub(super) fn factor(keys: &KeySequence, timeless: bool, w: &[f64]) -> Matrix {
-    if !timeless {
-        return weighted(keys, w);
+/// The sequence's weighted light as a factor A of its second moment in the metric.
+pub(super) struct Factor {
+    /// A triangular factor of A·Aᵀ, coordinates x coordinates at most.
+    pub lower: Matrix,
+    /// How many columns A has.
+    pub columns: usize,
+}
+
+/// What is decomposed: the weighted control points by time, or the weighted keys themselves, each
+/// once.
+pub(super) fn factor(keys: &KeySequence, timeless: bool, w: &[f64]) -> Factor {
+    let mut triangle = Triangle::new(keys.coordinates());
+    let mut columns = 0;
+    let mut take = |column: &[f64]| {
+        columns += 1;
+        triangle.push(column);
+    };
+    if timeless {
+        for key in keys.keys() {
+            let weighted: Vec<f64> = key.iter().zip(w).map(|(x, w)| w * x).collect();
+            take(&weighted);
+        }
+    } else {
+        weighted(keys, w, take);
     }
-    let all = keys.keys();
-    Matrix::from_fn(keys.coordinates(), all.len(), |c, k| w[c] * all[k][c])
+    Factor {
+        lower: triangle.lower(),
+        columns,
+    }
 }
 
 /// Time-averaged settings; the average of a segment is that of its control points.
@@ -66,7 +85,11 @@ pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
 /// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For a
 /// sequence without length the sum over its looks.
 pub fn second_moment(keys: &KeySequence) -> Matrix {
-    let a = weighted(keys, &vec![1.0; keys.coordinates()]);
+    let mut columns = Vec::new();
+    let ones = vec![1.0; keys.coordinates()];
+    weighted(keys, &ones, |column| columns.extend_from_slice(column));
+    let count = keys.segments().iter().map(|s| s.keys.len()).sum();
+    let a = Matrix::from_vec(keys.coordinates(), count, columns);
     &a * a.transpose()
 }
 

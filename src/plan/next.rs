@@ -1,7 +1,8 @@
 //! What to refine next, given what is refined already.
 
-use super::{PlanError, RANK, Weighting, as_setting, moment, predicted, same_shape};
-use crate::linalg::{Dependent, Orthonormal, lower_factor, svd};
+use super::express::as_setting;
+use super::{PlanError, RANK, Weighting, moment, predicted, same_shape};
+use crate::linalg::{Dependent, Orthonormal, svd};
 use crate::timeline::KeySequence;
 
 /// A setting worth rendering well.
@@ -42,7 +43,7 @@ pub fn next(
 ) -> Result<NextSteps, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = lower_factor(&moment::factor(keys, weighting.timeless, &w));
+    let a = moment::factor(keys, weighting.timeless, &w).lower;
     let total = a.norm();
     let (mut span, refused) = span(keys, pool, &w)?;
     let mut rest = a;

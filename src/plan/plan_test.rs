@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::linalg::Matrix;
 use crate::show::{Show, Trigger};
 use crate::timeline::planted::*;
 use crate::timeline::{KeyOptions, Timeline};
@@ -216,6 +217,63 @@ fn weights_of_zero_come_last_and_bad_ones_are_refused() {
             wanted: 2
         })
     );
+}
+
+/// A bank that always gives half of another's light: one picture serves both, and the error counts
+/// the light of both.
+#[test]
+fn a_proportional_bank_saves_its_picture_and_counts_in_the_error() {
+    let mut show = empty(2);
+    let moves = vec![to(0, 100.0), to(1, 50.0)];
+    show.cues
+        .push(cue(1, Trigger::At(seconds(0.0)), 3.0, moves));
+    let keys = keys_of(&show).unwrap();
+    // ∫ (t/3)² dt = 1: the errors at full are 3, and 8 times one half.
+    let weighting = Weighting::new(Metric::Error, vec![3.0, 8.0]).unwrap();
+    let plan = Plan::new(&keys, &weighting, 0.01, Some(50.0)).unwrap();
+    assert_eq!((plan.rank(), plan.used()), (1, 1));
+    assert!((plan.basis()[0][1] / plan.basis()[0][0] - 0.5).abs() < 1e-15);
+    assert!((plan.predicted()[0] - 0.1).abs() < 1e-15 && plan.predicted()[1] == 0.0);
+    let before = forecast(&keys, &[], &weighting, Some(50.0)).unwrap();
+    let after = forecast(&keys, plan.basis(), &weighting, Some(50.0)).unwrap();
+    assert!((before - 0.1).abs() < 1e-15 && after < 1e-16);
+    // The first bank alone leaves what of the second is not in its direction: nothing is shared.
+    let alone = forecast(&keys, &[vec![1.0, 0.0]], &weighting, Some(50.0)).unwrap();
+    assert!((alone - 0.08).abs() < 1e-15, "{alone}");
+}
+
+#[test]
+fn segments_in_which_nothing_changes_cost_one_key() {
+    let mut show = empty(1);
+    for (number, at, level) in [(1, 0.0, 30.0), (2, 10.0, 80.0), (3, 30.0, 0.0)] {
+        let moves = vec![to(0, level)];
+        show.cues
+            .push(cue(number, Trigger::At(seconds(at)), 5.0, moves));
+    }
+    let keys = keys_of(&show).unwrap();
+    assert_eq!((keys.segments().len(), keys.keys().len()), (5, 3));
+    let plan = Plan::new(&keys, &Weighting::settings(1), 0.1, None).unwrap();
+    let report = plan.report(&show, &keys);
+    let held = report.left_out.iter().find(|l| l.what == "segments");
+    assert_eq!(held.map(|l| l.name.as_str()), Some("2"));
+}
+
+/// Rounding of the other banks' light must not be taken for light of the bank without weight, which
+/// counts a millionth; with real light there it must not be lost either.
+#[test]
+fn a_bank_without_weight_adds_no_direction_of_rounding() {
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        let (n, rank) = (60, 12);
+        let planted = planted(&mut random, n, rank, &[3, 1, 3, 2, 3, 3, 3, 1, 3, 3, 3, 3]);
+        let keys = keys_of(&planted.show).unwrap();
+        let mut weights = vec![1.0; n];
+        weights[n - 1] = 0.0;
+        let weighting = Weighting::new(Metric::Error, weights).unwrap();
+        let plan = Plan::new(&keys, &weighting, 0.0, None).unwrap();
+        assert_eq!(plan.rank(), planted.rank, "seed {seed}");
+        assert!(missed(&keys, &plan) < 1e-8);
+    }
 }
 
 #[test]

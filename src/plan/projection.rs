@@ -2,7 +2,7 @@
 
 use super::next::span;
 use super::{PlanError, Weighting, moment, same_shape};
-use crate::linalg::{Matrix, least_squares, lower_factor};
+use crate::linalg::{Matrix, least_squares};
 use crate::timeline::KeySequence;
 
 /// For each of `settings`, one coefficient for each setting of `pool`, which make the weighted
@@ -68,7 +68,7 @@ pub fn forecast(
 ) -> Result<f64, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = lower_factor(&moment::factor(keys, weighting.timeless, &w));
+    let a = moment::factor(keys, weighting.timeless, &w).lower;
     let norm = norm.unwrap_or(a.norm());
     let (span, _) = span(keys, pool, &w)?;
     let mut sum = 0.0;

@@ -194,6 +194,10 @@ impl Plan {
                 });
             }
         };
+        let still = |s: &&crate::timeline::Segment| s.degree == 0 && s.duration() > 0.0;
+        let held = keys.segments().iter().filter(still).count();
+        let nothing = "nothing changes in them: one key each, no blends";
+        count("segments", held, nothing.to_owned());
         let same = "where nothing bends: the neighbouring segments are one";
         count("knots", keys.joined(), same.to_owned());
         let equal = "control points equal another key: one image serves them all";

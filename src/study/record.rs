@@ -22,6 +22,8 @@ pub enum Kind {
     Session,
     /// Metrics, previews and predictions against the truth.
     Trial,
+    /// Where methods fail: one against another on hard inputs.
+    Stability,
 }
 
 /// Where it was measured.

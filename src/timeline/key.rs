@@ -7,20 +7,13 @@
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "tables over coordinates and segments are made here to one shape"
+    reason = "a segment's indices are those of its sequence's keys"
 )]
 
-use std::collections::HashMap;
-
+use super::Timeline;
 use super::blend::blend;
-use super::{Piece, Timeline, positivity};
-use crate::linalg::Bernstein;
+use super::sweep::Sweep;
 use crate::units::Time;
-
-/// Keys times coordinates beyond this many numbers are refused (256 MB).
-const MOST_NUMBERS: usize = 1 << 25;
-/// Negative numbers above this, left by rounding, are zero in a key.
-const ROUNDING: f64 = 1e-11;
 
 /// How keys are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -42,9 +35,9 @@ pub struct TooManyKeys {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// First instant, microseconds; whole, but for knots inserted for positivity.
-    start: f64,
+    pub(super) start: f64,
     /// Last instant, microseconds; equal to the first only in a last look without length.
-    end: f64,
+    pub(super) end: f64,
     /// Its degree, 0 to 3.
     pub degree: usize,
     /// Its `degree + 1` control points, as indices of keys.
@@ -88,97 +81,16 @@ impl KeySequence {
     /// # Errors
     /// [`TooManyKeys`] when they would not fit in the memory meant for them.
     pub fn new(timeline: &Timeline, options: KeyOptions) -> Result<KeySequence, TooManyKeys> {
-        let mut out = KeySequence {
+        let mut sweep = Sweep::new(timeline, options);
+        sweep.run()?;
+        Ok(KeySequence {
             coordinates: timeline.coordinates(),
-            keys: Vec::new(),
-            segments: Vec::new(),
-            inserted: 0,
-            control_points: 0,
+            keys: sweep.keys,
+            segments: sweep.segments,
+            inserted: sweep.inserted,
+            control_points: sweep.control_points,
             joined: timeline.joined,
-        };
-        let mut known = Known::new();
-        let knots = knots(timeline);
-        let mut next = vec![0; timeline.coordinates()];
-        for w in knots.windows(2) {
-            let &[start, end] = w else { continue };
-            let curves = between(timeline, &mut next, start, end);
-            out.add(start, end, &curves, options, &mut known)?;
-        }
-        let reached = out.segments.last().and_then(|s| s.keys.last());
-        let reached = reached.and_then(|k| out.keys.get(*k));
-        if reached.is_none_or(|k| k != timeline.last()) {
-            let at = timeline.end().micros() as f64;
-            let look: Vec<Bernstein> = timeline
-                .last()
-                .iter()
-                .map(|v| Bernstein::constant(*v))
-                .collect();
-            out.push(at, at, 0, &look, &mut known)?;
-        }
-        Ok(out)
-    }
-
-    fn add(
-        &mut self,
-        start: Time,
-        end: Time,
-        curves: &[Bernstein],
-        options: KeyOptions,
-        known: &mut Known,
-    ) -> Result<(), TooManyKeys> {
-        let degree = curves.iter().map(Bernstein::degree).max().unwrap_or(0);
-        let curves: Vec<Bernstein> = curves.iter().map(|c| c.elevated(degree)).collect();
-        let (from, to) = (start.micros() as f64, end.micros() as f64);
-        if options.signed_keys || degree < 2 {
-            return self.push(from, to, degree, &curves, known);
-        }
-        let inner = positivity::knots(&curves);
-        self.inserted += inner.len();
-        let mut parameters = vec![0.0];
-        parameters.extend(inner);
-        parameters.push(1.0);
-        let instant = |t: f64| if t == 1.0 { to } else { from + t * (to - from) };
-        for w in parameters.windows(2) {
-            let &[s, e] = w else { continue };
-            let clean = |c: f64| if c < 0.0 && c > -ROUNDING { 0.0 } else { c };
-            let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e).mapped(clean)).collect();
-            self.push(instant(s), instant(e), degree, &parts, known)?;
-        }
-        Ok(())
-    }
-
-    fn push(
-        &mut self,
-        start: f64,
-        end: f64,
-        degree: usize,
-        curves: &[Bernstein],
-        known: &mut Known,
-    ) -> Result<(), TooManyKeys> {
-        let mut keys = Vec::with_capacity(degree + 1);
-        for i in 0..=degree {
-            // Adding zero makes -0 the same as 0.
-            let key: Vec<f64> = curves.iter().map(|c| c.coefficients()[i] + 0.0).collect();
-            let bits: Vec<u64> = key.iter().map(|x| x.to_bits()).collect();
-            let fresh = self.keys.len();
-            let index = *known.entry(bits).or_insert(fresh);
-            if index == fresh {
-                if (fresh + 1) * self.coordinates > MOST_NUMBERS {
-                    let limit = MOST_NUMBERS;
-                    return Err(TooManyKeys { limit });
-                }
-                self.keys.push(key);
-            }
-            keys.push(index);
-        }
-        self.control_points += keys.len();
-        self.segments.push(Segment {
-            start,
-            end,
-            degree,
-            keys,
-        });
-        Ok(())
+        })
     }
 
     /// How many coordinates a key has.
@@ -260,33 +172,4 @@ impl KeySequence {
         }
         out
     }
-}
-
-/// Keys by the bits of their numbers; only ever asked, never walked.
-type Known = HashMap<Vec<u64>, usize>;
-
-/// All coordinates' knots.
-fn knots(timeline: &Timeline) -> Vec<Time> {
-    let curves = (0..timeline.coordinates()).map(|c| timeline.curve(c));
-    let mut knots: Vec<Time> = curves.flatten().map(|p| p.start).collect();
-    if timeline.end() > timeline.start() {
-        knots.extend([timeline.start(), timeline.end()]);
-    }
-    knots.sort();
-    knots.dedup();
-    knots
-}
-
-/// Every coordinate's polynomial between two neighbouring knots; `next` keeps each one's place.
-fn between(timeline: &Timeline, next: &mut [usize], start: Time, end: Time) -> Vec<Bernstein> {
-    let mut out = Vec::with_capacity(next.len());
-    for (c, at) in next.iter_mut().enumerate() {
-        let pieces: &[Piece] = timeline.curve(c);
-        while pieces.get(*at).is_some_and(|p| p.end <= start) {
-            *at += 1;
-        }
-        let piece = pieces.get(*at);
-        out.push(piece.map_or(Bernstein::constant(0.0), |p| p.between(start, end)));
-    }
-    out
 }

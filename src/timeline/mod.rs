@@ -20,6 +20,7 @@ mod error;
 mod key;
 mod positivity;
 mod spline;
+mod sweep;
 mod track;
 
 #[cfg(test)]

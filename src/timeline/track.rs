@@ -248,6 +248,10 @@ fn cut(track: &mut Track, time: Time) -> f64 {
 
 /// The level at a time; at a jump the later one.
 pub(super) fn level_at(track: &Track, time: Time) -> f64 {
+    // Nearly every move begins after the one before it has arrived.
+    if let Some(last) = track.last().filter(|s| s.piece.start <= time) {
+        return last.piece.value(time);
+    }
     let after = track.partition_point(|s| s.piece.start <= time);
     let at = after.checked_sub(1).and_then(|i| track.get(i));
     at.map_or(0.0, |s| s.piece.value(time))
@@ -304,92 +308,132 @@ pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<Time
     errors
 }
 
-/// Shapes of fades: spans over fractions of the fade's time.
+/// A fade's completion over fractions of its time.
+struct Shape {
+    /// Where its knots are.
+    at: Vec<f64>,
+    /// What it does between them.
+    spans: Vec<Bernstein>,
+    /// Where it arrives.
+    arrives: f64,
+}
+
+impl Shape {
+    fn one(span: Option<Bernstein>) -> Shape {
+        Shape {
+            at: vec![0.0, 1.0],
+            spans: span.into_iter().collect(),
+            arrives: 1.0,
+        }
+    }
+}
+
+/// Shapes of fades, made once.
 struct Fades {
-    named: Vec<(Vec<f64>, Vec<Bernstein>, f64)>,
+    linear: Shape,
+    ease: Shape,
+    square: Shape,
+    slow_top: Shape,
+    slow_bottom: Shape,
+    named: Vec<Shape>,
 }
 
 impl Fades {
     fn new(show: &Show) -> Fades {
-        let of = |c: &crate::show::Curve| {
-            let at = c.knots.iter().map(|k| k.at).collect();
-            let last = c.knots.last().map_or(1.0, |k| k.value);
-            (at, curve_spans(c), last)
+        let named = |c: &crate::show::Curve| Shape {
+            at: c.knots.iter().map(|k| k.at).collect(),
+            spans: curve_spans(c),
+            arrives: c.knots.last().map_or(1.0, |k| k.value),
         };
+        let one = |coefficients: &[f64]| Shape::one(Bernstein::new(coefficients));
         Fades {
-            named: show.curves.iter().map(of).collect(),
+            linear: one(&[0.0, 1.0]),
+            ease: one(&[0.0, 0.0, 1.0, 1.0]),
+            square: one(&[0.0, 0.0, 1.0]),
+            slow_top: one(&[0.0, 1.0, 1.0, 1.0]),
+            slow_bottom: one(&[0.0, 0.0, 0.0, 1.0]),
+            named: show.curves.iter().map(named).collect(),
         }
     }
 
-    /// Where its knots are, what it does between them, and where it arrives.
-    fn shape(&self, fade: Fade) -> (Vec<f64>, Vec<Bernstein>, f64) {
-        let one = match fade {
-            Fade::Curve(i) => return self.named[i].clone(),
-            Fade::Linear => Bernstein::linear(0.0, 1.0),
-            Fade::Ease => Bernstein::cubic([0.0, 0.0, 1.0, 1.0]),
-            Fade::Square => {
-                return (
-                    vec![0.0, 1.0],
-                    Bernstein::new(&[0., 0., 1.]).into_iter().collect(),
-                    1.0,
-                );
-            }
-            Fade::SlowTop => Bernstein::cubic([0.0, 1.0, 1.0, 1.0]),
-            Fade::SlowBottom => Bernstein::cubic([0.0, 0.0, 0.0, 1.0]),
-        };
-        (vec![0.0, 1.0], vec![one], 1.0)
+    fn shape(&self, fade: Fade) -> &Shape {
+        match fade {
+            Fade::Linear => &self.linear,
+            Fade::Ease => &self.ease,
+            Fade::Square => &self.square,
+            Fade::SlowTop => &self.slow_top,
+            Fade::SlowBottom => &self.slow_bottom,
+            Fade::Curve(i) => &self.named[i],
+        }
     }
 
     /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
     /// `most`.
     fn pieces(&self, m: &Moved, from: f64, start: Time, most: usize) -> Option<(Vec<Piece>, f64)> {
-        let (times, spans, level) = match m.motion.as_ref() {
-            Motion::To(to) => self.fade(&m.timing, from, *to),
-            Motion::Path(path) => along(path),
-        };
-        let whole = times.last().copied().unwrap_or(Time::ZERO);
-        let passes = if whole == Time::ZERO { 1 } else { m.repeat };
-        if spans.len().saturating_mul(passes as usize) > most {
-            return None;
-        }
-        let mut pieces = Vec::new();
-        for pass in 0..i64::from(passes) {
-            let begin = start + Time::from_micros(whole.micros().saturating_mul(pass));
-            for (w, polynomial) in times.windows(2).zip(&spans) {
-                // Knots of a curve may fall on the same microsecond of a short fade.
-                if w[0] < w[1] {
-                    pieces.push(Piece {
-                        start: begin + w[0],
-                        end: begin + w[1],
-                        polynomial: *polynomial,
-                    });
-                }
+        let to = match m.motion.as_ref() {
+            // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
+            Motion::To(to) if *to == from => return Some((Vec::new(), from)),
+            Motion::To(to) => *to,
+            Motion::Path(path) => {
+                let spans = path_pieces(path);
+                let times = path.knots.iter().map(|k| k.time);
+                let pieces = passes(times, spans.into_iter(), m.repeat, start, most)?;
+                return Some((pieces, target(&m.motion)));
             }
-        }
-        Some((pieces, level))
-    }
-
-    fn fade(&self, timing: &Timing, from: f64, to: f64) -> (Vec<Time>, Vec<Bernstein>, f64) {
-        let whole = if to < from { timing.down } else { timing.up };
-        let (at, spans, arrives) = self.shape(timing.fade);
+        };
+        let shape = self.shape(m.timing.fade);
+        let whole = if to < from {
+            m.timing.down
+        } else {
+            m.timing.up
+        };
         // Exact at completion 0 and 1, where a difference scaled would not be.
         let level = |completion: f64| (1.0 - completion) * from + completion * to;
-        if from == to {
-            // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
-            return (vec![Time::ZERO], Vec::new(), to);
-        }
-        let times = at.iter().map(|a| whole.scaled(*a)).collect();
-        let spans = spans.iter().map(|s| s.mapped(level)).collect();
-        (times, spans, level(arrives))
+        let times = shape.at.iter().map(|a| whole.scaled(*a));
+        let spans = shape.spans.iter().map(|s| s.mapped(level));
+        let pieces = passes(times, spans, m.repeat, start, most)?;
+        Some((pieces, level(shape.arrives)))
     }
 }
 
-fn along(path: &Path) -> (Vec<Time>, Vec<Bernstein>, f64) {
-    let times: Vec<Time> = path.knots.iter().map(|k| k.time).collect();
-    let spans = if length(path) == Time::ZERO && path.interpolation != Interpolation::Steps {
+/// The spans between `times`, which begin at zero, played from `start` on, `repeat` times over;
+/// `None` when they are more than `most`.
+fn passes(
+    times: impl Iterator<Item = Time> + Clone,
+    spans: impl ExactSizeIterator<Item = Bernstein> + Clone,
+    repeat: u32,
+    start: Time,
+    most: usize,
+) -> Option<Vec<Piece>> {
+    let whole = times.clone().last().unwrap_or(Time::ZERO);
+    let passes = if whole == Time::ZERO { 1 } else { repeat };
+    let count = spans.len().saturating_mul(passes as usize);
+    if count > most {
+        return None;
+    }
+    let mut pieces = Vec::with_capacity(count);
+    for pass in 0..i64::from(passes) {
+        let begin = start + Time::from_micros(whole.micros().saturating_mul(pass));
+        let ends = times.clone().zip(times.clone().skip(1));
+        for ((from, to), polynomial) in ends.zip(spans.clone()) {
+            // Knots of a curve may fall on the same microsecond of a short fade.
+            if from < to {
+                pieces.push(Piece {
+                    start: begin + from,
+                    end: begin + to,
+                    polynomial,
+                });
+            }
+        }
+    }
+    Some(pieces)
+}
+
+/// The spans of a path that takes time.
+fn path_pieces(path: &Path) -> Vec<Bernstein> {
+    if length(path) == Time::ZERO && path.interpolation != Interpolation::Steps {
         Vec::new()
     } else {
         path_spans(path)
-    };
-    (times, spans, path.knots.last().map_or(0.0, |k| k.level))
+    }
 }

@@ -9,6 +9,7 @@ use crate::lang::ast::{
     self, Body, Declaration, Mark, Motion as Written, Span, Statement, Target, Timing, TimingKind,
     Word,
 };
+use crate::lang::known::Lowered;
 use crate::lang::names::Kind;
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
@@ -56,18 +57,44 @@ impl<'a> Lower<'a, '_> {
             if self.report.full() {
                 return;
             }
-            let Declaration::Cue(cue) = &statement.item else {
-                continue;
+            let (cue, number) = match &statement.item {
+                Declaration::Cue(cue) => {
+                    (self.fresh_cue(cue, statement.span, times), cue.number.span)
+                }
+                Declaration::Known(lowered) if self.afford(lowered, statement.span) => {
+                    let (cue, number) = lowered.again(statement.span, &mut self.spans);
+                    (Some(cue), number)
+                }
+                _ => continue,
             };
-            let number = self.cue_number(cue.number);
-            if let Some(earlier) = number.and_then(|n| numbers.insert(n, cue.number.span)) {
-                self.same_number(cue.number, earlier);
+            let Some(cue) = cue else { continue };
+            if let Some(earlier) = numbers.insert(cue.number, number) {
+                self.same_number(cue.number, number, earlier);
             }
-            let header = headed(statement.span, cue.number);
-            let lowered = self.cue(cue, header, number, times);
-            self.show.cues.extend(lowered);
+            self.show.cues.push(cue);
         }
         self.show.cues.sort_by_key(|c| c.number);
+    }
+
+    /// Takes what a cue took the first time from the budget.
+    fn afford(&mut self, lowered: &Lowered, span: Span) -> bool {
+        lowered.levels == 0 || self.spend(lowered.levels, span)
+    }
+
+    /// Lowers a cue, and keeps it for the next time when there is nothing to say of it.
+    fn fresh_cue(&mut self, cue: &ast::Cue<'a>, span: Span, times: Times) -> Option<Cue> {
+        let before = (self.report.count(), self.spans.spans.len(), self.budget);
+        let number = self.cue_number(cue.number);
+        let header = headed(span, cue.number);
+        let made = self.cue(cue, header, number, times)?;
+        if self.report.count() == before.0 {
+            let nodes = self.spans.spans.len() - before.1;
+            let places = [span, cue.number.span];
+            let levels = before.2.saturating_sub(self.budget);
+            let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
+            self.fresh.push((span, lowered));
+        }
+        Some(made)
     }
 
     fn cue_number(&mut self, word: Word<'a>) -> Option<CueNumber> {
@@ -85,13 +112,10 @@ impl<'a> Lower<'a, '_> {
         number
     }
 
-    fn same_number(&mut self, word: Word<'a>, earlier: Span) {
+    fn same_number(&mut self, number: CueNumber, again: Span, earlier: Span) {
         self.report.add(
-            Diagnostic::error(
-                codes::CUE_TWICE,
-                format!("there are two cues {}", word.text),
-            )
-            .place(word.span, "again here")
+            Diagnostic::error(codes::CUE_TWICE, format!("there are two cues {number}"))
+            .place(again, "again here")
             .place(earlier, "first here")
                 .help("give one of them another number; between two cues there is room, as 2.5 between 2 and 3"),
         );

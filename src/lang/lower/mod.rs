@@ -15,6 +15,7 @@ mod triggers;
 mod values;
 
 use super::ast::{Declaration, Span, Statement, Word};
+use super::known::Lowered;
 use super::names::{self, Kind, Names};
 use super::read::Read;
 use super::report::{Place, Report};
@@ -23,8 +24,18 @@ use super::{SpanMap, codes, limits};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Preview, Show};
 
+/// What lowering made.
+pub struct Lowering {
+    /// The show, if there was no error.
+    pub show: Option<Show>,
+    /// Places of its nodes.
+    pub spans: SpanMap,
+    /// Cues that were lowered without a word, with the places of their statements.
+    pub fresh: Vec<(Span, Lowered)>,
+}
+
 /// Lowers what was read of a show.
-pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
+pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
     let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
@@ -33,6 +44,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
         show: empty(),
         first_coordinates: Vec::new(),
         budget: limits::LEVELS,
+        fresh: Vec::new(),
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
@@ -51,7 +63,11 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
     if !failed {
         lower.remarks();
     }
-    ((!failed).then_some(lower.show), lower.spans)
+    Lowering {
+        show: (!failed).then_some(lower.show),
+        spans: lower.spans,
+        fresh: lower.fresh,
+    }
 }
 
 fn empty() -> Show {
@@ -80,6 +96,8 @@ struct Lower<'a, 'r> {
     first_coordinates: Vec<usize>,
     /// Levels that may still be written out.
     budget: usize,
+    /// Cues that were lowered without a word.
+    fresh: Vec<(Span, Lowered)>,
 }
 
 impl<'a> Lower<'a, '_> {

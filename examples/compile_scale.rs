@@ -1,0 +1,197 @@
+//! From text to plan against the size of the show:
+//! `cargo run --release --example compile_scale -- [FOLDER]`.
+//!
+//! Shows of 100 to 5,000 cues on 200 banks, and of 1 to 200 banks with 2,000 cues; a cue moves a
+//! tenth of the banks. Prints for each the seconds of compiling (text to key settings), of the
+//! plan, and of an edit of one cue as the prompt makes it, with the peak of memory; and the
+//! exponents of growth. Each show runs in a process of its own, so that its peak of resident memory
+//! is its own (Linux; elsewhere memory is left out). Times are the best of several. Into the folder
+//! go `compile_scale` as .json, .csv, .png and .svg.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "a program that reports to its reader"
+)]
+
+#[path = "../tests/bench/cue_sheet.rs"]
+mod cue_sheet;
+#[path = "../tests/reference/results.rs"]
+mod results;
+
+use cue_sheet::{Size, cue_sheet};
+use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight::files::processor;
+use footlight::interpreter::{Host, Interpreter};
+use footlight::plan::{Plan, Weighting};
+use footlight::study::{Kind, Machine, Quantity, Record};
+use std::path::Path;
+use std::process::Command;
+use std::time::Instant;
+
+/// Ways to grow.
+const WAYS: [&str; 2] = ["cues", "banks"];
+/// What is measured of each show.
+const MEASURED: [&str; 4] = ["compiling", "plan", "edit of one cue", "peak memory"];
+
+fn sizes(way: &str) -> Vec<Size> {
+    let of = |banks: usize, cues| Size {
+        banks,
+        cues,
+        moved: banks.div_ceil(10),
+    };
+    match way {
+        "cues" => [100, 200, 500, 1000, 2000, 5000]
+            .map(|cues| of(200, cues))
+            .into(),
+        _ => [1, 4, 16, 64, 200].map(|banks| of(banks, 2000)).into(),
+    }
+}
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let [first, words] = arguments.as_slice()
+        && first == "--size"
+    {
+        return alone(words);
+    }
+    let mut quantities = vec![Quantity::new("amount", "")];
+    quantities.extend(MEASURED.map(|name| {
+        let unit = if name == "peak memory" { "MB" } else { "s" };
+        Quantity::new(name, unit)
+    }));
+    let machine = Machine::here(1, processor());
+    let method = "a cue moves a tenth of the banks; best of several";
+    let mut record = Record::new(Kind::Scale, "Compiling", machine, method, quantities);
+    for way in WAYS {
+        println!("{way:>10}  compile ms   plan ms   edit ms   peak MB");
+        for size in sizes(way) {
+            let amount = if way == "cues" { size.cues } else { size.banks } as f64;
+            let [compile, plan, edit, memory] = measured(size);
+            let [c, p, e] = [compile, plan, edit].map(|s| 1e3 * s);
+            println!("{amount:>10} {c:>11.1} {p:>9.1} {e:>9.1} {memory:>9.1}");
+            let values = [amount, compile, plan, edit, memory].map(Some);
+            record.add(way, &format!("{amount} {way}"), &[], &values);
+        }
+        exponents(&record, way);
+    }
+    if let Some(folder) = arguments.first() {
+        let chart = chart::panels(
+            &title(&record),
+            &WAYS.map(|w| panel(&record, w)),
+            Theme::Light,
+        );
+        results::write(Path::new(folder), "compile_scale", &record, Some(&chart));
+    }
+}
+
+fn title(record: &Record) -> String {
+    format!("Text to plan; {}", record.machine.describe())
+}
+
+/// Runs a show in a process of its own.
+fn measured(size: Size) -> [f64; 4] {
+    let words = format!("{},{},{}", size.banks, size.cues, size.moved);
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    let output = command.args(["--size", &words]).output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    let mut numbers = text
+        .split_whitespace()
+        .map(|w| w.parse().unwrap_or(f64::NAN));
+    std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN))
+}
+
+/// Compiles, plans and edits a show and prints seconds and megabytes.
+fn alone(words: &str) {
+    let numbers: Vec<usize> = words.split(',').map(|w| w.parse().unwrap()).collect();
+    let [banks, cues, moved] = numbers[..] else {
+        return;
+    };
+    let text = cue_sheet(Size { banks, cues, moved });
+    let open = || Interpreter::from_text("large.lxq", text.as_bytes(), Host::default()).unwrap();
+    let compile = best(3, || drop(open()));
+    let mut show = open();
+    let plan = best(2, || {
+        let keys = show.keys();
+        let weighting = Weighting::settings(keys.coordinates());
+        drop(Plan::new(keys, &weighting, 0.02, None).unwrap());
+    });
+    let mut level = 0;
+    let edit = best(5, || {
+        level += 1;
+        let cue = format!("cue {} {{ time 3  b1 {level} }}", cues / 2);
+        drop(show.edit(&cue).unwrap());
+    });
+    let memory = peak_memory().unwrap_or(f64::NAN);
+    println!("{compile} {plan} {edit} {memory}");
+}
+
+/// The least seconds of so many runs.
+fn best(runs: usize, mut run: impl FnMut()) -> f64 {
+    let once = |_| {
+        let begin = Instant::now();
+        run();
+        begin.elapsed().as_secs_f64()
+    };
+    (0..runs).map(once).fold(f64::INFINITY, f64::min)
+}
+
+/// Megabytes that the process had resident at most.
+fn peak_memory() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}
+
+/// Prints the slopes of each quantity on logs: from end to end, and of the last step.
+fn exponents(record: &Record, way: &str) {
+    let Some(series) = record.series.iter().find(|s| s.name == way) else {
+        return;
+    };
+    for name in MEASURED {
+        let points = record.curve(series, "amount", name);
+        if let [first, .., before, last] = points[..] {
+            let slope = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
+            println!(
+                "  {name}: {way}^{:.2} over all, ^{:.2} at the end",
+                slope(first, last),
+                slope(before, last)
+            );
+        }
+    }
+}
+
+fn panel(record: &Record, way: &str) -> Panel {
+    let series = record.series.iter().find(|s| s.name == way);
+    let markers = [
+        Marker::Circle,
+        Marker::Square,
+        Marker::Triangle,
+        Marker::Diamond,
+    ];
+    let curve = |(name, marker): (&str, Marker)| {
+        let (shown, scale) = match name {
+            "peak memory" => ("peak memory, GB".to_owned(), 1e-3),
+            other => (format!("{other}, s"), 1.0),
+        };
+        let points = series.map_or(Vec::new(), |s| record.curve(s, "amount", name));
+        chart::Series {
+            name: shown,
+            points: points.into_iter().map(|(x, y)| (x, y * scale)).collect(),
+            marker,
+            labels: Vec::new(),
+        }
+    };
+    Panel {
+        title: match way {
+            "cues" => "200 banks".to_owned(),
+            _ => "2,000 cues".to_owned(),
+        },
+        x: Axis::new(way, Scale::Log),
+        y: Axis::new("seconds; gigabytes", Scale::Log),
+        series: MEASURED.into_iter().zip(markers).map(curve).collect(),
+        reference: None,
+    }
+}

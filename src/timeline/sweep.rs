@@ -1,0 +1,231 @@
+//! One pass over all knots in the order of time that makes segments and keys.
+//!
+//! Of a large show's coordinates few move at a time. So one setting is kept current throughout:
+//! a coordinate that holds stands in it unchanged from knot to knot, and only those that move are
+//! written for each control point. The hash by which equal keys are found is a sum over the
+//! coordinates, so that it too changes only where the setting does.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "tables over coordinates are made here to one shape; indices of keys are made here"
+)]
+
+use std::collections::HashMap;
+
+use super::key::{KeyOptions, Segment, TooManyKeys};
+use super::{Piece, Timeline, positivity};
+use crate::linalg::Bernstein;
+use crate::units::Time;
+
+/// Keys times coordinates beyond this many numbers are refused (256 MB).
+const MOST_NUMBERS: usize = 1 << 25;
+/// Negative numbers above this, left by rounding, are zero in a key.
+const ROUNDING: f64 = 1e-11;
+
+/// What has been made so far, and the setting at the knot that was reached.
+pub(super) struct Sweep<'a> {
+    timeline: &'a Timeline,
+    options: KeyOptions,
+    /// The distinct control points, in the order of their first use.
+    pub keys: Vec<Vec<f64>>,
+    /// The segments in time.
+    pub segments: Vec<Segment>,
+    /// Knots that positivity inserted.
+    pub inserted: usize,
+    /// All segments' control points.
+    pub control_points: usize,
+    /// Keys by their hash, a key whose hash is taken by the next free number; only ever asked,
+    /// never walked.
+    known: HashMap<u64, usize>,
+    /// The setting: right where coordinates hold.
+    current: Vec<f64>,
+    /// The hash's share of the coordinates that hold.
+    hash: u64,
+    /// Coordinates that move, with their pieces.
+    moving: Vec<(usize, &'a Piece)>,
+    /// Where each coordinate stands among those that move.
+    places: Vec<Option<usize>>,
+}
+
+impl<'a> Sweep<'a> {
+    pub fn new(timeline: &'a Timeline, options: KeyOptions) -> Sweep<'a> {
+        let n = timeline.coordinates();
+        Sweep {
+            timeline,
+            options,
+            keys: Vec::new(),
+            segments: Vec::new(),
+            inserted: 0,
+            control_points: 0,
+            known: HashMap::new(),
+            current: vec![0.0; n],
+            hash: (0..n).fold(0, |sum, c| sum.wrapping_add(share(c, 0.0))),
+            moving: Vec::new(),
+            places: vec![None; n],
+        }
+    }
+
+    pub fn run(&mut self) -> Result<(), TooManyKeys> {
+        let pieces = in_time(self.timeline);
+        let starts = pieces.chunk_by(|a, b| a.1.start == b.1.start);
+        let mut knots = starts.peekable();
+        while let Some(begun) = knots.next() {
+            let Some((_, first)) = begun.first() else {
+                continue;
+            };
+            let start = first.start;
+            for (coordinate, piece) in begun {
+                self.begin(*coordinate, piece);
+            }
+            let next = knots.peek().and_then(|n| n.first()).map(|n| n.1.start);
+            self.stretch(start, next.unwrap_or(self.timeline.end()))?;
+        }
+        self.last_look()
+    }
+
+    /// A number of a key: rounding below zero is zero unless keys may be negative, and adding zero
+    /// makes -0 the same as 0.
+    fn clean(&self, x: f64) -> f64 {
+        let rounding = !self.options.signed_keys && x < 0.0 && x > -ROUNDING;
+        if rounding { 0.0 } else { x + 0.0 }
+    }
+
+    fn begin(&mut self, coordinate: usize, piece: &'a Piece) {
+        let moves = piece.polynomial.degree() > 0;
+        match (self.places[coordinate], moves) {
+            (Some(place), true) => self.moving[place].1 = piece,
+            (Some(place), false) => self.stop(place),
+            (None, true) => {
+                self.hash = self.hash.wrapping_sub(self.held(coordinate));
+                self.places[coordinate] = Some(self.moving.len());
+                self.moving.push((coordinate, piece));
+            }
+            (None, false) => self.hash = self.hash.wrapping_sub(self.held(coordinate)),
+        }
+        if !moves {
+            self.current[coordinate] = self.clean(piece.polynomial.first());
+            self.hash = self.hash.wrapping_add(self.held(coordinate));
+        }
+    }
+
+    /// A holding coordinate's share of the hash.
+    fn held(&self, coordinate: usize) -> u64 {
+        share(coordinate, self.current[coordinate])
+    }
+
+    /// Takes a coordinate from those that move; the last of them gets its place.
+    fn stop(&mut self, place: usize) {
+        let (coordinate, _) = self.moving.swap_remove(place);
+        self.places[coordinate] = None;
+        if let Some((other, _)) = self.moving.get(place) {
+            self.places[*other] = Some(place);
+        }
+    }
+
+    /// The segments between two neighbouring knots.
+    fn stretch(&mut self, start: Time, end: Time) -> Result<(), TooManyKeys> {
+        let degrees = self.moving.iter().map(|(_, p)| p.polynomial.degree());
+        let degree = degrees.max().unwrap_or(0);
+        let curves: Vec<Bernstein> = self
+            .moving
+            .iter()
+            .map(|(_, p)| p.between(start, end).elevated(degree))
+            .collect();
+        let (from, to) = (start.micros() as f64, end.micros() as f64);
+        if self.options.signed_keys || degree < 2 {
+            return self.segment(from, to, degree, &curves);
+        }
+        let inner = positivity::knots(&curves);
+        self.inserted += inner.len();
+        let mut parameters = vec![0.0];
+        parameters.extend(inner);
+        parameters.push(1.0);
+        let instant = |t: f64| if t == 1.0 { to } else { from + t * (to - from) };
+        for w in parameters.windows(2) {
+            let &[s, e] = w else { continue };
+            let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e)).collect();
+            self.segment(instant(s), instant(e), degree, &parts)?;
+        }
+        Ok(())
+    }
+
+    /// A segment on which the moving coordinates, in their order, run along `curves`.
+    fn segment(
+        &mut self,
+        start: f64,
+        end: f64,
+        degree: usize,
+        curves: &[Bernstein],
+    ) -> Result<(), TooManyKeys> {
+        let mut keys = Vec::with_capacity(degree + 1);
+        for i in 0..=degree {
+            let mut hash = self.hash;
+            for (m, curve) in curves.iter().enumerate() {
+                let coordinate = self.moving[m].0;
+                let value = self.clean(curve.coefficients()[i]);
+                self.current[coordinate] = value;
+                hash = hash.wrapping_add(share(coordinate, value));
+            }
+            keys.push(self.key(hash)?);
+        }
+        self.control_points += keys.len();
+        self.segments.push(Segment {
+            start,
+            end,
+            degree,
+            keys,
+        });
+        Ok(())
+    }
+
+    /// The index of the key that is the current setting.
+    fn key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
+        while let Some(&index) = self.known.get(&hash) {
+            if self.keys[index] == self.current {
+                return Ok(index);
+            }
+            hash = hash.wrapping_add(1);
+        }
+        let index = self.keys.len();
+        if (index + 1).saturating_mul(self.current.len()) > MOST_NUMBERS {
+            let limit = MOST_NUMBERS;
+            return Err(TooManyKeys { limit });
+        }
+        self.known.insert(hash, index);
+        self.keys.push(self.current.clone());
+        Ok(index)
+    }
+
+    /// A segment without length where the last look is not what the last segment ends with.
+    fn last_look(&mut self) -> Result<(), TooManyKeys> {
+        let last = self.timeline.last().iter();
+        let last: Vec<f64> = last.map(|v| self.clean(*v)).collect();
+        let reached = self.segments.last().and_then(|s| s.keys.last());
+        if reached.is_some_and(|k| self.keys[*k] == last) {
+            return Ok(());
+        }
+        self.moving.clear();
+        let shares = last.iter().enumerate().map(|(c, v)| share(c, *v));
+        self.hash = shares.fold(0, u64::wrapping_add);
+        self.current = last;
+        let at = self.timeline.end().micros() as f64;
+        self.segment(at, at, 0, &[])
+    }
+}
+
+/// All pieces with their coordinates, by their starts.
+fn in_time(timeline: &Timeline) -> Vec<(usize, &Piece)> {
+    let of = |c: usize| timeline.curve(c).iter().map(move |p| (c, p));
+    let mut pieces: Vec<(usize, &Piece)> = (0..timeline.coordinates()).flat_map(of).collect();
+    pieces.sort_by_key(|(_, p)| p.start);
+    pieces
+}
+
+/// A coordinate's share of a key's hash: Vigna's splitmix64 of its number's bits and its place.
+fn share(coordinate: usize, value: f64) -> u64 {
+    let place = (coordinate as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = value.to_bits().wrapping_add(place);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}

@@ -1,0 +1,103 @@
+//! From text to plan, and after the edit of one cue: `cargo bench --bench compile`.
+//!
+//! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and `dense`,
+//! in which it moves them all. Each step of the way is timed alone, then all of them in a row; an
+//! edit replaces one cue in the middle through the interpreter, as the prompt does. What an edit
+//! costs does not include a plan, which is made when it is asked for.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a bench that reports to its reader"
+)]
+
+#[path = "cue_sheet.rs"]
+mod cue_sheet;
+
+use cue_sheet::{Size, cue_sheet};
+use divan::{Bencher, black_box};
+use footlight::check::check;
+use footlight::diagnostic::Sources;
+use footlight::interpreter::{Host, Interpreter};
+use footlight::lang::{self, Parsed};
+use footlight::plan::{Plan, Weighting};
+use footlight::timeline::{KeyOptions, KeySequence, Timeline};
+
+#[global_allocator]
+static ALLOCATOR: divan::AllocProfiler = divan::AllocProfiler::system();
+
+/// Banks that a cue of the usual and of the dense show moves.
+const MOVED: [usize; 2] = [20, 200];
+
+fn main() {
+    divan::main();
+}
+
+fn text(moved: usize) -> String {
+    cue_sheet(Size {
+        banks: 200,
+        cues: 2000,
+        moved,
+    })
+}
+
+fn parsed(text: &str) -> Parsed {
+    lang::parse(&mut Sources::default(), "large.lxq", text)
+}
+
+fn timeline(parsed: &Parsed) -> Timeline {
+    let show = parsed.show.as_ref().unwrap();
+    check(show, &parsed.spans).timeline.unwrap()
+}
+
+fn keys(timeline: &Timeline) -> KeySequence {
+    KeySequence::new(timeline, KeyOptions::default()).unwrap()
+}
+
+fn plan(keys: &KeySequence) -> Plan {
+    let weighting = Weighting::settings(keys.coordinates());
+    Plan::new(keys, &weighting, 0.02, None).unwrap()
+}
+
+#[divan::bench(args = MOVED, sample_count = 10)]
+fn a_text_to_show(bencher: Bencher, moved: usize) {
+    let text = text(moved);
+    bencher.bench(|| parsed(black_box(&text)));
+}
+
+#[divan::bench(args = MOVED, sample_count = 10)]
+fn b_show_to_curves(bencher: Bencher, moved: usize) {
+    let parsed = parsed(&text(moved));
+    bencher.bench(|| timeline(black_box(&parsed)));
+}
+
+#[divan::bench(args = MOVED, sample_count = 10)]
+fn c_curves_to_keys(bencher: Bencher, moved: usize) {
+    let timeline = timeline(&parsed(&text(moved)));
+    bencher.bench(|| keys(black_box(&timeline)));
+}
+
+#[divan::bench(args = MOVED, sample_count = 5)]
+fn d_keys_to_plan(bencher: Bencher, moved: usize) {
+    let keys = keys(&timeline(&parsed(&text(moved))));
+    bencher.bench(|| plan(black_box(&keys)));
+}
+
+#[divan::bench(args = MOVED, sample_count = 5)]
+fn e_text_to_plan(bencher: Bencher, moved: usize) {
+    let text = text(moved);
+    bencher.bench(|| plan(&keys(&timeline(&parsed(black_box(&text))))));
+}
+
+#[divan::bench(args = MOVED, sample_count = 10)]
+fn f_edit_of_one_cue(bencher: Bencher, moved: usize) {
+    let text = text(moved);
+    let host = Host::default();
+    let mut interpreter = Interpreter::from_text("large.lxq", text.as_bytes(), host).unwrap();
+    let mut level = 0;
+    bencher.bench_local(|| {
+        level = (level + 1) % 100;
+        let cue = format!("cue 1000 \"Edited\" {{ time 3  b7 {level} }}");
+        interpreter.edit(black_box(&cue)).unwrap()
+    });
+}

@@ -1,0 +1,96 @@
+//! Four ways to orthogonalise columns, and families of matrices whose condition runs from 1 to
+//! where doubles end.
+
+#![allow(
+    dead_code,
+    reason = "each program that includes this uses a part of it"
+)]
+
+use footlight::linalg::{Matrix, Orthonormal};
+use footlight::study::Dice;
+
+use crate::extended::singular_values;
+use crate::hard::{hilbert, lauchli};
+
+/// The ways, with their names.
+pub const WAYS: [(&str, fn(&Matrix) -> Matrix); 4] = [
+    ("classical Gram-Schmidt", classical),
+    ("modified", modified),
+    ("modified twice (shipped)", shipped),
+    ("Householder", householder),
+];
+
+/// As printed: every coefficient from the column as it came.
+pub fn classical(a: &Matrix) -> Matrix {
+    let mut q = a.clone();
+    for j in 0..a.ncols() {
+        let mut x = a.column(j).into_owned();
+        for k in 0..j {
+            x.axpy(-q.column(k).dot(&a.column(j)), &q.column(k), 1.0);
+        }
+        q.set_column(j, &x.normalize());
+    }
+    q
+}
+
+/// Every coefficient from what is left.
+pub fn modified(a: &Matrix) -> Matrix {
+    let mut q = a.clone();
+    for j in 0..a.ncols() {
+        let mut x = a.column(j).into_owned();
+        for k in 0..j {
+            x.axpy(-q.column(k).dot(&x), &q.column(k), 1.0);
+        }
+        q.set_column(j, &x.normalize());
+    }
+    q
+}
+
+/// This project's; a column in the span is left out.
+pub fn shipped(a: &Matrix) -> Matrix {
+    let mut set = Orthonormal::new();
+    for column in a.column_iter() {
+        let _ = set.push(column.as_slice());
+    }
+    set.matrix(a.nrows())
+}
+
+/// nalgebra's QR.
+pub fn householder(a: &Matrix) -> Matrix {
+    a.clone().qr().q()
+}
+
+/// ‖QᵀQ − 1‖ in the Frobenius norm.
+pub fn loss(q: &Matrix) -> f64 {
+    (q.transpose() * q - Matrix::identity(q.ncols(), q.ncols())).norm()
+}
+
+/// The ratio of the extreme singular values, from double-double arithmetic.
+pub fn condition(a: &Matrix) -> f64 {
+    let (m, n) = a.shape();
+    let sigma = singular_values(m, n, |i, j| a[(i, j)]);
+    match (sigma.first(), sigma.last()) {
+        (Some(first), Some(last)) => f64::from(*first) / f64::from(*last),
+        _ => 1.0,
+    }
+}
+
+/// Families of matrices with their names, each from well to badly conditioned.
+pub fn families() -> Vec<(&'static str, Vec<Matrix>)> {
+    let tenths = |from: i32, to: i32| (from..=to).map(|e| 10f64.powf(-0.5 * f64::from(e)));
+    vec![
+        ("Läuchli", tenths(0, 28).map(lauchli).collect()),
+        ("Hilbert", (2..=11).map(hilbert).collect()),
+        ("near-copies", tenths(0, 28).map(near_copies).collect()),
+    ]
+}
+
+/// Settings of 24 banks: a look, and seven that differ from it by `apart`.
+pub fn near_copies(apart: f64) -> Matrix {
+    let mut dice = Dice::new(5);
+    let look: Vec<f64> = (0..24).map(|_| dice.between(0.0, 1.0)).collect();
+    Matrix::from_fn(24, 8, |i, j| match j {
+        0 => look[i],
+        _ => look[i] + apart * dice.between(-1.0, 1.0),
+    })
+}
