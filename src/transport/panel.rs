@@ -11,10 +11,10 @@
 )]
 
 use crate::geometry::Vec3;
-use crate::transport::cluster::Cluster;
+use crate::transport::cluster::{Cluster, PATCH};
 use crate::transport::direct::Setting;
 use crate::transport::lambert::{Clipper, halved};
-use crate::transport::sheet::Sheet;
+use crate::transport::sheet::{SHADED, Sheet};
 use crate::transport::visibility::Shaft;
 use std::ops::Range;
 
@@ -171,13 +171,13 @@ impl<'a> Panel<'a> {
         if pairs.is_empty() {
             return;
         }
-        let own = pairs.clone();
-        if sheet.interpolated(cluster, |_, p| self.at(own.clone(), p)) {
-            return;
-        }
         let clear = self.pairs[pairs.clone()]
             .iter()
             .all(|p| p.occluders.is_empty());
+        let most = if clear { PATCH } else { SHADED };
+        if sheet.interpolated(cluster, most, |_, p| self.at(pairs.clone(), p)) {
+            return;
+        }
         let Some(halves) = cluster.halves.as_deref() else {
             sheet.evaluate(cluster, |_, p| self.at(pairs.clone(), p));
             return;

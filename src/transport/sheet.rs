@@ -16,6 +16,10 @@ use crate::transport::fit::Fit;
 /// Points of the largest patch whose fit is believed without a look beside it.
 const UNCHECKED: usize = 32;
 
+/// Points of the largest patch that has something before its light: what is six points wide must
+/// not lie between its samples.
+pub const SHADED: usize = 100;
+
 /// How much farther than allowed the plane may be from the samples of a patch whose bend is
 /// checked.
 const BENT: f64 = 4.0;
@@ -53,15 +57,16 @@ impl<'a> Sheet<'a> {
         }
     }
 
-    /// Evaluates a few points of a patch; if what is fitted to them meets
+    /// Evaluates a few points of a patch of `most` points at most; if what is fitted to them meets
     /// them as well as allowed, it serves for all.
     pub fn interpolated(
         &mut self,
         cluster: &Cluster,
+        most: usize,
         mut at: impl FnMut(usize, Vec3) -> f64,
     ) -> bool {
         let count = cluster.range.len();
-        if cluster.halves.is_none() || self.allowed <= 0.0 || count > PATCH {
+        if cluster.halves.is_none() || self.allowed <= 0.0 || count > most.min(PATCH) {
             return false;
         }
         let places = cluster.samples.map(|i| self.place(cluster, i));
@@ -168,7 +173,7 @@ mod tests {
             unreachable!("a small floor is one chunk")
         };
         let mut sheet = Sheet::new(&receivers.points, chunk, UP, allowed);
-        let whole = sheet.interpolated(chunk, |_, p| light(p));
+        let whole = sheet.interpolated(chunk, PATCH, |_, p| light(p));
         let values = receivers.points.iter().copied().zip(sheet.sums).collect();
         (whole, values)
     }
@@ -188,6 +193,11 @@ mod tests {
     fn a_band_between_the_corners_and_the_middle_is_not_passed_over() {
         let band = |p: Vec3| f64::from(u8::from((p.x - p.y - 8.0).abs() > 1.5));
         assert!(!seen(16, 0.05, band).0);
+        // A spot of six points lies between the samples of 256, and is met in those of 100.
+        let spot = |p: Vec3| f64::from(u8::from((p.x - 12.0).abs().max((p.y - 4.0).abs()) > 3.0));
+        assert!(seen(16, 0.05, spot).0);
+        let small = |p: Vec3| f64::from(u8::from((p.x - 7.5).abs().max((p.y - 2.5).abs()) > 3.0));
+        assert!(!seen(10, 0.05, small).0 && 10 * 10 <= SHADED);
         // A patch of a few points only is believed: nothing fits between its samples.
         assert!(seen(5, 0.05, |_| 1.0).0);
     }

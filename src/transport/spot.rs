@@ -10,7 +10,7 @@
 
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
-use crate::transport::cluster::{Cluster, Receivers};
+use crate::transport::cluster::{Cluster, PATCH, Receivers};
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
 use crate::transport::shadow::{Canvas, Lit, Meeting, Shadows, Stencil};
@@ -153,7 +153,7 @@ impl<'a> Spot<'a> {
         }
         let open = |_, p| self.beam.irradiance(p, self.normal);
         let clear = kept.is_empty();
-        if clear && sheet.interpolated(cluster, open) {
+        if clear && sheet.interpolated(cluster, PATCH, open) {
             return;
         }
         if clear && (sheet.allowed <= 0.0 || cluster.halves.is_none()) {
