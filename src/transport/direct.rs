@@ -1,9 +1,9 @@
 //! Direct light: one number for each receiving point and light, at unit radiance or intensity.
 //!
 //! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
-//! the work of one thread. Panels and point sources go their own ways to it ([`super::panel`],
-//! [`super::spot`]), each dropping at every cluster what cannot reach it or cannot be in the way.
-//! Where some error is allowed, a cluster takes what is fitted to a few samples ([`super::sheet`]).
+//! the work of one thread. Panels and point sources go their own ways to it (`panel`,
+//! `spot`), each dropping at every cluster what cannot reach it or cannot be in the way.
+//! Where some error is allowed, a cluster takes what is fitted to a few samples (`sheet`).
 //! Invariant: results depend on the points alone, not on threads, batches or settings. This room
 //! knows nothing of colour.
 
