@@ -96,9 +96,9 @@ impl Counts {
         let cubes = cubes.map(|(n, r)| (n as f64, 3.0 * (r * r) as f64));
         let all = (elements + nodes) as f64;
         let (inside, edges) = (
-            sight.inside * (step.split * step.split) as f64,
+            sight.inside * step.split.parts().pow(2) as f64,
             // An edge pixel shows two facets or three.
-            sight.edges * 2.2 * (step.edge_split * step.edge_split) as f64,
+            sight.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
         let emitters = emitters(&surfaces, rig) as f64;
@@ -148,7 +148,7 @@ impl Counts {
             of("hemicube", step.resolution as f64),
             of("nodes", self.nodes as f64),
             of("node hemicube", step.node_resolution as f64),
-            of("sub-pixels", (step.split * step.split) as f64),
+            of("sub-pixels", step.split.parts().pow(2) as f64),
             of("tolerance", step.tolerance),
         ]
     }

@@ -36,6 +36,8 @@ pub struct Share {
 /// A piece within the square: its outline, and one over its depth as a linear function.
 struct Layer {
     facet: usize,
+    /// Is its front seen? Of two in one plane fronts hide backs, then later facets earlier ones.
+    is_front: bool,
     outline: Vec<Place>,
     inverse: [f64; 3],
 }
@@ -108,7 +110,7 @@ fn merge(
 
 /// Where `a` hides `b`: positive values of a linear function of the image.
 fn nearer(a: &Layer, b: &Layer) -> [f64; 3] {
-    let (near, far) = if a.facet > b.facet {
+    let (near, far) = if (a.is_front, a.facet) > (b.is_front, b.facet) {
         (1.0, 1.0 - COPLANAR)
     } else {
         (1.0 - COPLANAR, 1.0)
@@ -158,6 +160,7 @@ fn layer(camera: &Camera, square: Square, piece: &Piece) -> Option<Layer> {
     let down = -piece.normal.dot(camera.up) * camera.step_y / distance;
     let constant = piece.normal.dot(camera.ray(0.0, 0.0)) / distance;
     (outline.len() >= 3).then_some(Layer {
+        is_front: distance < 0.0,
         facet: piece.facet,
         outline,
         inverse: [constant, across, down],

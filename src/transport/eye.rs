@@ -16,8 +16,8 @@ use crate::raster::{Camera, ItemBuffer, NOTHING};
 use crate::scene::View;
 use crate::transport::TransportError;
 use crate::transport::coverage::{Place, Square, shares};
-use crate::transport::mesh::kept_inside;
-use crate::transport::surface::Surfaces;
+use crate::transport::sample::kept_inside;
+use crate::transport::surface::{Piece, Surfaces};
 use crate::work::Work;
 use rayon::prelude::*;
 
@@ -116,15 +116,34 @@ struct Found {
     places: Vec<Place>,
 }
 
+/// Sub-pixels along a pixel's side in the item buffer that tells where edges are.
+const SUBPIXELS: usize = 4;
+
+/// Into how many parts a pixel's side is split; all of them divide the sub-pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Split {
+    /// It stays whole.
+    Whole = 1,
+    /// Two parts.
+    Halves = 2,
+    /// Four parts, one for each sub-pixel.
+    Quarters = 4,
+}
+
+impl Split {
+    /// Along a side.
+    pub fn parts(self) -> usize {
+        self as usize
+    }
+}
+
 /// How finely a pixel is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
-    /// Sub-pixels along a pixel's side.
-    pub subpixels: usize,
-    /// Fragments along a pixel's side where it shows one facet; divides `subpixels`.
-    pub split: usize,
+    /// Fragments of a pixel that shows one facet.
+    pub split: Split,
     /// The same where it shows several.
-    pub edge_split: usize,
+    pub edge_split: Split,
 }
 
 /// The camera of a view, at one sample a pixel.
@@ -218,7 +237,7 @@ impl<'a> Band<'a> {
         rows: usize,
         sampling: Sampling,
     ) -> Band<'a> {
-        let s = sampling.subpixels;
+        let s = SUBPIXELS;
         let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
         // One sub-pixel more on each side.
         let camera = Camera {
@@ -229,7 +248,12 @@ impl<'a> Band<'a> {
             ..*whole
         };
         let mut buffer = ItemBuffer::new(width * s + 2, rows * s + 2);
-        for piece in &surfaces.pieces {
+        // Of two in one plane the later wins: backs come first, so that a wall of two faces back to
+        // back is seen on both sides.
+        let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
+        let backs = surfaces.pieces.iter().filter(is_back);
+        let fronts = surfaces.pieces.iter().filter(|p| !is_back(p));
+        for piece in backs.chain(fronts) {
             buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
         }
         Band {
@@ -244,15 +268,15 @@ impl<'a> Band<'a> {
     }
 
     fn pixels(&self) -> Found {
-        let s = self.sampling.subpixels;
+        let s = SUBPIXELS;
         let mut out = Found::default();
         for y in 0..self.rows {
             for x in 0..self.width {
                 let whole = self.uniform(x * s, y * s, s);
                 let split = if whole.is_some() {
-                    self.sampling.split
+                    self.sampling.split.parts()
                 } else {
-                    self.sampling.edge_split
+                    self.sampling.edge_split.parts()
                 };
                 let part = s / split;
                 for j in 0..split {
@@ -268,7 +292,7 @@ impl<'a> Band<'a> {
 
     /// Rows of the items of a square of sub-pixels and of those around it.
     fn window(&self, x: usize, y: usize, side: usize) -> impl Iterator<Item = &[u32]> {
-        let width = self.width * self.sampling.subpixels + 2;
+        let width = self.width * SUBPIXELS + 2;
         let row = move |j: usize| (y + j) * width + x;
         (0..side + 2).map(move |j| &self.buffer.items()[row(j)..row(j) + side + 2])
     }
@@ -282,13 +306,13 @@ impl<'a> Band<'a> {
 
     /// Adds the fragments of a square of sub-pixels.
     fn part(&self, x: usize, y: usize, side: usize, out: &mut Found) {
-        let scale = (self.sampling.subpixels as f64).powi(-2);
+        let scale = (SUBPIXELS as f64).powi(-2);
         // The camera's first sub-pixel is the margin.
         let corner = [x as f64 + 1.0, y as f64 + 1.0];
         let side_length = side as f64;
         if let Some(item) = self.uniform(x, y, side) {
             let at = corner.map(|c| c + side_length * 0.5);
-            let half = 0.5 * side_length / self.sampling.subpixels as f64;
+            let half = 0.5 * side_length / SUBPIXELS as f64;
             let outline = Outline::Square(self.whole(at).map(|c| c as f32), half as f32);
             let weight = side_length.powi(2) * scale;
             out.all.extend(self.fragment(item, at, weight, outline));
@@ -321,7 +345,7 @@ impl<'a> Band<'a> {
 
     /// A position in sub-pixels of the band as one in pixels of the picture.
     fn whole(&self, [x, y]: Place) -> Place {
-        let s = self.sampling.subpixels as f64;
+        let s = SUBPIXELS as f64;
         [(x - 1.0) / s, self.from as f64 + (y - 1.0) / s]
     }
 

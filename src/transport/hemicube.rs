@@ -172,18 +172,19 @@ impl<'a> Hemicube<'a> {
                     current = item;
                     placed = self.place(item as usize, point, axes);
                     base = [0, 1].map(|k| placed.slopes[k][forward] + placed.slopes[k][up] * y);
-                    counts = grid.counts().map(|c| c as f32 - 0.5);
+                    counts = grid.counts().map(|c| c as f32 - 1e-3);
                     first = grid.first();
                 }
                 let x = (column as f32 + 0.5) * step - 2.0;
                 let depth = 1.0 / self.sheet.inverse_depths[at];
-                let cell = |k: usize| {
+                let place = [0, 1].map(|k| {
                     let ray = base[k] + placed.slopes[k][right] * x;
                     // The outermost cells take what rounding puts beyond them.
-                    (placed.offset[k] + ray * depth).max(0.0).min(counts[k]) as usize
-                };
+                    (placed.offset[k] + ray * depth).max(0.0).min(counts[k])
+                });
                 let line = counts[0] as usize + 1;
-                let element = self.mesh.seen[first + cell(1) * line + cell(0)];
+                let [u, v] = place.map(|x| x as usize);
+                let element = self.mesh.seen(first + v * line + u, place);
                 let weight = self.table.weights[at];
                 if element != NONE {
                     let share = &mut self.shares[element as usize];

@@ -1,8 +1,9 @@
 //! All polygons around a point, drawn on the faces of a cube in single precision.
 //!
 //! Corners that polygons share are stored and turned once. A face is drawn as an item buffer of
-//! facets, the nearest wins; of two in one plane the one drawn later wins, and pieces come large
-//! ones first. Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing.
+//! facets, the nearest wins; of two in one plane the one drawn later wins: backs come first, so that
+//! a wall of two faces back to back is seen on both sides, then large pieces before small ones.
+//! Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing.
 //! Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is cut
 //! where it comes nearer than any of its points on the face can be, so that coordinates stay
 //! small. This room knows nothing of elements and lights.
@@ -194,7 +195,8 @@ struct Seen {
 pub struct Panorama<'a> {
     outline: &'a Outline,
     turned: [Vec<f32>; 3],
-    seen: Vec<Seen>,
+    /// Backs, and fronts: drawn in this order.
+    seen: [Vec<Seen>; 2],
     flat: Vec<[f32; 2]>,
 }
 
@@ -214,7 +216,7 @@ impl<'a> Panorama<'a> {
         Panorama {
             outline,
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
-            seen: Vec::new(),
+            seen: [Vec::new(), Vec::new()],
             flat: Vec::new(),
         }
     }
@@ -233,7 +235,7 @@ impl<'a> Panorama<'a> {
         }
         let touching = surfaces.touching();
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
-        self.seen.clear();
+        self.seen.iter_mut().for_each(Vec::clear);
         for (i, piece) in surfaces.pieces.iter().enumerate() {
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
@@ -250,8 +252,9 @@ impl<'a> Panorama<'a> {
             if faces == 0 || distance.abs() <= touching * 1e-3 {
                 continue; // seen edge on
             }
-            let black = distance > 0.0 || surfaces.facets[piece.facet].is_black();
-            self.seen.push(Seen {
+            let is_back = distance > 0.0;
+            let black = is_back || surfaces.facets[piece.facet].is_black();
+            self.seen[usize::from(!is_back)].push(Seen {
                 piece: i as u32,
                 item: if black { BLACK } else { piece.facet as u32 },
                 faces,
@@ -276,8 +279,12 @@ impl<'a> Panorama<'a> {
     pub fn draw(&mut self, face: usize, sheet: &mut Sheet) {
         let scale = sheet.resolution as f32 / 3.0;
         let (f, r, u) = (face, (face + 1) % 3, (face + 2) % 3);
-        for k in 0..self.seen.len() {
-            let seen = self.seen[k];
+        let counts = [0, 1].map(|side| self.seen[side].len());
+        for (side, k) in [0, 1]
+            .iter()
+            .flat_map(|&s| (0..counts[s]).map(move |k| (s, k)))
+        {
+            let seen = self.seen[side][k];
             if seen.faces & 1 << face == 0 {
                 continue;
             }

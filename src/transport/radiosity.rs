@@ -13,9 +13,11 @@
 )]
 
 mod compose;
+mod flux;
 mod gather;
 mod solution;
 
+use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::burial::beacons;
@@ -25,7 +27,7 @@ use crate::transport::direct::{Luminaire, Setting, luminaires};
 use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Bounces, Rows};
 use crate::transport::hemicube::Table;
-use crate::transport::mesh::{Layout, Mesh, NONE};
+use crate::transport::mesh::{Layout, Mesh};
 use crate::transport::panorama::Outline;
 use crate::transport::step::{STEPS, Step};
 use crate::transport::strength::{check_rig, colour};
@@ -122,6 +124,8 @@ struct Operator {
     /// For each light, how it is cut out of even light if it is a projection.
     throws: Vec<Option<Throw>>,
     mesh: Mesh,
+    /// Points known to be in the open.
+    beacons: Vec<Vec3>,
     /// Of each element.
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
@@ -202,9 +206,7 @@ impl Operator {
             .collect();
         let mut shown = vec![0.0; mesh.elements.len()];
         for f in &fragments.all {
-            let grid = mesh.grids[f.facet].as_ref();
-            let element = grid.map_or(NONE, |g| mesh.seen[g.cell(f.point)]);
-            if let Some(pixels) = shown.get_mut(element as usize) {
+            if let Some(pixels) = shown.get_mut(mesh.at(f.facet, f.point) as usize) {
                 *pixels += f64::from(f.weight);
             }
         }
@@ -214,8 +216,8 @@ impl Operator {
             .elements
             .iter()
             .flat_map(|e| {
-                e.samples.iter().map(|&point| Receiver {
-                    point,
+                e.samples.iter().map(|s| Receiver {
+                    point: s.point,
                     facet: e.facet,
                 })
             })
@@ -234,6 +236,7 @@ impl Operator {
             alike: alike(&rig.lights),
             throws: rig.lights.iter().map(thrown).collect(),
             mesh,
+            beacons,
             reflectance,
             rows,
             bounces,

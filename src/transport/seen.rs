@@ -2,7 +2,7 @@
 
 use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::TransportError;
-use crate::transport::eye::{Sampling, fragments};
+use crate::transport::eye::{Sampling, Split, fragments};
 use crate::transport::radiosity::pool;
 use crate::transport::surface::Surfaces;
 use crate::work::Work;
@@ -20,9 +20,8 @@ pub fn emitters(
 ) -> Result<Vec<bool>, TransportError> {
     let surfaces = Surfaces::new(scene)?;
     let sampling = Sampling {
-        subpixels: 4,
-        split: 1,
-        edge_split: 1,
+        split: Split::Whole,
+        edge_split: Split::Whole,
     };
     let seen = pool(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
     let emits = |material: usize| {

@@ -3,7 +3,7 @@
 //! Every step has the same fragments on edges, so that steps differ by their light alone and the
 //! difference between two of them tells something of the error. This room knows no scene.
 
-use crate::transport::eye::Sampling;
+use crate::transport::eye::{Sampling, Split};
 use crate::transport::{Quality, TransportError};
 
 /// The five steps of its scale of quality, each slower and better than the one before on the
@@ -17,8 +17,8 @@ pub const STEPS: [Step; 5] = [
         nodes: 0,
         node_resolution: 0,
         tolerance: 0.04,
-        split: 1,
-        edge_split: 2,
+        split: Split::Whole,
+        edge_split: Split::Halves,
     },
     Step {
         elements: 1000,
@@ -26,8 +26,8 @@ pub const STEPS: [Step; 5] = [
         nodes: 0,
         node_resolution: 0,
         tolerance: 0.015,
-        split: 1,
-        edge_split: 2,
+        split: Split::Whole,
+        edge_split: Split::Halves,
     },
     Step {
         elements: 1000,
@@ -35,8 +35,8 @@ pub const STEPS: [Step; 5] = [
         nodes: 8000,
         node_resolution: 16,
         tolerance: 0.006,
-        split: 1,
-        edge_split: 2,
+        split: Split::Whole,
+        edge_split: Split::Halves,
     },
     Step {
         elements: 2000,
@@ -44,8 +44,8 @@ pub const STEPS: [Step; 5] = [
         nodes: 16000,
         node_resolution: 16,
         tolerance: 0.003,
-        split: 1,
-        edge_split: 2,
+        split: Split::Whole,
+        edge_split: Split::Halves,
     },
     Step {
         elements: 8000,
@@ -53,8 +53,8 @@ pub const STEPS: [Step; 5] = [
         nodes: 32000,
         node_resolution: 24,
         tolerance: 0.0,
-        split: 2,
-        edge_split: 4,
+        split: Split::Halves,
+        edge_split: Split::Quarters,
     },
 ];
 
@@ -73,9 +73,9 @@ pub struct Step {
     /// its root mean square in the picture; 0 for none.
     pub tolerance: f64,
     /// Fragments along the side of a plain pixel.
-    pub split: usize,
+    pub split: Split,
     /// Fragments along the side of a pixel with edges.
-    pub edge_split: usize,
+    pub edge_split: Split,
 }
 
 impl Step {
@@ -94,7 +94,6 @@ impl Step {
     /// How its pixels are looked at.
     pub fn sampling(&self) -> Sampling {
         Sampling {
-            subpixels: 4,
             split: self.split,
             edge_split: self.edge_split,
         }

@@ -7,6 +7,8 @@
 //! from there when they exist, so that two versions of the program are held against the same.
 //! `--pictures FOLDER` also writes what it rendered beside the reference, as PPM; `--only SCENE`
 //! and `--steps 12` leave the others out.
+//! `uplit` is a room of 1000 faces with a bank that is seen by reflections alone; its truth is
+//! walked to.
 
 #![allow(
     clippy::unwrap_used,
@@ -17,6 +19,10 @@
 
 #[path = "../reference/mod.rs"]
 mod reference;
+#[path = "../reference/rooms.rs"]
+mod rooms;
+#[path = "../reference/walk.rs"]
+mod walk;
 
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
@@ -43,6 +49,13 @@ fn main() {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         for quality in (1..=5).filter(step) {
             measure(&case, quality, Some([&halves[0], &halves[1]]), folder);
+        }
+    }
+    let uplit = rooms::uplit(1000, (320, 180));
+    if wanted(&uplit) {
+        let truth = Truth::of(&uplit);
+        for quality in 1..=5 {
+            truth.against(&uplit, &measure(&uplit, quality, None, folder));
         }
     }
     let tavern = tavern();
@@ -86,6 +99,45 @@ fn processor() -> f64 {
     let after_name = text.rsplit(')').next().unwrap_or_default();
     let ticks = after_name.split_whitespace().nth(11);
     ticks.and_then(|t| t.parse().ok()).unwrap_or(f64::NAN) / 100.0
+}
+
+/// Some pixels of each bank, walked to.
+struct Truth {
+    pixels: Vec<[usize; 2]>,
+    found: Vec<walk::Halves>,
+}
+
+impl Truth {
+    fn of(case: &Case) -> Truth {
+        let columns = (6..case.view.width).step_by(12);
+        let pixels = columns.flat_map(|x| (6..case.view.height).step_by(12).map(move |y| [x, y]));
+        let pixels: Vec<[usize; 2]> = pixels.collect();
+        Truth {
+            found: walk::walk(case, &pixels, 256),
+            pixels,
+        }
+    }
+
+    /// Prints each bank's error, free of the walks' noise.
+    fn against(&self, case: &Case, banks: &[Image]) {
+        let error = |bank: usize| {
+            let (mut apart, mut power) = (0.0, 0.0);
+            for ([x, y], halves) in self.pixels.iter().zip(&self.found) {
+                let ours = banks[bank].pixel(*x, *y).unwrap();
+                for c in 0..3 {
+                    let [a, b] = [0, 1].map(|h| halves[h][bank][c]);
+                    apart += (f64::from(ours[c]) - a) * (f64::from(ours[c]) - b);
+                    power += a * b;
+                }
+            }
+            100.0 * (apart.abs() / power).sqrt().copysign(apart)
+        };
+        let sources = case.rig.sources.iter().enumerate();
+        let listed: Vec<String> = sources
+            .map(|(i, s)| format!("{} {:.2}", s.name, error(i)))
+            .collect();
+        println!("         against walks, %: {}", listed.join(", "));
+    }
 }
 
 /// Error of each bank against the finest step's.

@@ -107,6 +107,36 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
     }
 }
 
+/// A closed room of about `polygons` faces with one more bank, the last: a lamp that looks up at the
+/// ceiling, out of sight, so that the picture shows of it only what has been reflected twice.
+pub fn uplit(polygons: usize, size: (usize, usize)) -> Case {
+    let mut case = room(polygons, 4, size);
+    let half = 1.0;
+    let middle = case.view.to + vec3(0.0, 0.0, 3.0 - case.view.to.z);
+    let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+    let material_at = case.scene.materials.len();
+    case.scene.materials.push(material("uplight", 0.0, 10.0));
+    case.scene.polygons.push(Polygon {
+        vertices: corners.map(|(dx, dy)| middle + vec3(dx, dy, 0.0)).to_vec(),
+        material: material_at,
+    });
+    let light = case.rig.lights.len();
+    case.rig.lights.push(Light::Panel {
+        material: material_at,
+        radiance: Rgb([10.0; 3]),
+    });
+    case.rig.sources.push(Source {
+        name: "uplight".to_owned(),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb::WHITE,
+        }],
+    });
+    case.mix.push(0.2);
+    case.name = "uplit";
+    case
+}
+
 fn material(name: &str, reflectance: f64, emission: f64) -> Material {
     Material {
         name: name.to_owned(),

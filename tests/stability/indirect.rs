@@ -23,10 +23,6 @@ fn room() -> Surfaces {
         vec3(0.0, 0.0, 1.0),
     );
     let o = vec3(-1.0, -1.0, 0.0);
-    let quad = |a: Vec3, u: Vec3, v: Vec3| Polygon {
-        vertices: vec![a, a + u, a + u + v, a + v],
-        material: 0,
-    };
     let walls = [
         (o, x, y),
         (o + z, y, x),
@@ -35,17 +31,24 @@ fn room() -> Surfaces {
         (o, y, z),
         (o + x, z, y),
     ];
-    let materials = vec![Material {
-        name: "wall".into(),
-        reflectance: Rgb([0.5; 3]),
-        emission: Rgb::default(),
-    }];
-    let polygons = walls.iter().map(|&(a, u, v)| quad(a, u, v)).collect();
-    Surfaces::new(&Scene {
-        materials,
-        polygons,
-    })
-    .unwrap()
+    let quads = walls.map(|(a, u, v)| vec![a, a + u, a + u + v, a + v]);
+    Surfaces::new(&scene(&quads)).unwrap()
+}
+
+/// Grey polygons.
+pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
+    let polygon = |vertices: &Vec<Vec3>| Polygon {
+        vertices: vertices.clone(),
+        material: 0,
+    };
+    Scene {
+        materials: vec![Material {
+            name: "wall".into(),
+            reflectance: Rgb([0.5; 3]),
+            emission: Rgb::default(),
+        }],
+        polygons: polygons.iter().map(polygon).collect(),
+    }
 }
 
 fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
@@ -120,6 +123,77 @@ fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here(
         let better = sweeps(&rows, n, rho, true);
         assert!(better > naive / 4, "rho {rho}: {better} sweeps in place");
     }
+}
+
+/// Two bounces look like many where walls are dark; where they are bright most light is missing.
+#[test]
+fn a_few_bounces_lose_light_and_ours_go_on_until_it_is_all_there() {
+    let surfaces = room();
+    let mesh = mesh(&surfaces, 60);
+    let rows = rows(&surfaces, &mesh, 16);
+    let n = mesh.elements.len();
+    for (rho, bounces, least) in [(0.5_f32, 4, 0.02), (0.8, 4, 0.3), (0.95, 8, 0.5)] {
+        let exact = 1.0 / (1.0 - rho);
+        let mut naive = vec![1.0_f32; n];
+        for _ in 0..bounces {
+            let seen = rows.times(&naive, 1);
+            naive = seen.iter().map(|x| 1.0 + rho * x).collect();
+        }
+        let lost = 1.0 - naive.iter().sum::<f32>() / (n as f32 * exact);
+        assert!(
+            lost > least,
+            "rho {rho}: {bounces} bounces lose {lost} only"
+        );
+        let reflectance = vec![[rho; 3]; n];
+        let ours = Bounces::new(&rows, &reflectance)
+            .interreflect(&rows, &vec![1.0; n], &reflectance, 1, Work::silent())
+            .unwrap();
+        let off = ours
+            .iter()
+            .map(|b| (b / exact - 1.0).abs())
+            .fold(0.0, f32::max);
+        println!("rho {rho}: {bounces} bounces lose {lost:.3}, ours {off:.1e}");
+        assert!(off < 1e-3, "rho {rho}: {off}");
+    }
+}
+
+/// Reciprocity forced upon form factors, by the mean of A_i F_ij and A_j F_ji, spoils their sums;
+/// what is then lost or made at each bounce adds up where walls are bright.
+#[test]
+fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
+    let surfaces = room();
+    let mesh = mesh(&surfaces, 60);
+    let rows = rows(&surfaces, &mesh, 16);
+    let n = mesh.elements.len();
+    let area = |e: usize| mesh.elements[e].samples.iter().map(|s| s.area).sum::<f64>();
+    let areas: Vec<f64> = (0..n).map(area).collect();
+    let mut exchange = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for (j, share) in rows.row(i) {
+            let half = 0.5 * areas[i] * f64::from(share);
+            exchange[i][j as usize] += half;
+            exchange[j as usize][i] += half;
+        }
+    }
+    let rho = 0.999;
+    let exact = 1.0 / (1.0 - rho);
+    let mut naive = vec![exact; n];
+    for _ in 0..4000 {
+        for i in 0..n {
+            let seen: f64 = exchange[i].iter().zip(&naive).map(|(x, b)| x * b).sum();
+            naive[i] = 1.0 + rho * seen / areas[i];
+        }
+    }
+    let off = |b: f64| (b / exact - 1.0).abs();
+    let naive = naive.iter().map(|b| off(*b)).fold(0.0, f64::max);
+    let reflectance = vec![[rho as f32; 3]; n];
+    let ours = Bounces::new(&rows, &reflectance)
+        .interreflect(&rows, &vec![1.0; n], &reflectance, 1, Work::silent())
+        .unwrap();
+    let ours = ours.iter().map(|b| off(f64::from(*b))).fold(0.0, f64::max);
+    println!("rho {rho}: symmetrised {naive:.3}, ours {ours:.1e}");
+    assert!(naive > 0.02, "the naive way errs by {naive} only");
+    assert!(ours < 1e-3, "{ours}");
 }
 
 /// What a row of points sees of the lid, which all see alike: along the long middle of a wide room

@@ -1,6 +1,12 @@
 //! Where the usual methods fail, and what is done here instead: each test shows both.
 
-#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "test")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "test; its figures are for whoever runs it with --nocapture"
+)]
 
 #[path = "../reference/extended.rs"]
 mod extended;
@@ -10,8 +16,14 @@ mod failures;
 mod gram_schmidt;
 #[path = "../reference/hard.rs"]
 mod hard;
+#[path = "../exact/meter.rs"]
+#[allow(dead_code, reason = "not all of it is wanted here")]
+mod meter;
 #[path = "../reference/mod.rs"]
 mod reference;
 
+mod contact;
 mod decomposition;
+mod hostile;
 mod indirect;
+mod sampling;

@@ -7,7 +7,6 @@
 
 use super::gather::Sight;
 use super::{Operator, Solution};
-use crate::geometry::Vec3;
 use crate::transport::direct::{Setting, irradiance};
 use crate::transport::throw::pixel;
 use crate::work::{Cancelled, Work};
@@ -68,11 +67,7 @@ impl Operator {
             hierarchy: &self.hierarchy,
         };
         let light = &self.lights[team[0]];
-        let samples = irradiance(setting, light, &self.element_receivers, None, 0.0, work)?;
-        let means = team
-            .iter()
-            .map(|&l| self.means(&self.on_samples(l, &samples)));
-        let means: Vec<Vec<f32>> = means.collect();
+        let means = self.on_elements(team, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
         let allowed = self.tolerance * level;
         let receivers = &self.fragment_receivers;
@@ -82,22 +77,7 @@ impl Operator {
         Ok(direct.zip(means).collect())
     }
 
-    /// A light at the elements' samples, from what is even: cut out of it if it is a projection.
-    fn on_samples(&self, light: usize, even: &[f32]) -> Vec<f32> {
-        let Some(throw) = &self.throws[light] else {
-            return even.to_vec();
-        };
-        let samples = self.mesh.elements.iter().flat_map(|e| {
-            let grid = self.mesh.grids[e.facet].as_ref();
-            // Two by two samples share a cell; a slope is one over the length of its side.
-            let half = |slope: Vec3| slope * (0.5 / slope.dot(slope));
-            let sides = grid.map_or([Vec3::ZERO; 2], |g| g.slopes().map(half));
-            e.samples.iter().map(move |point| (*point, sides))
-        });
-        throw.cut(even, samples)
-    }
-
-    /// The same at the fragments.
+    /// A light at the fragments, from what is even: cut out of it if it is a projection.
     fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
         let Some(throw) = &self.throws[light] else {
             return even.to_vec();
@@ -123,19 +103,6 @@ impl Operator {
             share * (most * f64::from(*direct)).powi(2)
         });
         power.sum::<f64>().sqrt()
-    }
-
-    /// Mean over each element's sub-samples.
-    fn means(&self, samples: &[f32]) -> Vec<f32> {
-        let mut at = 0;
-        let elements = self.mesh.elements.iter();
-        elements
-            .map(|e| {
-                let own = &samples[at..at + e.samples.len()];
-                at += e.samples.len();
-                own.iter().sum::<f32>() / own.len().max(1) as f32
-            })
-            .collect()
     }
 
     /// Reflected irradiance at every node for each light, from its direct light on the elements.

@@ -1,0 +1,194 @@
+//! A mesh cell cut along lines into convex parts: the tree of its cuts.
+//!
+//! Everything is in cells of the facet's grid. The longest segment within a part cuts it first, and
+//! only if it has some length there or runs across most of the part, so that the foot of a table's
+//! leg divides nothing, and if both sides are worth an element. This room knows nothing of space.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "corners are numbered modulo their count"
+)]
+
+/// A point, in cells.
+type Place = [f64; 2];
+
+/// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
+pub type Line = [f64; 3];
+
+/// Cuts one behind the other at most.
+const DEEPEST: usize = 4;
+
+/// Length of a segment within a part that cuts it, in cells, and the share of the part's own
+/// length along it that is enough for a shorter one.
+const LEAST_LENGTH: f64 = 0.25;
+const LEAST_SHARE: f64 = 0.5;
+
+/// Area of a part, in cells.
+const LEAST_AREA: f64 = 0.01;
+
+/// The parts of a cell.
+#[derive(Clone, Debug)]
+pub enum Tree<T> {
+    /// Not cut any further.
+    Leaf(T),
+    /// Cut by a line; the part on its negative side first.
+    Fork(Line, Box<[Tree<T>; 2]>),
+}
+
+/// Cuts the square of side 1 at a corner along the segments; each leaf has the lines that bound it,
+/// each not negative on its side.
+pub fn cut(corner: Place, segments: &[[Place; 2]]) -> Tree<Vec<Line>> {
+    let [u, v] = corner;
+    let square = [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
+    grow(&square, segments, Vec::new())
+}
+
+fn grow(region: &[Place], segments: &[[Place; 2]], bounds: Vec<Line>) -> Tree<Vec<Line>> {
+    if bounds.len() == DEEPEST {
+        return Tree::Leaf(bounds);
+    }
+    let longest = segments
+        .iter()
+        .filter_map(|segment| divided(region, *segment))
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((_, line, parts)) = longest else {
+        return Tree::Leaf(bounds);
+    };
+    let side = |k: usize, l: Line| {
+        let bounds = bounds.iter().copied().chain([l]).collect();
+        grow(&parts[k], segments, bounds)
+    };
+    Tree::Fork(line, Box::new([side(0, line.map(|x| -x)), side(1, line)]))
+}
+
+/// Length of a segment within a region, its line, and the parts below and above that line, if it
+/// is to be cut along it.
+fn divided(region: &[Place], segment: [Place; 2]) -> Option<(f64, Line, [Vec<Place>; 2])> {
+    let length = length_within(region, segment);
+    if length <= 0.0 {
+        return None;
+    }
+    let line = through(segment);
+    let parts = [line.map(|x| -x), line].map(|l| kept(region, l));
+    let along = |p: &Place| line[1] * p[0] - line[0] * p[1];
+    let on_line = |p: &&Place| height(line, **p).abs() < 1e-9;
+    let (low, high) = parts[1]
+        .iter()
+        .filter(on_line)
+        .map(along)
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(x), h.max(x))
+        });
+    let divides = length >= LEAST_LENGTH || length >= LEAST_SHARE * (high - low);
+    let worth = parts.iter().all(|p| area(p) >= LEAST_AREA);
+    (divides && worth).then_some((length, line, parts))
+}
+
+/// Height of a place over a line.
+pub fn height(line: Line, [u, v]: Place) -> f64 {
+    line[0] * u + line[1] * v + line[2]
+}
+
+/// The line through a segment, of unit slope.
+fn through([a, b]: [Place; 2]) -> Line {
+    let (x, y) = (b[0] - a[0], b[1] - a[1]);
+    let length = x.hypot(y);
+    let (p, q) = (-y / length, x / length);
+    [p, q, -(p * a[0] + q * a[1])]
+}
+
+/// Length of a segment within a convex region whose corners run counter-clockwise.
+fn length_within(region: &[Place], [a, b]: [Place; 2]) -> f64 {
+    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+    let n = region.len();
+    for i in 0..n {
+        let line = through([region[i], region[(i + 1) % n]]);
+        let (from, to) = (height(line, a), height(line, b));
+        if from < 0.0 && to < 0.0 {
+            return 0.0;
+        }
+        let at = from / (from - to);
+        if from < 0.0 {
+            enter = enter.max(at);
+        } else if to < 0.0 {
+            leave = leave.min(at);
+        }
+    }
+    (leave - enter).max(0.0) * (b[0] - a[0]).hypot(b[1] - a[1])
+}
+
+/// The part of a convex region where a line is not negative.
+fn kept(region: &[Place], line: Line) -> Vec<Place> {
+    let mut out = Vec::with_capacity(region.len() + 1);
+    let n = region.len();
+    for i in 0..n {
+        let (a, b) = (region[i], region[(i + 1) % n]);
+        let (here, there) = (height(line, a), height(line, b));
+        if here >= 0.0 {
+            out.push(a);
+        }
+        if here * there < 0.0 {
+            let t = here / (here - there);
+            out.push([0, 1].map(|k| a[k] + (b[k] - a[k]) * t));
+        }
+    }
+    out
+}
+
+fn area(region: &[Place]) -> f64 {
+    let n = region.len();
+    let twice = |i: usize| {
+        let (a, b) = (region[i], region[(i + 1) % n]);
+        a[0] * b[1] - a[1] * b[0]
+    };
+    0.5 * (0..n).map(twice).sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leaves(tree: &Tree<Vec<Line>>) -> Vec<&Vec<Line>> {
+        match tree {
+            Tree::Leaf(bounds) => vec![bounds],
+            Tree::Fork(_, sides) => sides.iter().flat_map(leaves).collect(),
+        }
+    }
+
+    fn part(corner: Place, bounds: &[Line]) -> f64 {
+        let [u, v] = corner;
+        let square = vec![[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
+        area(&bounds.iter().fold(square, |r, l| kept(&r, *l)))
+    }
+
+    #[test]
+    fn the_parts_of_a_cell_add_up_to_it() {
+        let box_inside = [
+            [[3.2, 5.3], [3.7, 5.3]],
+            [[3.7, 5.3], [3.7, 5.9]],
+            [[3.7, 5.9], [3.2, 5.9]],
+            [[3.2, 5.9], [3.2, 5.3]],
+        ];
+        let tree = cut([3.0, 5.0], &box_inside);
+        let areas: Vec<f64> = leaves(&tree).iter().map(|b| part([3.0, 5.0], b)).collect();
+        assert_eq!(areas.len(), 5);
+        assert!((areas.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(areas.iter().any(|a| (a - 0.3).abs() < 1e-12), "{areas:?}");
+    }
+
+    #[test]
+    fn what_runs_along_the_rim_or_is_short_or_elsewhere_cuts_nothing() {
+        for segment in [
+            [[0.0, 0.0], [1.0, 0.0]],
+            [[0.4, 0.5], [0.6, 0.5]],
+            [[1.2, 0.0], [1.2, 1.0]],
+            [[0.0, 0.995], [1.0, 0.995]],
+        ] {
+            assert_eq!(leaves(&cut([0.0, 0.0], &[segment])).len(), 1, "{segment:?}");
+        }
+        assert_eq!(
+            leaves(&cut([0.0, 0.0], &[[[-3.0, 0.2], [9.0, 0.7]]])).len(),
+            2
+        );
+    }
+}

@@ -1,0 +1,263 @@
+//! Points and pixels that see the wrong thing: small lamps, slivers, joints, planes that coincide,
+//! lamps close to a wall.
+
+use crate::indirect::scene;
+use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
+use footlight::geometry::{Vec3, vec3};
+use footlight::scene::Light;
+use footlight::transport::cluster::{Receiver, Receivers};
+use footlight::transport::direct::{Luminaire, Setting, irradiance};
+use footlight::transport::hemicube::{Hemicube, Table, scatter};
+use footlight::transport::mesh::{Layout, Mesh};
+use footlight::transport::panorama::Outline;
+use footlight::transport::sample::kept_inside;
+use footlight::transport::surface::Surfaces;
+use footlight::transport::visibility::Hierarchy;
+use footlight::work::Work;
+use std::f64::consts::PI;
+
+/// A floor of 8 x 8 m and above its middle what looks down at it.
+fn under(above: &[Vec3]) -> Surfaces {
+    let h = 4.0;
+    let floor = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, y)| vec3(x, y, 0.0));
+    Surfaces::new(&scene(&[floor.to_vec(), above.to_vec()])).unwrap()
+}
+
+/// A rectangle around (0, 0, z) that looks down.
+fn lid(width: f64, depth: f64, z: f64) -> Vec<Vec3> {
+    let (a, b) = (0.5 * width, 0.5 * depth);
+    [(-a, b), (a, b), (a, -b), (-a, -b)]
+        .map(|(x, y)| vec3(x, y, z))
+        .to_vec()
+}
+
+fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
+    let hierarchy = Hierarchy::new(surfaces);
+    let setting = Setting {
+        surfaces,
+        hierarchy: &hierarchy,
+    };
+    let layout = Layout::of_elements(surfaces, elements);
+    let all = vec![true; layout.cells()];
+    layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all)
+}
+
+/// Points of the floor that look random.
+fn points(count: u64) -> Vec<Vec3> {
+    let at = |i: u64| 3.0 * (2.0 * scatter(i) - 1.0);
+    (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
+}
+
+/// The exact form factor from a point of the floor.
+fn exact(above: &[Vec3], p: Vec3) -> f64 {
+    contour(&above.iter().map(|v| *v - p).collect::<Vec<_>>())
+}
+
+/// Relative root mean square error of what floor points see of the lid: in the pixels of a
+/// hemicube, and by the closed form of the shipped direct light.
+fn errors_of_a_lamp(above: &[Vec3], resolution: usize) -> [f64; 2] {
+    let surfaces = under(above);
+    let hierarchy = Hierarchy::new(&surfaces);
+    let setting = Setting {
+        surfaces: &surfaces,
+        hierarchy: &hierarchy,
+    };
+    let mesh = mesh(&surfaces, 60);
+    let (outline, table) = (Outline::new(&surfaces), Table::new(resolution));
+    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+    let floor = surfaces
+        .facets
+        .iter()
+        .position(|f| f.normal.z > 0.9)
+        .unwrap();
+    let lamp = 1 - floor;
+    let points = points(200);
+    let receivers: Vec<Receiver> = points
+        .iter()
+        .map(|&point| Receiver {
+            point,
+            facet: floor,
+        })
+        .collect();
+    let receivers = Receivers::new(&surfaces, &receivers);
+    let pieces = surfaces.facets[lamp].pieces.clone().collect();
+    let light = Luminaire::Panel(pieces);
+    let closed = irradiance(setting, &light, &receivers, None, 0.0, Work::silent()).unwrap();
+    let (mut square, mut naive, mut ours) = (0.0, 0.0, 0.0);
+    for (i, (p, closed)) in points.iter().zip(closed).enumerate() {
+        let truth = exact(above, *p);
+        let row = cube.row(floor, *p, scatter(i as u64));
+        let of_lamp = row
+            .iter()
+            .filter(|r| mesh.elements[r.0 as usize].facet == lamp);
+        let seen: f64 = of_lamp.map(|r| f64::from(r.1)).sum();
+        assert!(seen.is_finite() && seen >= 0.0);
+        square += truth * truth;
+        naive += (seen - truth).powi(2);
+        ours += (f64::from(closed) / PI - truth).powi(2);
+    }
+    [naive, ours].map(|e| (e / square).sqrt())
+}
+
+#[test]
+fn a_small_lamp_is_lost_between_pixels_and_exact_in_closed_form() {
+    for (size, resolution, least) in [(0.4, 32, 0.2), (0.05, 64, 1.0)] {
+        let [naive, ours] = errors_of_a_lamp(&lid(size, size, 5.0), resolution);
+        println!("lamp of {size} m at 5 m: hemicube {resolution} {naive:.3}, ours {ours:.1e}");
+        assert!(naive > least, "{size}: the naive way errs by {naive} only");
+        assert!(ours < 1e-5, "{size}: {ours}");
+    }
+}
+
+#[test]
+fn a_sliver_is_noise_to_pixels_and_exact_if_it_shines() {
+    let [naive, ours] = errors_of_a_lamp(&lid(1e-3, 1.0, 1.0), 32);
+    println!("sliver: hemicube {naive:.3}, ours {ours:.1e}");
+    assert!(naive > 1.0, "the naive way errs by {naive} only");
+    assert!(ours < 1e-5, "{ours}");
+}
+
+/// A point in a joint sees the wall beside it edge on, and loses it: half of what is there.
+#[test]
+fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
+    let room = cuboid(vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 2.0), true);
+    let surfaces = Surfaces::new(&scene(&room)).unwrap();
+    let mesh = mesh(&surfaces, 300);
+    let (outline, table) = (Outline::new(&surfaces), Table::new(16));
+    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+    let floor = surfaces
+        .facets
+        .iter()
+        .position(|f| f.normal.z > 0.9)
+        .unwrap();
+    let mut seen = |p: Vec3| -> f64 {
+        let row = cube.row(floor, p, 0.3);
+        row.iter().map(|r| f64::from(r.1)).sum()
+    };
+    for off in [0.0, 1e-10] {
+        let joint = vec3(1.0 - off, 0.2, 0.0);
+        let naive = seen(joint);
+        let kept = seen(kept_inside(&surfaces, &surfaces.facets[floor], joint));
+        println!("{off:e} from a joint: {naive:.3}, kept off it {kept:.6}");
+        assert!(naive < 0.7, "the naive way sees {naive}");
+        assert!((kept - 1.0).abs() < 1e-5, "{kept}");
+    }
+    for element in &mesh.elements {
+        let own = &surfaces.facets[element.facet];
+        for p in element
+            .samples
+            .iter()
+            .map(|s| s.point)
+            .chain([element.centre])
+        {
+            let heights = surfaces.facets.iter().map(|f| f.height(p).abs());
+            let near = heights.filter(|h| *h < 1e-6 * surfaces.size).count();
+            assert_eq!(near, 1, "{p:?} of {:?} is in a joint", own.normal);
+        }
+    }
+}
+
+/// Two surfaces in one plane: by depth alone rounding decides between them pixel by pixel; here
+/// the smaller one lies on top, in whatever order they come.
+#[test]
+fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
+    let (large, small) = (lid(4.0, 4.0, 2.0), lid(1.0, 1.0, 2.0));
+    let turned = |q: &[Vec3]| -> Vec<Vec3> {
+        // A plane that no coordinate is constant on.
+        q.iter()
+            .map(|v| vec3(v.x, v.y, 2.0 + 0.3 * v.x - 0.17 * v.y))
+            .collect()
+    };
+    let (large, small) = (turned(&large), turned(&small));
+    // One over the depth, interpolated from the first three corners in single precision.
+    let plane = |q: &[Vec3]| {
+        let [a, b, c] = [0, 1, 2].map(|i| {
+            let [x, y, w] = [q[i].x / q[i].z, q[i].y / q[i].z, 1.0 / q[i].z];
+            [x as f32, y as f32, w as f32]
+        });
+        let [d, e] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
+        let twice = d[0] * e[1] - d[1] * e[0];
+        let slope = [d[2] * e[1] - d[1] * e[2], d[0] * e[2] - d[2] * e[0]].map(|s| s / twice);
+        move |x: f32, y: f32| a[2] + slope[0] * (x - a[0]) + slope[1] * (y - a[1])
+    };
+    let (behind, on_top) = (plane(&large), plane(&small));
+    let places = (0..900).map(|i| [(i % 30) as f32 / 157.0, (i / 30) as f32 / 163.0]);
+    let wins = places
+        .filter(|[x, y]| on_top(*x, *y) > behind(*x, *y))
+        .count();
+    println!("of 900 rays {wins} see the smaller one by depth");
+    assert!((20..880).contains(&wins), "{wins}");
+
+    let h = 4.0;
+    let floor = [(-h, -h), (h, -h), (h, h), (-h, h)]
+        .map(|(x, y)| vec3(x, y, 0.0))
+        .to_vec();
+    for order in [[&large, &small], [&small, &large]] {
+        let polygons = [floor.clone(), order[0].clone(), order[1].clone()];
+        let surfaces = Surfaces::new(&scene(&polygons)).unwrap();
+        let mesh = mesh(&surfaces, 60);
+        let (outline, table) = (Outline::new(&surfaces), Table::new(64));
+        let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+        let by_area = |i: usize| surfaces.facets[i].area;
+        let (floor, top) = (0, 2);
+        assert!(by_area(floor) > by_area(1) && by_area(1) > by_area(top));
+        let points = points(20);
+        let (mut seen, mut truth) = (0.0, 0.0);
+        for (i, p) in points.iter().enumerate() {
+            let row = cube.row(floor, *p, scatter(i as u64));
+            let own = row
+                .iter()
+                .filter(|r| mesh.elements[r.0 as usize].facet == top);
+            seen += own.map(|r| f64::from(r.1)).sum::<f64>();
+            truth += exact(&small, *p);
+        }
+        println!(
+            "the smaller one is seen with {:.4} of its form factor",
+            seen / truth
+        );
+        assert!((seen / truth - 1.0).abs() < 0.02, "{seen} {truth}");
+    }
+}
+
+/// A lamp at a hand's breadth from a wall: four samples for an element miss much of its flux or
+/// find too much. All that is reflected in a room of equal walls is flux rho / (1 - rho), however
+/// it falls.
+#[test]
+fn four_samples_beside_a_lamp_miss_its_flux_and_more_find_it() {
+    let (rho, flux) = (0.5, 1000.0);
+    let walls = cuboid(Vec3::ZERO, vec3(4.0, 4.0, 4.0), true);
+    let lamp = vec3(1.3, 0.1, 2.2);
+    let room = |reflectance: f64| {
+        let mut room = Room::default();
+        for wall in &walls {
+            room.wall(wall, reflectance);
+        }
+        room.bulb(lamp, flux / (4.0 * PI));
+        room
+    };
+    let surfaces = Surfaces::new(&room(rho).scene).unwrap();
+    let naive: f64 = mesh(&surfaces, 300)
+        .elements
+        .iter()
+        .flat_map(|e| e.samples.iter().map(move |s| (e.facet, s)))
+        .map(|(facet, s)| {
+            let d = lamp - s.point;
+            let cosine = surfaces.facets[facet].normal.dot(d) / d.length();
+            s.area * flux / (4.0 * PI) * cosine / d.dot(d)
+        })
+        .sum();
+    println!("four samples find {:.3} of the flux", naive / flux);
+    assert!((naive / flux - 1.0).abs() > 0.05, "{naive}");
+    assert!(matches!(room(rho).lights[0], Light::Spot(_)));
+    for quality in [1, 2] {
+        let reflected = INWARD.iter().map(|&normal| {
+            let middle = vec3(2.0, 2.0, 2.0) - normal * 2.0;
+            let meter = Meter::new(middle, normal, 0.125, [32, 32], 2.0);
+            let both = [rho, GREY].map(|r| room(r).mean(&meter, r, quality));
+            both[0] - both[1]
+        });
+        let ours = mean(&reflected.collect::<Vec<_>>()) / (flux / 96.0 * rho / (1.0 - rho));
+        println!("quality {quality} reflects {ours:.4} of what it should");
+        assert!((ours - 1.0).abs() < 0.015, "quality {quality}: {ours}");
+    }
+}
