@@ -13,6 +13,7 @@ mod ast;
 mod build;
 pub mod codes;
 pub mod edit;
+mod format;
 mod known;
 pub mod limits;
 mod lower;
@@ -24,6 +25,7 @@ mod scan;
 mod syntax;
 
 pub use ast::Span;
+pub use format::format;
 pub use known::Known;
 pub use names::nearest;
 

@@ -1,0 +1,86 @@
+//! The canonical layout of a show's text.
+//!
+//! What it settles: one declaration, move or part a line; two blanks of indentation a brace; one
+//! blank between words, two between clauses; clauses of neighbouring lines under each other;
+//! one empty line at most, none at the ends of a block. What it keeps: every comment, every group
+//! of lines that an empty line sets apart, and every line break inside a declaration, because
+//! there a writer knows better.
+//!
+//! Invariants: the words of the text and their order stay (colours become lower case); the parsed
+//! show is the same before and after; formatting twice is formatting once. It knows the grammar's
+//! rules and nothing of what names or numbers mean.
+
+mod column;
+mod gap;
+mod layout;
+mod piece;
+
+use super::read;
+use super::report::Report;
+use super::scan;
+use super::{codes, limits};
+use crate::diagnostic::Diagnostic;
+
+/// The text in its canonical layout, with the line ends that it came with.
+///
+/// # Errors
+/// The diagnostics of a text that does not parse, with places in it as file 0: nothing is guessed
+/// where the writer's meaning is not known.
+pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
+    let mut report = Report::default();
+    if text.len() > limits::FILE {
+        let message = format!("a show has {} bytes at most", limits::FILE);
+        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
+    }
+    let unix = text.replace("\r\n", "\n");
+    read::read(&unix, 0, &mut report);
+    if report.failed() {
+        return Err(report.finish());
+    }
+    let mut layout = layout::Layout::default();
+    let mut from = 0;
+    for cut in scan::scan(&unix).cuts {
+        let statement = unix.get(cut.span.clone()).unwrap_or("");
+        let pieces = piece::pieces(statement);
+        for (i, piece) in pieces.iter().enumerate() {
+            let start = cut.span.start + piece.span.start;
+            let gap = unix.get(from..start).unwrap_or("");
+            layout.piece(piece, gap, || rest_of_block(&pieces, i, statement));
+            from = cut.span.start + piece.span.end;
+        }
+    }
+    let lines = layout.finish(unix.get(from..).unwrap_or(""));
+    let formatted = column::text(&lines);
+    let windows = text.find('\n').is_some_and(|i| text[..i].ends_with('\r'));
+    Ok(if windows {
+        formatted.replace('\n', "\r\n")
+    } else {
+        formatted
+    })
+}
+
+/// The pieces from the opening brace `i` to its closing one, and whether they stand on one line.
+fn rest_of_block<'p, 'a>(
+    pieces: &'p [piece::Piece<'a>],
+    i: usize,
+    statement: &str,
+) -> (&'p [piece::Piece<'a>], bool) {
+    let mut depth = 0_usize;
+    for (k, piece) in pieces.iter().enumerate().skip(i) {
+        match piece.join {
+            piece::Join::Open { .. } => depth += 1,
+            piece::Join::Close => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 {
+            let block = pieces.get(i..=k).unwrap_or_default();
+            let from = block.first().map_or(0, |p| p.span.start);
+            let text = statement.get(from..piece.span.end).unwrap_or("");
+            return (block, !text.contains('\n'));
+        }
+    }
+    (&[], false)
+}
+
+#[cfg(test)]
+mod tests;
