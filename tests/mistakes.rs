@@ -8,7 +8,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use footlight::diagnostic::{Style, render};
-use footlight::files::Folder;
+use footlight::files::{Folder, Memory};
 use footlight::interpreter::{Error, Host, Interpreter};
 use footlight::lang;
 
@@ -69,4 +69,59 @@ fn every_mistake_explains_itself() {
             row.code, row.title
         );
     }
+}
+
+/// The files that the sheets of `grammar/mistakes.md` name.
+fn beside() -> Memory {
+    let read = |name: &str| fs::read(folder().join(name)).unwrap();
+    let batwing = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/luminaires/batwing.ies");
+    let set = String::from_utf8(read("little.obj")).unwrap();
+    Memory::default()
+        .with("set.obj", set.replace("little.mtl", "set.mtl"))
+        .with("set.mtl", read("little.mtl"))
+        .with("set.gltf", read("little.gltf"))
+        .with("back.png", read("small.png"))
+        .with("broken.ies", read("broken.ies"))
+        .with("desk.ies", fs::read(batwing).unwrap())
+}
+
+/// Codes that a sheet of the manual earns. A material or an image that only stands for one is not
+/// what the sheet is about.
+fn codes_of(sheet: &str, about: &str) -> BTreeSet<&'static str> {
+    let host = Host {
+        files: Box::new(beside()),
+        ..Host::default()
+    };
+    let report = match Interpreter::from_text("a.lxq", sheet.as_bytes(), host) {
+        Ok(interpreter) => interpreter.warnings().diagnostics.clone(),
+        Err(Error::Mistakes(report)) => report.diagnostics,
+        Err(other) => panic!("{}", other.report(Style::Plain)),
+    };
+    let of_files = |code: &str| code.starts_with("E3");
+    let codes = report.iter().map(|d| d.code);
+    codes
+        .filter(|c| !of_files(c) || of_files(about))
+        .collect()
+}
+
+#[test]
+fn the_pages_of_explain_make_their_mistakes_and_correct_them() {
+    let mut without = Vec::new();
+    for page in lang::pages() {
+        let Some((wrong, right)) = page.sheets() else {
+            without.push(page.code);
+            continue;
+        };
+        assert!(
+            codes_of(wrong, page.code).contains(page.code),
+            "{} is not made by:\n{wrong}",
+            page.code
+        );
+        let left = codes_of(right, page.code);
+        let harmless = |code: &&str| code.starts_with('W') && page.code.starts_with('E');
+        let bad: Vec<_> = left.iter().filter(|c| !harmless(c)).collect();
+        assert!(bad.is_empty(), "{} is corrected to {bad:?}:\n{right}", page.code);
+    }
+    // What no small text can show.
+    assert_eq!(without, ["E001", "E002", "E008", "E009"]);
 }

@@ -13,6 +13,7 @@ mod ast;
 mod build;
 pub mod codes;
 pub mod edit;
+mod explain;
 mod format;
 mod known;
 pub mod limits;
@@ -25,6 +26,7 @@ mod scan;
 mod syntax;
 
 pub use ast::Span;
+pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
 pub use names::nearest;
