@@ -160,6 +160,20 @@ impl Rgb {
         }))
     }
 
+    /// The nearest sRGB-coded `#rrggbb` (IEC 61966-2-1); channels outside 0 to 1 are held at the
+    /// ends.
+    pub fn to_srgb8(self) -> [u8; 3] {
+        self.0.map(|v| {
+            let v = v.clamp(0.0, 1.0);
+            let coded = if v <= 0.003_130_8 {
+                12.92 * v
+            } else {
+                1.055 * v.powf(1.0 / 2.4) - 0.055
+            };
+            (255.0 * coded).round() as u8
+        })
+    }
+
     /// Colour of a black body of `kelvin`, scaled to luminance 1 (Rec. 709 weights), so that a
     /// luminous quantity times this colour keeps its luminance. Valid from 1000 to 25000 K;
     /// outside `None`. Chromaticity after Krystek, "An algorithm to calculate correlated colour
@@ -209,6 +223,14 @@ impl Rgb {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn coded_colours_come_back() {
+        for code in 0..=255u8 {
+            let coded = [code, 255 - code, code / 2];
+            assert_eq!(Rgb::from_srgb8(coded).to_srgb8(), coded);
+        }
+    }
 
     #[test]
     fn cue_numbers_are_exact_decimals() {

@@ -131,6 +131,11 @@ pub fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
     })
 }
 
+/// What a declaration declares: `cue 2.5`, `bank lamps`, `preview`.
+pub fn name(text: &str) -> Option<String> {
+    key(text).map(|key| key.text())
+}
+
 /// The bytes of the declaration that `what` names, without the comments around it.
 pub fn locate(source: &str, what: &str) -> Option<Range<usize>> {
     let wanted = key(what)?;

@@ -160,6 +160,17 @@ pub fn time(text: &str) -> Option<Time> {
     quantity::time(text).ok()
 }
 
+/// The declarations of a text that parses, in order: what each declares (`bank lamps`, `cue 2.5`),
+/// and its canonical text. Empty for a text that does not parse.
+pub fn declarations(text: &str) -> Vec<(String, String)> {
+    let formatted = format(text).unwrap_or_default();
+    let cuts = scan::scan(&formatted).cuts.into_iter();
+    let texts = cuts.filter_map(|cut| formatted.get(cut.span));
+    texts
+        .filter_map(|text| Some((edit::name(text)?, format(text).ok()?.trim_end().to_owned())))
+        .collect()
+}
+
 /// The words that begin statements; those that this build does not read yet come last in the
 /// scanner's list and are left out.
 pub fn keywords() -> &'static [&'static str] {

@@ -1,0 +1,118 @@
+//! The cue sheet: what each cue does, in the order of the show.
+
+use super::level::{by_bank, clock, first_coordinates, motion, time};
+use super::table::Table;
+use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
+use crate::timeline::{CueTime, Timeline};
+
+/// The cue sheet of a show: a row for each cue, and one for each further part.
+pub fn cue_sheet(show: &Show, timeline: &Timeline) -> Table {
+    let columns = [
+        "cue", "label", "starts", "up/down", "delay", "curve", "does", "then", "complete",
+    ];
+    let mut rows = Vec::new();
+    let mut before = None;
+    for (cue, at) in show.cues.iter().zip(timeline.cues()) {
+        rows.extend(cue_rows(show, cue, at, before));
+        before = Some(cue);
+    }
+    Table {
+        columns: columns.map(str::to_owned).to_vec(),
+        rows,
+        legend: "Times before GO in brackets are assumed: the cue waits for the operator.".to_owned(),
+    }
+}
+
+fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<Vec<String>> {
+    let blank = Part {
+        id: cue.id,
+        number: 1,
+        label: String::new(),
+        delay: crate::units::Time::ZERO,
+        up: crate::units::Time::ZERO,
+        down: crate::units::Time::ZERO,
+        curve: Fade::Linear,
+        moves: Vec::new(),
+    };
+    let parts = || cue.parts.iter().filter(|p| !p.moves.is_empty());
+    let first = parts().next().or(cue.parts.first()).unwrap_or(&blank);
+    let mut rows = Vec::new();
+    for (i, part) in std::iter::once(first).chain(parts().skip(1)).enumerate() {
+        let head = i == 0;
+        let only = |text: String| if head { text } else { String::new() };
+        let number = if part.number > 1 {
+            format!("{} part {}", cue.number, part.number)
+        } else {
+            cue.number.to_string()
+        };
+        let label = match (head, part.label.is_empty()) {
+            (true, true) => cue.label.clone(),
+            (true, false) => format!("{}: {}", cue.label, part.label),
+            (false, _) => part.label.clone(),
+        };
+        rows.push(vec![
+            number,
+            label,
+            only(starts(cue, at, before)),
+            up_down(part),
+            if part.delay.micros() == 0 { String::new() } else { time(part.delay) },
+            fade(show, part),
+            does(show, cue, part, head),
+            only(then(cue)),
+            only(clock(at.completion)),
+        ]);
+    }
+    rows
+}
+
+fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
+    let go = clock(at.go);
+    match (cue.trigger, before.and_then(|b| b.link)) {
+        (Trigger::At(_), _) => go,
+        (Trigger::Go, Some((_, Link::Follow(_) | Link::Hang(_)))) => format!("by itself {go}"),
+        (Trigger::Go, None) if at.assumed => format!("GO ({go})"),
+        (Trigger::Go, None) => format!("GO {go}"),
+    }
+}
+
+fn up_down(part: &Part) -> String {
+    let fades = part.moves.iter().any(|m| matches!(m.motion, crate::show::Motion::To(_)));
+    if !fades && !part.moves.is_empty() {
+        return String::new();
+    }
+    if part.up == part.down { time(part.up) } else { format!("{}/{}", time(part.up), time(part.down)) }
+}
+
+fn fade(show: &Show, part: &Part) -> String {
+    match part.curve {
+        Fade::Linear => String::new(),
+        Fade::Ease => "ease".to_owned(),
+        Fade::Square => "square".to_owned(),
+        Fade::SlowTop => "slow-top".to_owned(),
+        Fade::SlowBottom => "slow-bottom".to_owned(),
+        Fade::Curve(i) => show.curves.get(i).map_or_else(String::new, |c| c.name.clone()),
+    }
+}
+
+fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
+    let first = first_coordinates(show);
+    let mut words: Vec<String> = Vec::new();
+    if head {
+        let flags = [(cue.block, "block"), (cue.assert, "assert"), (cue.cueonly, "cueonly")];
+        words.extend(flags.iter().filter(|f| f.0).map(|f| f.1.to_owned()));
+    }
+    for (bank, moves) in by_bank(show, &part.moves) {
+        if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
+            words.push(motion(of, *start, &moves));
+        }
+    }
+    words.join(", ")
+}
+
+fn then(cue: &Cue) -> String {
+    match cue.link {
+        None => String::new(),
+        Some((_, Link::Follow(t))) => format!("follow {}", time(t)),
+        Some((_, Link::Hang(t))) => format!("hang {}", time(t)),
+    }
+}

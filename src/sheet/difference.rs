@@ -1,0 +1,356 @@
+//! What changed between two versions of a show, in a designer's words and in light.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use super::level::{by_bank, clock, first_coordinates, motion, number, time};
+use crate::lang;
+use crate::linalg::{Bernstein, mass};
+use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
+use crate::timeline::{Piece, Timeline};
+use crate::units::Time;
+
+/// A version of a show: its text and what it means.
+#[derive(Clone, Copy, Debug)]
+pub struct Version<'a> {
+    /// The text.
+    pub text: &'a str,
+    /// The model of it.
+    pub show: &'a Show,
+    /// The curves of it.
+    pub timeline: &'a Timeline,
+}
+
+/// One change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// What changed: `cue 12`, `bank lamps`.
+    pub what: String,
+    /// How: `lamps 40 -> 55 at 0:31`.
+    pub how: String,
+}
+
+/// How far a bank's curve moved, in light relative to full.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CurveChange {
+    /// The bank (`sky.r` for one emitter of an rgb bank).
+    pub name: String,
+    /// Root of the mean square over both sequences, before the first and after the last cue held.
+    pub norm: f64,
+    /// The largest difference.
+    pub largest: f64,
+    /// Where that is.
+    pub at: Time,
+}
+
+/// Everything that changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Difference {
+    /// In the order of the new version's text, removals last; cues after the rest.
+    pub changes: Vec<Change>,
+    /// Banks of both versions whose curves differ, the largest norm first.
+    pub curves: Vec<CurveChange>,
+    /// Something that pictures depend on changed: the stage, surfaces, lights, banks or view.
+    pub pictures: bool,
+}
+
+impl Difference {
+    /// Nothing changed that the language can tell.
+    pub fn is_empty(&self) -> bool {
+        self.changes.is_empty() && self.curves.is_empty()
+    }
+
+    /// The changes as lines, then the curves.
+    pub fn text(&self) -> String {
+        let mut out = String::new();
+        for change in &self.changes {
+            let _ = writeln!(out, "{}: {}", change.what, change.how);
+        }
+        if !self.curves.is_empty() {
+            let widest = self.curves.iter().map(|c| c.name.chars().count()).max();
+            let _ = writeln!(out, "\nhow far the light moved (percent of full):");
+            for c in &self.curves {
+                let _ = writeln!(
+                    out,
+                    "  {:width$}  {:>6} over the sequence, at most {} at {}",
+                    c.name,
+                    number(100.0 * c.norm),
+                    number(100.0 * c.largest),
+                    clock(c.at),
+                    width = widest.unwrap_or(0),
+                );
+            }
+        }
+        out
+    }
+}
+
+/// What changed from `old` to `new`.
+pub fn difference(old: Version<'_>, new: Version<'_>) -> Difference {
+    let mut out = Difference::default();
+    declarations(old.text, new.text, &mut out);
+    cues(old, new, &mut out.changes);
+    out.curves = curves(old, new);
+    out
+}
+
+/// Statement words whose declarations pictures depend on.
+const SEEN: [&str; 7] = ["stage", "surface", "view", "light", "bank", "fixed", "include"];
+
+/// Changes of everything but cues, by the canonical text of each declaration.
+fn declarations(old: &str, new: &str, out: &mut Difference) {
+    let keyed = |text: &str| -> Vec<(String, String)> {
+        let all = lang::declarations(text).into_iter();
+        all.filter(|(what, _)| !what.starts_with("cue ")).collect()
+    };
+    let (old, new) = (keyed(old), keyed(new));
+    let before: BTreeMap<&str, &str> = old.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
+    let after: BTreeMap<&str, &str> = new.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
+    for (what, text) in &new {
+        let how = match before.get(what.as_str()) {
+            None => format!("added: {text}"),
+            Some(was) if was != text => format!("was: {was}\n  now: {text}"),
+            Some(_) => continue,
+        };
+        out.note(what, how);
+    }
+    for (what, _) in old.iter().filter(|(what, _)| !after.contains_key(what.as_str())) {
+        out.note(what, "removed".to_owned());
+    }
+}
+
+impl Difference {
+    fn note(&mut self, what: &str, how: String) {
+        let word = what.split(' ').next().unwrap_or(what);
+        self.pictures |= SEEN.contains(&word);
+        self.changes.push(Change {
+            what: what.to_owned(),
+            how,
+        });
+    }
+}
+
+fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
+    let find = |show: &'_ Show, cue: &Cue| show.cues.iter().position(|c| c.number == cue.number);
+    for (i, cue) in new.show.cues.iter().enumerate() {
+        let what = format!("cue {}", cue.number);
+        let Some(k) = find(old.show, cue) else {
+            let go = new.timeline.cues().get(i).map_or(Time::ZERO, |c| c.go);
+            let label = if cue.label.is_empty() { String::new() } else { format!(" \"{}\"", cue.label) };
+            let how = format!("added{label} at {}", clock(go));
+            out.push(Change { what, how });
+            continue;
+        };
+        if let Some(was) = old.show.cues.get(k) {
+            let mut hows = heads(was, cue);
+            hows.extend(times(old.timeline, k, new.timeline, i));
+            hows.extend(parts(old.show, was, new.show, cue, go(new.timeline, i)));
+            out.extend(hows.into_iter().map(|how| Change {
+                what: what.clone(),
+                how,
+            }));
+        }
+    }
+    for cue in &old.show.cues {
+        if find(new.show, cue).is_none() {
+            out.push(Change {
+                what: format!("cue {}", cue.number),
+                how: "removed".to_owned(),
+            });
+        }
+    }
+}
+
+fn go(timeline: &Timeline, cue: usize) -> Time {
+    timeline.cues().get(cue).map_or(Time::ZERO, |c| c.go)
+}
+
+/// Changes of label, trigger, links and flags.
+fn heads(was: &Cue, now: &Cue) -> Vec<String> {
+    let mut out = Vec::new();
+    if was.label != now.label {
+        out.push(format!("label \"{}\" -> \"{}\"", was.label, now.label));
+    }
+    let trigger = |t: Trigger| match t {
+        Trigger::Go => "GO".to_owned(),
+        Trigger::At(time) => format!("at {}", clock(time)),
+    };
+    if was.trigger != now.trigger {
+        out.push(format!("starts {} -> {}", trigger(was.trigger), trigger(now.trigger)));
+    }
+    let link = |l: &Cue| match l.link.map(|l| l.1) {
+        None => "nothing".to_owned(),
+        Some(Link::Follow(t)) => format!("follow {}", time(t)),
+        Some(Link::Hang(t)) => format!("hang {}", time(t)),
+    };
+    if was.link.map(|l| l.1) != now.link.map(|l| l.1) {
+        out.push(format!("{} -> {}", link(was), link(now)));
+    }
+    let flags = [
+        (was.block, now.block, "block"),
+        (was.assert, now.assert, "assert"),
+        (was.cueonly, now.cueonly, "cueonly"),
+    ];
+    for (before, after, word) in flags.into_iter().filter(|f| f.0 != f.1) {
+        let _ = before;
+        out.push(format!("{word} {}", if after { "added" } else { "removed" }));
+    }
+    out
+}
+
+/// A GO that moved although the cue's own trigger says nothing of it.
+fn times(old: &Timeline, k: usize, new: &Timeline, i: usize) -> Option<String> {
+    let (was, now) = (old.cues().get(k)?, new.cues().get(i)?);
+    let moved = now.go - was.go;
+    let clocked = moved.micros() == 0;
+    (!clocked).then(|| {
+        let by = number(moved.seconds().abs());
+        let way = if moved.micros() > 0 { "later" } else { "earlier" };
+        format!("GO {} -> {} ({by} s {way})", clock(was.go), clock(now.go))
+    })
+}
+
+fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> {
+    let mut out = Vec::new();
+    let (before, after) = (moves(old, was), moves(new, now));
+    for (name, (part, words)) in &after {
+        let at = clock(go + part.delay);
+        match before.get(name) {
+            None => out.push(format!("{words} added at {at}")),
+            Some((_, was)) if was != words => {
+                let to = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
+                out.push(format!("{was} -> {to} at {at}"));
+            }
+            Some(_) => {}
+        }
+    }
+    for (_, (_, words)) in before.iter().filter(|(name, _)| !after.contains_key(*name)) {
+        out.push(format!("{words} removed"));
+    }
+    for part in &now.parts {
+        if let Some(was) = was.parts.iter().find(|p| p.number == part.number) {
+            out.extend(timing(old, was, new, part));
+        }
+    }
+    out
+}
+
+/// What each bank does in a cue, with the part that says so.
+fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, String)> {
+    let first = first_coordinates(show);
+    let mut out = BTreeMap::new();
+    for part in &cue.parts {
+        for (bank, moves) in by_bank(show, &part.moves) {
+            if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
+                out.insert(of.name.as_str(), (part, motion(of, *start, &moves)));
+            }
+        }
+    }
+    out
+}
+
+fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
+    let which = if now.number > 1 { format!("part {} ", now.number) } else { String::new() };
+    let mut out = Vec::new();
+    if was.delay != now.delay {
+        let moved = now.delay - was.delay;
+        let way = if moved.micros() > 0 { "later" } else { "earlier" };
+        let by = number(moved.seconds().abs());
+        out.push(format!("{which}moved by {by} s, {way}"));
+    }
+    for (word, was, now) in [("up", was.up, now.up), ("down", was.down, now.down)] {
+        if was != now {
+            out.push(format!("{which}{word} {} -> {}", time(was), time(now)));
+        }
+    }
+    let curve = |show: &Show, fade: Fade| match fade {
+        Fade::Linear => "linear".to_owned(),
+        Fade::Ease => "ease".to_owned(),
+        Fade::Square => "square".to_owned(),
+        Fade::SlowTop => "slow-top".to_owned(),
+        Fade::SlowBottom => "slow-bottom".to_owned(),
+        Fade::Curve(i) => show.curves.get(i).map_or_else(String::new, |c| c.name.clone()),
+    };
+    let (before, after) = (curve(old, was.curve), curve(new, now.curve));
+    if before != after {
+        out.push(format!("{which}curve {before} -> {after}"));
+    }
+    if was.label != now.label {
+        out.push(format!("{which}label \"{}\" -> \"{}\"", was.label, now.label));
+    }
+    out
+}
+
+/// Banks of both versions whose curves differ.
+fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
+    let names = |show: &Show| -> Vec<String> {
+        show.coordinates().into_iter().filter(|c| c.bank.is_some()).map(|c| c.name).collect()
+    };
+    let before = names(old.show);
+    let start = old.timeline.start().min(new.timeline.start());
+    let end = old.timeline.end().max(new.timeline.end());
+    let mut out = Vec::new();
+    for (i, name) in names(new.show).into_iter().enumerate() {
+        let Some(k) = before.iter().position(|n| *n == name) else {
+            continue;
+        };
+        let (a, b) = (old.timeline.curve(k), new.timeline.curve(i));
+        out.extend(apart(a, b, start, end).map(|(norm, largest, at)| CurveChange {
+            name,
+            norm,
+            largest,
+            at,
+        }));
+    }
+    out.sort_by(|a, b| b.norm.total_cmp(&a.norm));
+    out
+}
+
+/// Norm and largest value of the difference of two curves over `start` to `end`, exactly: on each
+/// span between knots of either it is a polynomial. `None` when they are the same.
+fn apart(a: &[Piece], b: &[Piece], start: Time, end: Time) -> Option<(f64, f64, Time)> {
+    let mut knots: Vec<Time> = a.iter().chain(b).flat_map(|p| [p.start, p.end]).collect();
+    knots.extend([start, end]);
+    knots.retain(|t| (start..=end).contains(t));
+    knots.sort_unstable();
+    knots.dedup();
+    let (mut square, mut largest, mut at) = (0.0, 0.0_f64, start);
+    for span in knots.windows(2) {
+        let &[s, e] = span else { continue };
+        let (x, y) = (over(a, s, e).elevated(3), over(b, s, e).elevated(3));
+        let pairs = x.coefficients().iter().zip(y.coefficients());
+        let apart: Vec<f64> = pairs.map(|(x, y)| y - x).collect();
+        let Some(polynomial) = Bernstein::new(&apart) else {
+            continue;
+        };
+        let mass = mass(3);
+        for (i, p) in apart.iter().enumerate() {
+            for (k, q) in apart.iter().enumerate() {
+                let weight = mass.get((i, k)).copied().unwrap_or(0.0);
+                square += p * q * weight * (e - s).seconds();
+            }
+        }
+        let ((low_at, low), (high_at, high)) = polynomial.range();
+        for (value, t) in [(low, low_at), (high, high_at)] {
+            if value.abs() > largest {
+                largest = value.abs();
+                at = s + (e - s).scaled(t);
+            }
+        }
+    }
+    let length = (end - start).seconds();
+    (largest > 1e-12).then(|| {
+        let norm = if length > 0.0 { (square.max(0.0) / length).sqrt() } else { largest };
+        (norm, largest, at)
+    })
+}
+
+/// A curve between two times with no knot between them; held before its start and after its end.
+fn over(pieces: &[Piece], start: Time, end: Time) -> Bernstein {
+    let after = pieces.partition_point(|p| p.start <= start);
+    match after.checked_sub(1).and_then(|i| pieces.get(i)) {
+        Some(piece) if piece.end >= end => piece.between(start, end),
+        Some(piece) => Bernstein::constant(piece.polynomial.last()),
+        None => Bernstein::constant(pieces.first().map_or(0.0, |p| p.polynomial.first())),
+    }
+}

@@ -1,0 +1,139 @@
+//! Rows and columns of words.
+
+use std::fmt::Write;
+
+/// A table; every row has as many cells as there are columns.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// What stands above each column.
+    pub columns: Vec<String>,
+    /// From top to bottom.
+    pub rows: Vec<Vec<String>>,
+    /// What the signs in it mean; may be empty.
+    pub legend: String,
+}
+
+impl Table {
+    /// For a terminal of `width` characters: the first `fixed` columns again before each group of
+    /// the others that fits, the groups under each other.
+    pub fn text(&self, fixed: usize, width: usize) -> String {
+        let widths: Vec<usize> = (0..self.columns.len()).map(|c| self.width(c)).collect();
+        let size = |c: usize| widths.get(c).map_or(0, |w| w + 2);
+        let head: usize = (0..fixed).map(size).sum();
+        let mut out = String::new();
+        let mut next = fixed.min(self.columns.len());
+        loop {
+            let from = next;
+            let mut used = head;
+            while next < self.columns.len() && (next == from || used + size(next) <= width + 2) {
+                used += size(next);
+                next += 1;
+            }
+            let shown: Vec<usize> = (0..fixed).chain(from..next).collect();
+            if !out.is_empty() {
+                out.push('\n');
+            }
+            for row in std::iter::once(&self.columns).chain(&self.rows) {
+                line(row, &shown, &widths, &mut out);
+            }
+            if next >= self.columns.len() {
+                break;
+            }
+        }
+        if !self.legend.is_empty() {
+            let _ = write!(out, "\n{}\n", self.legend);
+        }
+        out
+    }
+
+    /// As a Markdown table.
+    pub fn markdown(&self) -> String {
+        let cell = |text: &String| text.replace('|', "\\|").replace('\n', "<br>");
+        let row = |cells: &Vec<String>| {
+            let cells: Vec<String> = cells.iter().map(cell).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let mut out = row(&self.columns);
+        let _ = writeln!(out, "|{}", " --- |".repeat(self.columns.len()));
+        out.extend(self.rows.iter().map(row));
+        if !self.legend.is_empty() {
+            let _ = write!(out, "\n{}\n", self.legend);
+        }
+        out
+    }
+
+    /// As comma-separated values (RFC 4180), without the legend. A cell that a spreadsheet would
+    /// take for a formula gets a quote before it.
+    pub fn csv(&self) -> String {
+        let cell = |text: &String| {
+            let formula = text.starts_with(['=', '+', '@', '\t']) || text.starts_with('-') && text.len() > 1 && !text[1..].starts_with(|c: char| c.is_ascii_digit());
+            let text = if formula { format!("'{text}") } else { text.clone() };
+            if text.contains([',', '"', '\n', '\r']) {
+                format!("\"{}\"", text.replace('"', "\"\""))
+            } else {
+                text
+            }
+        };
+        let row = |cells: &Vec<String>| {
+            let cells: Vec<String> = cells.iter().map(cell).collect();
+            format!("{}\r\n", cells.join(","))
+        };
+        std::iter::once(&self.columns).chain(&self.rows).map(row).collect()
+    }
+
+    fn width(&self, column: usize) -> usize {
+        let cells = std::iter::once(&self.columns).chain(&self.rows);
+        cells
+            .filter_map(|row| row.get(column))
+            .map(|cell| cell.chars().count())
+            .max()
+            .unwrap_or(0)
+    }
+}
+
+fn line(row: &[String], shown: &[usize], widths: &[usize], out: &mut String) {
+    let mut written = String::new();
+    for column in shown {
+        let (Some(cell), Some(width)) = (row.get(*column), widths.get(*column)) else {
+            continue;
+        };
+        let _ = write!(written, "{cell:width$}  ");
+    }
+    out.push_str(written.trim_end());
+    out.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let row = |cells: [&str; 3]| cells.map(str::to_owned).to_vec();
+        Table {
+            columns: row(["cue", "lamps", "a,b"]),
+            rows: vec![row(["1", "85", "say \"x\""]), row(["2.5", "", "=1+1"])],
+            legend: "· held".to_owned(),
+        }
+    }
+
+    #[test]
+    fn a_table_is_written_three_ways() {
+        let table = table();
+        assert_eq!(
+            table.text(1, 80),
+            "cue  lamps  a,b\n1    85     say \"x\"\n2.5         =1+1\n\n· held\n"
+        );
+        assert_eq!(
+            table.text(1, 12),
+            "cue  lamps\n1    85\n2.5\n\ncue  a,b\n1    say \"x\"\n2.5  =1+1\n\n· held\n"
+        );
+        assert_eq!(
+            table.markdown(),
+            "| cue | lamps | a,b |\n| --- | --- | --- |\n| 1 | 85 | say \"x\" |\n| 2.5 |  | =1+1 |\n\n· held\n"
+        );
+        assert_eq!(
+            table.csv(),
+            "cue,lamps,\"a,b\"\r\n1,85,\"say \"\"x\"\"\"\r\n2.5,,'=1+1\r\n"
+        );
+    }
+}

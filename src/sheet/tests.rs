@@ -1,0 +1,127 @@
+//! Sheets of small shows, in full.
+
+use super::{Difference, Version, cue_sheet, difference, track_sheet};
+use crate::diagnostic::Sources;
+use crate::lang;
+use crate::show::Show;
+use crate::timeline::Timeline;
+
+const RIG: &str = "show \"A\"\nlight a panel glass\nlight b panel brass\nlight c panel cloth\nbank lamps = a\nbank fire = b\nbank sky = c  rgb\n";
+
+fn show(cues: &str) -> Show {
+    let parsed = lang::parse(&mut Sources::default(), "a.lxq", &format!("{RIG}{cues}"));
+    parsed.show.unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
+}
+
+fn compared(old: &str, new: &str) -> Difference {
+    let (old, new) = (format!("{RIG}{old}"), format!("{RIG}{new}"));
+    let read = |text: &str| lang::parse(&mut Sources::default(), "a.lxq", text).show.unwrap();
+    let (a, b) = (read(&old), read(&new));
+    let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
+    let version = |text, show, timeline| Version {
+        text,
+        show,
+        timeline,
+    };
+    difference(version(&old, &a, &ta), version(&new, &b, &tb))
+}
+
+const CUES: &str = "\
+cue 1 \"Preset\" at 0:00 { snap  lamps 30  sky #203060 }
+cue 2 \"Evening\" { up 6  down 9  lamps 85
+  part 2 \"embers\" { delay 2  fire spline 0s 0, 3s 18, 8s 14 } hang 2 }
+cue 3 { cueonly time 3 lamps 40 sky #4060c0 }
+cue 4 { time 2 fire 14 }
+cue 5 { block }
+";
+
+#[test]
+fn a_track_sheet_tells_moved_tracked_and_blocked_apart() {
+    assert_eq!(
+        track_sheet(&show(CUES)).table().text(2, 100),
+        "\
+cue  label    lamps  fire  sky
+1    Preset   ↑30          ↑#203060
+2    Evening  ↑85    ~14   ·#203060
+3             ↓40    ·14   ↑#4060c0
+4             ↺85    ■14   ↺#203060
+5             ■85    ■14   ■#203060
+
+↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: stated anew  · tracked
+"
+    );
+    let csv = track_sheet(&show(CUES)).words().csv();
+    assert!(csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"), "{csv}");
+}
+
+#[test]
+fn a_cue_sheet_has_a_row_for_each_cue_and_part() {
+    let show = show(CUES);
+    let table = cue_sheet(&show, &Timeline::new(&show).unwrap());
+    assert_eq!(
+        table.text(2, 200),
+        "\
+cue       label    starts          up/down  delay  curve  does                            then    complete
+1         Preset   0:00            0                      lamps 30, sky #203060                   0:00
+2         Evening  GO (0:05)       6/9                    lamps 85                        hang 2  0:15
+2 part 2  embers                            2             fire along 3 knots in 8 to 14
+3                  by itself 0:17  3                      cueonly, lamps 40, sky #4060c0          0:20
+4                  GO (0:25)       2                      fire 14                                 0:27
+5                  GO (0:32)       5                      block                                   0:37
+
+Times before GO in brackets are assumed: the cue waits for the operator.
+"
+    );
+}
+
+#[test]
+fn a_difference_speaks_of_levels_times_and_light() {
+    let old = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 at 0:30 { time 4 lamps 40\n  part 2 { delay 1 fire 20 } }\ncue 3 at 1:00 { lamps out }\n";
+    let new = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 \"Dusk\" at 0:31 { time 4 lamps 55\n  part 2 { delay 2.5 fire 20 } }\ncue 2.5 at 0:50 { sky #ffffff }\n";
+    let found = compared(old, new);
+    let lines: Vec<String> = found.changes.iter().map(|c| format!("{}: {}", c.what, c.how)).collect();
+    assert_eq!(
+        lines,
+        [
+            "cue 2: label \"\" -> \"Dusk\"",
+            "cue 2: starts at 0:30 -> at 0:31",
+            "cue 2: GO 0:30 -> 0:31 (1 s later)",
+            "cue 2: lamps 40 -> 55 at 0:31",
+            "cue 2: part 2 moved by 1.5 s, later",
+            "cue 2.5: added at 0:50",
+            "cue 3: removed",
+        ]
+    );
+    assert!(!found.pictures);
+    assert!(compared(old, old).is_empty());
+}
+
+#[test]
+fn the_norm_of_a_change_is_exact() {
+    // From 0 to 100 in 10 s against staying out: the square of t over [0, 1] has the integral 1/3.
+    let found = compared(
+        "cue 1 at 0:00 { snap lamps out }\ncue 2 at 0:00 { time 10 lamps out }\n",
+        "cue 1 at 0:00 { snap lamps out }\ncue 2 at 0:00 { time 10 lamps full }\n",
+    );
+    let lamps = &found.curves[0];
+    assert_eq!(lamps.name, "lamps");
+    assert!((lamps.norm - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14, "{lamps:?}");
+    assert!((lamps.largest - 1.0).abs() < 1e-14);
+    assert_eq!(lamps.at.micros(), 10_000_000);
+}
+
+#[test]
+fn a_rig_that_changed_is_told_with_both_texts() {
+    let edited = format!("{RIG}cue 1 {{ lamps 5 }}\n").replace("bank fire = b", "bank fire = b  channel 4");
+    let read = |text: &str| lang::parse(&mut Sources::default(), "a.lxq", text).show.unwrap();
+    let old = format!("{RIG}cue 1 {{ lamps 5 }}\n");
+    let (a, b) = (read(&old), read(&edited));
+    let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
+    let found = difference(
+        Version { text: &old, show: &a, timeline: &ta },
+        Version { text: &edited, show: &b, timeline: &tb },
+    );
+    assert_eq!(found.changes.len(), 1);
+    assert_eq!(found.changes[0].what, "bank fire");
+    assert_eq!(found.changes[0].how, "was: bank fire = b\n  now: bank fire = b  channel 4");
+}
