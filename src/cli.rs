@@ -4,6 +4,7 @@
 //! from a person and shows what comes back. It is the only room that prints.
 
 mod argument;
+mod paper;
 mod prompt;
 mod screen;
 
@@ -12,7 +13,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::files::{self, Disk, Folder, Monotonic};
-use crate::interpreter::{Error, Host, Interpreter, LIMIT, PoolPlace};
+use crate::interpreter::{self, Error, Host, Interpreter, LIMIT, PoolPlace};
 use crate::transport::Transport;
 use crate::transport::outside::{self, Outside};
 use crate::transport::radiosity::Radiosity;
@@ -44,6 +45,16 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             let mut interpreter = open(Some(show), arguments, screen)?;
             let reply = interpreter.call(call)?;
             screen.reply(&reply);
+            Ok(0)
+        }
+        Task::Format { files, check } => paper::format(files, *check),
+        Task::Difference {
+            files,
+            output,
+            of_git,
+        } => paper::difference(files, output.as_deref(), of_git.as_deref(), screen),
+        Task::Explain { code } => {
+            print(&interpreter::explain(code)?);
             Ok(0)
         }
         Task::Prompt { show, commands } => {

@@ -15,6 +15,7 @@ mod measure;
 mod method;
 mod mistake;
 mod output;
+mod paper;
 mod pool;
 mod refine;
 mod run;
@@ -45,6 +46,7 @@ pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
 pub use self::method::Method;
 pub use self::output::Animation;
+pub use self::paper::{Comparison, Formatted, explain, format, formatted};
 pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
@@ -377,6 +379,11 @@ impl Interpreter {
             Verb::Compare => self.answer_compare(call),
             Verb::Pool => self.answer_pool(call),
             Verb::Method => self.answer_method(call),
+            Verb::Tracksheet => self.answer_tracksheet(call),
+            Verb::Cuesheet => self.answer_cuesheet(call),
+            Verb::Fmt => self.answer_fmt(call),
+            Verb::Diff => self.answer_diff(call),
+            Verb::Explain => self.answer_explain(call),
             Verb::Save => self.answer_save(call),
             Verb::Help => answer::help(call),
             Verb::Quit => Ok(self.answer_quit(warned)),

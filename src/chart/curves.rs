@@ -33,6 +33,8 @@ pub struct Row {
     /// Seconds and level 0 to 1, straight between them; two points at one time are a jump, the
     /// first and last levels hold outside. Levels beyond 0 and 1 are drawn at the strip's edge.
     pub points: Vec<(f64, f64)>,
+    /// What the curve was before a change, drawn dashed; empty for none.
+    pub before: Vec<(f64, f64)>,
 }
 
 /// Rows beyond this are counted, not drawn.
@@ -181,11 +183,11 @@ fn curve(
         let level = level.clamp(0.0, 1.0) as f32;
         Some((ruler.place(time)?, base + (top - base) * level))
     };
-    let points: Vec<Point> = cut(&row.points, start, end)
-        .into_iter()
-        .filter_map(place)
-        .collect();
-    let points = thinned(&points);
+    let placed = |points: &[(f64, f64)]| -> Vec<Point> {
+        let points: Vec<Point> = cut(points, start, end).into_iter().filter_map(place).collect();
+        thinned(&points)
+    };
+    let points = placed(&row.points);
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
         return;
     };
@@ -208,13 +210,22 @@ fn curve(
         fill: Some(area_colour),
         stroke: None,
     });
-    let mut edge = vec![Step::Move(first.0, first.1)];
-    edge.extend(points.iter().skip(1).map(line));
-    drawing.push(Mark::Path {
-        steps: edge,
-        fill: None,
-        stroke: Some(Stroke::solid(colour, 1.5)),
-    });
+    let mut draw = |points: &[Point], stroke: Stroke| {
+        let Some(first) = points.first() else { return };
+        let mut edge = vec![Step::Move(first.0, first.1)];
+        edge.extend(points.iter().skip(1).map(line));
+        drawing.push(Mark::Path {
+            steps: edge,
+            fill: None,
+            stroke: Some(stroke),
+        });
+    };
+    let old = Stroke {
+        dash: Some((4.0, 3.0)),
+        ..Stroke::solid(palette.ink.faded(0.75), 1.25)
+    };
+    draw(&placed(&row.before), old);
+    draw(&points, Stroke::solid(colour, 1.5));
 }
 
 /// The lines of the cues and, in two tiers over the field, those names that have room: a name

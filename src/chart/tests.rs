@@ -61,6 +61,7 @@ fn show(rows: usize, cues: usize) -> Curves {
         points: (0..9)
             .map(|k| (k as f64 * 20.0, ((index + k * 5) % 11) as f64 / 10.0))
             .collect(),
+        before: Vec::new(),
     };
     let cue = |index: usize| {
         let time = (index * index) as f64 * 160.0 / (cues * cues).max(1) as f64;
@@ -169,6 +170,7 @@ fn a_strip_is_filled_as_high_as_its_level() {
         name: String::new(),
         colour: Some([255, 0, 0]),
         points: vec![(0.0, 0.5)],
+        before: Vec::new(),
     };
     let data = Curves {
         end: 10.0,

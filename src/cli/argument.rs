@@ -39,6 +39,27 @@ pub enum Task {
         /// The verb.
         call: Call,
     },
+    /// Files into their canonical layout.
+    Format {
+        /// The files.
+        files: Vec<PathBuf>,
+        /// Only look.
+        check: bool,
+    },
+    /// Two versions of a show.
+    Difference {
+        /// The older and the newer file.
+        files: [PathBuf; 2],
+        /// Where the changed curves are drawn.
+        output: Option<PathBuf>,
+        /// What git calls the file, when it is git that asks: it wants exit code 0.
+        of_git: Option<String>,
+    },
+    /// The page of a code.
+    Explain {
+        /// The code.
+        code: String,
+    },
     /// The prompt, or commands given in its place.
     Prompt {
         /// The show's file; none: an empty show.
@@ -62,6 +83,14 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
         Some(("repl", sub)) => Task::Prompt {
             show: sub.get_one::<String>("SHOW").cloned(),
             commands: commands(sub),
+        },
+        Some(("fmt", sub)) => Task::Format {
+            files: paths(sub, "FILE"),
+            check: sub.get_flag("check"),
+        },
+        Some(("diff", sub)) => difference(sub)?,
+        Some(("explain", sub)) => Task::Explain {
+            code: sub.get_one::<String>("CODE").cloned().unwrap_or_default(),
         },
         Some((name, sub)) => {
             let unknown = || clap::Error::new(clap::error::ErrorKind::InvalidSubcommand);
@@ -87,6 +116,33 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
             .get_one::<u32>("pool-limit")
             .map_or(POOL_LIMIT, |m| u64::from(*m) * 1_000_000),
         task,
+    })
+}
+
+fn paths(matches: &ArgMatches, name: &str) -> Vec<PathBuf> {
+    matches.get_many::<PathBuf>(name).into_iter().flatten().cloned().collect()
+}
+
+/// `diff OLD NEW`, or the seven words that git gives a diff driver: the file's name, then for the
+/// old and the new side a file, its hash and its mode.
+fn difference(matches: &ArgMatches) -> Result<Task, clap::Error> {
+    let files = paths(matches, "FILE");
+    let output = matches.get_one::<PathBuf>("output").cloned();
+    let (pair, of_git) = match files.as_slice() {
+        [old, new] => ([old.clone(), new.clone()], None),
+        [name, old, _, _, new, _, _] => {
+            let name = name.display().to_string();
+            ([old.clone(), new.clone()], Some(name))
+        }
+        _ => {
+            let message = "say two files: footlight diff OLD.lxq NEW.lxq\n";
+            return Err(clap::Error::raw(clap::error::ErrorKind::WrongNumberOfValues, message));
+        }
+    };
+    Ok(Task::Difference {
+        files: pair,
+        output,
+        of_git,
     })
 }
 
@@ -214,11 +270,53 @@ pub fn command() -> Command {
                 .about("open the prompt on a show")
                 .arg(show_argument().required(false))
                 .arg(commands_argument()),
-        );
+        )
+        .subcommands(paper_commands());
     VERBS
         .iter()
         .filter(|v| v.command)
         .fold(root, |root, spec| root.subcommand(subcommand(spec)))
+}
+
+/// Verbs that take files in place of a show to open.
+fn paper_commands() -> [Command; 3] {
+    let files = |help: &'static str| {
+        Arg::new("FILE")
+            .required(true)
+            .num_args(1..)
+            .value_parser(value_parser!(PathBuf))
+            .help(help)
+    };
+    let fmt = Command::new("fmt")
+        .about("bring shows into their canonical layout, comments and groups kept")
+        .after_help("Example:\n  footlight fmt show.lxq\n  footlight fmt --check *.lxq")
+        .arg(files("The shows' files (.lxq), written in place"))
+        .arg(
+            Arg::new("check")
+                .long("check")
+                .action(ArgAction::SetTrue)
+                .help("Write nothing; exit with 1 when a file is laid out otherwise"),
+        );
+    let diff = Command::new("diff")
+        .about("what changed between two versions of a show, in cues and in light")
+        .after_help(
+            "Exits with 0 when nothing changed, 1 when something did, 2 when it cannot tell.\n\n\
+             Example:\n  footlight diff old.lxq show.lxq -o changes.png",
+        )
+        .arg(files("The older and the newer file; or the seven words of git's diff drivers"))
+        .arg(
+            Arg::new("output")
+                .long("output")
+                .short('o')
+                .value_name("FILE")
+                .value_parser(value_parser!(PathBuf))
+                .help("draw the changed curves as a .png or an .svg"),
+        );
+    let explain = Command::new("explain")
+        .about("what a message's code means, with a wrong sheet and its correction")
+        .after_help("Example:\n  footlight explain E012")
+        .arg(Arg::new("CODE").required(true).help("Such as E012"));
+    [fmt, diff, explain]
 }
 
 fn show_argument() -> Arg {

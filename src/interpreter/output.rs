@@ -11,6 +11,8 @@ use crate::picture::tone::{self, Curve, Tone};
 use crate::picture::{Image, png, signed};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
+use crate::show::Coordinate;
+use crate::timeline::Timeline;
 use crate::transport::Quality;
 use crate::units::Time;
 
@@ -174,13 +176,9 @@ impl Interpreter {
         let rows = banks
             .filter(|(_, c)| c.bank.is_some())
             .map(|(i, coordinate)| chart::Row {
-                points: self.points(i),
-                colour: match coordinate.channel {
-                    Some(0) => Some([230, 70, 60]),
-                    Some(1) => Some([70, 180, 80]),
-                    Some(_) => Some([80, 120, 240]),
-                    None => None,
-                },
+                points: points(self.timeline(), i),
+                before: Vec::new(),
+                colour: hue(&coordinate),
                 name: coordinate.name,
             });
         let cues = self.show().cues.iter().zip(self.timeline().cues());
@@ -195,36 +193,6 @@ impl Interpreter {
             playhead: playhead.map(Time::seconds),
         };
         chart::curves(&curves, Theme::Dark)
-    }
-
-    /// A coordinate's setting over time, dense enough to draw; two points at a jump.
-    fn points(&self, coordinate: usize) -> Vec<(f64, f64)> {
-        let pieces = self.timeline().curve(coordinate);
-        let length = (self.timeline().end() - self.timeline().start())
-            .seconds()
-            .max(1e-6);
-        let density = POINTS_A_SECOND.min(MOST_POINTS / length);
-        let (start, end) = (self.timeline().start(), self.timeline().end());
-        let mut out = Vec::new();
-        for piece in pieces.iter().filter(|p| p.end >= start && p.start <= end) {
-            let seconds = (piece.end - piece.start).seconds();
-            let steps = match piece.polynomial.degree() {
-                0 | 1 => 1,
-                _ => ((seconds * density).ceil() as usize).clamp(8, 400),
-            };
-            for k in 0..=steps {
-                let time = piece.start + (piece.end - piece.start).scaled(k as f64 / steps as f64);
-                out.push((time.seconds(), piece.value(time)));
-            }
-        }
-        let last = self
-            .timeline()
-            .last()
-            .get(coordinate)
-            .copied()
-            .unwrap_or(0.0);
-        out.push((end.seconds(), last));
-        out
     }
 
     /// Predicted error against refined pictures and against seconds.
@@ -508,6 +476,38 @@ impl Interpreter {
         self.host.store.write(path, bytes)?;
         Ok(Reply::text(format!("{text}\nwrote {}", path.display())))
     }
+}
+
+/// A coordinate's setting over time, dense enough to draw; two points at a jump.
+pub(super) fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
+    let (start, end) = (timeline.start(), timeline.end());
+    let length = (end - start).seconds().max(1e-6);
+    let density = POINTS_A_SECOND.min(MOST_POINTS / length);
+    let mut out = Vec::new();
+    let pieces = timeline.curve(coordinate).iter();
+    for piece in pieces.filter(|p| p.end >= start && p.start <= end) {
+        let seconds = (piece.end - piece.start).seconds();
+        let steps = match piece.polynomial.degree() {
+            0 | 1 => 1,
+            _ => ((seconds * density).ceil() as usize).clamp(8, 400),
+        };
+        for k in 0..=steps {
+            let time = piece.start + (piece.end - piece.start).scaled(k as f64 / steps as f64);
+            out.push((time.seconds(), piece.value(time)));
+        }
+    }
+    let last = timeline.last().get(coordinate).copied().unwrap_or(0.0);
+    out.push((end.seconds(), last));
+    out
+}
+
+/// The colour in which a coordinate is drawn: of an rgb bank its own, else the theme's.
+pub(super) fn hue(coordinate: &Coordinate) -> Option<[u8; 3]> {
+    coordinate.channel.map(|channel| match channel {
+        0 => [230, 70, 60],
+        1 => [70, 180, 80],
+        _ => [80, 120, 240],
+    })
 }
 
 pub(super) fn ending(path: &Path) -> String {

@@ -39,6 +39,16 @@ pub enum Verb {
     Pool,
     /// How refined pictures are chosen, and previews made of them.
     Method,
+    /// Cues by banks.
+    Tracksheet,
+    /// What each cue does.
+    Cuesheet,
+    /// The canonical layout.
+    Fmt,
+    /// What changed.
+    Diff,
+    /// What a code means.
+    Explain,
     /// Write the show's text.
     Save,
     /// Explain the verbs.
@@ -161,6 +171,9 @@ const fn spec(
                 | Verb::At
                 | Verb::Refine
                 | Verb::Method
+                | Verb::Fmt
+                | Verb::Diff
+                | Verb::Explain
                 | Verb::Save
                 | Verb::Help
                 | Verb::Quit
@@ -381,6 +394,51 @@ pub const VERBS: &[VerbSpec] = &[
         &[],
         "how refined pictures are chosen and previews made of them, from now on",
         "method projection settings",
+    ),
+    spec(
+        Verb::Tracksheet,
+        "tracksheet",
+        "",
+        &[output("write a .md, .csv or .txt")],
+        "cues by banks: the level each bank holds, moved, tracked and blocked told apart",
+        "tracksheet -o tracks.csv",
+    ),
+    spec(
+        Verb::Cuesheet,
+        "cuesheet",
+        "",
+        &[output("write a .md, .csv or .txt")],
+        "what each cue does, when it starts and how long it takes",
+        "cuesheet -o cues.md",
+    ),
+    spec(
+        Verb::Fmt,
+        "fmt",
+        "",
+        &[OptionSpec {
+            name: "check",
+            letter: None,
+            value: None,
+            about: "only tell whether the layout is canonical",
+        }],
+        "lay the show's text out anew, comments and groups kept",
+        "fmt",
+    ),
+    spec(
+        Verb::Diff,
+        "diff",
+        "[FILE]",
+        &[output("draw the changed curves as a .png or an .svg")],
+        "what changed since the show was read or saved, or from FILE to it, in cues and in light",
+        "diff -o changes.png",
+    ),
+    spec(
+        Verb::Explain,
+        "explain",
+        "CODE",
+        &[],
+        "what a message's code means, with a wrong sheet and its correction",
+        "explain E012",
     ),
     spec(
         Verb::Save,

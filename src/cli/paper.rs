@@ -1,0 +1,66 @@
+//! Commands on files alone: `fmt` and `diff`, with exit codes of their own.
+
+use std::path::{Path, PathBuf};
+
+use super::screen::Screen;
+use super::{complain, print};
+use crate::files::{Disk, Store};
+use crate::interpreter::{self, Comparison, Error, Formatted, LIMIT};
+
+/// Formats files in place, or looks; 1 when a file was only looked at and would change.
+pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
+    let mut changed = 0;
+    for path in files {
+        if interpreter::format(&Disk, path, look)? == Formatted::Changed {
+            changed += 1;
+            let did = if look { "would change" } else { "formatted" };
+            print(&format!("{did} {}\n", path.display()));
+        }
+    }
+    Ok(u8::from(look && changed > 0))
+}
+
+/// Tells what changed. 0: nothing, 1: something, 2: it cannot be told; for git, which takes any
+/// other code for a crash of its driver, always 0.
+pub fn difference(
+    files: &[PathBuf; 2],
+    output: Option<&Path>,
+    of_git: Option<&str>,
+    screen: &Screen,
+) -> Result<u8, Error> {
+    if let Some(name) = of_git {
+        print(&format!("{name}\n"));
+    }
+    let code = match compare(files, output) {
+        Ok(text) => {
+            print(&text);
+            u8::from(!text.is_empty())
+        }
+        Err(error) => {
+            complain(&error.report(screen.style()));
+            2
+        }
+    };
+    Ok(if of_git.is_some() { 0 } else { code })
+}
+
+fn compare([old, new]: &[PathBuf; 2], output: Option<&Path>) -> Result<String, Error> {
+    let (a, b) = (read(old)?, read(new)?);
+    let names = [old, new].map(|p| p.display().to_string());
+    let compared = Comparison::new((&names[0], &a), (&names[1], &b))?;
+    let mut text = compared.text();
+    if let Some(path) = output.filter(|_| !text.is_empty()) {
+        Disk.write(path, &compared.chart(path)?)?;
+        text.push_str(&format!("wrote {}\n", path.display()));
+    }
+    Ok(text)
+}
+
+/// A file's bytes; git gives the null device for a side that does not exist, which is the show
+/// without anything in it.
+fn read(path: &Path) -> Result<Vec<u8>, Error> {
+    if path == Path::new("/dev/null") {
+        return Ok(b"show \"\"\n".to_vec());
+    }
+    Ok(Disk.read(path, LIMIT)?)
+}
