@@ -99,9 +99,7 @@ fn codes_of(sheet: &str, about: &str) -> BTreeSet<&'static str> {
     };
     let of_files = |code: &str| code.starts_with("E3");
     let codes = report.iter().map(|d| d.code);
-    codes
-        .filter(|c| !of_files(c) || of_files(about))
-        .collect()
+    codes.filter(|c| !of_files(c) || of_files(about)).collect()
 }
 
 #[test]
@@ -120,7 +118,11 @@ fn the_pages_of_explain_make_their_mistakes_and_correct_them() {
         let left = codes_of(right, page.code);
         let harmless = |code: &&str| code.starts_with('W') && page.code.starts_with('E');
         let bad: Vec<_> = left.iter().filter(|c| !harmless(c)).collect();
-        assert!(bad.is_empty(), "{} is corrected to {bad:?}:\n{right}", page.code);
+        assert!(
+            bad.is_empty(),
+            "{} is corrected to {bad:?}:\n{right}",
+            page.code
+        );
     }
     // What no small text can show.
     assert_eq!(without, ["E001", "E002", "E008", "E009"]);

@@ -184,7 +184,10 @@ fn curve(
         Some((ruler.place(time)?, base + (top - base) * level))
     };
     let placed = |points: &[(f64, f64)]| -> Vec<Point> {
-        let points: Vec<Point> = cut(points, start, end).into_iter().filter_map(place).collect();
+        let points: Vec<Point> = cut(points, start, end)
+            .into_iter()
+            .filter_map(place)
+            .collect();
         thinned(&points)
     };
     let points = placed(&row.points);

@@ -120,7 +120,12 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
 }
 
 fn paths(matches: &ArgMatches, name: &str) -> Vec<PathBuf> {
-    matches.get_many::<PathBuf>(name).into_iter().flatten().cloned().collect()
+    matches
+        .get_many::<PathBuf>(name)
+        .into_iter()
+        .flatten()
+        .cloned()
+        .collect()
 }
 
 /// `diff OLD NEW`, or the seven words that git gives a diff driver: the file's name, then for the
@@ -136,7 +141,10 @@ fn difference(matches: &ArgMatches) -> Result<Task, clap::Error> {
         }
         _ => {
             let message = "say two files: footlight diff OLD.lxq NEW.lxq\n";
-            return Err(clap::Error::raw(clap::error::ErrorKind::WrongNumberOfValues, message));
+            return Err(clap::Error::raw(
+                clap::error::ErrorKind::WrongNumberOfValues,
+                message,
+            ));
         }
     };
     Ok(Task::Difference {
@@ -303,7 +311,9 @@ fn paper_commands() -> [Command; 3] {
             "Exits with 0 when nothing changed, 1 when something did, 2 when it cannot tell.\n\n\
              Example:\n  footlight diff old.lxq show.lxq -o changes.png",
         )
-        .arg(files("The older and the newer file; or the seven words of git's diff drivers"))
+        .arg(files(
+            "The older and the newer file; or the seven words of git's diff drivers",
+        ))
         .arg(
             Arg::new("output")
                 .long("output")

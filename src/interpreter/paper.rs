@@ -78,7 +78,18 @@ impl Sheet {
 /// [`Error::Usage`] when there is no such code.
 pub fn explain(code: &str) -> Result<String, Error> {
     let page = lang::explain(code).map_err(Error::Usage)?;
-    Ok(format!("{}: {}\n\n{}\n", page.code, page.title, page.text))
+    let mut text = format!("{}: {}\n\n", page.code, page.title);
+    let mut sheet = false;
+    for line in page.text.lines() {
+        if line.starts_with("```") {
+            sheet = !sheet;
+            continue;
+        }
+        let indent = if sheet { "    " } else { "" };
+        text.push_str(format!("{indent}{line}").trim_end());
+        text.push('\n');
+    }
+    Ok(text)
 }
 
 /// Brings the file at `path` into its canonical layout, or only looks whether it is.
@@ -230,11 +241,12 @@ impl Interpreter {
     pub(super) fn answer_diff(&mut self, call: &Call) -> Result<Reply, Error> {
         let (name, old) = match call.words.as_slice() {
             [] => ("as saved".to_owned(), self.saved.clone().into_bytes()),
-            [path] => (
-                path.clone(),
-                self.host.store.read(Path::new(path), LIMIT)?,
-            ),
-            _ => return Err(Error::Usage("say one file, or none: diff old.lxq".to_owned())),
+            [path] => (path.clone(), self.host.store.read(Path::new(path), LIMIT)?),
+            _ => {
+                return Err(Error::Usage(
+                    "say one file, or none: diff old.lxq".to_owned(),
+                ));
+            }
         };
         let compared = Comparison::new((&name, &old), (&self.name, self.source.as_bytes()))?;
         let text = match compared.text() {
@@ -245,7 +257,11 @@ impl Interpreter {
             None => Ok(Reply::text(text)),
             Some(path) => {
                 self.host.store.write(path, &compared.chart(path)?)?;
-                Ok(Reply::text(format!("{}\nwrote {}", text.trim_end(), path.display())))
+                Ok(Reply::text(format!(
+                    "{}\nwrote {}",
+                    text.trim_end(),
+                    path.display()
+                )))
             }
         }
     }

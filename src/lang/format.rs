@@ -15,6 +15,7 @@ mod gap;
 mod layout;
 mod piece;
 
+use super::known::Known;
 use super::read;
 use super::report::Report;
 use super::scan;
@@ -33,7 +34,7 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
     let unix = text.replace("\r\n", "\n");
-    read::read(&unix, 0, &mut report);
+    read::read(&unix, 0, &Known::default(), &mut report);
     if report.failed() {
         return Err(report.finish());
     }

@@ -19,7 +19,8 @@ pub fn cue_sheet(show: &Show, timeline: &Timeline) -> Table {
     Table {
         columns: columns.map(str::to_owned).to_vec(),
         rows,
-        legend: "Times before GO in brackets are assumed: the cue waits for the operator.".to_owned(),
+        legend: "Times before GO in brackets are assumed: the cue waits for the operator."
+            .to_owned(),
     }
 }
 
@@ -55,7 +56,11 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
             label,
             only(starts(cue, at, before)),
             up_down(part),
-            if part.delay.micros() == 0 { String::new() } else { time(part.delay) },
+            if part.delay.micros() == 0 {
+                String::new()
+            } else {
+                time(part.delay)
+            },
             fade(show, part),
             does(show, cue, part, head),
             only(then(cue)),
@@ -76,11 +81,18 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
 }
 
 fn up_down(part: &Part) -> String {
-    let fades = part.moves.iter().any(|m| matches!(m.motion, crate::show::Motion::To(_)));
+    let fades = part
+        .moves
+        .iter()
+        .any(|m| matches!(m.motion, crate::show::Motion::To(_)));
     if !fades && !part.moves.is_empty() {
         return String::new();
     }
-    if part.up == part.down { time(part.up) } else { format!("{}/{}", time(part.up), time(part.down)) }
+    if part.up == part.down {
+        time(part.up)
+    } else {
+        format!("{}/{}", time(part.up), time(part.down))
+    }
 }
 
 fn fade(show: &Show, part: &Part) -> String {
@@ -90,7 +102,10 @@ fn fade(show: &Show, part: &Part) -> String {
         Fade::Square => "square".to_owned(),
         Fade::SlowTop => "slow-top".to_owned(),
         Fade::SlowBottom => "slow-bottom".to_owned(),
-        Fade::Curve(i) => show.curves.get(i).map_or_else(String::new, |c| c.name.clone()),
+        Fade::Curve(i) => show
+            .curves
+            .get(i)
+            .map_or_else(String::new, |c| c.name.clone()),
     }
 }
 
@@ -98,7 +113,11 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
     let first = first_coordinates(show);
     let mut words: Vec<String> = Vec::new();
     if head {
-        let flags = [(cue.block, "block"), (cue.assert, "assert"), (cue.cueonly, "cueonly")];
+        let flags = [
+            (cue.block, "block"),
+            (cue.assert, "assert"),
+            (cue.cueonly, "cueonly"),
+        ];
         words.extend(flags.iter().filter(|f| f.0).map(|f| f.1.to_owned()));
     }
     for (bank, moves) in by_bank(show, &part.moves) {

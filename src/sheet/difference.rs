@@ -95,7 +95,9 @@ pub fn difference(old: Version<'_>, new: Version<'_>) -> Difference {
 }
 
 /// Statement words whose declarations pictures depend on.
-const SEEN: [&str; 7] = ["stage", "surface", "view", "light", "bank", "fixed", "include"];
+const SEEN: [&str; 7] = [
+    "stage", "surface", "view", "light", "bank", "fixed", "include",
+];
 
 /// Changes of everything but cues, by the canonical text of each declaration.
 fn declarations(old: &str, new: &str, out: &mut Difference) {
@@ -114,7 +116,10 @@ fn declarations(old: &str, new: &str, out: &mut Difference) {
         };
         out.note(what, how);
     }
-    for (what, _) in old.iter().filter(|(what, _)| !after.contains_key(what.as_str())) {
+    for (what, _) in old
+        .iter()
+        .filter(|(what, _)| !after.contains_key(what.as_str()))
+    {
         out.note(what, "removed".to_owned());
     }
 }
@@ -136,7 +141,11 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
         let what = format!("cue {}", cue.number);
         let Some(k) = find(old.show, cue) else {
             let go = new.timeline.cues().get(i).map_or(Time::ZERO, |c| c.go);
-            let label = if cue.label.is_empty() { String::new() } else { format!(" \"{}\"", cue.label) };
+            let label = if cue.label.is_empty() {
+                String::new()
+            } else {
+                format!(" \"{}\"", cue.label)
+            };
             let how = format!("added{label} at {}", clock(go));
             out.push(Change { what, how });
             continue;
@@ -176,7 +185,11 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
         Trigger::At(time) => format!("at {}", clock(time)),
     };
     if was.trigger != now.trigger {
-        out.push(format!("starts {} -> {}", trigger(was.trigger), trigger(now.trigger)));
+        out.push(format!(
+            "starts {} -> {}",
+            trigger(was.trigger),
+            trigger(now.trigger)
+        ));
     }
     let link = |l: &Cue| match l.link.map(|l| l.1) {
         None => "nothing".to_owned(),
@@ -193,7 +206,10 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
     ];
     for (before, after, word) in flags.into_iter().filter(|f| f.0 != f.1) {
         let _ = before;
-        out.push(format!("{word} {}", if after { "added" } else { "removed" }));
+        out.push(format!(
+            "{word} {}",
+            if after { "added" } else { "removed" }
+        ));
     }
     out
 }
@@ -205,7 +221,11 @@ fn times(old: &Timeline, k: usize, new: &Timeline, i: usize) -> Option<String> {
     let clocked = moved.micros() == 0;
     (!clocked).then(|| {
         let by = number(moved.seconds().abs());
-        let way = if moved.micros() > 0 { "later" } else { "earlier" };
+        let way = if moved.micros() > 0 {
+            "later"
+        } else {
+            "earlier"
+        };
         format!("GO {} -> {} ({by} s {way})", clock(was.go), clock(now.go))
     })
 }
@@ -250,11 +270,19 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, Strin
 }
 
 fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
-    let which = if now.number > 1 { format!("part {} ", now.number) } else { String::new() };
+    let which = if now.number > 1 {
+        format!("part {} ", now.number)
+    } else {
+        String::new()
+    };
     let mut out = Vec::new();
     if was.delay != now.delay {
         let moved = now.delay - was.delay;
-        let way = if moved.micros() > 0 { "later" } else { "earlier" };
+        let way = if moved.micros() > 0 {
+            "later"
+        } else {
+            "earlier"
+        };
         let by = number(moved.seconds().abs());
         out.push(format!("{which}moved by {by} s, {way}"));
     }
@@ -269,14 +297,20 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
         Fade::Square => "square".to_owned(),
         Fade::SlowTop => "slow-top".to_owned(),
         Fade::SlowBottom => "slow-bottom".to_owned(),
-        Fade::Curve(i) => show.curves.get(i).map_or_else(String::new, |c| c.name.clone()),
+        Fade::Curve(i) => show
+            .curves
+            .get(i)
+            .map_or_else(String::new, |c| c.name.clone()),
     };
     let (before, after) = (curve(old, was.curve), curve(new, now.curve));
     if before != after {
         out.push(format!("{which}curve {before} -> {after}"));
     }
     if was.label != now.label {
-        out.push(format!("{which}label \"{}\" -> \"{}\"", was.label, now.label));
+        out.push(format!(
+            "{which}label \"{}\" -> \"{}\"",
+            was.label, now.label
+        ));
     }
     out
 }
@@ -284,7 +318,11 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
 /// Banks of both versions whose curves differ.
 fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
     let names = |show: &Show| -> Vec<String> {
-        show.coordinates().into_iter().filter(|c| c.bank.is_some()).map(|c| c.name).collect()
+        show.coordinates()
+            .into_iter()
+            .filter(|c| c.bank.is_some())
+            .map(|c| c.name)
+            .collect()
     };
     let before = names(old.show);
     let start = old.timeline.start().min(new.timeline.start());
@@ -295,12 +333,14 @@ fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
             continue;
         };
         let (a, b) = (old.timeline.curve(k), new.timeline.curve(i));
-        out.extend(apart(a, b, start, end).map(|(norm, largest, at)| CurveChange {
-            name,
-            norm,
-            largest,
-            at,
-        }));
+        out.extend(
+            apart(a, b, start, end).map(|(norm, largest, at)| CurveChange {
+                name,
+                norm,
+                largest,
+                at,
+            }),
+        );
     }
     out.sort_by(|a, b| b.norm.total_cmp(&a.norm));
     out
@@ -340,7 +380,11 @@ fn apart(a: &[Piece], b: &[Piece], start: Time, end: Time) -> Option<(f64, f64, 
     }
     let length = (end - start).seconds();
     (largest > 1e-12).then(|| {
-        let norm = if length > 0.0 { (square.max(0.0) / length).sqrt() } else { largest };
+        let norm = if length > 0.0 {
+            (square.max(0.0) / length).sqrt()
+        } else {
+            largest
+        };
         (norm, largest, at)
     })
 }

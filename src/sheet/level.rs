@@ -7,7 +7,11 @@ use crate::units::{Rgb, Time};
 pub fn number(value: f64) -> String {
     let rounded = format!("{value:.2}");
     let short = rounded.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0".to_owned() } else { short.to_owned() }
+    if short == "-0" {
+        "0".to_owned()
+    } else {
+        short.to_owned()
+    }
 }
 
 /// A time as a cue sheet has it: seconds below a minute, a clock above.
@@ -101,7 +105,9 @@ pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
     }
     let levels: Vec<f64> = moves.iter().map(|m| target(&m.motion)).collect();
     let to = level(bank, &levels);
-    moves.first().map_or_else(String::new, |m| one(&bank.name, &to, m))
+    moves
+        .first()
+        .map_or_else(String::new, |m| one(&bank.name, &to, m))
 }
 
 fn one(name: &str, to: &str, moved: &Move) -> String {
@@ -114,7 +120,10 @@ fn one(name: &str, to: &str, moved: &Move) -> String {
         Motion::Path(path) => {
             let last = path.knots.last().map_or(Time::ZERO, |k| k.time);
             let knots = path.knots.len();
-            format!("{name} along {knots} knots in {} to {to}{times}", time(last))
+            format!(
+                "{name} along {knots} knots in {} to {to}{times}",
+                time(last)
+            )
         }
     }
 }

@@ -66,8 +66,15 @@ impl Table {
     /// take for a formula gets a quote before it.
     pub fn csv(&self) -> String {
         let cell = |text: &String| {
-            let formula = text.starts_with(['=', '+', '@', '\t']) || text.starts_with('-') && text.len() > 1 && !text[1..].starts_with(|c: char| c.is_ascii_digit());
-            let text = if formula { format!("'{text}") } else { text.clone() };
+            let formula = text.starts_with(['=', '+', '@', '\t'])
+                || text.starts_with('-')
+                    && text.len() > 1
+                    && !text[1..].starts_with(|c: char| c.is_ascii_digit());
+            let text = if formula {
+                format!("'{text}")
+            } else {
+                text.clone()
+            };
             if text.contains([',', '"', '\n', '\r']) {
                 format!("\"{}\"", text.replace('"', "\"\""))
             } else {
@@ -78,7 +85,10 @@ impl Table {
             let cells: Vec<String> = cells.iter().map(cell).collect();
             format!("{}\r\n", cells.join(","))
         };
-        std::iter::once(&self.columns).chain(&self.rows).map(row).collect()
+        std::iter::once(&self.columns)
+            .chain(&self.rows)
+            .map(row)
+            .collect()
     }
 
     fn width(&self, column: usize) -> usize {

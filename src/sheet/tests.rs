@@ -10,12 +10,18 @@ const RIG: &str = "show \"A\"\nlight a panel glass\nlight b panel brass\nlight c
 
 fn show(cues: &str) -> Show {
     let parsed = lang::parse(&mut Sources::default(), "a.lxq", &format!("{RIG}{cues}"));
-    parsed.show.unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
+    parsed
+        .show
+        .unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
 }
 
 fn compared(old: &str, new: &str) -> Difference {
     let (old, new) = (format!("{RIG}{old}"), format!("{RIG}{new}"));
-    let read = |text: &str| lang::parse(&mut Sources::default(), "a.lxq", text).show.unwrap();
+    let read = |text: &str| {
+        lang::parse(&mut Sources::default(), "a.lxq", text)
+            .show
+            .unwrap()
+    };
     let (a, b) = (read(&old), read(&new));
     let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
     let version = |text, show, timeline| Version {
@@ -51,7 +57,10 @@ cue  label    lamps  fire  sky
 "
     );
     let csv = track_sheet(&show(CUES)).words().csv();
-    assert!(csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"), "{csv}");
+    assert!(
+        csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"),
+        "{csv}"
+    );
 }
 
 #[test]
@@ -79,7 +88,11 @@ fn a_difference_speaks_of_levels_times_and_light() {
     let old = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 at 0:30 { time 4 lamps 40\n  part 2 { delay 1 fire 20 } }\ncue 3 at 1:00 { lamps out }\n";
     let new = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 \"Dusk\" at 0:31 { time 4 lamps 55\n  part 2 { delay 2.5 fire 20 } }\ncue 2.5 at 0:50 { sky #ffffff }\n";
     let found = compared(old, new);
-    let lines: Vec<String> = found.changes.iter().map(|c| format!("{}: {}", c.what, c.how)).collect();
+    let lines: Vec<String> = found
+        .changes
+        .iter()
+        .map(|c| format!("{}: {}", c.what, c.how))
+        .collect();
     assert_eq!(
         lines,
         [
@@ -105,23 +118,42 @@ fn the_norm_of_a_change_is_exact() {
     );
     let lamps = &found.curves[0];
     assert_eq!(lamps.name, "lamps");
-    assert!((lamps.norm - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14, "{lamps:?}");
+    assert!(
+        (lamps.norm - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14,
+        "{lamps:?}"
+    );
     assert!((lamps.largest - 1.0).abs() < 1e-14);
     assert_eq!(lamps.at.micros(), 10_000_000);
 }
 
 #[test]
 fn a_rig_that_changed_is_told_with_both_texts() {
-    let edited = format!("{RIG}cue 1 {{ lamps 5 }}\n").replace("bank fire = b", "bank fire = b  channel 4");
-    let read = |text: &str| lang::parse(&mut Sources::default(), "a.lxq", text).show.unwrap();
+    let edited =
+        format!("{RIG}cue 1 {{ lamps 5 }}\n").replace("bank fire = b", "bank fire = b  channel 4");
+    let read = |text: &str| {
+        lang::parse(&mut Sources::default(), "a.lxq", text)
+            .show
+            .unwrap()
+    };
     let old = format!("{RIG}cue 1 {{ lamps 5 }}\n");
     let (a, b) = (read(&old), read(&edited));
     let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
     let found = difference(
-        Version { text: &old, show: &a, timeline: &ta },
-        Version { text: &edited, show: &b, timeline: &tb },
+        Version {
+            text: &old,
+            show: &a,
+            timeline: &ta,
+        },
+        Version {
+            text: &edited,
+            show: &b,
+            timeline: &tb,
+        },
     );
     assert_eq!(found.changes.len(), 1);
     assert_eq!(found.changes[0].what, "bank fire");
-    assert_eq!(found.changes[0].how, "was: bank fire = b\n  now: bank fire = b  channel 4");
+    assert_eq!(
+        found.changes[0].how,
+        "was: bank fire = b\n  now: bank fire = b  channel 4"
+    );
 }

@@ -85,10 +85,14 @@ impl TrackSheet {
 
     fn with(&self, cell: impl Fn(&(String, Held)) -> String) -> Table {
         let columns = ["cue".to_owned(), "label".to_owned()].into_iter();
-        let rows = self.cues.iter().zip(&self.cells).map(|((number, label), cells)| {
-            let head = [number.clone(), label.clone()].into_iter();
-            head.chain(cells.iter().map(&cell)).collect()
-        });
+        let rows = self
+            .cues
+            .iter()
+            .zip(&self.cells)
+            .map(|((number, label), cells)| {
+                let head = [number.clone(), label.clone()].into_iter();
+                head.chain(cells.iter().map(&cell)).collect()
+            });
         Table {
             columns: columns.chain(self.banks.iter().cloned()).collect(),
             rows: rows.collect(),
@@ -113,7 +117,11 @@ pub fn track_sheet(show: &Show) -> TrackSheet {
         cells.push(state.cue(show, cue, &first));
     }
     TrackSheet {
-        cues: show.cues.iter().map(|c| (c.number.to_string(), c.label.clone())).collect(),
+        cues: show
+            .cues
+            .iter()
+            .map(|c| (c.number.to_string(), c.label.clone()))
+            .collect(),
         banks: show.banks.iter().map(|b| b.name.clone()).collect(),
         cells,
     }
@@ -144,14 +152,21 @@ impl State {
         let mut restored = vec![false; before.len()];
         for c in std::mem::take(&mut self.restore) {
             if moved.get(c).is_some_and(Option::is_none)
-                && let (Some(now), Some(lasting), Some(flag)) =
-                    (self.now.get_mut(c), self.lasting.get(c), restored.get_mut(c))
+                && let (Some(now), Some(lasting), Some(flag)) = (
+                    self.now.get_mut(c),
+                    self.lasting.get(c),
+                    restored.get_mut(c),
+                )
             {
                 *flag = *now != *lasting;
                 *now = *lasting;
             }
         }
-        for (c, (target, _)) in moved.iter().enumerate().filter_map(|(c, m)| Some((c, (*m)?))) {
+        for (c, (target, _)) in moved
+            .iter()
+            .enumerate()
+            .filter_map(|(c, m)| Some((c, (*m)?)))
+        {
             if let Some(now) = self.now.get_mut(c) {
                 *now = target;
             }
@@ -165,15 +180,28 @@ impl State {
         for (b, bank) in show.banks.iter().enumerate() {
             let range = first.get(b).copied().unwrap_or(0)..first.get(b + 1).copied().unwrap_or(0);
             let of = |all: &[f64]| all.get(range.clone()).unwrap_or_default().to_vec();
-            let moves: Vec<bool> = moved.get(range.clone()).unwrap_or_default().iter().flatten().map(|m| m.1).collect();
+            let moves: Vec<bool> = moved
+                .get(range.clone())
+                .unwrap_or_default()
+                .iter()
+                .flatten()
+                .map(|m| m.1)
+                .collect();
             let (was, is) = (of(&before), of(&self.now));
-            let back = restored.get(range.clone()).unwrap_or_default().contains(&true);
+            let back = restored
+                .get(range.clone())
+                .unwrap_or_default()
+                .contains(&true);
             let used = self.used.get(b).copied().unwrap_or(false);
             let held = held(&moves, back, used, cue.block || cue.assert, &was, &is);
             if let Some(used) = self.used.get_mut(b) {
                 *used |= !moves.is_empty();
             }
-            let text = if held == Held::Unused { String::new() } else { level::level(bank, &is) };
+            let text = if held == Held::Unused {
+                String::new()
+            } else {
+                level::level(bank, &is)
+            };
             out.push((text, held));
         }
         out

@@ -35,7 +35,10 @@ pub struct Line {
 
 impl Line {
     fn joins(&self, before: &Line) -> bool {
-        !self.apart && self.kind.is_some() && self.kind == before.kind && self.indent == before.indent
+        !self.apart
+            && self.kind.is_some()
+            && self.kind == before.kind
+            && self.indent == before.indent
     }
 }
 
@@ -44,7 +47,9 @@ pub fn text(lines: &[Line]) -> String {
     let mut out = String::new();
     let mut rest = lines;
     while !rest.is_empty() {
-        let joined = rest.windows(2).take_while(|w| matches!(w, [a, b] if b.joins(a)));
+        let joined = rest
+            .windows(2)
+            .take_while(|w| matches!(w, [a, b] if b.joins(a)));
         let (run, after) = rest.split_at(joined.count() + 1);
         let mut codes: Vec<String> = vec![String::new(); run.len()];
         align(run, &mut codes, 0);
@@ -76,8 +81,18 @@ fn place(lines: &[Line], codes: &mut [String], column: usize) {
         let gap = line.cells.get(column).map_or(0, |c| c.gap);
         width(code) + if code.is_empty() { 0 } else { gap }
     };
-    let least = lines.iter().zip(codes.iter()).map(starts).min().unwrap_or(0);
-    let most = lines.iter().zip(codes.iter()).map(starts).max().unwrap_or(0);
+    let least = lines
+        .iter()
+        .zip(codes.iter())
+        .map(starts)
+        .min()
+        .unwrap_or(0);
+    let most = lines
+        .iter()
+        .zip(codes.iter())
+        .map(starts)
+        .max()
+        .unwrap_or(0);
     for (line, code) in lines.iter().zip(codes) {
         let own = starts((line, code));
         let start = if most - least > FURTHEST { own } else { most };
@@ -90,7 +105,10 @@ fn place(lines: &[Line], codes: &mut [String], column: usize) {
 
 /// Writes a run of lines with their comments.
 fn write(lines: &[Line], codes: &[String], out: &mut String) {
-    let commented = lines.iter().zip(codes).filter(|(l, _)| !l.comment.is_empty());
+    let commented = lines
+        .iter()
+        .zip(codes)
+        .filter(|(l, _)| !l.comment.is_empty());
     let widths: Vec<usize> = commented.map(|(_, code)| width(code)).collect();
     let most = widths.iter().copied().max().unwrap_or(0);
     let ragged = widths.iter().any(|w| most - w > FURTHEST);
@@ -102,7 +120,11 @@ fn write(lines: &[Line], codes: &[String], out: &mut String) {
         let mut written = format!("{indent}{code}");
         if !line.comment.is_empty() {
             let to = if ragged { width(code) } else { most };
-            let gap = if code.is_empty() { 0 } else { to + 2 - width(code) };
+            let gap = if code.is_empty() {
+                0
+            } else {
+                to + 2 - width(code)
+            };
             written.push_str(&" ".repeat(gap));
             written.push_str(&line.comment);
         }

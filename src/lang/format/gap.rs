@@ -68,7 +68,10 @@ mod tests {
             .iter()
             .map(|c| (c.text, c.own_line, c.apart))
             .collect();
-        assert_eq!(texts, [("// one", false, false), ("/* two\n */", true, true)]);
+        assert_eq!(
+            texts,
+            [("// one", false, false), ("/* two\n */", true, true)]
+        );
         assert!(gap.broken && !gap.ends_line && !gap.apart);
         let empty = Gap::of(" \n \n");
         assert!(empty.comments.is_empty() && empty.ends_line && empty.apart);

@@ -176,7 +176,11 @@ impl<'a> Layout<'a> {
             self.opened = false;
             self.append(if behind_opening { 1 } else { 2 }, &text);
         } else if self.full || first || alone {
-            let kind = if piece.text == "part" { "part" } else { piece.role };
+            let kind = if piece.text == "part" {
+                "part"
+            } else {
+                piece.role
+            };
             self.line(self.indent(), gap.apart, Some(kind));
             self.cell(piece.role, 0, text);
         } else {
@@ -233,7 +237,10 @@ impl<'a> Layout<'a> {
 /// The kind of line a statement makes.
 fn kind_of(word: &str) -> &'static str {
     let words = crate::lang::scan::STATEMENTS;
-    words.into_iter().find(|w| *w == word).unwrap_or("statement")
+    words
+        .into_iter()
+        .find(|w| *w == word)
+        .unwrap_or("statement")
 }
 
 /// A word as it is always written.
@@ -243,9 +250,7 @@ fn normal(text: &str) -> String {
     }
     match text.find(' ') {
         // A quantity's unit stands one blank off, however many were written.
-        Some(_) if !text.starts_with('"') => {
-            text.split_whitespace().collect::<Vec<_>>().join(" ")
-        }
+        Some(_) if !text.starts_with('"') => text.split_whitespace().collect::<Vec<_>>().join(" "),
         _ => text.to_owned(),
     }
 }

@@ -29,7 +29,11 @@ pub fn holds(text: &str) {
     let once = format(text).unwrap();
     let twice = format(&once).unwrap();
     assert_eq!(once, twice, "not idempotent on:\n{text}");
-    assert_eq!(show(text), show(&once), "another show:\n{text}\n---\n{once}");
+    assert_eq!(
+        show(text),
+        show(&once),
+        "another show:\n{text}\n---\n{once}"
+    );
     let words = |text: &str| text.split_whitespace().collect::<String>().to_lowercase();
     let mut of = [words(text), words(&once)];
     assert_eq!(of[0].len(), of[1].len(), "words were lost:\n{once}");
@@ -74,12 +78,17 @@ fn timing_stays_with_its_move() {
         "cue 1 {\n lamps spline 0 5,\n 2 8 time 3 }\n",
         "cue 1 {\n  lamps spline 0 5,\n      2 8  time 3\n}\n",
     );
-    becomes("cue 1 {\n time 5 lamps 40 }\n", "cue 1 {\n  time 5\n  lamps 40\n}\n");
+    becomes(
+        "cue 1 {\n time 5 lamps 40 }\n",
+        "cue 1 {\n  time 5\n  lamps 40\n}\n",
+    );
 }
 
 #[test]
 fn comments_stay_where_they_are() {
-    canonical("// top\n\n// one\nshow \"A\"  // title\n\n/* two\n   lines */\nbank a = b\n// end\n");
+    canonical(
+        "// top\n\n// one\nshow \"A\"  // title\n\n/* two\n   lines */\nbank a = b\n// end\n",
+    );
     canonical("cue 1 {  // why\n  // before\n  lamps 5  // beside\n\n  // last\n}\n// after\n");
     canonical("cue 1 { /* in */ lamps 5 }\n");
     becomes("bank a = // one\n  b c\n", "bank a =  // one\n    b c\n");
@@ -91,7 +100,12 @@ fn comments_stay_where_they_are() {
 #[test]
 fn examples_keep_their_meaning() {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/");
-    for name in ["first.lxq", "tavern/tavern.lxq", "figure4/figure4.lxq", "luminaires/luminaires.lxq"] {
+    for name in [
+        "first.lxq",
+        "tavern/tavern.lxq",
+        "figure4/figure4.lxq",
+        "luminaires/luminaires.lxq",
+    ] {
         let text = std::fs::read_to_string(format!("{root}{name}")).unwrap_or_default();
         assert!(!text.is_empty(), "{name}");
         holds(&text);
