@@ -45,8 +45,12 @@ pub fn cue(dice: &mut Dice, number: usize, size: Size, levels: &mut [usize]) -> 
     let mut text = format!("cue {number} \"Change {number}\" {{\n");
     let [up, down] = [1, 2].map(|least| dice.whole(least * 10, 90) as f64 / 10.0);
     let _ = writeln!(text, "  up {up}  down {down}");
-    let slow = if number % 3 == 0 { moved.len() / 4 } else { 0 };
-    let spline = number % 8 == 0 && moved.len() > slow;
+    let slow = if number.is_multiple_of(3) {
+        moved.len() / 4
+    } else {
+        0
+    };
+    let spline = number.is_multiple_of(8) && moved.len() > slow;
     let (in_part, direct) = moved.split_at(slow);
     for (i, &bank) in direct.iter().enumerate() {
         let level = dice.whole(0, 100);

@@ -12,8 +12,11 @@ use footlight::study::Dice;
 use crate::extended::singular_values;
 use crate::hard::{hilbert, lauchli};
 
+/// Makes the columns of a matrix orthonormal.
+pub type Way = fn(&Matrix) -> Matrix;
+
 /// The ways, with their names.
-pub const WAYS: [(&str, fn(&Matrix) -> Matrix); 4] = [
+pub const WAYS: [(&str, Way); 4] = [
     ("classical Gram-Schmidt", classical),
     ("modified", modified),
     ("modified twice (shipped)", shipped),
