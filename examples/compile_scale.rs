@@ -5,8 +5,9 @@
 //! tenth of the banks. Prints for each the seconds of compiling (text to key settings), of the
 //! plan, and of an edit of one cue as the prompt makes it, with the peak of memory; and the
 //! exponents of growth. Each show runs in a process of its own, so that its peak of resident memory
-//! is its own (Linux; elsewhere memory is left out). Times are the best of several. Into the folder
-//! go `compile_scale` as .json, .csv, .png and .svg.
+//! is its own (Linux; elsewhere memory is left out). Times are processor time where the system tells
+//! it, so that other work on the machine counts little. Into the folder go `compile_scale` as .json,
+//! .csv, .png and .svg.
 
 #![allow(
     clippy::unwrap_used,
@@ -62,7 +63,7 @@ fn main() {
         Quantity::new(name, unit)
     }));
     let machine = Machine::here(1, processor());
-    let method = "a cue moves a tenth of the banks; best of several";
+    let method = "a cue moves a tenth of the banks; processor time, means";
     let mut record = Record::new(Kind::Scale, "Compiling", machine, method, quantities);
     for way in WAYS {
         println!("{way:>10}  compile ms   plan ms   edit ms   peak MB");
@@ -110,16 +111,16 @@ fn alone(words: &str) {
     };
     let text = cue_sheet(Size { banks, cues, moved });
     let open = || Interpreter::from_text("large.lxq", text.as_bytes(), Host::default()).unwrap();
-    let compile = best(3, || drop(open()));
+    let compile = mean(3, || drop(open()));
     let mut show = open();
-    let plan = best(2, || {
+    let plan = mean(2, || {
         let keys = show.keys();
         let weighting = Weighting::settings(keys.coordinates());
         drop(Plan::new(keys, &weighting, 0.02, None).unwrap());
     });
     let mut level = 0;
-    let edit = best(5, || {
-        level += 1;
+    let edit = mean(10, || {
+        level = (level + 1) % 100;
         let cue = format!("cue {} {{ time 3  b1 {level} }}", cues / 2);
         drop(show.edit(&cue).unwrap());
     });
@@ -127,14 +128,24 @@ fn alone(words: &str) {
     println!("{compile} {plan} {edit} {memory}");
 }
 
-/// The least seconds of so many runs.
-fn best(runs: usize, mut run: impl FnMut()) -> f64 {
-    let once = |_| {
-        let begin = Instant::now();
+/// Mean seconds of at least so many runs, and of half a second of them.
+fn mean(least: usize, mut run: impl FnMut()) -> f64 {
+    let idle = Instant::now();
+    let now = || processor_seconds().unwrap_or_else(|| idle.elapsed().as_secs_f64());
+    let begin = now();
+    let mut runs = 0;
+    while runs < least || now() - begin < 0.5 {
         run();
-        begin.elapsed().as_secs_f64()
-    };
-    (0..runs).map(once).fold(f64::INFINITY, f64::min)
+        runs += 1;
+    }
+    (now() - begin) / runs as f64
+}
+
+/// Seconds that this process had a processor: what it would take on a machine that is idle.
+fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/schedstat").ok()?;
+    let nanoseconds: f64 = text.split(' ').next()?.parse().ok()?;
+    Some(nanoseconds * 1e-9)
 }
 
 /// Megabytes that the process had resident at most.

@@ -2,7 +2,7 @@
 //! `cargo run --release --example positivity -- [FOLDER]`.
 //!
 //! 500 shows of 1 to 24 banks that run along Hermite splines between 0 and 100, many of them down to
-//! nothing and up again. For each the knots that are inserted are counted, and those that halving
+//! nothing and up again, one in twenty touching nothing between two knots. For each the knots that are inserted are counted, and those that halving
 //! every segment with a negative control point needs (to a depth of 40). Into the folder goes
 //! `positivity` as .json, .csv, .png and .svg.
 
@@ -115,10 +115,26 @@ fn show(dice: &mut Dice, banks: usize) -> Timeline {
     timeline(&moves).unwrap()
 }
 
-/// A Hermite spline of four knots within 12 seconds, a third of them at zero.
+/// Levels and slopes of two knots 4 seconds apart between which the curve touches zero: 100 (t - a)²
+/// with a fifth and two fifths for a, and the same from behind.
+const TOUCHING: [[(i32, i32); 2]; 4] = [
+    [(4, -10), (64, 40)],
+    [(16, -20), (36, 30)],
+    [(36, -30), (16, 20)],
+    [(64, -40), (4, 10)],
+];
+
+/// A Hermite spline of four knots within 12 seconds, a third of them at zero; one in twenty also
+/// touches zero inside a span.
 fn spline(dice: &mut Dice) -> String {
     let mut path = "hermite".to_owned();
+    let touching = dice.chance(0.05).then(|| TOUCHING[dice.whole(0, 3)]);
     for i in 0..4 {
+        if let Some((level, slope)) = touching.and_then(|t| t.get(i).copied()) {
+            let comma = if i == 0 { "" } else { "," };
+            let _ = write!(path, "{comma} {} {level} slope {slope}", 4 * i);
+            continue;
+        }
         let level = if dice.chance(0.3) {
             0
         } else {

@@ -67,18 +67,17 @@ impl<'a> Sweep<'a> {
 
     pub fn run(&mut self) -> Result<(), TooManyKeys> {
         let pieces = in_time(self.timeline);
-        let starts = pieces.chunk_by(|a, b| a.1.start == b.1.start);
+        let starts = pieces.chunk_by(|a, b| a.0 == b.0);
         let mut knots = starts.peekable();
         while let Some(begun) = knots.next() {
-            let Some((_, first)) = begun.first() else {
+            let Some((start, ..)) = begun.first() else {
                 continue;
             };
-            let start = first.start;
-            for (coordinate, piece) in begun {
+            for (_, coordinate, piece) in begun {
                 self.begin(*coordinate, piece);
             }
-            let next = knots.peek().and_then(|n| n.first()).map(|n| n.1.start);
-            self.stretch(start, next.unwrap_or(self.timeline.end()))?;
+            let next = knots.peek().and_then(|n| n.first()).map(|n| n.0);
+            self.stretch(*start, next.unwrap_or(self.timeline.end()))?;
         }
         self.last_look()
     }
@@ -213,11 +212,11 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// All pieces with their coordinates, by their starts.
-fn in_time(timeline: &Timeline) -> Vec<(usize, &Piece)> {
-    let of = |c: usize| timeline.curve(c).iter().map(move |p| (c, p));
-    let mut pieces: Vec<(usize, &Piece)> = (0..timeline.coordinates()).flat_map(of).collect();
-    pieces.sort_by_key(|(_, p)| p.start);
+/// All pieces with their starts and coordinates, in time.
+fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
+    let of = |c: usize| timeline.curve(c).iter().map(move |p| (p.start, c, p));
+    let mut pieces: Vec<_> = (0..timeline.coordinates()).flat_map(of).collect();
+    pieces.sort_by_key(|(start, ..)| *start);
     pieces
 }
 

@@ -89,7 +89,7 @@ fn random(many: usize) -> Vec<Hard> {
     let mut whole = |m: usize, n: usize, low: f64, high: f64| {
         Matrix::from_fn(m, n, |_, _| dice.between(low, high).floor())
     };
-    let mut out = Vec::new();
+    let (mut out, mut integers) = (Vec::new(), Vec::new());
     for i in 0..many {
         let (m, n, rank) = (2 + i % 11, 2 + (i / 11) % 13, 1 + i % 3);
         let low_rank = whole(m, rank, 0.0, 4.0) * whole(rank, n, 0.0, 4.0);
@@ -97,18 +97,13 @@ fn random(many: usize) -> Vec<Hard> {
         out.push(Hard::computed("rank 1 to 3, not negative", name, low_rank));
         let (m, n) = (2 + i % 5, 2 + (i / 5) % 5);
         let small = whole(m, n, -2.0, 3.0);
-        out.push(Hard::computed(
-            "small whole numbers",
-            format!("{i}: {m} x {n}"),
-            small,
-        ));
+        let name = format!("{i}: {m} x {n}");
+        integers.push(Hard::computed("small whole numbers", name, small));
     }
     let known = Matrix::from_row_slice(3, 3, &[1., 2., 2., 2., -1., -1., 2., 1., -1.]);
-    out.push(Hard::computed(
-        "small whole numbers",
-        "the 3 x 3".to_owned(),
-        known,
-    ));
+    let name = "the 3 x 3".to_owned();
+    integers.push(Hard::computed("small whole numbers", name, known));
+    out.extend(integers);
     out
 }
 

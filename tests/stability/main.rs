@@ -1,4 +1,7 @@
 //! Where the usual methods fail, and what is done here instead: each test shows both.
+//!
+//! `data` holds what the studies found: `svd_peers` (the program in `tests/peers/svd`),
+//! `orthogonality` (`--example svd_study`) and `positivity` (`--example positivity`).
 
 #![allow(
     clippy::unwrap_used,
