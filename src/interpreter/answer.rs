@@ -376,7 +376,7 @@ pub(super) fn help(call: &Call) -> Result<Reply, Error> {
     }
     let mut text = String::from("verbs\n");
     for spec in VERBS {
-        let _ = writeln!(text, "  {:<9} {}", spec.name, spec.about);
+        let _ = writeln!(text, "  {:<11} {}", spec.name, spec.about);
     }
     let _ = write!(
         text,

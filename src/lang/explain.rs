@@ -68,7 +68,7 @@ mod tests {
         let table: Vec<_> = codes::TABLE.iter().map(|r| (r.code, r.title)).collect();
         assert_eq!(pages, table);
         assert!(explain("e012").unwrap().sheets().is_some());
-        let message = explain("E0l2").unwrap_err();
+        let message = explain("EO12").unwrap_err();
         assert!(message.contains("did you mean `E012`?"), "{message}");
     }
 }

@@ -191,7 +191,11 @@ impl<'a> Layout<'a> {
     fn open(&mut self, clause: Option<usize>, pieces: &[Piece<'a>], together: bool, text: String) {
         let together = self.together() || together && self.fits(pieces);
         match clause {
-            Some(gap) if !self.together() && !self.full => self.cell("{", gap, text),
+            Some(gap) if !self.together() && !self.full => {
+                // A block of several lines has no neighbour to stand apart from.
+                let gap = if together { gap } else { 1 };
+                self.cell("{", gap, text);
+            }
             _ if self.full => {
                 self.go_on(&Gap::default());
                 self.cell("{", 0, text);
