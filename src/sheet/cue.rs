@@ -61,7 +61,11 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
             } else {
                 time(part.delay)
             },
-            fade(show, part),
+            if fades(part) {
+                fade(show, part)
+            } else {
+                String::new()
+            },
             does(show, cue, part, head),
             only(then(cue)),
             only(clock(at.completion)),
@@ -80,12 +84,14 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
     }
 }
 
+/// Paths have times of their own; without any, the part's times count.
+fn fades(part: &Part) -> bool {
+    let fade = |m: &crate::show::Move| matches!(m.motion, crate::show::Motion::To(_));
+    part.moves.is_empty() || part.moves.iter().any(fade)
+}
+
 fn up_down(part: &Part) -> String {
-    let fades = part
-        .moves
-        .iter()
-        .any(|m| matches!(m.motion, crate::show::Motion::To(_)));
-    if !fades && !part.moves.is_empty() {
+    if !fades(part) {
         return String::new();
     }
     if part.up == part.down {

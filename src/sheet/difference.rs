@@ -76,13 +76,18 @@ impl Difference {
                     c.name,
                     number(100.0 * c.norm),
                     number(100.0 * c.largest),
-                    clock(c.at),
+                    clock(rounded(c.at)),
                     width = widest.unwrap_or(0),
                 );
             }
         }
         out
     }
+}
+
+/// To hundredths of a second: where a curve is farthest from another is no written time.
+fn rounded(at: Time) -> Time {
+    Time::from_micros((at.micros() as f64 / 1e4).round() as i64 * 10_000)
 }
 
 /// What changed from `old` to `new`.
@@ -152,7 +157,10 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
         };
         if let Some(was) = old.show.cues.get(k) {
             let mut hows = heads(was, cue);
-            hows.extend(times(old.timeline, k, new.timeline, i));
+            // A clock time that changed has told when GO moved already.
+            if was.trigger == cue.trigger {
+                hows.extend(times(old.timeline, k, new.timeline, i));
+            }
             hows.extend(parts(old.show, was, new.show, cue, go(new.timeline, i)));
             out.extend(hows.into_iter().map(|how| Change {
                 what: what.clone(),

@@ -98,7 +98,6 @@ fn a_difference_speaks_of_levels_times_and_light() {
         [
             "cue 2: label \"\" -> \"Dusk\"",
             "cue 2: starts at 0:30 -> at 0:31",
-            "cue 2: GO 0:30 -> 0:31 (1 s later)",
             "cue 2: lamps 40 -> 55 at 0:31",
             "cue 2: part 2 moved by 1.5 s, later",
             "cue 2.5: added at 0:50",
