@@ -9,6 +9,7 @@
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
 mod hung;
+mod motion;
 mod rig;
 
 use crate::geometry::Vec3;

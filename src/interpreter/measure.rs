@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::output::{ending, unknown_ending};
 use super::{Call, Error, Interpreter, Reply, Shown, refine};
-use crate::chart::Theme;
+use crate::chart::{Drawing, Theme};
 use crate::picture::Image;
 use crate::study::forecast::{Forecast, Seconds};
 use crate::study::tradeoff::{self, Measured, Origin};
@@ -18,6 +18,38 @@ const ENOUGH: f64 = 0.5;
 const RUNS: usize = 3;
 
 impl Interpreter {
+    /// Hands a record over: with its drawing beside the words, or into a file, whose ending says
+    /// whether the drawing (in `theme`) or the figures are wanted.
+    pub(super) fn deliver(
+        &self,
+        record: &Record,
+        drawing: &dyn Fn(&Record, Theme) -> Drawing,
+        text: String,
+        path: Option<&Path>,
+        theme: Theme,
+    ) -> Result<Reply, Error> {
+        let Some(path) = path else {
+            let (width, height, rgb) = drawing(record, Theme::Dark).rgb8()?;
+            let size = (width, height);
+            return Ok(Reply {
+                picture: Some(Shown { size, rgb }),
+                ..Reply::text(text)
+            });
+        };
+        let bytes = match ending(path).as_str() {
+            "csv" => record.csv().into_bytes(),
+            "json" => {
+                let json = record.json();
+                json.map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?
+                    .into_bytes()
+            }
+            "svg" => drawing(record, theme).svg().into_bytes(),
+            _ => drawing(record, theme).magnified(2.0).png()?,
+        };
+        self.host.store.write(path, &bytes)?;
+        Ok(Reply::text(format!("{text}wrote {}", path.display())))
+    }
+
     pub(super) fn machine(&self) -> Machine {
         Machine::here(self.host.threads, self.host.processor.clone())
     }
@@ -138,26 +170,7 @@ impl Interpreter {
         };
         let record = self.chart_transport(call.option("reference").map(Path::new))?;
         let text = tradeoff::describe(&record);
-        let Some(path) = path else {
-            let (width, height, rgb) = tradeoff::drawing(&record, Theme::Dark).rgb8()?;
-            let size = (width, height);
-            return Ok(Reply {
-                picture: Some(Shown { size, rgb }),
-                ..Reply::text(text)
-            });
-        };
-        let bytes = match ending(path).as_str() {
-            "csv" => record.csv().into_bytes(),
-            "json" => {
-                let json = record.json();
-                json.map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?
-                    .into_bytes()
-            }
-            "svg" => tradeoff::drawing(&record, theme).svg().into_bytes(),
-            _ => tradeoff::drawing(&record, theme).magnified(2.0).png()?,
-        };
-        self.host.store.write(path, &bytes)?;
-        Ok(Reply::text(format!("{text}wrote {}", path.display())))
+        self.deliver(&record, &tradeoff::drawing, text, path, theme)
     }
 
     /// Error against time over the scale of quality, every bank alone: against the pictures in

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::output::{ending, unknown_ending};
 use super::refine::no_stage;
-use super::{Call, Error, Interpreter, LIMIT, Reply, Shown, Verb, answer, finished};
+use super::{Call, Error, Interpreter, LIMIT, Reply, Verb, answer, finished};
 use crate::chart::Theme;
 use crate::lang;
 use crate::picture::Image;
@@ -238,28 +238,7 @@ impl Interpreter {
         let method = method + &self.method().aside();
         let record = session::record(&self.show().title, self.machine(), &method, moments);
         let text = session::describe(moments);
-        let Some(path) = output else {
-            let (width, height, rgb) = session::drawing(&record, Theme::Dark).rgb8()?;
-            let size = (width, height);
-            return Ok(Reply {
-                picture: Some(Shown { size, rgb }),
-                ..Reply::text(text)
-            });
-        };
-        let bytes = match ending(path).as_str() {
-            "csv" => record.csv().into_bytes(),
-            "json" => {
-                let json = record.json();
-                json.map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?
-                    .into_bytes()
-            }
-            "svg" => session::drawing(&record, Theme::Light).svg().into_bytes(),
-            _ => session::drawing(&record, Theme::Light)
-                .magnified(2.0)
-                .png()?,
-        };
-        self.host.store.write(path, &bytes)?;
-        Ok(Reply::text(format!("{text}wrote {}", path.display())))
+        self.deliver(&record, &session::drawing, text, output, Theme::Light)
     }
 }
 

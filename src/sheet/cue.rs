@@ -61,11 +61,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
             } else {
                 time(part.delay)
             },
-            if fades(part) {
-                fade(show, part)
-            } else {
-                String::new()
-            },
+            fade(show, part),
             does(show, cue, part, head),
             only(then(cue)),
             only(clock(at.completion)),
@@ -101,17 +97,12 @@ fn up_down(part: &Part) -> String {
     }
 }
 
+/// The curve's name where something fades along another than a straight line.
 fn fade(show: &Show, part: &Part) -> String {
     match part.curve {
         Fade::Linear => String::new(),
-        Fade::Ease => "ease".to_owned(),
-        Fade::Square => "square".to_owned(),
-        Fade::SlowTop => "slow-top".to_owned(),
-        Fade::SlowBottom => "slow-bottom".to_owned(),
-        Fade::Curve(i) => show
-            .curves
-            .get(i)
-            .map_or_else(String::new, |c| c.name.clone()),
+        curve if fades(part) => curve.name(show).to_owned(),
+        _ => String::new(),
     }
 }
 

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::level::{by_bank, clock, first_coordinates, motion, number, time};
 use crate::lang;
 use crate::linalg::{Bernstein, mass};
-use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
+use crate::show::{Cue, Link, Part, Show, Trigger};
 use crate::timeline::{Piece, Timeline};
 use crate::units::Time;
 
@@ -212,8 +212,7 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
         (was.assert, now.assert, "assert"),
         (was.cueonly, now.cueonly, "cueonly"),
     ];
-    for (before, after, word) in flags.into_iter().filter(|f| f.0 != f.1) {
-        let _ = before;
+    for (_, after, word) in flags.into_iter().filter(|f| f.0 != f.1) {
         out.push(format!(
             "{word} {}",
             if after { "added" } else { "removed" }
@@ -299,18 +298,7 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
             out.push(format!("{which}{word} {} -> {}", time(was), time(now)));
         }
     }
-    let curve = |show: &Show, fade: Fade| match fade {
-        Fade::Linear => "linear".to_owned(),
-        Fade::Ease => "ease".to_owned(),
-        Fade::Square => "square".to_owned(),
-        Fade::SlowTop => "slow-top".to_owned(),
-        Fade::SlowBottom => "slow-bottom".to_owned(),
-        Fade::Curve(i) => show
-            .curves
-            .get(i)
-            .map_or_else(String::new, |c| c.name.clone()),
-    };
-    let (before, after) = (curve(old, was.curve), curve(new, now.curve));
+    let (before, after) = (was.curve.name(old), now.curve.name(new));
     if before != after {
         out.push(format!("{which}curve {before} -> {after}"));
     }

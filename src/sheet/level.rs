@@ -25,21 +25,20 @@ pub fn time(time: Time) -> String {
 
 /// A time of day of the sequence: `0:04`, `1:02:03.5`.
 pub fn clock(time: Time) -> String {
-    let sign = if time.micros() < 0 { "-" } else { "" };
-    let micros = time.micros().unsigned_abs();
-    let (seconds, fraction) = (micros / 1_000_000, micros % 1_000_000);
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    let mut out = if hours > 0 {
-        format!("{sign}{hours}:{minutes:02}:{seconds:02}")
-    } else {
-        format!("{sign}{minutes}:{seconds:02}")
+    let text = time.to_string();
+    let Some(seconds) = text.strip_suffix('s') else {
+        return text;
     };
-    if fraction > 0 {
-        let digits = format!("{fraction:06}");
-        out.push('.');
-        out.push_str(digits.trim_end_matches('0'));
-    }
-    out
+    let (sign, digits) = match seconds.strip_prefix('-') {
+        Some(digits) => ("-", digits),
+        None => ("", seconds),
+    };
+    let one_digit = digits
+        .split('.')
+        .next()
+        .is_some_and(|whole| whole.len() == 1);
+    let zero = if one_digit { "0" } else { "" };
+    format!("{sign}0:{zero}{digits}")
 }
 
 /// A bank's level: a number, or the colour of an rgb bank.
@@ -52,14 +51,6 @@ pub fn level(bank: &Bank, levels: &[f64]) -> String {
         }
         [level, ..] => number(*level),
         [] => String::new(),
-    }
-}
-
-/// The level a motion arrives at.
-pub fn target(motion: &Motion) -> f64 {
-    match motion {
-        Motion::To(level) => *level,
-        Motion::Path(path) => path.knots.last().map_or(0.0, |k| k.level),
     }
 }
 
@@ -99,11 +90,11 @@ pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
         let each = moves.iter().map(|m| {
             let channel = ["r", "g", "b"].get(m.coordinate.wrapping_sub(first));
             let name = format!("{}.{}", bank.name, channel.unwrap_or(&"?"));
-            one(&name, &number(target(&m.motion)), m)
+            one(&name, &number(m.motion.target()), m)
         });
         return each.collect::<Vec<_>>().join(", ");
     }
-    let levels: Vec<f64> = moves.iter().map(|m| target(&m.motion)).collect();
+    let levels: Vec<f64> = moves.iter().map(|m| m.motion.target()).collect();
     let to = level(bank, &levels);
     moves
         .first()
@@ -124,6 +115,26 @@ fn one(name: &str, to: &str, moved: &Move) -> String {
                 "{name} along {knots} knots in {} to {to}{times}",
                 time(last)
             )
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clocks_have_minutes() {
+        for (micros, text) in [
+            (0, "0:00"),
+            (4_000_000, "0:04"),
+            (9_500_000, "0:09.5"),
+            (18_250_000, "0:18.25"),
+            (-4_000_000, "-0:04"),
+            (90_000_000, "1:30"),
+            (3_723_500_000, "1:02:03.5"),
+        ] {
+            assert_eq!(clock(Time::from_micros(micros)), text);
         }
     }
 }

@@ -146,7 +146,7 @@ impl State {
         for one in cue.parts.iter().flat_map(|p| &p.moves) {
             let path = matches!(one.motion, crate::show::Motion::Path(_));
             if let Some(slot) = moved.get_mut(one.coordinate) {
-                *slot = Some((level::target(&one.motion), path));
+                *slot = Some((one.motion.target(), path));
             }
         }
         let mut restored = vec![false; before.len()];

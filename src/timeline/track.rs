@@ -58,14 +58,6 @@ pub(super) struct Stretch {
 /// A coordinate's stretches; the last is a hold for ever.
 pub(super) type Track = Vec<Stretch>;
 
-/// The level a motion arrives at.
-fn target(motion: &Motion) -> f64 {
-    match motion {
-        Motion::To(level) => *level,
-        Motion::Path(path) => path.knots.last().map_or(0.0, |k| k.level),
-    }
-}
-
 /// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
 /// the list by what is written, whether or not a move is later interrupted.
 pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
@@ -87,7 +79,7 @@ pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
         let mut here = Vec::new();
         for m in &all.moves {
             moved[m.coordinate] = true;
-            here.push((m.coordinate, target(&m.motion)));
+            here.push((m.coordinate, m.motion.target()));
         }
         for c in to_restore.drain(..).filter(|c| !moved[*c]) {
             now[c] = lasting[c];
@@ -378,7 +370,7 @@ impl Fades {
                 let spans = path_pieces(path);
                 let times = path.knots.iter().map(|k| k.time);
                 let pieces = passes(times, spans.into_iter(), m.repeat, start, most)?;
-                return Some((pieces, target(&m.motion)));
+                return Some((pieces, m.motion.target()));
             }
         };
         let shape = self.shape(m.timing.fade);

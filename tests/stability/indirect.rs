@@ -51,7 +51,7 @@ pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
     }
 }
 
-fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
+pub fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
     let hierarchy = Hierarchy::new(surfaces);
     let setting = Setting {
         surfaces,

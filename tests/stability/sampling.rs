@@ -1,14 +1,13 @@
 //! Points and pixels that see the wrong thing: small lamps, slivers, joints, planes that coincide,
 //! lamps close to a wall.
 
-use crate::indirect::scene;
+use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use footlight::geometry::{Vec3, vec3};
 use footlight::scene::Light;
 use footlight::transport::cluster::{Receiver, Receivers};
 use footlight::transport::direct::{Luminaire, Setting, irradiance};
 use footlight::transport::hemicube::{Hemicube, Table, scatter};
-use footlight::transport::mesh::{Layout, Mesh};
 use footlight::transport::panorama::Outline;
 use footlight::transport::sample::kept_inside;
 use footlight::transport::surface::Surfaces;
@@ -29,17 +28,6 @@ fn lid(width: f64, depth: f64, z: f64) -> Vec<Vec3> {
     [(-a, b), (a, b), (a, -b), (-a, -b)]
         .map(|(x, y)| vec3(x, y, z))
         .to_vec()
-}
-
-fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
-    let hierarchy = Hierarchy::new(surfaces);
-    let setting = Setting {
-        surfaces,
-        hierarchy: &hierarchy,
-    };
-    let layout = Layout::of_elements(surfaces, elements);
-    let all = vec![true; layout.cells()];
-    layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all)
 }
 
 /// Points of the floor that look random.
