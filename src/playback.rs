@@ -3,6 +3,8 @@
 //! Invariants: a frame reads the key images of one segment only; a segment of degree d takes d
 //! blends. This room knows nothing of banks: it sees key images and times.
 
+pub mod key;
+
 use crate::picture::Image;
 use crate::plan::PlanError;
 use crate::pool::Projected;

@@ -49,6 +49,14 @@ impl Curve {
         }
     }
 
+    /// Brightness per light at black.
+    pub fn slope(self) -> f64 {
+        match self {
+            Curve::Filmic => GAIN,
+            Curve::Plain => 1.0,
+        }
+    }
+
     /// The exposed light that shows as `brightness`, 0 to 1: the positive root of
     /// y^2 / w^2 + (1 - b) y - b = 0.
     pub fn invert(self, brightness: f64) -> f64 {
@@ -81,12 +89,31 @@ impl Tone {
         image.data().iter().map(code).collect()
     }
 
+    /// The display's value, 0 to 1 and not rounded, of light.
+    pub fn display(&self, light: f64) -> f64 {
+        srgb_encode(self.curve.apply(light * self.gain()))
+    }
+
+    /// The light that shows as `brightness`, 0 to 1: white is that of 1.
+    pub fn light(&self, brightness: f64) -> f64 {
+        self.curve.invert(brightness) / self.gain()
+    }
+
+    /// Light per square of the display's value, in the dark: sRGB's code is about the square root
+    /// of brightness there, and so k c^2 with this k is about the light of display value c.
+    pub fn knee(&self) -> f32 {
+        (1.0 / (self.curve.slope() * self.gain())) as f32
+    }
+
+    fn gain(&self) -> f64 {
+        self.exposure.exp2()
+    }
+
     /// The least light that shows as each code from 1 to 255: where it rounds up to the code.
     fn thresholds(&self) -> [f32; 255] {
-        let gain = self.exposure.exp2();
         std::array::from_fn(|below| {
             let brightness = srgb_decode((below as f64 + 0.5) / 255.0);
-            let light = (self.curve.invert(brightness) / gain) as f32;
+            let light = self.light(brightness) as f32;
             // No light is black, however long the exposure.
             light.max(f32::MIN_POSITIVE)
         })

@@ -1,0 +1,459 @@
+//! Key images as playback keeps them: in single precision, in half precision, or in 8 bits.
+//!
+//! Playback reads key images faster than it can compute with them, so their size sets its pace.
+//! None of the formats is linear in 8 bits: half a step near black would be 6.5 steps on the
+//! display. Invariants: light is decoded before it is blended; a larger code never stands for less
+//! light; zero stays zero. This room does not know which format is good enough (`study` measures
+//! that), nor what a segment is.
+//!
+//! # The code of 8 bits
+//!
+//! A code c of 0 to 255 stands for the light
+//!
+//! ```text
+//! low (c/255)^2 + high (c/255)^8
+//! ```
+//!
+//! with two numbers for each picture. The square follows the display's own code, so that darks are
+//! coded as finely as they are shown; the eighth power reaches the lamps in sight, which are a
+//! hundred times brighter than white and must stay so, since a cue that fades them blends them
+//! towards black. There is no table in it, only multiplications, which wide registers and shaders
+//! do fast: in GLSL, with `c` as a texture gives it (0 to 1),
+//!
+//! ```text
+//! float c2 = c * c, c4 = c2 * c2;
+//! float light = low * c2 + high * c4 * c4;
+//! ```
+//!
+//! With the filmic curve a key is shown within 0.73 steps of the display from its own brightness
+//! when its lamps are up to twice white, within 0.91 when they are 8 times white, within 1.4 when
+//! they are 70 times white.
+//!
+//! A sequence's exposure is automatic, so `low` is not: it is at most [`Tone::knee`], the light per
+//! (c/255)^2 that makes steps in the dark as wide as the display's. Where channels are negative the
+//! picture has a bit plane of signs beside the codes.
+//!
+//! [`Tone::knee`]: crate::picture::tone::Tone::knee
+
+use crate::picture::Image;
+
+/// How a key image is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// Single precision: as it was made, 12 bytes a pixel.
+    Float,
+    /// Half precision with a scale: a relative error of 2^-11 at most, 6 bytes a pixel.
+    Half,
+    /// 8 bits, coded as above: 3 bytes a pixel.
+    Byte,
+}
+
+impl Format {
+    /// All, the most exact first.
+    pub const ALL: [Format; 3] = [Format::Float, Format::Half, Format::Byte];
+
+    /// Its name: `f32`, `f16` or `8-bit`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Float => "f32",
+            Format::Half => "f16",
+            Format::Byte => "8-bit",
+        }
+    }
+}
+
+/// The channels of a key image, interleaved RGB, row by row from the top.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Samples {
+    /// As they are.
+    Float(Vec<f32>),
+    /// Light = IEEE 754 binary16 times `scale`, a power of two. Never subnormal, infinite or NaN.
+    Half {
+        /// The bits of the half-precision numbers.
+        codes: Vec<u16>,
+        /// What 1.0 stands for.
+        scale: f32,
+    },
+    /// Light = ± (low (c/255)^2 + high (c/255)^8).
+    Byte {
+        /// c of each channel.
+        codes: Vec<u8>,
+        /// The two numbers of the code.
+        curve: ByteCurve,
+        /// One bit for each channel, set where it is negative: channel i is bit i % 8 (least
+        /// significant first) of byte i / 8. `None` where no channel is.
+        negative: Option<Vec<u8>>,
+    },
+}
+
+/// What the codes of a picture in 8 bits stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByteCurve {
+    /// Light per (c/255)^2.
+    pub low: f32,
+    /// Light per (c/255)^8.
+    pub high: f32,
+}
+
+/// The brightest light that 8 bits hold, in knees: one hundred times white with the filmic curve.
+/// Brighter light is cut there; while it fades from full to a hundredth nobody sees the difference.
+const REACH: f32 = 512.0;
+
+impl ByteCurve {
+    /// The curve for a picture whose largest magnitude is `peak`, with darks as fine as `knee`
+    /// makes them; dimmer pictures have finer steps throughout.
+    pub fn new(peak: f32, knee: f32) -> ByteCurve {
+        let peak = peak.min(REACH * knee);
+        let low = peak.min(knee);
+        ByteCurve {
+            low,
+            high: peak - low,
+        }
+    }
+
+    /// The light of a code without sign.
+    pub fn light(self, code: u8) -> f32 {
+        let (low, high) = self.per_code();
+        byte_light(code, low, high)
+    }
+
+    /// The factors of c^2 and c^8 for codes as whole numbers.
+    pub(super) fn per_code(self) -> (f32, f32) {
+        let square = 255.0_f64 * 255.0;
+        let low = f64::from(self.low) / square;
+        let high = f64::from(self.high) / (square * square * square * square);
+        (low as f32, high as f32)
+    }
+
+    /// The light between each code and the next, where the nearer code changes.
+    fn middles(self) -> [f32; 255] {
+        let light = |code: u8| f64::from(self.light(code));
+        std::array::from_fn(|code| {
+            let code = code as u8;
+            (0.5 * (light(code) + light(code + 1))) as f32
+        })
+    }
+}
+
+/// low c^2 + high c^8: three products to the power, none of a table.
+#[inline(always)]
+pub(super) fn byte_light(code: u8, low: f32, high: f32) -> f32 {
+    let c = f32::from(code);
+    let c2 = c * c;
+    let c4 = c2 * c2;
+    low * c2 + high * (c4 * c4)
+}
+
+/// 2^112: what the exponent of a half lacks when its bits are read as those of a float.
+const REBIAS: f32 = f32::from_bits((127 + 112) << 23);
+/// The largest half.
+const HALF_MOST: f32 = 65504.0;
+/// The smallest normal half, 2^-14. Below it nothing is kept: with the peak at 2^15 and more it is
+/// 2^-29 of the picture's brightest light.
+const HALF_LEAST: f32 = 1.0 / 16384.0;
+
+/// The light of a half that is zero or normal, its `factor` being scale times [`REBIAS`]. The sign
+/// goes to the top, exponent and mantissa to where a float has them; no instruction beyond those of
+/// whole numbers is needed, so that every processor gives the same bits.
+#[inline(always)]
+pub(super) fn half_light(code: u16, factor: f32) -> f32 {
+    // The sign is spread over the four top bits, three of which are taken away.
+    let bits = (i32::from(code.cast_signed()) << 13) as u32 & 0x8fff_e000;
+    f32::from_bits(bits) * factor
+}
+
+/// The factor that [`half_light`] wants.
+pub(super) fn half_factor(scale: f32) -> f32 {
+    scale * REBIAS
+}
+
+/// The nearest half, ties to even; zero below [`HALF_LEAST`] and for NaN, the largest beyond it.
+fn half(value: f32) -> u16 {
+    if value.is_nan() || value.abs() < HALF_LEAST {
+        return 0;
+    }
+    let magnitude = value.abs().min(HALF_MOST);
+    let bits = magnitude.to_bits() - (112 << 23);
+    let rounded = (bits + 0x0fff + ((bits >> 13) & 1)) >> 13;
+    rounded as u16 | if value < 0.0 { 0x8000 } else { 0 }
+}
+
+/// The power of two that takes `peak` to between 2^14 and 2^15; 1 for black. Light beyond 2.1e9 is
+/// cut: the disk of the sun is 1.6e9 cd/m2.
+fn half_scale(peak: f32) -> f32 {
+    if peak < f32::MIN_POSITIVE {
+        return 1.0;
+    }
+    let exponent = (peak.to_bits() >> 23) as i32 - 127;
+    // At both ends of the floats' range the factors must stay normal numbers.
+    2.0_f32.powi((exponent - 14).clamp(-126, 15))
+}
+
+/// A picture as playback keeps it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyImage {
+    width: usize,
+    height: usize,
+    samples: Samples,
+}
+
+impl KeyImage {
+    /// `image` in a format; `knee` (see [`crate::picture::tone::Tone::knee`]) is read for 8 bits
+    /// alone.
+    ///
+    /// What is not finite stays so in single precision; otherwise NaN becomes zero and infinities
+    /// the brightest light that the format holds.
+    pub fn new(image: &Image, format: Format, knee: f32) -> KeyImage {
+        let data = image.data();
+        let finite = data.iter().map(|v| v.abs()).filter(|v| v.is_finite());
+        let peak = finite.fold(0.0, f32::max);
+        let samples = match format {
+            Format::Float => Samples::Float(data.to_vec()),
+            Format::Half => {
+                let scale = half_scale(peak);
+                let codes = data.iter().map(|v| half(v / scale)).collect();
+                Samples::Half { codes, scale }
+            }
+            Format::Byte => bytes(data, ByteCurve::new(peak, knee)),
+        };
+        KeyImage {
+            width: image.width(),
+            height: image.height(),
+            samples,
+        }
+    }
+
+    /// Pixels a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// Its channels as they are kept.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// Its format.
+    pub fn format(&self) -> Format {
+        match self.samples {
+            Samples::Float(_) => Format::Float,
+            Samples::Half { .. } => Format::Half,
+            Samples::Byte { .. } => Format::Byte,
+        }
+    }
+
+    /// Bytes that its channels take.
+    pub fn bytes(&self) -> usize {
+        match &self.samples {
+            Samples::Float(data) => size_of_val(data.as_slice()),
+            Samples::Half { codes, .. } => size_of_val(codes.as_slice()),
+            Samples::Byte {
+                codes, negative, ..
+            } => codes.len() + negative.as_ref().map_or(0, Vec::len),
+        }
+    }
+
+    /// The picture that it stands for.
+    pub fn image(&self) -> Image {
+        let data = match &self.samples {
+            Samples::Float(data) => data.clone(),
+            Samples::Half { codes, scale } => {
+                let factor = half_factor(*scale);
+                codes.iter().map(|c| half_light(*c, factor)).collect()
+            }
+            Samples::Byte {
+                codes,
+                curve,
+                negative,
+            } => {
+                let table: [f32; 256] = std::array::from_fn(|c| curve.light(c as u8));
+                let light = |code: &u8| table.get(usize::from(*code)).copied().unwrap_or(0.0);
+                let sign = |at: usize| is_set(negative.as_deref().unwrap_or_default(), at);
+                let signed = |(at, code)| if sign(at) { -light(code) } else { light(code) };
+                codes.iter().enumerate().map(signed).collect()
+            }
+        };
+        Image::from_data(self.width, self.height, data)
+            .unwrap_or_else(|| Image::new(self.width, self.height))
+    }
+}
+
+/// Each channel's nearest code.
+fn bytes(data: &[f32], curve: ByteCurve) -> Samples {
+    let middles = curve.middles();
+    let code = |value: &f32| {
+        let magnitude = value.abs();
+        middles.partition_point(|middle| *middle < magnitude) as u8
+    };
+    let codes = data.iter().map(code).collect();
+    let negative = data.iter().any(|v| *v < 0.0).then(|| signs(data));
+    Samples::Byte {
+        codes,
+        curve,
+        negative,
+    }
+}
+
+/// The bit plane of what is negative.
+fn signs(data: &[f32]) -> Vec<u8> {
+    let eight = |channels: &[f32]| {
+        let bits = channels.iter().enumerate();
+        bits.fold(0, |byte, (at, v)| byte | u8::from(*v < 0.0) << at)
+    };
+    data.chunks(8).map(eight).collect()
+}
+
+fn is_set(plane: &[u8], at: usize) -> bool {
+    plane
+        .get(at / 8)
+        .is_some_and(|byte| byte >> (at % 8) & 1 == 1)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use crate::picture::tone::{Curve, Tone};
+    use proptest::prelude::*;
+
+    fn row(values: &[f32]) -> Image {
+        let data: Vec<f32> = values.iter().flat_map(|v| [*v; 3]).collect();
+        Image::from_data(values.len(), 1, data).unwrap()
+    }
+
+    fn kept(values: &[f32], format: Format, knee: f32) -> Vec<f32> {
+        let image = KeyImage::new(&row(values), format, knee).image();
+        image.data().iter().step_by(3).copied().collect()
+    }
+
+    /// Every half that is kept, against its definition.
+    #[test]
+    fn halves_are_those_of_ieee_754() {
+        for code in 0..=u16::MAX {
+            let exponent = i32::from(code >> 10 & 31);
+            let mantissa = f64::from(code & 1023) / 1024.0;
+            let sign = if code & 0x8000 == 0 { 1.0 } else { -1.0 };
+            if !(1..31).contains(&exponent) {
+                continue;
+            }
+            let value = (sign * (1.0 + mantissa) * f64::from(exponent - 15).exp2()) as f32;
+            assert_eq!(half(value), code, "{value}");
+            assert_eq!(half_light(code, half_factor(1.0)), value);
+            assert_eq!(half_light(code, half_factor(0.125)), value / 8.0);
+        }
+        assert_eq!(half_light(0, half_factor(1.0)), 0.0);
+        // Ties go to the even one; the largest is not passed.
+        assert_eq!(half(2049.0), half(2048.0));
+        assert_eq!(half(2051.0), half(2052.0));
+        for huge in [65519.0, 65520.0, 1e30, f32::INFINITY] {
+            assert_eq!(half(huge), half(65504.0));
+            assert_eq!(half(-huge), half(-65504.0));
+        }
+        assert_eq!([half(f32::NAN), half(1e-9), half(-1e-9)], [0; 3]);
+    }
+
+    #[test]
+    fn a_picture_of_any_brightness_has_halves_of_full_precision() {
+        for peak in [1e-30, 1e-20, 0.3, 1.0, 7e4, 1.6e9] {
+            let values = [peak, -peak / 3.0, peak * 1e-6, 0.0];
+            let back = kept(&values, Format::Half, 1.0);
+            for (value, back) in values.iter().zip(&back) {
+                let bound = value.abs() * (2.0_f32).powi(-11) + peak * 2.0_f32.powi(-29);
+                assert!((value - back).abs() <= bound, "{value} {back}");
+            }
+        }
+        // Beyond, and black.
+        let back = kept(&[3e38, f32::INFINITY, 0.0], Format::Half, 1.0);
+        assert!(back[0] > 2e9 && back[1].is_finite() && back[2] == 0.0);
+        assert_eq!(kept(&[0.0, f32::NAN], Format::Half, 1.0), [0.0, 0.0]);
+    }
+
+    #[test]
+    fn every_code_of_eight_bits_survives_with_its_sign() {
+        for (peak, knee) in [
+            (1.0, 1.0),
+            (0.02, 0.5),
+            (170.0, 0.5),
+            (1e6, 3.0),
+            (1e-9, 1.0),
+        ] {
+            let curve = ByteCurve::new(peak, knee);
+            let lights: Vec<f32> = (0..=255).map(|c| curve.light(c)).collect();
+            assert!(lights.is_sorted_by(|a, b| a < b), "{curve:?}");
+            let reached = peak.min(REACH * knee);
+            assert!((lights[255] / reached - 1.0).abs() < 1e-6);
+            let both: Vec<f32> = lights.iter().flat_map(|l| [*l, -l]).collect();
+            assert_eq!(kept(&both, Format::Byte, knee), both, "{curve:?}");
+        }
+        let samples = KeyImage::new(&row(&[1.0, -1.0, 0.0]), Format::Byte, 1.0);
+        let Samples::Byte { negative, .. } = samples.samples() else {
+            unreachable!()
+        };
+        assert_eq!(negative.as_deref(), Some(&[0b0011_1000, 0][..]));
+        assert_eq!(samples.bytes(), 9 + 2);
+    }
+
+    #[test]
+    fn what_eight_bits_cannot_hold() {
+        let back = kept(&[f32::INFINITY, f32::NAN, 0.5], Format::Byte, 1.0);
+        assert_eq!(back[0], 0.5);
+        assert_eq!(back[1], 0.0);
+        assert_eq!(kept(&[0.0, 0.0], Format::Byte, 1.0), [0.0, 0.0]);
+        let cut = kept(&[1e9, 1.0], Format::Byte, 0.5);
+        assert!((cut[0] - 256.0).abs() < 1e-3);
+    }
+
+    /// How far, in steps of the display, one key may be shown from its own brightness.
+    #[test]
+    fn light_is_coded_about_as_finely_as_it_is_shown() {
+        // By the picture's peak, white being 1.
+        let filmic = [(0.2, 0.73), (2.0, 0.73), (8.0, 0.91), (70.0, 1.4)];
+        let plain = [(0.2, 0.32), (1.0, 0.73), (8.0, 1.4), (70.0, 2.4)];
+        for (curve, bounds) in [(Curve::Filmic, filmic), (Curve::Plain, plain)] {
+            let tone = Tone {
+                exposure: -2.0,
+                curve,
+            };
+            let steps = |light: f64| 255.0 * tone.display(light);
+            let white = tone.light(1.0);
+            for (peak, bound) in bounds {
+                let peak = peak * white;
+                let most = white.min(peak);
+                let values: Vec<f32> = (0..=9000)
+                    .map(|i| (most * (f64::from(i) / 9000.0).powi(2)) as f32)
+                    .chain([peak as f32])
+                    .collect();
+                let back = kept(&values, Format::Byte, tone.knee());
+                let off = |(v, b): (&f32, &f32)| (steps((*v).into()) - steps((*b).into())).abs();
+                let worst = values.iter().zip(&back).map(off).fold(0.0, f64::max);
+                assert!(worst < bound, "{curve:?} {peak}: {worst}");
+                assert!(worst > 0.6 * bound, "the bound says something: {worst}");
+            }
+        }
+    }
+
+    proptest! {
+        /// The code is the nearest one, for any picture.
+        #[test]
+        fn bytes_are_the_nearest(
+            values in prop::collection::vec(-20.0_f32..20.0, 1..40),
+            knee in 0.01_f32..50.0,
+        ) {
+            let peak = values.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
+            let curve = ByteCurve::new(peak, knee);
+            for (value, back) in values.iter().zip(kept(&values, Format::Byte, knee)) {
+                let value = value.clamp(-REACH * knee, REACH * knee);
+                let apart = |light: f32| f64::from(value.abs() - light).abs();
+                let best = (0..=255).map(|c| apart(curve.light(c))).fold(f64::INFINITY, f64::min);
+                prop_assert!(apart(back.abs()) <= best * (1.0 + 1e-5), "{value} {back}");
+                prop_assert!(back == 0.0 || (back < 0.0) == (value < 0.0));
+            }
+        }
+    }
+}
