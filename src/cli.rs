@@ -32,7 +32,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
-    let screen = Screen::new(arguments.quiet);
+    let screen = Screen::new(arguments.quiet, arguments.format);
     match serve(&arguments, &screen) {
         Ok(code) => ExitCode::from(code),
         Err(error) => ExitCode::from(screen.fail(&error)),

@@ -161,6 +161,106 @@ fn unknown_commands_and_options_are_a_matter_of_usage() {
     }
 }
 
+/// Code, standard output and standard error of `footlight ARGUMENTS` beside a show.
+fn told(show: &str, arguments: &[&str]) -> (i32, String, String) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("show.lxq"), show).unwrap();
+    let output = footlight(folder.path(), arguments);
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    let code = output.status.code().unwrap_or(-1);
+    (code, text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn mistakes_are_told_in_lines_and_in_json() {
+    let show = "show \"x\"\n\tbank 照明 = lampe\nbank 照明 = lampe\n";
+    let short = "show.lxq:2:12: error[E010]: there is no light called `lampe`\n\
+        show.lxq:3:6: error[E012]: `照明` is declared twice\n\
+        show.lxq:3:11: error[E010]: there is no light called `lampe`\n";
+    for command in ["check", "plan", "repl"] {
+        let arguments = ["--format", "short", command, "show.lxq"];
+        assert_eq!(told(show, &arguments), (1, short.to_owned(), String::new()));
+    }
+    let json = concat!(
+        r#"[{"code":"E010","help":["the show declares no light yet"],"labels":[{"column":12,"#,
+        r#""end":29,"end_column":17,"end_line":2,"file":"show.lxq","line":2,"start":24,"#,
+        r#""text":"not declared"}],"message":"there is no light called `lampe`","#,
+        r#""severity":"error"}]"#,
+        "\n"
+    );
+    let one = show.split_inclusive('\n').take(2).collect::<String>();
+    let arguments = ["check", "show.lxq", "--format", "json"];
+    assert_eq!(told(&one, &arguments), (1, json.to_owned(), String::new()));
+}
+
+#[test]
+fn warnings_are_told_in_lines_and_in_json() {
+    let show = "show \"x\"\nlight l spot at 0,0,3 aim 0,0,0 beam 20 field 40 100 cd\n";
+    assert_eq!(
+        told(show, &["check", "show.lxq", "--format", "short"]),
+        (
+            0,
+            "show.lxq:2:1: warning[W002]: the light `l` is in no bank: it never shines\n"
+                .to_owned(),
+            String::new()
+        )
+    );
+    let (code, out, _) = told(show, &["check", "show.lxq", "--format", "json"]);
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(code, 0);
+    assert_eq!(found[0]["code"], "W002");
+    assert_eq!(found[0]["severity"], "warning");
+    let well = "show \"x\"\n";
+    let (_, out, _) = told(well, &["check", "show.lxq", "--format", "json"]);
+    assert_eq!(out, "[]\n");
+    let (_, out, _) = told(well, &["check", "show.lxq", "--format", "short"]);
+    assert_eq!(out, "");
+}
+
+#[test]
+fn what_is_no_mistake_of_the_text_has_the_same_form() {
+    let json = concat!(
+        r#"[{"code":null,"help":[],"labels":[],"message":"`none.lxq` does not exist","#,
+        r#""severity":"error"}]"#,
+        "\n"
+    );
+    let (code, out, err) = told("", &["check", "none.lxq", "--format", "json"]);
+    assert_eq!((code, out.as_str(), err.as_str()), (3, json, ""));
+    assert_eq!(told("", &["check", "show.lxq", "--format", "xml"]).0, 2);
+}
+
+/// `script` gives the program a terminal; where there is none the test has nothing to say.
+#[test]
+fn colours_are_for_terminals_that_want_them() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("show.lxq"), "bank = 3\n").unwrap();
+    let program = assert_cmd::cargo::cargo_bin("footlight");
+    let on_terminal = |no_color: &str, term: &str| {
+        let mut script = std::process::Command::new("script");
+        script
+            .current_dir(folder.path())
+            .args(["-qec", &format!("{} check show.lxq", program.display())])
+            .arg("/dev/null")
+            .env("NO_COLOR", no_color)
+            .env("TERM", term);
+        script.output().map(|o| o.stdout.contains(&0x1b)).ok()
+    };
+    let Some(coloured) = on_terminal("", "xterm") else {
+        return;
+    };
+    assert!(coloured);
+    assert_eq!(on_terminal("1", "xterm"), Some(false));
+    assert_eq!(on_terminal("", "dumb"), Some(false));
+    let piped = Command::cargo_bin("footlight")
+        .unwrap()
+        .current_dir(folder.path())
+        .args(["check", "show.lxq"])
+        .env_remove("NO_COLOR")
+        .output()
+        .unwrap();
+    assert!(!piped.stderr.contains(&0x1b));
+}
+
 #[test]
 fn an_unfinished_declaration_at_the_prompt_ends_with_the_input() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
+use crate::diagnostic::Style;
 use crate::interpreter::{Call, POOL_LIMIT, VERBS, VerbSpec};
 use crate::transport::outside;
 
@@ -15,6 +16,8 @@ use crate::transport::outside;
 pub struct Arguments {
     /// No progress bars.
     pub quiet: bool,
+    /// How diagnostics are told; [`Style::Plain`] turns into colours on a terminal.
+    pub format: Style,
     /// Threads to use.
     pub threads: usize,
     /// Bytes that rendering may hold.
@@ -104,6 +107,11 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
     Ok(Arguments {
         quiet: matches.get_flag("quiet"),
+        format: match matches.get_one::<String>("format").map(String::as_str) {
+            Some("short") => Style::Short,
+            Some("json") => Style::Json,
+            _ => Style::Plain,
+        },
         threads: matches
             .get_one::<u16>("threads")
             .map_or(threads, |t| usize::from(*t)),
@@ -236,6 +244,17 @@ pub fn command() -> Command {
                 .global(true)
                 .action(ArgAction::SetTrue)
                 .help("No progress bars"),
+        )
+        .arg(
+            Arg::new("format")
+                .long("format")
+                .global(true)
+                .value_name("FORMAT")
+                .value_parser(["text", "short", "json"])
+                .help(
+                    "How mistakes and warnings are told (default: text); `short`, a line each, and \
+                     `json` go to standard output",
+                ),
         )
         .arg(
             Arg::new("threads")

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::print;
 use super::screen::Screen;
-use super::{complain, print};
 use crate::files::{Disk, Store};
 use crate::interpreter::{self, Comparison, Error, Formatted, LIMIT};
 
@@ -37,7 +37,7 @@ pub fn difference(
             u8::from(!text.is_empty())
         }
         Err(error) => {
-            complain(&error.report(screen.style()));
+            screen.fail(&error);
             2
         }
     };

@@ -19,13 +19,17 @@ const WIDEST: usize = 120;
 #[derive(Debug)]
 pub struct Screen {
     bars: Arc<Bars>,
+    format: Style,
     /// Standard output is a terminal that shows colours.
     coloured: bool,
+    /// So is standard error.
+    errors_coloured: bool,
 }
 
 impl Screen {
-    /// The process's own terminal; `quiet` hides the progress bars.
-    pub fn new(quiet: bool) -> Screen {
+    /// The process's own terminal; `quiet` hides the progress bars, `format` says how diagnostics
+    /// are told.
+    pub fn new(quiet: bool, format: Style) -> Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
             stops: AtomicUsize::new(0),
@@ -38,20 +42,18 @@ impl Screen {
                 std::process::exit(130);
             }
         });
-        let plain = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+        let colours = colours();
         Screen {
             bars,
-            coloured: io::stdout().is_terminal() && !plain,
+            format,
+            coloured: colours && io::stdout().is_terminal(),
+            errors_coloured: colours && io::stderr().is_terminal(),
         }
     }
 
-    /// How diagnostics are rendered here.
+    /// How diagnostics are told in replies.
     pub fn style(&self) -> Style {
-        if self.coloured {
-            Style::Colour
-        } else {
-            Style::Plain
-        }
+        styled(self.format, self.coloured)
     }
 
     /// Progress bars on standard error, and Ctrl-C as the cancel.
@@ -84,9 +86,28 @@ impl Screen {
     /// Shows an error and returns the exit code that belongs to it.
     pub fn fail(&self, error: &Error) -> u8 {
         self.bars.clear();
-        complain(&error.report(self.style()));
+        if self.format.is_for_people() {
+            complain(&error.report(styled(self.format, self.errors_coloured)));
+        } else {
+            // Whoever reads these finds warnings and errors in one place.
+            print(&error.report(self.format));
+        }
         error.exit_code()
     }
+}
+
+fn styled(format: Style, coloured: bool) -> Style {
+    match format {
+        Style::Plain if coloured => Style::Colour,
+        other => other,
+    }
+}
+
+/// Neither <https://no-color.org> nor a terminal that knows no colours asks for none.
+fn colours() -> bool {
+    let none = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
+    let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
+    !none && !dumb
 }
 
 fn terminal_columns() -> usize {

@@ -34,7 +34,7 @@ pub struct Label {
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
-    /// Stable code, such as `E012` or `W003`.
+    /// Stable code, such as `E012` or `W003`; empty for what is no mistake of the show's text.
     pub code: &'static str,
     /// The mistake in one sentence.
     pub message: String,

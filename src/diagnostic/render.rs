@@ -19,10 +19,19 @@ pub enum Style {
     Plain,
     /// The same in colour, for a terminal.
     Colour,
-    /// A line each: `file:line:column: error[E010]: message`.
+    /// A line each, as editors read them: `file:line:column: error[E010]: message`.
     Short,
-    /// For programs: an array of objects; lines and columns count from 1, columns in characters.
+    /// For programs: an array of objects, on one line. Lines and columns count from 1, columns in
+    /// characters; `start` and `end` are bytes. The code is null where there is none.
     Json,
+}
+
+impl Style {
+    /// For people, who are told in words how it went besides; the other styles hold diagnostics
+    /// and nothing else.
+    pub fn is_for_people(self) -> bool {
+        matches!(self, Style::Plain | Style::Colour)
+    }
 }
 
 /// Diagnostics that are shown to people at once.
@@ -121,8 +130,12 @@ impl<'a> Index<'a> {
             let (line, column) = self.position(label.file, label.span.start);
             format!("{}:{line}:{column}: ", self.text(label.file).0)
         });
-        let (code, kind) = (diagnostic.code, severity(diagnostic));
-        let line = format!("{place}{kind}[{code}]: {}", diagnostic.message);
+        let kind = severity(diagnostic);
+        let code = match diagnostic.code {
+            "" => String::new(),
+            code => format!("[{code}]"),
+        };
+        let line = format!("{place}{kind}{code}: {}", diagnostic.message);
         normalize_untrusted_str(&line) + "\n"
     }
 
@@ -133,7 +146,7 @@ impl<'a> Index<'a> {
                 let labels: Vec<_> = d.labels.iter().map(|l| self.json_label(l)).collect();
                 json!({
                     "severity": severity(d),
-                    "code": d.code,
+                    "code": (!d.code.is_empty()).then_some(d.code),
                     "message": d.message,
                     "labels": labels,
                     "help": d.help,

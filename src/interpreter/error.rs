@@ -1,7 +1,9 @@
 //! What can go wrong, and the exit code that belongs to it.
 
+use std::collections::BTreeMap;
+
 use crate::chart::ChartError;
-use crate::diagnostic::{self, Diagnostic, Sources, Style};
+use crate::diagnostic::{self, Diagnostic, Label, Sources, Style};
 use crate::files::FileError;
 use crate::picture::PictureError;
 use crate::plan::PlanError;
@@ -23,6 +25,33 @@ impl Report {
     /// The whole report as text; empty when there is nothing to say.
     pub fn render(&self, style: Style) -> String {
         diagnostic::render(&self.diagnostics, &self.sources, style)
+    }
+
+    /// What `before` does not say already: of the same kind, of the same words at the same places.
+    /// Where they stand in the file plays no part, nor do the times and levels in the message, so
+    /// that an edit elsewhere makes nothing new.
+    pub(super) fn news(&self, before: &Report) -> Report {
+        let mut told: BTreeMap<_, usize> = BTreeMap::new();
+        for diagnostic in &before.diagnostics {
+            *told.entry(before.about(diagnostic)).or_default() += 1;
+        }
+        let mut news = self.clone();
+        news.diagnostics
+            .retain(|d| match told.get_mut(&self.about(d)) {
+                Some(left) if *left > 0 => {
+                    *left -= 1;
+                    false
+                }
+                _ => true,
+            });
+        news
+    }
+
+    /// The code, and the text at each place.
+    fn about(&self, diagnostic: &Diagnostic) -> (&'static str, Vec<&str>) {
+        let text = |label: &Label| self.sources.get(label.file)?.1.get(label.span.clone());
+        let places = diagnostic.labels.iter().filter_map(text).collect();
+        (diagnostic.code, places)
     }
 }
 
@@ -101,23 +130,48 @@ impl Error {
         }
     }
 
-    /// The whole message, ready to print.
+    /// The whole message, ready to print. As JSON it is one array whatever went wrong; what a
+    /// session measured before the line that ended it is no part of that.
     pub fn report(&self, style: Style) -> String {
         match self {
             Error::Mistakes(report) => report.render(style),
-            Error::Session {
-                path,
-                line,
-                cause,
-                before,
-            } => format!(
-                "{before}error: {path}:{line}: the session ends here; what is above it is done\n{}",
-                cause.report(style)
-            ),
-            other if other.exit_code() == 130 => {
-                "stopped; every picture that was finished is kept\n".to_owned()
+            _ if style == Style::Json => self.diagnosed().render(style),
+            Error::Session { cause, before, .. } => {
+                format!(
+                    "{before}error: {}\n{}",
+                    self.sentence(),
+                    cause.report(style)
+                )
             }
-            other => format!("error: {other}\n"),
+            other if other.exit_code() == 130 => format!("{}\n", other.sentence()),
+            other => format!("error: {}\n", other.sentence()),
         }
+    }
+
+    /// What happened, without what caused it.
+    fn sentence(&self) -> String {
+        match self {
+            Error::Session { path, line, .. } => {
+                format!("{path}:{line}: the session ends here; what is above it is done")
+            }
+            other if other.exit_code() == 130 => {
+                "stopped; every picture that was finished is kept".to_owned()
+            }
+            other => other.to_string(),
+        }
+    }
+
+    /// The error as diagnostics; one without code and place where the show's text has no part.
+    fn diagnosed(&self) -> Report {
+        if let Error::Mistakes(report) = self {
+            return report.clone();
+        }
+        let mut report = match self {
+            Error::Session { cause, .. } => cause.diagnosed(),
+            _ => Report::default(),
+        };
+        let said = Diagnostic::error("", self.sentence());
+        report.diagnostics.insert(0, said);
+        report
     }
 }
