@@ -61,7 +61,10 @@ impl Teller<'_> {
         for warning in warnings {
             let key = match warning {
                 Warning::Jump { id, .. } => (*id, None),
-                Warning::Overtaken { id, by, .. } => (*id, Some(*by)),
+                Warning::Overtaken { id, by, .. }
+                | Warning::CutOff { id, by, .. }
+                | Warning::Dark { id, by, .. } => (*id, Some(*by)),
+                Warning::Still { cue } => (*cue, None),
             };
             if told.insert(key) {
                 out.push(self.warning(warning));
@@ -191,6 +194,45 @@ impl Teller<'_> {
                 let first = self.place(warning, id, "never starts");
                 self.place(first, by, "comes first")
                     .help("a shorter `delay` here, or a later GO there")
+            }
+            Warning::CutOff {
+                id,
+                by,
+                coordinate,
+                time,
+                level,
+                to,
+            } => {
+                let (name, level, to) = (self.coordinate(coordinate), rounded(level), rounded(to));
+                let message =
+                    format!("`{name}` never gets to {to}: at {time} it is at {level} and turns");
+                let warning = Diagnostic::warning(codes::CUT_OFF, message);
+                let first = self.place(warning, id, "takes longer");
+                self.place(first, by, "takes over")
+                    .help("a shorter `time` here, or a later GO there")
+            }
+            Warning::Still { cue } => {
+                let message = format!("{} changes nothing", self.cue(cue));
+                self.place(
+                    Diagnostic::warning(codes::NO_CHANGE, message),
+                    cue,
+                    "every bank it names is there already",
+                )
+                .help("give it other levels; `block` says that levels are restated on purpose")
+            }
+            Warning::Dark {
+                id,
+                by,
+                time,
+                until,
+            } => {
+                let message = format!("every bank is out from {time} to {until}");
+                let warning = Diagnostic::warning(codes::DARK_STRETCH, message);
+                let first = self.place(warning, id, "puts the last light out");
+                self.place(first, by, "brings light again").help(
+                    "where darkness is meant write `blackout`; else let one fade begin before the \
+                     other ends",
+                )
             }
         }
     }

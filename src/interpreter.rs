@@ -416,11 +416,16 @@ impl Interpreter {
             .clamp(compiled.timeline.start(), compiled.timeline.end());
         self.source = edited.source;
         self.exposure = None;
+        let news = compiled.warnings.news(&self.compiled.warnings);
         self.compiled = compiled;
         if self.refined() == 0 {
             self.steps.clear();
         }
-        Ok(Reply::text(self.describe_edit(&edited.changes, kept)))
+        Ok(Reply::text(self.describe_edit(
+            &news,
+            &edited.changes,
+            kept,
+        )))
     }
 
     /// Coarse and refined pictures, once there are any.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::verb::{self, Call, VERBS};
-use super::{Error, Goal, Interpreter, Reply, refine::Ended};
+use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
 use crate::lang;
 use crate::plan::{LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
 use crate::show::{Cue, Show};
@@ -14,8 +14,12 @@ use crate::units::Time;
 impl Interpreter {
     /// What a person sees first at the prompt.
     pub fn greeting(&self) -> String {
+        let warnings = match self.compiled.warnings.diagnostics.len() {
+            0 => String::new(),
+            n => format!("{}: `check` tells them\n", count(n, "warning")),
+        };
         format!(
-            "Footlight {}. {}\n`help` lists the verbs; declarations change the show.\n",
+            "Footlight {}. {}\n{warnings}`help` lists the verbs; declarations change the show.\n",
             env!("CARGO_PKG_VERSION"),
             self.headline()
         )
@@ -34,6 +38,9 @@ impl Interpreter {
 
     pub(super) fn answer_check(&mut self) -> Result<Reply, Error> {
         let mut text = self.compiled.warnings.render(self.host.style);
+        if !self.host.style.is_for_people() {
+            return Ok(Reply::text(text));
+        }
         let _ = writeln!(text, "{}", self.headline());
         let warnings = self.compiled.warnings.diagnostics.len();
         let verdict = match warnings {
@@ -295,10 +302,14 @@ impl Interpreter {
 
     pub(super) fn describe_edit(
         &self,
+        news: &Report,
         changes: &[lang::edit::Change],
         refined_before: usize,
     ) -> String {
-        let mut text = self.compiled.warnings.render(self.host.style);
+        let mut text = String::new();
+        if !news.diagnostics.is_empty() {
+            text.push_str(&news.render(self.host.style));
+        }
         for change in changes {
             let done = if change.replaced {
                 "replaced as a whole"

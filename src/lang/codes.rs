@@ -74,8 +74,12 @@ codes! {
     UNUSED_LIGHT = "W002" "a light in no bank";
     STILL_CUE = "W003" "a cue that moves nothing";
     SHARED_LIGHT = "W004" "a light in two banks";
+    SHARED_CHANNEL = "W005" "two banks on one channel";
     OVERTAKEN = "W010" "a cue overtaken before it starts";
     JUMP = "W011" "a path that jumps at its start";
+    CUT_OFF = "W012" "a fade longer than it has time for";
+    NO_CHANGE = "W013" "a cue that changes nothing";
+    DARK_STRETCH = "W014" "a dark stretch";
 }
 
 /// The row of `code`.

@@ -101,4 +101,35 @@ pub enum Warning {
         /// When the move would have started.
         time: Time,
     },
+    /// A fade is cut off by a later cue's move of the same coordinate.
+    CutOff {
+        /// The fade that does not arrive.
+        id: NodeId,
+        /// The move that takes over.
+        by: NodeId,
+        /// Which coordinate.
+        coordinate: usize,
+        /// When.
+        time: Time,
+        /// The level that it has reached then.
+        level: f64,
+        /// The level that it was to reach.
+        to: f64,
+    },
+    /// A cue moves banks only to where they are.
+    Still {
+        /// The cue.
+        cue: NodeId,
+    },
+    /// Every bank is out between two lit moments, and no cue takes them all out.
+    Dark {
+        /// The move that puts the last light out.
+        id: NodeId,
+        /// The move that brings the first one back.
+        by: NodeId,
+        /// From.
+        time: Time,
+        /// To.
+        until: Time,
+    },
 }

@@ -16,6 +16,7 @@ mod blend;
 mod clock;
 mod curve;
 mod dimmer;
+mod doubt;
 mod error;
 mod key;
 mod positivity;
@@ -69,12 +70,13 @@ impl Timeline {
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
         let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
-        let (tracks, warnings) = track::tracks(show, &cues, motions)?;
+        let (tracks, mut warnings) = track::tracks(show, &cues, motions)?;
         let mut errors = dimmer::check(show);
         errors.extend(track::out_of_range(&tracks, start, end));
         if !errors.is_empty() {
             return Err(errors);
         }
+        warnings.extend(doubt::dark(show, &tracks, start, end));
         let mut curves = Vec::new();
         let mut last = Vec::new();
         let mut dropped = 0;

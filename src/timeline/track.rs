@@ -10,6 +10,7 @@ use std::borrow::Cow;
 
 use super::clock::{CueTime, length};
 use super::curve::Piece;
+use super::doubt::{Run, Watch};
 use super::error::{TimelineError, Warning};
 use super::spline::{curve_spans, path_spans};
 use crate::linalg::Bernstein;
@@ -166,22 +167,11 @@ pub(super) fn tracks(
     };
     let mut tracks: Vec<Track> = vec![vec![dark]; show.coordinates().len()];
     let fades = Fades::new(show);
-    let mut warnings = Vec::new();
-    let mut waiting: Vec<Option<(NodeId, Time)>> = vec![None; tracks.len()];
+    let mut watch = Watch::new(show, cues, tracks.len());
     let mut count = 0usize;
-    let first = cues.first().map_or(Time::ZERO, |c| c.go);
-    for (time, moved) in cues.iter().zip(&motions) {
+    for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
         for m in &moved.moves {
             let start = time.go + m.timing.delay;
-            if let Some((id, late)) = waiting[m.coordinate].filter(|w| w.1 > start) {
-                warnings.push(Warning::Overtaken {
-                    id,
-                    by: m.id,
-                    coordinate: m.coordinate,
-                    time: late,
-                });
-            }
-            waiting[m.coordinate] = Some((m.id, start));
             let track = &mut tracks[m.coordinate];
             let from = cut(track, start);
             let passes = fades.pieces(m, from, start, MOST_PIECES - count);
@@ -190,16 +180,14 @@ pub(super) fn tracks(
                 return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
             };
             count += pieces.len();
-            if let Some(to) = first_level(&m.motion).filter(|to| *to != from && start > first) {
-                warnings.push(Warning::Jump {
-                    id: m.id,
-                    coordinate: m.coordinate,
-                    time: start,
-                    from,
-                    to,
-                });
-            }
             let end = pieces.last().map_or(start, |p| p.end);
+            let run = Run {
+                start,
+                end,
+                from,
+                to: level,
+            };
+            watch.played(cue, m, run);
             let by = Some((m.id, m.coordinate));
             track.extend(pieces.into_iter().map(|piece| Stretch { piece, by }));
             track.push(Stretch {
@@ -212,14 +200,7 @@ pub(super) fn tracks(
             });
         }
     }
-    Ok((tracks, warnings))
-}
-
-fn first_level(motion: &Motion) -> Option<f64> {
-    match motion {
-        Motion::To(_) => None,
-        Motion::Path(path) => path.knots.first().map(|k| k.level),
-    }
+    Ok((tracks, watch.finish(show)))
 }
 
 /// Ends a track at `time` and returns the level it has there (after a jump, the later one).

@@ -10,6 +10,7 @@ mod curves;
 mod levels;
 mod light;
 mod preview;
+mod remark;
 mod rig;
 mod triggers;
 mod values;
@@ -234,6 +235,7 @@ impl<'a> Lower<'a, '_> {
     fn remarks(&mut self) {
         self.lights_in_use();
         self.banks_in_use();
+        self.channels_in_use();
     }
 }
 
