@@ -8,7 +8,7 @@ mod paper;
 mod prompt;
 mod screen;
 
-use std::io::{self, IsTerminal, Read, Write};
+use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -100,6 +100,7 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         processor: files::processor(),
         style: screen.style(),
         pool: pool_place(path, folder, arguments),
+        pipe: pipe(),
     };
     match path {
         None => Interpreter::empty(host),
@@ -111,6 +112,12 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         }
         Some(path) => Interpreter::open(Path::new(path), host),
     }
+}
+
+/// Standard output for files, unless it is a terminal, which shows no films.
+fn pipe() -> Option<Box<dyn Fn() -> Box<dyn Write>>> {
+    let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
+    (!io::stdout().is_terminal()).then(|| Box::new(open) as Box<dyn Fn() -> Box<dyn Write>>)
 }
 
 /// Where pictures are stored: where the user says, else beside the show's file.

@@ -7,6 +7,7 @@
 pub mod process;
 
 mod entry;
+mod growing;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -16,7 +17,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use self::growing::{Beside, Gathered};
+
 pub use self::entry::Entry;
+pub use self::growing::Growing;
 
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -167,28 +171,36 @@ impl Files for Memory {
     }
 }
 
-/// Writes `content` to `path` by way of a temporary file beside it and a rename, so that readers
-/// and crashes see the old file or the new one, never a part. Missing folders are made.
-fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
-    let io = |source| FileError::Io {
+fn io_error(path: &Path) -> impl Fn(io::Error) -> FileError + '_ {
+    |source| FileError::Io {
         path: path.display().to_string(),
         source,
-    };
+    }
+}
+
+/// A name beside `path` that nobody else uses; the folder is made when it is missing.
+fn beside(path: &Path) -> Result<PathBuf, FileError> {
+    static COUNT: AtomicU64 = AtomicU64::new(0);
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(io)?;
+        fs::create_dir_all(folder).map_err(io_error(path))?;
     }
     let mut name = path.file_name().unwrap_or_default().to_owned();
     let count = COUNT.fetch_add(1, Ordering::Relaxed);
     name.push(format!(".{}-{count}.part", std::process::id()));
-    let beside = path.with_file_name(name);
+    Ok(path.with_file_name(name))
+}
+
+/// Writes `content` to `path` by way of a temporary file beside it and a rename, so that readers
+/// and crashes see the old file or the new one, never a part. Missing folders are made.
+fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
+    let beside = beside(path)?;
     let written = fs::File::create(&beside)
         .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
         .and_then(|()| fs::rename(&beside, path));
     written.map_err(|source| {
         // Leaving the part behind would only litter; that it may be gone already is fine.
         let _ = fs::remove_file(&beside);
-        io(source)
+        io_error(path)(source)
     })
 }
 
@@ -199,6 +211,15 @@ pub trait Store: Sync {
     /// # Errors
     /// [`FileError`] with the path; the old file is then untouched.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
+
+    /// A file to be written piece by piece; missing folders are made. Unless a store knows better
+    /// it is gathered in memory.
+    ///
+    /// # Errors
+    /// [`FileError`] when it cannot be begun.
+    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
+        Ok(Box::new(Gathered::new(self, path)))
+    }
 
     /// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
     ///
@@ -250,6 +271,10 @@ pub struct Disk;
 impl Store for Disk {
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         write(path, content)
+    }
+
+    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
+        Ok(Box::new(Beside::new(path)?))
     }
 
     fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {

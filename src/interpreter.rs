@@ -25,6 +25,7 @@ mod trial;
 mod verb;
 
 use std::collections::BTreeSet;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::check;
@@ -78,6 +79,8 @@ pub struct Host {
     pub style: Style,
     /// Where pictures are stored from session to session, if anywhere.
     pub pool: Option<PoolPlace>,
+    /// Opens what `-o -` writes to, such as standard output; without it that is refused.
+    pub pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
 }
 
 /// A folder for pictures, reached by the host's store.
@@ -107,6 +110,7 @@ impl Default for Host {
             processor: None,
             style: Style::Plain,
             pool: None,
+            pipe: None,
         }
     }
 }
@@ -165,6 +169,8 @@ pub struct Reply {
     pub notes: Vec<String>,
     /// The user wants to leave.
     pub quit: bool,
+    /// The host's pipe carries a file: the words go elsewhere.
+    pub beside: bool,
 }
 
 impl Reply {

@@ -11,6 +11,7 @@ pub mod png;
 pub mod signed;
 pub mod terminal;
 pub mod tone;
+pub mod y4m;
 
 /// Why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -79,6 +79,10 @@ impl Screen {
         for note in &reply.notes {
             complain(&format!("note: {note}\n"));
         }
+        if reply.beside {
+            complain(&reply.text);
+            return true;
+        }
         out.push_str(&reply.text);
         print(&out)
     }

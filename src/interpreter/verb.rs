@@ -137,6 +137,13 @@ const PROJECTION: OptionSpec = value(
      corrections",
 );
 
+const FLOAT: OptionSpec = OptionSpec {
+    name: "float",
+    letter: None,
+    value: None,
+    about: "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
+};
+
 /// What can be charted.
 const CHARTS: &[&str] = &["transport"];
 
@@ -251,6 +258,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "render anew at this step of the scale, 1 to 5",
             ),
             PROJECTION,
+            FLOAT,
             output("write a .png (as displayed) or an .exr (linear)"),
         ],
         "one picture of the show",
@@ -268,7 +276,25 @@ pub const VERBS: &[VerbSpec] = &[
         Verb::Play,
         "play",
         "",
-        &[PROJECTION, output("write an animated .png")],
+        &[
+            PROJECTION,
+            value(
+                "layers",
+                "WHAT",
+                "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
+                 refined pictures)",
+            ),
+            FLOAT,
+            value(
+                "chroma",
+                "C",
+                "colour of a video: 420 (default) or 444, BT.709",
+            ),
+            output(
+                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), an \
+                 .exr (layers), or numbered pictures such as frames/####.png",
+            ),
+        ],
         "play the sequence back from its key images",
         "play -o show.png",
     ),

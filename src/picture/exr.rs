@@ -7,6 +7,7 @@
 //! payload reads as another number, which only a hash kept elsewhere can tell.
 
 pub mod layer;
+pub mod stack;
 
 use std::io::Cursor;
 
