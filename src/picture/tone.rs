@@ -1,8 +1,13 @@
 //! Linear light to display bytes: exposure, a curve, the sRGB code.
 //!
-//! Invariants: the same bytes for the same picture anywhere (each byte is found by comparing with
-//! 255 thresholds, so no power function runs per pixel); more light never gives a smaller byte;
-//! negative and NaN channels show as black, and only here: pictures keep them.
+//! Invariants: the same bytes for the same picture in every output and on every machine (each byte
+//! is that of comparing with 255 thresholds, so no power function runs per pixel); more light never
+//! gives a smaller byte; negative and NaN channels show as black, and only here: pictures keep them.
+//! There is no dithering: a still stretch is still to the bit, and two levels compare.
+
+mod table;
+
+pub use self::table::{BLOCK, ByteTable};
 
 use super::Image;
 
@@ -31,6 +36,8 @@ const PERCENTILE: f64 = 0.995;
 const SURFACES: f64 = 0.97;
 /// How far beyond those the bright light may lie: past it the filmic curve is white anyway.
 const BEYOND: f32 = 3.0;
+/// Stops that keep every threshold a normal float.
+const MOST_STOPS: f64 = 100.0;
 /// A pixel is lit from this part of the bright light on.
 const LIT: f32 = 0.003;
 
@@ -75,7 +82,7 @@ impl Curve {
 /// An exposure and a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// In stops: light is multiplied by 2^exposure.
+    /// In stops: light is multiplied by 2^exposure. Beyond 100 either way it counts as 100.
     pub exposure: f64,
     /// The curve after it.
     pub curve: Curve,
@@ -84,9 +91,14 @@ pub struct Tone {
 impl Tone {
     /// `image` as sRGB bytes, interleaved, row by row from the top.
     pub fn encode(&self, image: &Image) -> Vec<u8> {
-        let thresholds = self.thresholds();
-        let code = |light: &f32| thresholds.partition_point(|t| t <= light) as u8;
-        image.data().iter().map(code).collect()
+        let mut out = vec![0; image.data().len()];
+        self.table().encode(image.data(), &mut out);
+        out
+    }
+
+    /// The look-up that [`Tone::encode`] does, for who encodes many pictures.
+    pub fn table(&self) -> ByteTable {
+        ByteTable::new(&self.thresholds())
     }
 
     /// The display's value, 0 to 1 and not rounded, of light.
@@ -106,16 +118,14 @@ impl Tone {
     }
 
     fn gain(&self) -> f64 {
-        self.exposure.exp2()
+        self.exposure.clamp(-MOST_STOPS, MOST_STOPS).exp2()
     }
 
     /// The least light that shows as each code from 1 to 255: where it rounds up to the code.
     fn thresholds(&self) -> [f32; 255] {
         std::array::from_fn(|below| {
             let brightness = srgb_decode((below as f64 + 0.5) / 255.0);
-            let light = self.light(brightness) as f32;
-            // No light is black, however long the exposure.
-            light.max(f32::MIN_POSITIVE)
+            self.light(brightness) as f32
         })
     }
 }
@@ -267,7 +277,40 @@ mod tests {
         assert_eq!(negative(&grey(-1.0)), 3);
     }
 
+    /// Every threshold and its neighbours, at exposures that put white anywhere in an octave, and
+    /// at the ends of the scale.
+    #[test]
+    fn the_table_is_the_thresholds() {
+        let fractions = (0..512).map(|i| f64::from(i) / 512.0);
+        let exposures: Vec<f64> = fractions.chain([-2000.0, -100.0, 100.0, 2000.0]).collect();
+        for (curve, exposure) in CURVES
+            .iter()
+            .flat_map(|c| exposures.iter().map(move |e| (*c, *e)))
+        {
+            let tone = Tone { exposure, curve };
+            let (thresholds, table) = (tone.thresholds(), tone.table());
+            for (below, threshold) in thresholds.iter().enumerate() {
+                let byte = below as u8;
+                assert_eq!(table.byte(threshold.next_down()), byte, "{tone:?} {byte}");
+                assert_eq!(table.byte(*threshold), byte + 1, "{tone:?} {byte}");
+            }
+        }
+    }
+
     proptest! {
+        /// Any bits at all: comparing with each threshold is the definition.
+        #[test]
+        fn any_float_is_looked_up_as_it_is_compared(bits: u32, exposure in -120.0..120.0_f64, at in 0_usize..2) {
+            let tone = Tone { exposure, curve: CURVES[at] };
+            let (thresholds, table) = (tone.thresholds(), tone.table());
+            let near = thresholds[bits as usize % 255].to_bits();
+            for light in [bits, near.wrapping_add(bits >> 24), near.wrapping_sub(bits >> 24)] {
+                let light = f32::from_bits(light);
+                let compared = thresholds.partition_point(|t| *t <= light) as u8;
+                prop_assert_eq!(table.byte(light), compared, "{}", light);
+            }
+        }
+
         /// Comparing with thresholds is the same as applying the curve and rounding.
         #[test]
         fn thresholds_are_the_curve(light in 0.0_f32..4.0, exposure in -3.0..3.0_f64, at in 0_usize..2) {

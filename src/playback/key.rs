@@ -414,7 +414,7 @@ mod tests {
     fn light_is_coded_about_as_finely_as_it_is_shown() {
         // By the picture's peak, white being 1.
         let filmic = [(0.2, 0.73), (2.0, 0.73), (8.0, 0.91), (70.0, 1.4)];
-        let plain = [(0.2, 0.32), (1.0, 0.73), (8.0, 1.4), (70.0, 2.4)];
+        let plain = [(0.2, 0.32), (2.0, 0.94), (8.0, 1.5), (70.0, 2.4)];
         for (curve, bounds) in [(Curve::Filmic, filmic), (Curve::Plain, plain)] {
             let tone = Tone {
                 exposure: -2.0,

@@ -1,0 +1,93 @@
+//! Light to display bytes by one look-up: exact, and without a power or a branch.
+//!
+//! The thresholds of the 255 codes (see [`Tone`]) lie at least 0.89 % apart, and floats that agree
+//! in sign, exponent and the seven leading bits of the mantissa at most 0.78 %: such a stretch of
+//! floats holds one threshold at most. A table by these 16 bits therefore names the code at the
+//! start of the stretch and where in it, in the 16 lower bits, the threshold stands; the addition
+//! of the two carries into the next code exactly from the threshold on. So the bytes are those of
+//! comparing with every threshold, and 64 channels at a time are six vector operations and a
+//! gather.
+//!
+//! [`Tone`]: super::Tone
+
+/// How many channels are looked up at a time.
+pub const BLOCK: usize = 64;
+
+/// Stretches of floats; the thresholds reach over 15 octaves of 128.
+const STRETCHES: usize = 2048;
+
+/// The display bytes of light with one exposure and one curve.
+#[derive(Clone, Debug)]
+pub struct ByteTable {
+    /// A float below the first threshold's stretch, so that everything dark is in the first entry.
+    least: f32,
+    /// The last threshold: from it on everything is 255.
+    most: f32,
+    /// The 16 leading bits of `least`.
+    first: u32,
+    /// The code at a stretch's start times 2^16, plus 2^16 less where its threshold stands.
+    entries: Box<[u32; STRETCHES]>,
+}
+
+impl ByteTable {
+    /// From the least light of each code from 1 to 255: positive, rising, normal numbers at least
+    /// 0.79 % apart, at most 15 octaves from first to last. Others would be rounded to the start or
+    /// the end of a stretch.
+    pub(super) fn new(thresholds: &[f32; 255]) -> ByteTable {
+        let [dark, .., white] = *thresholds;
+        let least = f32::from_bits((dark.to_bits() >> 16 << 16).saturating_sub(1));
+        let first = least.to_bits() >> 16;
+        let entry = |stretch: usize| {
+            let start = (first + stretch as u32) << 16;
+            let below = thresholds.partition_point(|t| t.to_bits() < start);
+            let inside = thresholds.get(below).map(|t| t.to_bits());
+            let carry = inside.filter(|bits| bits >> 16 == start >> 16);
+            let carry = carry.map_or(0, |bits| 0x1_0000 - (bits & 0xffff));
+            ((below as u32) << 16) + carry
+        };
+        let mut entries = Box::new([0; STRETCHES]);
+        for (stretch, at) in entries.iter_mut().enumerate() {
+            *at = entry(stretch);
+        }
+        ByteTable {
+            least,
+            most: white,
+            first,
+            entries,
+        }
+    }
+
+    /// The byte of one channel; NaN is black.
+    #[inline(always)]
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "the mask is the table's length; a checked look-up would be one channel at a time"
+    )]
+    pub fn byte(&self, light: f32) -> u8 {
+        // In this order NaN falls to the darkest; each line is one instruction.
+        let light = if light > self.least {
+            light
+        } else {
+            self.least
+        };
+        let light = if light < self.most { light } else { self.most };
+        let bits = light.to_bits();
+        let stretch = (bits >> 16).wrapping_sub(self.first) as usize & (STRETCHES - 1);
+        ((self.entries[stretch] + (bits & 0xffff)) >> 16) as u8
+    }
+
+    /// The bytes of a block.
+    #[inline(always)]
+    pub fn block(&self, light: &[f32; BLOCK], out: &mut [u8; BLOCK]) {
+        for (out, light) in out.iter_mut().zip(light) {
+            *out = self.byte(*light);
+        }
+    }
+
+    /// The bytes of any number of channels; the shorter side ends it.
+    pub fn encode(&self, light: &[f32], out: &mut [u8]) {
+        for (out, light) in out.iter_mut().zip(light) {
+            *out = self.byte(*light);
+        }
+    }
+}
