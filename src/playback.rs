@@ -1,14 +1,21 @@
 //! Playback: every frame is at most three linear blends of key images.
 //!
-//! Invariants: a frame reads the key images of one segment only; a segment of degree d takes d
-//! blends. This room knows nothing of banks: it sees key images and times.
+//! A [`Playback`] holds the key images as the pool gives them and blends light; a [`Player`] keeps
+//! them in a format of one's choice ([`key`]) and makes display bytes of them in one pass
+//! ([`kernel`]). Invariants: a frame reads the key images of one segment only; a segment of degree d
+//! takes d blends. This room knows nothing of banks: it sees key images and times.
 
+pub mod kernel;
 pub mod key;
+mod player;
 
+pub use self::player::Player;
+
+use self::kernel::{Factors, Keys, Target};
 use crate::picture::Image;
 use crate::plan::PlanError;
 use crate::pool::Projected;
-use crate::timeline::{Blend, KeySequence, blend};
+use crate::timeline::{KeySequence, Segment, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
 
@@ -64,6 +71,11 @@ impl Playback {
         &self.images
     }
 
+    /// The key settings and the segments between them.
+    pub fn keys(&self) -> &KeySequence {
+        &self.keys
+    }
+
     /// Writes the frame at `time` into `out`, which takes the frames' size; before the first
     /// segment and after the last the show holds its first and last state.
     pub fn frame(&self, time: Time, out: &mut Image) {
@@ -71,53 +83,16 @@ impl Playback {
             *out = Image::new(self.size.0, self.size.1);
         }
         let (index, t) = self.keys.segment_at(time);
-        let Some(segment) = self.keys.segments().get(index) else {
-            return;
-        };
-        let key = |i: usize| segment.keys.get(i).and_then(|k| self.images.get(*k));
-        let data = |i: usize| key(i).map_or(&[][..], Image::data);
-        let out = out.data_mut();
-        match blend(segment.degree, t) {
-            Blend::Hold => out.copy_from_slice(data(0)),
-            Blend::Linear(a) => blend_one(out, [data(0), data(1)], a as f32),
-            Blend::Quadratic(a) => blend_two(out, [data(0), data(1), data(2)], a.map(|x| x as f32)),
-            Blend::Cubic(a) => {
-                let keys = [data(0), data(1), data(2), data(3)];
-                blend_three(out, keys, a.map(|x| x as f32));
-            }
+        if let Some(segment) = self.keys.segments().get(index) {
+            let factors = Factors::new(blend(segment.degree, t));
+            let target = Target::Light(out.data_mut());
+            self.floats(segment).blend(factors, target, 1);
         }
     }
-}
 
-/// `a + t (b - a)`: exact at both ends, and between equal values.
-#[inline(always)]
-fn lerp(a: f32, b: f32, t: f32) -> f32 {
-    a + t * (b - a)
-}
-
-/// One blend: a linear segment.
-#[multiversion::multiversion(targets = "simd")]
-fn blend_one(out: &mut [f32], keys: [&[f32]; 2], t: f32) {
-    let [a, b] = keys;
-    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        *out = lerp(*a, *b, t);
-    }
-}
-
-/// Two blends: a quadratic segment.
-#[multiversion::multiversion(targets = "simd")]
-fn blend_two(out: &mut [f32], keys: [&[f32]; 3], t: [f32; 2]) {
-    let [a, b, c] = keys;
-    for (((out, a), b), c) in out.iter_mut().zip(a).zip(b).zip(c) {
-        *out = lerp(lerp(*a, *b, t[0]), *c, t[1]);
-    }
-}
-
-/// Three blends: a cubic segment (the paper's Equation 5).
-#[multiversion::multiversion(targets = "simd")]
-fn blend_three(out: &mut [f32], keys: [&[f32]; 4], t: [f32; 3]) {
-    let [a, b, c, d] = keys;
-    for ((((out, a), b), c), d) in out.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-        *out = lerp(lerp(*a, *b, t[0]), lerp(*c, *d, t[1]), t[2]);
+    /// The keys of a segment in single precision.
+    fn floats(&self, segment: &Segment) -> Keys<'_> {
+        let keys = segment.keys.iter();
+        Keys::floats(keys.filter_map(|key| Some(self.images.get(*key)?.data())))
     }
 }

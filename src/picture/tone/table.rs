@@ -26,7 +26,7 @@ pub struct ByteTable {
     /// The 16 leading bits of `least`.
     first: u32,
     /// The code at a stretch's start times 2^16, plus 2^16 less where its threshold stands.
-    entries: Box<[u32; STRETCHES]>,
+    entries: [u32; STRETCHES],
 }
 
 impl ByteTable {
@@ -45,7 +45,7 @@ impl ByteTable {
             let carry = carry.map_or(0, |bits| 0x1_0000 - (bits & 0xffff));
             ((below as u32) << 16) + carry
         };
-        let mut entries = Box::new([0; STRETCHES]);
+        let mut entries = [0; STRETCHES];
         for (stretch, at) in entries.iter_mut().enumerate() {
             *at = entry(stretch);
         }
@@ -59,34 +59,51 @@ impl ByteTable {
 
     /// The byte of one channel; NaN is black.
     #[inline(always)]
-    #[allow(
-        clippy::indexing_slicing,
-        reason = "the mask is the table's length; a checked look-up would be one channel at a time"
-    )]
     pub fn byte(&self, light: f32) -> u8 {
-        // In this order NaN falls to the darkest; each line is one instruction.
+        self.code(self.clamped(light)) as u8
+    }
+
+    /// The bits of light between the first and the last threshold. In this order NaN falls to the
+    /// darkest; each line is one instruction.
+    #[inline(always)]
+    fn clamped(&self, light: f32) -> u32 {
         let light = if light > self.least {
             light
         } else {
             self.least
         };
         let light = if light < self.most { light } else { self.most };
-        let bits = light.to_bits();
+        light.to_bits()
+    }
+
+    #[inline(always)]
+    #[allow(
+        clippy::indexing_slicing,
+        reason = "the mask is the table's length; a checked look-up would be one channel at a time"
+    )]
+    fn code(&self, bits: u32) -> u32 {
         let stretch = (bits >> 16).wrapping_sub(self.first) as usize & (STRETCHES - 1);
-        ((self.entries[stretch] + (bits & 0xffff)) >> 16) as u8
+        (self.entries[stretch] + (bits & 0xffff)) >> 16
     }
 
     /// The bytes of a block.
     #[inline(always)]
     pub fn block(&self, light: &[f32; BLOCK], out: &mut [u8; BLOCK]) {
-        for (out, light) in out.iter_mut().zip(light) {
-            *out = self.byte(*light);
-        }
+        // In arrays of its own, of which the compiler knows that nothing else sees them.
+        let codes = light.map(|light| self.clamped(light));
+        let codes = codes.map(|bits| self.code(bits));
+        *out = codes.map(|code| code as u8);
     }
 
     /// The bytes of any number of channels; the shorter side ends it.
     pub fn encode(&self, light: &[f32], out: &mut [u8]) {
-        for (out, light) in out.iter_mut().zip(light) {
+        let blocks = light.as_chunks().0.iter();
+        for (out, light) in out.as_chunks_mut().0.iter_mut().zip(blocks) {
+            self.block(light, out);
+        }
+        let whole = light.len().min(out.len()) / BLOCK * BLOCK;
+        let rest = light.iter().zip(out).skip(whole);
+        for (light, out) in rest {
             *out = self.byte(*light);
         }
     }

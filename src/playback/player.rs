@@ -1,0 +1,100 @@
+//! A sequence as display bytes, from key images in the format of one's choice.
+
+use super::Playback;
+use super::kernel::{Factors, Keys, Target};
+use super::key::{Format, KeyImage, Samples};
+use crate::picture::Image;
+use crate::picture::tone::{ByteTable, Tone};
+use crate::timeline::{Segment, blend};
+use crate::units::Time;
+use crate::work::{Cancelled, Work};
+
+/// A sequence with its exposure and curve: every frame is made in one pass over its keys.
+#[derive(Debug)]
+pub struct Player<'a> {
+    playback: &'a Playback,
+    /// The key images as they are kept; none where the playback's own are read.
+    kept: Vec<KeyImage>,
+    format: Format,
+    table: ByteTable,
+    threads: usize,
+}
+
+impl<'a> Player<'a> {
+    /// Codes every key image in `format`. In single precision nothing is copied.
+    ///
+    /// # Errors
+    /// [`Cancelled`].
+    pub fn new(
+        playback: &'a Playback,
+        format: Format,
+        tone: Tone,
+        work: Work<'_>,
+    ) -> Result<Player<'a>, Cancelled> {
+        let mut kept = Vec::new();
+        if format != Format::Float {
+            for image in playback.images() {
+                work.check()?;
+                kept.push(KeyImage::new(image, format, tone.knee()));
+            }
+        }
+        Ok(Player {
+            playback,
+            kept,
+            format,
+            table: tone.table(),
+            threads: work.threads,
+        })
+    }
+
+    /// How the key images are kept.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Bytes that the key images take.
+    pub fn bytes(&self) -> usize {
+        let exact = |images: &[Image]| images.iter().map(|i| size_of_val(i.data())).sum();
+        match self.format {
+            Format::Float => exact(self.playback.images()),
+            _ => self.kept.iter().map(KeyImage::bytes).sum(),
+        }
+    }
+
+    /// The frame at `time` as sRGB bytes, interleaved, row by row from the top, in `out`, which
+    /// takes their size; times outside the sequence as in [`Playback::frame`].
+    pub fn show(&self, time: Time, out: &mut Vec<u8>) {
+        let (width, height) = self.playback.size();
+        out.resize(width * height * 3, 0);
+        self.blend(time, Target::Bytes(out, &self.table));
+    }
+
+    /// The same as light.
+    pub fn light(&self, time: Time, out: &mut Image) {
+        let size = self.playback.size();
+        if (out.width(), out.height()) != size {
+            *out = Image::new(size.0, size.1);
+        }
+        self.blend(time, Target::Light(out.data_mut()));
+    }
+
+    fn blend(&self, time: Time, target: Target<'_>) {
+        let (index, t) = self.playback.keys().segment_at(time);
+        let Some(segment) = self.playback.keys().segments().get(index) else {
+            return;
+        };
+        let keys = match self.format {
+            Format::Float => Some(self.playback.floats(segment)),
+            _ => Keys::new(&self.samples(segment)),
+        };
+        if let Some(keys) = keys {
+            keys.blend(Factors::new(blend(segment.degree, t)), target, self.threads);
+        }
+    }
+
+    fn samples(&self, segment: &Segment) -> Vec<&Samples> {
+        let keys = segment.keys.iter();
+        keys.filter_map(|key| Some(self.kept.get(*key)?.samples()))
+            .collect()
+    }
+}
