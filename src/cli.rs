@@ -72,13 +72,8 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
 
 /// Opens the show at `path` (`-`: standard input; none: an empty show) with the terminal's means.
 fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
-    let folder = match path {
-        None | Some("-") => Path::new("."),
-        Some(path) => match Path::new(path).parent() {
-            Some(parent) if parent != Path::new("") => parent,
-            _ => Path::new("."),
-        },
-    };
+    let file = path.filter(|p| *p != "-").map(Path::new);
+    let folder = file.map_or(Path::new("."), folder_of);
     let transport: Box<dyn Transport> = match &arguments.renderer {
         None => Box::new(Radiosity),
         Some(call) => {
@@ -118,6 +113,14 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
 fn pipe() -> Option<Box<dyn Fn() -> Box<dyn Write>>> {
     let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
     (!io::stdout().is_terminal()).then(|| Box::new(open) as Box<dyn Fn() -> Box<dyn Write>>)
+}
+
+/// The folder that a file lies in.
+fn folder_of(file: &Path) -> &Path {
+    match file.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
 }
 
 /// Where pictures are stored: where the user says, else beside the show's file.

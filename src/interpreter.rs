@@ -11,6 +11,7 @@ mod compare;
 mod economy;
 mod error;
 mod fitting;
+mod look;
 mod measure;
 mod method;
 mod mistake;
@@ -214,6 +215,8 @@ pub struct Interpreter {
     pace: economy::Pace,
     /// How pictures are chosen and previews made.
     method: Method,
+    /// The view that the user chose.
+    looking: Option<String>,
     /// The sequence's automatic exposure, the number of refined pictures it was found with and how:
     /// finding it takes every key image, which each picture would otherwise make anew.
     exposure: Option<(f64, (usize, Projection))>,
@@ -254,7 +257,7 @@ impl Interpreter {
             })
         })?;
         let mut known = lang::Known::default();
-        let (compiled, fresh) = compile(name, &source, &host, &mut known, None)?;
+        let (compiled, fresh) = compile((name, &source), &host, &mut known, None, None)?;
         let mut archive = Some(host.archive());
         let results = host.transport.results();
         Ok(Interpreter {
@@ -271,6 +274,7 @@ impl Interpreter {
             steps: Vec::new(),
             pace: economy::Pace::default(),
             method: Method::default(),
+            looking: None,
             exposure: None,
             warned: false,
             told: BTreeSet::new(),
@@ -360,9 +364,23 @@ impl Interpreter {
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
         let usual = self.method;
         self.method = usual.with_options(call)?;
-        let reply = self.answer_verb(call);
+        let reply = self.answer_from_view(call);
         if call.verb != Verb::Method {
             self.method = usual;
+        }
+        reply
+    }
+
+    /// `--view` holds for its verb alone too.
+    fn answer_from_view(&mut self, call: &Call) -> Result<Reply, Error> {
+        let Some(name) = call.option("view") else {
+            return self.answer_verb(call);
+        };
+        let usual = self.view().map(str::to_owned);
+        self.look_from(name)?;
+        let reply = self.answer_verb(call);
+        if let Some(usual) = usual {
+            self.look_from(&usual)?;
         }
         reply
     }
@@ -385,6 +403,7 @@ impl Interpreter {
             Verb::Compare => self.answer_compare(call),
             Verb::Pool => self.answer_pool(call),
             Verb::Method => self.answer_method(call),
+            Verb::View => self.answer_view(call),
             Verb::Tracksheet => self.answer_tracksheet(call),
             Verb::Cuesheet => self.answer_cuesheet(call),
             Verb::Fmt => self.answer_fmt(call),
@@ -412,21 +431,15 @@ impl Interpreter {
         })?;
         let old = self.stage.as_ref();
         let known = &mut self.known;
-        let (compiled, fresh) = compile(&self.name, &edited.source, &self.host, known, old)?;
+        let (text, looking) = (
+            (self.name.as_str(), edited.source.as_str()),
+            self.looking.as_deref(),
+        );
+        let (compiled, fresh) = compile(text, &self.host, known, looking, old)?;
         let kept = self.refined();
-        let results = self.host.transport.results();
-        let old = self.stage.take();
-        self.stage = Stage::renew(old, fresh, results.as_deref(), &mut self.archive);
-        self.now = self
-            .now
-            .clamp(compiled.timeline.start(), compiled.timeline.end());
         self.source = edited.source;
-        self.exposure = None;
         let news = compiled.warnings.news(&self.compiled.warnings);
-        self.compiled = compiled;
-        if self.refined() == 0 {
-            self.steps.clear();
-        }
+        self.adopt(compiled, fresh);
         Ok(Reply::text(self.describe_edit(
             &news,
             &edited.changes,
@@ -471,21 +484,23 @@ pub fn finished(line: &str) -> bool {
     !lang::is_declaration(line) || lang::statement_complete(line)
 }
 
-/// Compiles a text as a whole; nothing is kept of a text with errors.
+/// Compiles a text as a whole, to be looked at from a view of this name if there is one; nothing is
+/// kept of a text with errors.
 fn compile(
-    name: &str,
-    source: &str,
+    (name, source): (&str, &str),
     host: &Host,
     known: &mut lang::Known,
+    looking: Option<&str>,
     old: Option<&Stage>,
 ) -> Result<(Compiled, Option<stage::Fresh>), Error> {
     let mut sources = Sources::default();
-    let parsed = lang::parse_again(known, &mut sources, name, source);
+    let files = host.files.as_ref();
+    let parsed = lang::parse_again(known, files, &mut sources, name, source);
     let mut diagnostics = parsed.diagnostics;
     let is_error = |d: &crate::diagnostic::Diagnostic| d.severity == Severity::Error;
     let mut done = None;
-    if let Some(show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
-        let files = host.files.as_ref();
+    if let Some(mut show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
+        show.look_from(looking.unwrap_or_default());
         let fresh = Stage::read(&show, &parsed.spans, files, host.memory, old);
         let fresh = fresh.unwrap_or_else(|mistakes| {
             diagnostics.extend(mistakes);

@@ -16,6 +16,7 @@ pub mod polygon;
 pub mod profile;
 pub mod shape;
 pub mod slide;
+pub mod solid;
 pub mod still;
 
 use std::collections::BTreeMap;
@@ -59,6 +60,10 @@ pub struct Scene {
     pub polygons: Vec<Polygon>,
 }
 
+/// How far a back stands behind its front, as a part of the scene's size. Surfaces nearer than
+/// about 1e-6 of a distance count as one plane to the rasterizer.
+const THICKNESS: f64 = 2e-5;
+
 impl Scene {
     /// Adds another file's materials and polygons.
     ///
@@ -95,6 +100,52 @@ impl Scene {
     pub fn area(&self, material: usize) -> f64 {
         let own = self.polygons.iter().filter(|p| p.material == material);
         own.map(|p| 0.5 * newell(&p.vertices).length()).sum()
+    }
+
+    /// Adds a solid of the material called `name`, made with this reflectance when there is none.
+    /// What cannot be polygons adds none.
+    pub fn add_solid(&mut self, name: &str, reflectance: Rgb, solid: &solid::Solid) {
+        let known = self.materials.iter().position(|m| m.name == name);
+        let material = known.unwrap_or(self.materials.len());
+        if known.is_none() {
+            self.materials.push(Material {
+                name: name.to_owned(),
+                reflectance,
+                emission: Rgb::default(),
+            });
+        }
+        let faces = solid.polygons().unwrap_or_default().into_iter();
+        self.polygons
+            .extend(faces.map(|vertices| Polygon { vertices, material }));
+    }
+
+    /// Gives the polygons at these indices a back: the same outline the other way round, a hair
+    /// behind.
+    pub fn add_backs(&mut self, fronts: &[usize]) {
+        let thickness = self.size() * THICKNESS;
+        for index in fronts {
+            let Some(front) = self.polygons.get(*index) else {
+                continue;
+            };
+            let normal = polygon::doubled_area(&front.vertices).normalized();
+            let behind = front.vertices.iter().rev().map(|v| *v - normal * thickness);
+            let back = Polygon {
+                vertices: behind.collect(),
+                material: front.material,
+            };
+            self.polygons.push(back);
+        }
+    }
+
+    /// The diagonal of the box that holds all corners, metres.
+    fn size(&self) -> f64 {
+        let mut corners = self
+            .polygons
+            .iter()
+            .flat_map(|p| p.vertices.iter().copied());
+        let first = corners.next().unwrap_or_default();
+        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
+        (high - low).length()
     }
 
     /// Adds a shape as polygons of a black material of this name, behind all others; its light is

@@ -16,6 +16,7 @@ use crate::geometry::Vec3;
 use crate::scene::fitting::Fittings;
 use crate::scene::mount::Mount;
 use crate::scene::shape::Shape;
+use crate::scene::solid::Solid;
 use crate::scene::{self, Scene};
 use crate::units::{CueNumber, Rgb, Time};
 
@@ -95,7 +96,8 @@ pub struct Stage {
     pub one_sided: bool,
 }
 
-/// A material given in the show: replaces the stage's material of that name.
+/// A material given in the show: replaces the stage's material of that name, or is the material of
+/// solids of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// The statement.
@@ -104,6 +106,8 @@ pub struct Surface {
     pub name: String,
     /// Diffuse reflectance, linear, 0 to 1.
     pub reflectance: Rgb,
+    /// What is made of it; none when it replaces.
+    pub solids: Vec<Solid>,
 }
 
 /// A named camera.
@@ -579,6 +583,14 @@ impl Show {
             });
         }
         out
+    }
+
+    /// Makes the view of this name the first; without one nothing changes.
+    pub fn look_from(&mut self, name: &str) {
+        if let Some(at) = self.views.iter().position(|view| view.name == name) {
+            let view = self.views.remove(at);
+            self.views.insert(0, view);
+        }
     }
 
     /// The first view, which is the current one.

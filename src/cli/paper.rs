@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::print;
 use super::screen::Screen;
-use crate::files::{Disk, Store};
+use super::{folder_of, print};
+use crate::files::{Disk, Folder, Store};
 use crate::interpreter::{self, Comparison, Error, Formatted, LIMIT};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
@@ -31,7 +31,9 @@ pub fn difference(
     if let Some(name) = of_git {
         print(&format!("{name}\n"));
     }
-    let code = match compare(files, output) {
+    // Git hands over copies in a folder of its own; what they include lies beside the original.
+    let beside = |path: &Path| Folder::new(folder_of(of_git.map_or(path, Path::new)), LIMIT);
+    let code = match compare(files, output, beside) {
         Ok(text) => {
             print(&text);
             u8::from(!text.is_empty())
@@ -44,10 +46,14 @@ pub fn difference(
     Ok(if of_git.is_some() { 0 } else { code })
 }
 
-fn compare([old, new]: &[PathBuf; 2], output: Option<&Path>) -> Result<String, Error> {
+fn compare(
+    [old, new]: &[PathBuf; 2],
+    output: Option<&Path>,
+    beside: impl Fn(&Path) -> Folder,
+) -> Result<String, Error> {
     let (a, b) = (read(old)?, read(new)?);
     let names = [old, new].map(|p| p.display().to_string());
-    let compared = Comparison::new((&names[0], &a), (&names[1], &b))?;
+    let compared = Comparison::new((&names[0], &a, &beside(old)), (&names[1], &b, &beside(new)))?;
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
         Disk.write(path, &compared.chart(path)?)?;

@@ -57,6 +57,11 @@ impl Sources {
         self.files.len() - 1
     }
 
+    /// All texts, in the order in which they were added.
+    pub fn texts(&self) -> impl Iterator<Item = &str> {
+        self.files.iter().map(|(_, text)| text.as_str())
+    }
+
     /// Name and text of a file.
     pub fn get(&self, file: usize) -> Option<(&str, &str)> {
         self.files.get(file).map(|(n, t)| (n.as_str(), t.as_str()))

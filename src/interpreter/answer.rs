@@ -101,18 +101,8 @@ impl Interpreter {
 
     /// The texts that declare a name, with its kind or without: `bank lamps`, `lamps`, `2.5`.
     fn declarations(&self, name: &str) -> Vec<&str> {
-        let find = |what: &str| lang::edit::locate(&self.source, what);
-        let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
-        // These stand once, without a name; asked for by another name they would answer to it.
-        let named = |kind: &&&str| !["show", "preview", "default"].contains(*kind);
-        let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
-        let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
-        places.sort_by_key(|place| place.start);
-        places.dedup();
-        places
-            .into_iter()
-            .filter_map(|place| self.source.get(place))
-            .collect()
+        let texts = self.compiled.warnings.sources.texts();
+        texts.flat_map(|text| declared(text, name)).collect()
     }
 
     pub(super) fn answer_at(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -545,4 +535,20 @@ pub(super) fn duration(text: &str) -> Result<Time, Error> {
 pub(super) fn whole(text: &str) -> Result<usize, Error> {
     text.parse()
         .map_err(|_| Error::Usage(format!("`{text}` is not a whole number")))
+}
+
+/// What a text declares under a name.
+fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
+    let find = |what: &str| lang::edit::locate(text, what);
+    let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
+    // These stand once, without a name; asked for by another name they would answer to it.
+    let named = |kind: &&&str| !["show", "preview", "default"].contains(*kind);
+    let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
+    let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
+    places.sort_by_key(|place| place.start);
+    places.dedup();
+    places
+        .into_iter()
+        .filter_map(|place| text.get(place))
+        .collect()
 }

@@ -70,6 +70,21 @@ pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> D
     )
 }
 
+/// A surface of the show's own that the stage has already.
+pub(super) fn of_own_surface(surface: &Surface, spans: &SpanMap) -> Diagnostic {
+    let name = &surface.name;
+    let message = format!("the stage has a material `{name}` already");
+    let help =
+        format!("give the surface another name, such as `{name}_2`, or leave its solids out");
+    error(
+        codes::DECLARED_TWICE,
+        message,
+        surface.id,
+        spans,
+        vec![help],
+    )
+}
+
 /// A photometric file that cannot be used.
 pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the photometric file cannot be read: {cause}");

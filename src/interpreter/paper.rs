@@ -9,7 +9,7 @@ use super::{Call, Error, Interpreter, LIMIT, Reply, Report};
 use crate::chart::{self, Theme};
 use crate::check;
 use crate::diagnostic::Sources;
-use crate::files::Store;
+use crate::files::{Files, Store};
 use crate::lang;
 use crate::sheet::{self, Difference, Table, Version};
 use crate::show::Show;
@@ -29,13 +29,14 @@ pub enum Formatted {
 
 /// A text with its curves.
 struct Sheet {
+    /// With all that it includes.
     text: String,
     show: Show,
     timeline: Timeline,
 }
 
 impl Sheet {
-    fn read(name: &str, bytes: &[u8]) -> Result<Sheet, Error> {
+    fn read(name: &str, bytes: &[u8], files: &dyn Files) -> Result<Sheet, Error> {
         let mut sources = Sources::default();
         let mistakes = |diagnostics, sources| {
             Error::Mistakes(Report {
@@ -47,13 +48,14 @@ impl Sheet {
             Ok(text) => text,
             Err(diagnostic) => return Err(mistakes(vec![*diagnostic], sources)),
         };
-        let parsed = lang::parse(&mut sources, name, &text);
+        let mut known = lang::Known::default();
+        let parsed = lang::parse_again(&mut known, files, &mut sources, name, &text);
         let mut diagnostics = parsed.diagnostics;
         if let Some(show) = parsed.show {
             let checked = check::check(&show, &parsed.spans);
             if let Some(timeline) = checked.timeline {
                 return Ok(Sheet {
-                    text,
+                    text: sources.texts().collect::<Vec<_>>().join("\n"),
                     show,
                     timeline,
                 });
@@ -142,13 +144,16 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Reads both, each by its name and bytes.
+    /// Reads both, each by its name, its bytes and the files that it may include.
     ///
     /// # Errors
     /// [`Error::Mistakes`] of the first that has any.
-    pub fn new(old: (&str, &[u8]), new: (&str, &[u8])) -> Result<Comparison, Error> {
-        let old = Sheet::read(old.0, old.1)?;
-        let new = Sheet::read(new.0, new.1)?;
+    pub fn new(
+        old: (&str, &[u8], &dyn Files),
+        new: (&str, &[u8], &dyn Files),
+    ) -> Result<Comparison, Error> {
+        let old = Sheet::read(old.0, old.1, old.2)?;
+        let new = Sheet::read(new.0, new.1, new.2)?;
         Ok(Comparison {
             difference: sheet::difference(old.version(), new.version()),
             old,
@@ -248,7 +253,11 @@ impl Interpreter {
                 ));
             }
         };
-        let compared = Comparison::new((&name, &old), (&self.name, self.source.as_bytes()))?;
+        let files = self.host.files.as_ref();
+        let compared = Comparison::new(
+            (&name, &old, files),
+            (&self.name, self.source.as_bytes(), files),
+        )?;
         let text = match compared.text() {
             text if text.is_empty() => "nothing changed".to_owned(),
             text => text,

@@ -346,7 +346,7 @@ impl Goal {
 
 pub(super) fn no_stage() -> Error {
     Error::Usage(
-        "the show has no stage or no view to render; add them, such as\n  \
+        "the show has no stage (or surfaces of its own) or no view to render; add them, such as\n  \
          stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360"
             .to_owned(),
     )

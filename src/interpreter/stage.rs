@@ -20,6 +20,7 @@ use crate::pool::depot::Place;
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
+use crate::scene::solid::Solid;
 use crate::scene::{self, ImageFile, Images, Lamp, Rig, Scene, still};
 use crate::show::{self, Show};
 use crate::transport::layered::{Layered, only_images};
@@ -33,7 +34,7 @@ use super::{fitting, mistake};
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
     stages: Vec<(String, import::Options)>,
-    surfaces: Vec<(String, Rgb)>,
+    surfaces: Vec<(String, Rgb, Vec<Solid>)>,
     shapes: Vec<(String, Shape)>,
 }
 
@@ -48,7 +49,7 @@ impl Inputs {
             surfaces: show
                 .surfaces
                 .iter()
-                .map(|s| (s.name.clone(), s.reflectance))
+                .map(|s| (s.name.clone(), s.reflectance, s.solids.clone()))
                 .collect(),
             shapes: show
                 .shapes()
@@ -143,7 +144,7 @@ impl Stage {
         let view = show.view().map(|v| v.camera.clone());
         let view = if only_images(&rig) {
             view.or_else(|| images.values().next().map(|i| view_of(i)))
-        } else if show.stages.is_empty() {
+        } else if show.stages.is_empty() && show.surfaces.iter().all(|s| s.solids.is_empty()) {
             None
         } else {
             view
@@ -420,11 +421,7 @@ fn load(
         }
     }
     if mistakes.is_empty() {
-        for surface in &show.surfaces {
-            if !scene.set_reflectance(&surface.name, surface.reflectance) {
-                mistakes.push(mistake::of_surface(surface, &scene, spans));
-            }
-        }
+        mistakes = dressed(show, spans, &mut scene);
     }
     if mistakes.is_empty() {
         show.furnish(&mut scene);
@@ -432,4 +429,33 @@ fn load(
     } else {
         Err(mistakes)
     }
+}
+
+/// Gives the scene the show's surfaces: what replaces the stage's materials, then what stands beside
+/// them. What is wrong with that.
+fn dressed(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagnostic> {
+    let mut mistakes = Vec::new();
+    let (own, replaced): (Vec<_>, Vec<_>) =
+        show.surfaces.iter().partition(|s| !s.solids.is_empty());
+    for surface in replaced {
+        if !scene.set_reflectance(&surface.name, surface.reflectance) {
+            mistakes.push(mistake::of_surface(surface, scene, spans));
+        }
+    }
+    let mut fronts = Vec::new();
+    for surface in own {
+        if scene.materials.iter().any(|m| m.name == surface.name) {
+            mistakes.push(mistake::of_own_surface(surface, spans));
+            continue;
+        }
+        for solid in &surface.solids {
+            let first = scene.polygons.len();
+            scene.add_solid(&surface.name, surface.reflectance, solid);
+            if solid.two_sided() {
+                fronts.extend(first..scene.polygons.len());
+            }
+        }
+    }
+    scene.add_backs(&fronts);
+    mistakes
 }

@@ -39,6 +39,8 @@ pub enum Verb {
     Pool,
     /// How refined pictures are chosen, and previews made of them.
     Method,
+    /// Which view pictures are made from.
+    View,
     /// Cues by banks.
     Tracksheet,
     /// What each cue does.
@@ -144,6 +146,8 @@ const FLOAT: OptionSpec = OptionSpec {
     about: "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
 };
 
+const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
+
 /// What can be charted.
 const CHARTS: &[&str] = &["transport"];
 
@@ -178,6 +182,7 @@ const fn spec(
                 | Verb::At
                 | Verb::Refine
                 | Verb::Method
+                | Verb::View
                 | Verb::Fmt
                 | Verb::Diff
                 | Verb::Explain
@@ -257,6 +262,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "Q",
                 "render anew at this step of the scale, 1 to 5",
             ),
+            VIEW,
             PROJECTION,
             FLOAT,
             output("write a .png (as displayed) or an .exr (linear)"),
@@ -268,7 +274,7 @@ pub const VERBS: &[VerbSpec] = &[
         Verb::Refine,
         "refine",
         "[N | until X% | for TIME]",
-        &[METRIC, PROJECTION],
+        &[VIEW, METRIC, PROJECTION],
         "render refined pictures in the order of the plan, one if nothing is said",
         "refine until 2%",
     ),
@@ -277,6 +283,7 @@ pub const VERBS: &[VerbSpec] = &[
         "play",
         "",
         &[
+            VIEW,
             PROJECTION,
             value(
                 "layers",
@@ -322,6 +329,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "refine until there are N pictures, stored ones included",
             ),
             value("budget", "TIME", "stop refining when this time is used up"),
+            VIEW,
             METRIC,
             PROJECTION,
             value(
@@ -420,6 +428,14 @@ pub const VERBS: &[VerbSpec] = &[
         &[],
         "how refined pictures are chosen and previews made of them, from now on",
         "method projection settings",
+    ),
+    spec(
+        Verb::View,
+        "view",
+        "[NAME]",
+        &[],
+        "list the views, or make pictures from NAME from now on",
+        "view stalls",
     ),
     spec(
         Verb::Tracksheet,

@@ -52,6 +52,14 @@ pub enum Declaration<'a> {
     Show(Word<'a>),
     /// `preview { … }`: key and value.
     Preview(Vec<(Word<'a>, Word<'a>)>),
+    /// `include "…"`, whose file is known by the place of this.
+    Include,
+    /// `let NAME = …`
+    Let {
+        name: Word<'a>,
+        /// A colour, or a sum.
+        value: Word<'a>,
+    },
     /// `stage "…" z up one-sided`
     Stage {
         path: Word<'a>,
@@ -60,10 +68,12 @@ pub enum Declaration<'a> {
         /// `one-sided`, each time it is written.
         one_sided: Vec<Word<'a>>,
     },
-    /// `surface NAME reflectance …`
+    /// `surface NAME reflectance … box …`
     Surface {
         material: Word<'a>,
-        reflectance: Vec<Word<'a>>,
+        /// Each time it is written.
+        reflectances: Vec<Vec<Word<'a>>>,
+        solids: Vec<Solid<'a>>,
     },
     /// `view NAME …`
     View {
@@ -108,6 +118,19 @@ pub struct Clause<'a> {
     pub word: Word<'a>,
     /// What follows the keyword: one value, or three of a position.
     pub values: Vec<Word<'a>>,
+    /// All of it.
+    pub span: Span,
+}
+
+/// `box from P to P`, `quad P P P P` …
+#[derive(Debug)]
+pub struct Solid<'a> {
+    /// `quad`, `box`, `disc` or `cylinder`.
+    pub kind: Word<'a>,
+    /// Three lengths of each of a quad's four corners.
+    pub corners: Vec<Word<'a>>,
+    /// In order.
+    pub clauses: Vec<Clause<'a>>,
     /// All of it.
     pub span: Span,
 }

@@ -8,7 +8,7 @@ use pest::iterators::{Pair, Pairs};
 
 use super::ast::{
     Bank, Body, Clause, Cue, Declaration, ImageWords, Knot, Level, Light, Mark, Motion, Move, Part,
-    Path, Span, Statement, Target, Term, Timing, TimingKind, Word,
+    Path, Solid, Span, Statement, Target, Term, Timing, TimingKind, Word,
 };
 use super::syntax::Rule;
 use crate::show::Interpolation;
@@ -35,6 +35,17 @@ impl<'a> Builder<'a> {
         let item = match rule {
             Rule::show_statement => Declaration::Show(self.next(&mut inner)?),
             Rule::preview_statement => self.preview(inner)?,
+            Rule::include_statement => Declaration::Include,
+            Rule::let_statement => {
+                let name = self.next(&mut inner)?;
+                let value = inner.find(|p| p.as_rule() == Rule::let_value)?;
+                let span = self.trimmed(&value);
+                let text = self.source.get(span.range())?;
+                Declaration::Let {
+                    name,
+                    value: Word { text, span },
+                }
+            }
             Rule::stage_statement => self.stage(inner)?,
             Rule::surface_statement => self.surface(inner)?,
             Rule::view_statement => Declaration::View {
@@ -51,6 +62,14 @@ impl<'a> Builder<'a> {
             _ => return None,
         };
         Some(Statement { span, item })
+    }
+
+    /// The path of an `include`.
+    pub fn included(self, mut pairs: Pairs<'_, Rule>) -> Option<Word<'a>> {
+        let mut inner = pairs.next()?.into_inner();
+        inner
+            .find(|p| p.as_rule() == Rule::text)
+            .map(|p| self.word(&p))
     }
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
@@ -121,17 +140,40 @@ impl<'a> Builder<'a> {
 
     fn surface(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
         let material = self.next(&mut inner)?;
-        let values = inner.find(|p| p.as_rule() == Rule::reflectance)?;
+        let (mut reflectances, mut solids) = (Vec::new(), Vec::new());
+        for pair in inner {
+            match pair.as_rule() {
+                Rule::reflectance => reflectances.push(self.words(pair)),
+                Rule::solid => solids.push(self.solid(pair)?),
+                _ => {}
+            }
+        }
         Some(Declaration::Surface {
             material,
-            reflectance: self.words(values),
+            reflectances,
+            solids,
         })
     }
 
-    fn clauses(&self, inner: Pairs<'_, Rule>) -> Option<Vec<Clause<'a>>> {
+    fn solid(&self, pair: Pair<'_, Rule>) -> Option<Solid<'a>> {
+        let span = self.trimmed(&pair);
+        let mut inner = pair.into_inner().peekable();
+        let kind = inner.next().map(|p| self.word(&p))?;
+        let positions = inner.next_if(|p| p.as_rule() == Rule::corners);
+        let positions = positions.into_iter().flat_map(Pair::into_inner);
+        Some(Solid {
+            kind,
+            corners: positions.flat_map(|p| self.words(p)).collect(),
+            clauses: self.clauses(inner)?,
+            span,
+        })
+    }
+
+    fn clauses<'p>(&self, inner: impl Iterator<Item = Pair<'p, Rule>>) -> Option<Vec<Clause<'a>>> {
         let mut out = Vec::new();
         for pair in inner {
-            if !matches!(pair.as_rule(), Rule::view_clause | Rule::light_clause) {
+            let clause = [Rule::view_clause, Rule::light_clause, Rule::solid_clause];
+            if !clause.contains(&pair.as_rule()) {
                 continue;
             }
             let span = self.trimmed(&pair);

@@ -26,7 +26,6 @@ codes! {
     STRAY_BRACE = "E005" "a closing brace without its opening one";
     UNKNOWN_STATEMENT = "E006" "no statement begins so";
     SYNTAX = "E007" "something else is expected here";
-    NOT_YET = "E008" "this build does not know it";
     TOO_MANY = "E009" "too many errors to go on";
     UNKNOWN_NAME = "E010" "a name that is not declared";
     WRONG_KIND_OF_NAME = "E011" "a name of another kind";
@@ -34,6 +33,7 @@ codes! {
     RESERVED = "E013" "a word that cannot be a name";
     SAID_TWICE = "E014" "said twice";
     CYCLE = "E015" "defined by itself";
+    INCLUDE = "E016" "a file that cannot be included";
     WRONG_QUANTITY = "E020" "a quantity of another kind";
     BAD_NUMBER = "E021" "not a number this language knows";
     LEVEL_RANGE = "E022" "a level outside 0 to 100";
@@ -42,6 +42,7 @@ codes! {
     MISSING = "E025" "something is missing";
     DOES_NOT_FIT = "E026" "does not fit here";
     BEAM = "E027" "a field not wider than its beam";
+    CALCULATION = "E028" "a calculation that comes to nothing";
     CUE_NUMBER = "E030" "not a cue number";
     CUE_TWICE = "E031" "a cue number used twice";
     MOVED_TWICE = "E032" "a bank twice in a cue";

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use super::known::Known;
 use super::names::nearest;
 use super::read;
 use super::report::Report;
@@ -73,8 +72,8 @@ pub fn apply(source: &str, statement: &str) -> Result<Edited, Vec<Diagnostic>> {
         let message = format!("more than {} bytes at once", limits::STATEMENT);
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
-    let known = Known::default();
-    let typed = read::read(statement, 0, &known, &mut report);
+    let scan = scan::scan(statement);
+    let typed = read::read(statement, 0, &scan, None, &mut report);
     if report.failed() {
         return Err(report.finish());
     }
@@ -90,7 +89,7 @@ pub fn apply(source: &str, statement: &str) -> Result<Edited, Vec<Diagnostic>> {
         source: source.to_owned(),
         changes: Vec::new(),
     };
-    for cut in scan::scan(statement).cuts {
+    for cut in scan.cuts {
         let text = statement.get(cut.span).unwrap_or("");
         let Some(key) = key(text) else { continue };
         let change = one(&out.source, text, &key)?;

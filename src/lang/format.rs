@@ -15,7 +15,6 @@ mod gap;
 mod layout;
 mod piece;
 
-use super::known::Known;
 use super::read;
 use super::report::Report;
 use super::scan;
@@ -34,13 +33,14 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
     let unix = text.replace("\r\n", "\n");
-    read::read(&unix, 0, &Known::default(), &mut report);
+    let scan = scan::scan(&unix);
+    read::read(&unix, 0, &scan, None, &mut report);
     if report.failed() {
         return Err(report.finish());
     }
     let mut layout = layout::Layout::default();
     let mut from = 0;
-    for cut in scan::scan(&unix).cuts {
+    for cut in scan.cuts {
         let statement = unix.get(cut.span.clone()).unwrap_or("");
         let pieces = piece::pieces(statement);
         for (i, piece) in pieces.iter().enumerate() {

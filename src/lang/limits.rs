@@ -5,12 +5,16 @@
 pub const FILE: usize = 16 << 20;
 /// Bytes of a statement.
 pub const STATEMENT: usize = 1 << 20;
+/// Files that a show is made of, beside its own.
+pub const INCLUDES: usize = 100;
 /// Statements of a file.
 pub const STATEMENTS: usize = 200_000;
-/// Braces inside braces.
+/// Braces inside braces, or round brackets inside round brackets.
 pub const DEPTH: usize = 16;
 /// Errors after which the rest of the file is not read.
 pub const ERRORS: usize = 100;
+/// Values that a value may rest on, one behind the other.
+pub const VALUES: usize = 100;
 /// Times over that a move may be repeated.
 pub const REPEAT: u32 = 10_000;
 /// Levels that groups, looks and blackouts may amount to in the whole show.

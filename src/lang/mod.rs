@@ -4,7 +4,7 @@
 //! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
 //! quantities and writes the model. Every mistake of a file is reported in one run.
 //!
-//! Invariants: no file is read and nothing is written here; time and memory are linear in the
+//! Invariants: no file is read but what a show includes, and nothing is written here; time and memory are linear in the
 //! text (within [`limits`]); of the parser generator nothing gets out; a show comes out exactly
 //! when there is no error, and then keeps every invariant of [`crate::show`]. This room knows
 //! nothing of curves over time: what only they can tell is `check`'s to say.
@@ -15,6 +15,7 @@ pub mod codes;
 pub mod edit;
 mod explain;
 mod format;
+mod include;
 mod known;
 pub mod limits;
 mod lower;
@@ -25,6 +26,8 @@ mod report;
 mod scan;
 mod syntax;
 
+use ast::Word;
+
 pub use ast::Span;
 pub use explain::{Page, explain, pages};
 pub use format::format;
@@ -32,9 +35,11 @@ pub use known::Known;
 pub use names::nearest;
 
 use crate::diagnostic::{Diagnostic, Sources};
+use crate::files::{Files, Memory};
 use crate::show::{NodeId, Show};
 use crate::units::Time;
 use report::Report;
+use scan::Scan;
 
 /// Turns the model's node ids back into places.
 #[derive(Clone, Debug, Default)]
@@ -68,20 +73,37 @@ pub struct Parsed {
 /// Reads a show from `text`, which joins `sources` under `name`.
 ///
 /// A show without a `show` statement is called by the name of its file, without the ending.
+/// What it includes cannot be read so: see [`parse_again`].
 pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
-    parse_again(&mut Known::default(), sources, name, text)
+    let (mut known, files) = (Known::default(), Memory::default());
+    parse_again(&mut known, &files, sources, name, text)
 }
 
-/// Reads a show as [`parse`] does, in less time where most of its cues were read with the same
-/// `known` before.
-pub fn parse_again(known: &mut Known, sources: &mut Sources, name: &str, text: &str) -> Parsed {
+/// Reads a show with what it includes from `files`, in less time where most of its cues were read
+/// with the same `known` before.
+pub fn parse_again(
+    known: &mut Known,
+    files: &dyn Files,
+    sources: &mut Sources,
+    name: &str,
+    text: &str,
+) -> Parsed {
     let file = sources.add(name, if text.len() > limits::FILE { "" } else { text });
     let mut report = Report::default();
     if text.len() > limits::FILE {
         report.add(too_large(name, text.len()));
         return failed(report);
     }
-    let read = read::read(text, file as u32, known, &mut report);
+    let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
+    let scans: Vec<Scan> = parts.iter().map(|p| scan::scan(&p.text)).collect();
+    let mut environment = String::new();
+    for (part, scan) in parts.iter().zip(&scans) {
+        read::environment(&part.text, scan, &mut environment);
+    }
+    let within = known.within(&environment);
+    let pieces = parts.iter().zip(&scans);
+    let reads = pieces.map(|(p, scan)| read::read(&p.text, p.file, scan, within, &mut report));
+    let read = include::joined(&parts, reads.collect());
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
         report.add(
@@ -94,11 +116,12 @@ pub fn parse_again(known: &mut Known, sources: &mut Sources, name: &str, text: &
     let lowered = lower::lower(&read, &mut report);
     let (mut show, spans) = (lowered.show, lowered.spans);
     let texts = lowered.fresh.into_iter().filter_map(|(span, cue)| {
-        let text = text.get(span.range())?.to_owned();
+        let part = parts.iter().find(|p| p.file == span.file)?;
+        let text = part.text.get(span.range())?.to_owned();
         Some((text, cue))
     });
     let (fresh, statements) = (texts.collect(), read.statements.len());
-    known.learn(read.environment, fresh, statements);
+    known.learn(environment, fresh, statements);
     if let Some(show) = &mut show
         && show.title.is_empty()
     {
@@ -155,6 +178,23 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     )))
 }
 
+/// A text without its quotes and backslashes.
+fn unquoted(word: Word<'_>) -> String {
+    let inner = word
+        .text
+        .strip_prefix('"')
+        .and_then(|t| t.strip_suffix('"'));
+    let mut out = String::new();
+    let mut chars = inner.unwrap_or(word.text).chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\\' => out.extend(chars.next()),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
 /// A time as a show writes it: `5`, `1.5s`, `1:30`, `250ms`.
 pub fn time(text: &str) -> Option<Time> {
     quantity::time(text).ok()
@@ -171,10 +211,9 @@ pub fn declarations(text: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// The words that begin statements; those that this build does not read yet come last in the
-/// scanner's list and are left out.
+/// The words that begin statements.
 pub fn keywords() -> &'static [&'static str] {
-    scan::STATEMENTS.get(..scan::READ).unwrap_or_default()
+    &scan::STATEMENTS
 }
 
 /// The words that mean something inside statements.
@@ -182,16 +221,17 @@ pub fn words() -> &'static [&'static str] {
     &syntax::INNER_WORDS
 }
 
-/// True when `text` begins with a statement word. `show` is one only before a title, since it is
-/// also what a user says to be shown something.
+/// True when `text` begins with a statement word. `show` is one only before a title and `view` only
+/// before more than a name, since they are also what a user says to be shown something.
 pub fn is_declaration(text: &str) -> bool {
     let text = text.trim_start();
     let word = scan::first_word(text);
-    let title = || {
-        text.get(word.len()..)
-            .is_some_and(|rest| rest.trim_start().starts_with('"'))
-    };
-    scan::STATEMENTS.contains(&word) && (word != "show" || title())
+    let rest = text.get(word.len()..).unwrap_or_default().trim();
+    match word {
+        "show" => rest.starts_with('"'),
+        "view" => rest.contains(char::is_whitespace),
+        _ => scan::STATEMENTS.contains(&word),
+    }
 }
 
 /// True when a typed declaration is finished: braces, quotes and comments are closed, and it does

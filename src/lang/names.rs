@@ -24,6 +24,8 @@ pub enum Kind {
     Look,
     /// A fade or dimmer curve.
     Curve,
+    /// A quantity or a colour.
+    Value,
 }
 
 impl Kind {
@@ -37,6 +39,7 @@ impl Kind {
             Kind::Group => "a group",
             Kind::Look => "a look",
             Kind::Curve => "a curve",
+            Kind::Value => "a value",
         }
     }
 
@@ -50,6 +53,7 @@ impl Kind {
             "group" => Kind::Group,
             "look" => Kind::Look,
             "curve" => Kind::Curve,
+            "let" => Kind::Value,
             _ => return None,
         })
     }

@@ -5,7 +5,7 @@ use super::build::Builder;
 use super::known::Known;
 use super::names::{Kind, nearest};
 use super::report::{Place, Report};
-use super::scan::{self, Cut, Fault, STATEMENTS, first_word};
+use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -19,23 +19,22 @@ pub struct Read<'a> {
     pub broken: Vec<(Kind, Word<'a>)>,
     /// A cue did not parse, so that the order of cues cannot be judged.
     pub cue_lost: bool,
-    /// All statements that are no cues, one after the other.
-    pub environment: String,
 }
 
 /// Reads all statements of a file; cues that are `known` are not parsed again.
-pub fn read<'a>(text: &'a str, file: u32, known: &'a Known, report: &mut Report) -> Read<'a> {
-    let scan = scan::scan(text);
-    let environment = environment(text, &scan.cuts);
+pub fn read<'a>(
+    text: &'a str,
+    file: u32,
+    scan: &Scan,
+    known: Option<&'a Known>,
+    report: &mut Report,
+) -> Read<'a> {
     let mut reader = Reader {
         text,
         file,
-        known: known.within(&environment),
+        known,
         report,
-        out: Read {
-            environment,
-            ..Read::default()
-        },
+        out: Read::default(),
     };
     for fault in &scan.faults {
         reader.fault(fault);
@@ -49,10 +48,15 @@ pub fn read<'a>(text: &'a str, file: u32, known: &'a Known, report: &mut Report)
     reader.out
 }
 
-fn environment(text: &str, cuts: &[Cut]) -> String {
-    let texts = cuts.iter().filter_map(|cut| text.get(cut.span.clone()));
-    let others: Vec<&str> = texts.filter(|t| first_word(t) != "cue").collect();
-    others.join("\n")
+/// All statements that are no cues, one after the other, added to `out`.
+pub fn environment(text: &str, scan: &Scan, out: &mut String) {
+    for cut in &scan.cuts {
+        let text = text.get(cut.span.clone()).unwrap_or_default();
+        if first_word(text) != "cue" {
+            out.push_str(text);
+            out.push('\n');
+        }
+    }
 }
 
 struct Reader<'a, 'r> {
@@ -105,7 +109,7 @@ impl<'a> Reader<'a, '_> {
             ),
             Fault::Deep(at) => (
                 codes::TOO_LARGE,
-                format!("braces nest deeper than {}", limits::DEPTH),
+                format!("brackets nest deeper than {}", limits::DEPTH),
                 one(*at),
                 "too deep",
                 "a cue holds parts, and nothing nests deeper; the rest of the file was not read",
@@ -166,14 +170,6 @@ impl<'a> Reader<'a, '_> {
     }
 
     fn unknown(&mut self, start: usize, text: &str, word: &str) {
-        if matches!(word, "let" | "include") {
-            let message = format!("this build does not know `{word}` yet");
-            let span = self.span(start, start + word.len());
-            let help = "write values and files out for now";
-            self.report
-                .error::<()>(codes::NOT_YET, message, (span, "not yet"), help);
-            return;
-        }
         let shown: String = if word.is_empty() {
             text.chars().take(1).collect()
         } else {
@@ -182,10 +178,7 @@ impl<'a> Reader<'a, '_> {
         let span = self.span(start, start + shown.len());
         let help = match nearest(word, STATEMENTS.into_iter()) {
             Some(near) => format!("did you mean `{near}`?"),
-            None => format!(
-                "a statement begins with one of: {}",
-                STATEMENTS[..13].join(", ")
-            ),
+            None => format!("a statement begins with one of: {}", STATEMENTS.join(", ")),
         };
         let shown: String = shown.chars().take(40).collect();
         let message = format!("no statement begins with `{shown}`");
@@ -277,11 +270,19 @@ impl<'a> Reader<'a, '_> {
             diagnostic = diagnostic.help("write texts in straight double quotes: \"Evening\"");
         } else if found.starts_with(char::is_whitespace) {
             diagnostic = diagnostic.help("this is no ordinary space: delete it and type it anew");
+        } else if failure.wants_quantity && is_name(word) {
+            let help = format!("a value of the show stands in round brackets: `({word})`");
+            diagnostic = diagnostic.help(help);
         } else if matches!(failure.expected.as_slice(), ["`,`"]) {
             diagnostic = diagnostic.help("a position is three lengths with commas: `0, -2.5, 3`");
         }
         self.report.add(diagnostic);
     }
+}
+
+/// A word that could be the name of a value.
+fn is_name(word: &str) -> bool {
+    !word.is_empty() && !syntax::INNER_WORDS.contains(&word) && !STATEMENTS.contains(&word)
 }
 
 /// The text with the line of the mistake blanked out, same length; `None` where that would leave

@@ -15,12 +15,9 @@ use super::limits;
 
 /// The words that begin statements.
 pub const STATEMENTS: [&str; 15] = [
-    "show", "preview", "stage", "surface", "view", "light", "bank", "fixed", "group", "look",
-    "default", "curve", "cue", "let", "include",
+    "show", "preview", "include", "let", "stage", "surface", "view", "light", "bank", "fixed",
+    "group", "look", "default", "curve", "cue",
 ];
-
-/// How many of them this build reads.
-pub const READ: usize = 13;
 
 /// One statement.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -42,7 +39,7 @@ pub enum Fault {
     Text(Range<usize>),
     /// A `/*` without its `*/`.
     Comment(usize),
-    /// Braces nested deeper than [`limits::DEPTH`]; the rest of the file is not read.
+    /// Brackets nested deeper than [`limits::DEPTH`]; the rest of the file is not read.
     Deep(usize),
     /// A statement longer than [`limits::STATEMENT`].
     Long(Range<usize>),
@@ -70,6 +67,7 @@ pub fn scan(text: &str) -> Scan {
         out: Scan::default(),
         current: None,
         opens: Vec::new(),
+        rounds: 0,
         end: 0,
         stopped: false,
     };
@@ -98,6 +96,8 @@ struct Scanner<'a> {
     out: Scan,
     current: Option<Open>,
     opens: Vec<usize>,
+    /// Round brackets open in the current statement.
+    rounds: usize,
     /// One past the last byte of code.
     end: usize,
     stopped: bool,
@@ -185,6 +185,7 @@ impl Scanner<'_> {
             self.stopped = true;
             return;
         }
+        self.rounds = 0;
         self.current = Some(Open {
             start,
             indent,
@@ -223,17 +224,22 @@ impl Scanner<'_> {
     fn code(&mut self, i: usize, byte: u8) -> usize {
         match byte {
             b'"' => return self.quoted(i),
-            b'{' if self.opens.len() >= limits::DEPTH => {
-                self.fault(Fault::Deep(i));
-                self.stopped = true;
-                self.end = i + 1;
-                self.close();
-            }
+            b'{' if self.opens.len() >= limits::DEPTH => self.too_deep(i),
+            b'(' if self.rounds >= limits::DEPTH => self.too_deep(i),
             b'{' => self.opens.push(i),
+            b'(' => self.rounds += 1,
+            b')' => self.rounds = self.rounds.saturating_sub(1),
             b'}' if self.opens.pop().is_none() => self.fault(Fault::Stray(i)),
             _ => {}
         }
         i + 1
+    }
+
+    fn too_deep(&mut self, i: usize) {
+        self.fault(Fault::Deep(i));
+        self.stopped = true;
+        self.end = i + 1;
+        self.close();
     }
 
     fn quoted(&mut self, start: usize) -> usize {
@@ -304,8 +310,13 @@ mod tests {
             scan("show \"a\" /* x").faults[..],
             [Fault::Comment(9)]
         ));
-        let deep = "{".repeat(limits::DEPTH + 1);
-        assert!(matches!(scan(&deep).faults[..], [Fault::Deep(_)]));
+        for bracket in ["{", "("] {
+            let deep = bracket.repeat(limits::DEPTH + 1);
+            assert!(matches!(scan(&deep).faults[..], [Fault::Deep(_)]));
+        }
+        // Round brackets that were closed, or of another statement, do not count.
+        let flat = "let a = (b)\n".repeat(20) + &"(a) ".repeat(20);
+        assert!(scan(&flat).faults.is_empty());
     }
 
     #[test]

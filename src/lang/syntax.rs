@@ -26,6 +26,8 @@ pub struct Failure {
     pub at: usize,
     /// In our words, at most five.
     pub expected: Vec<&'static str>,
+    /// A quantity was among what could have stood there.
+    pub wants_quantity: bool,
     /// A closing brace was among what could have stood there, so that a new line may begin.
     pub between_items: bool,
 }
@@ -35,6 +37,8 @@ pub fn rule_of(word: &str) -> Option<Rule> {
     Some(match word {
         "show" => Rule::show_statement,
         "preview" => Rule::preview_statement,
+        "include" => Rule::include_statement,
+        "let" => Rule::let_statement,
         "stage" => Rule::stage_statement,
         "surface" => Rule::surface_statement,
         "view" => Rule::view_statement,
@@ -66,6 +70,9 @@ pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
         Failure {
             at,
             expected: expected(positives),
+            wants_quantity: [Rule::quantity, Rule::amount, Rule::value, Rule::open_round]
+                .iter()
+                .any(|rule| positives.contains(rule)),
             between_items: positives.contains(&Rule::close_brace),
         }
     })
@@ -82,7 +89,12 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
         out.push("a move (like `lamps 85`)");
         out.push("timing (like `time 5`)");
     }
+    // The sign of a product speaks for the others.
+    let operators = rules.contains(&Rule::times);
     for rule in rules {
+        if operators && matches!(rule, Rule::plus | Rule::slash) {
+            continue;
+        }
         let word = words(*rule);
         let spoken_for = body && is_body(*rule);
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
@@ -140,7 +152,10 @@ fn words(rule: Rule) -> &'static str {
         Rule::EOI => END,
         Rule::name | Rule::names | Rule::target => "a name",
         Rule::text => "a text in quotes (like \"Evening\")",
-        Rule::quantity | Rule::amount => "a number (like 5)",
+        Rule::quantity | Rule::amount | Rule::measure | Rule::open_round => "a number (like 5)",
+        Rule::let_value | Rule::sum | Rule::product | Rule::factor => "a value (like 5s)",
+        Rule::times => "an operator (`+`, `-`, `*`, `/`)",
+        Rule::close_round => "`)`",
         Rule::colour => "a colour (like #ffb36b)",
         Rule::value => "a level (like 85)",
         Rule::level_word => "a level (like 85)",
@@ -156,6 +171,9 @@ fn words(rule: Rule) -> &'static str {
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
         Rule::position => "a position (like `0, -2.5, 3`)",
+        Rule::solid | Rule::solid_kind => "a solid (`quad`, `box`, `disc`, `cylinder`)",
+        Rule::solid_clause => "a clause (like `radius 20cm`)",
+        Rule::corners => "four positions (like `-1, 0, 0`)",
         Rule::size => "a size (like 640x360)",
         Rule::light_kind => {
             "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)"
@@ -208,7 +226,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 64] = [
+pub const INNER_WORDS: [&str; 70] = [
     "aim",
     "assert",
     "at",
@@ -216,12 +234,14 @@ pub const INNER_WORDS: [&str; 64] = [
     "beam",
     "bezier",
     "blackout",
+    "box",
     "block",
     "catmull-rom",
     "channel",
     "clamped",
     "coarse",
     "cueonly",
+    "cylinder",
     "curve",
     "delay",
     "dimmer",
@@ -238,6 +258,7 @@ pub const INNER_WORDS: [&str; 64] = [
     "hang",
     "hermite",
     "image",
+    "inside",
     "layer",
     "level",
     "like",
@@ -250,12 +271,14 @@ pub const INNER_WORDS: [&str; 64] = [
     "part",
     "photometric",
     "project",
+    "quad",
     "radius",
     "rate",
     "refined",
     "reflectance",
     "repeat",
     "rgb",
+    "sides",
     "size",
     "slope",
     "slow-bottom",
@@ -270,6 +293,7 @@ pub const INNER_WORDS: [&str; 64] = [
     "to",
     "tolerance",
     "turn",
+    "two-sided",
     "up",
     "via",
     "z",

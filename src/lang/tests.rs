@@ -249,7 +249,13 @@ fn a_text_read_again_means_the_same() {
     for (i, text) in texts.iter().enumerate() {
         let alone = parse(&mut Sources::default(), "t.lxq", text);
         for _ in 0..2 {
-            let again = parse_again(&mut known, &mut Sources::default(), "t.lxq", text);
+            let again = parse_again(
+                &mut known,
+                &Memory::default(),
+                &mut Sources::default(),
+                "t.lxq",
+                text,
+            );
             assert_eq!(again.show, alone.show, "text {i}");
             assert_eq!(again.spans.spans, alone.spans.spans, "text {i}");
             assert_eq!(again.diagnostics, alone.diagnostics, "text {i}");
@@ -263,10 +269,14 @@ fn a_known_cue_costs_what_it_did() {
     let rig = "light l panel m\nbank a = l rgb\n";
     let text = format!("{rig}cue 1 {{ blackout }}\ncue 2 {{ blackout }}\n");
     let mut known = Known::default();
-    parse_again(&mut known, &mut Sources::default(), "t.lxq", &text);
-    let cue = known
-        .within(rig.trim_end())
-        .and_then(|k| k.cue("cue 2 { blackout }"));
+    parse_again(
+        &mut known,
+        &Memory::default(),
+        &mut Sources::default(),
+        "t.lxq",
+        &text,
+    );
+    let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
     assert_eq!(cue.map(|c| c.levels), Some(3));
     assert!(known.within("bank a = l").is_none());
 }

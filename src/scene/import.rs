@@ -7,7 +7,7 @@
 
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
-use super::{Inventory, Polygon, Scene, merge, polygon};
+use super::{Inventory, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
 
 /// The most polygons a stage may have, after bent ones are cut.
@@ -148,31 +148,11 @@ fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
     }
 }
 
-/// How far a back stands behind its front, as a part of the scene's size. Surfaces nearer than
-/// about 1e-6 of a distance count as one plane to the rasterizer.
-const THICKNESS: f64 = 2e-5;
-
-/// Gives polygons of the materials that are `double_sided` a back: the same outline the other way
-/// round, a hair behind. How many there are.
+/// Gives polygons of the materials that are `double_sided` a back. How many there are.
 fn add_backs(scene: &mut Scene, double_sided: &[bool]) -> usize {
-    let mut corners = scene
-        .polygons
-        .iter()
-        .flat_map(|p| p.vertices.iter().copied());
-    let first = corners.next().unwrap_or_default();
-    let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
-    let thickness = (high - low).length() * THICKNESS;
-    let back = |front: &Polygon| {
-        let normal = polygon::doubled_area(&front.vertices).normalized();
-        let behind = front.vertices.iter().rev().map(|v| *v - normal * thickness);
-        Polygon {
-            vertices: behind.collect(),
-            material: front.material,
-        }
-    };
-    let two_sided = |p: &&Polygon| double_sided.get(p.material) == Some(&true);
-    let backs: Vec<_> = scene.polygons.iter().filter(two_sided).map(back).collect();
-    let count = backs.len();
-    scene.polygons.extend(backs);
-    count
+    let two_sided = |(_, p): &(usize, &Polygon)| double_sided.get(p.material) == Some(&true);
+    let polygons = scene.polygons.iter().enumerate();
+    let fronts: Vec<usize> = polygons.filter(two_sided).map(|(i, _)| i).collect();
+    scene.add_backs(&fronts);
+    fronts.len()
 }

@@ -79,11 +79,8 @@ impl Shape {
                 aim,
                 radius,
             } => {
-                let normal = (aim - centre).normalized();
-                let [u, v] = plane(normal);
-                let corners = disc(enough(&DISCS, tolerance));
-                let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
-                vec![corners.iter().map(place).collect()]
+                let corners = enough(&DISCS, tolerance);
+                vec![ring(centre, aim - centre, radius, corners)]
             }
         }
     }
@@ -103,6 +100,13 @@ fn plane(normal: Vec3) -> [Vec3; 2] {
     };
     let u = normal.cross(aside).normalized();
     [u, normal.cross(u)]
+}
+
+/// A regular polygon of the area of a circle, counter-clockwise seen from where `axis` points.
+pub(super) fn ring(centre: Vec3, axis: Vec3, radius: f64, corners: usize) -> Vec<Vec3> {
+    let [u, v] = plane(axis.normalized());
+    let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
+    disc(corners).iter().map(place).collect()
 }
 
 /// A regular polygon of area pi.

@@ -100,9 +100,7 @@ pub fn difference(old: Version<'_>, new: Version<'_>) -> Difference {
 }
 
 /// Statement words whose declarations pictures depend on.
-const SEEN: [&str; 7] = [
-    "stage", "surface", "view", "light", "bank", "fixed", "include",
-];
+const SEEN: [&str; 6] = ["stage", "surface", "view", "light", "bank", "fixed"];
 
 /// Changes of everything but cues, by the canonical text of each declaration.
 fn declarations(old: &str, new: &str, out: &mut Difference) {

@@ -57,6 +57,7 @@ pub fn pieces(text: &str) -> Vec<Piece<'_>> {
         text,
         out: Vec::new(),
         next: Begin::plain(Join::Start, "statement"),
+        calculating: false,
     };
     for pair in pairs {
         walk.children(pair);
@@ -87,11 +88,15 @@ struct Walk<'a> {
     out: Vec<Piece<'a>>,
     /// For the next leaf.
     next: Begin,
+    /// Inside a calculation, where a slash divides.
+    calculating: bool,
 }
 
 impl Walk<'_> {
     fn children(&mut self, pair: Pair<'_, Rule>) {
         let within = pair.as_rule();
+        let outside = self.calculating;
+        self.calculating |= within == Rule::product;
         let mut first = true;
         for child in pair.into_inner() {
             if let Some(begin) = begins(child.as_rule(), within, std::mem::take(&mut first)) {
@@ -99,6 +104,7 @@ impl Walk<'_> {
             }
             self.visit(child);
         }
+        self.calculating = outside;
     }
 
     fn visit(&mut self, pair: Pair<'_, Rule>) {
@@ -116,7 +122,8 @@ impl Walk<'_> {
             return;
         }
         let (join, role) = match pair.as_rule() {
-            Rule::comma | Rule::slash => (Join::Tight, ""),
+            Rule::close_round | Rule::comma => (Join::Tight, ""),
+            Rule::slash if !self.calculating => (Join::Tight, ""),
             Rule::close_brace => (Join::Close, ""),
             Rule::open_brace => {
                 let clause = match self.next.join {
@@ -135,7 +142,8 @@ impl Walk<'_> {
             moves: self.next.moves,
         });
         let after = match pair.as_rule() {
-            Rule::slash => Join::Tight,
+            Rule::open_round | Rule::negative => Join::Tight,
+            Rule::slash if !self.calculating => Join::Tight,
             _ => Join::Word,
         };
         self.next = Begin::plain(after, "");
@@ -177,7 +185,11 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
         (Rule::kw_level, Rule::fixed_statement) => clause("level"),
         (Rule::kw_reflectance, _) => clause("reflectance"),
         (Rule::z_up | Rule::kw_one_sided, _) => clause("option"),
-        (word, Rule::view_clause | Rule::light_clause | Rule::bank_option) if first => {
+        (Rule::solid, _) => clause("solid"),
+        (Rule::position, Rule::corners) if !first => clause("corner"),
+        (word, Rule::view_clause | Rule::light_clause | Rule::bank_option | Rule::solid_clause)
+            if first =>
+        {
             clause(role(word))
         }
         _ => None,

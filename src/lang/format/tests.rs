@@ -117,3 +117,26 @@ fn what_does_not_parse_is_not_touched() {
     let found = format("show \"A\"\nbank = 3\n").unwrap_err();
     assert_eq!(found[0].code, lang::codes::SYNTAX);
 }
+
+#[test]
+fn solids_stand_on_lines_of_their_own_where_they_were() {
+    becomes(
+        "surface table reflectance .5\n"
+            .replace(".5", "0.5")
+            .trim_end(),
+        "surface table  reflectance 0.5\n",
+    );
+    becomes(
+        "surface t reflectance 0.5\n quad 0,0,0 1,0,0 1,1,0 0,1,0 two-sided\n box from 0,0,0 to 1,1,1 inside",
+        "surface t  reflectance 0.5\n    quad 0, 0, 0  1, 0, 0  1, 1, 0  0, 1, 0  two-sided\n    box  from 0, 0, 0  to 1, 1, 1  inside\n",
+    );
+}
+
+#[test]
+fn calculations_breathe() {
+    becomes(
+        "let  a=2*20+ -( 5 )\nlet b  = #fff\nlight l spot at 0 ,(a),( a/2 ) aim 0,0,0 beam 4 field 9 5 cd\n",
+        "let a = 2 * 20 + -(5)\nlet b = #fff\nlight l  spot  at 0, (a), (a / 2)  aim 0, 0, 0  beam 4  field 9  5 cd\n",
+    );
+    canonical("cue 1 {\n  time (a)/(b)\n  x (full - a)\n}\n");
+}

@@ -226,7 +226,7 @@ impl<'a> Lower<'a, '_> {
     fn clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
         let word = clause.word;
         if clause.values.is_empty() {
-            match word.text.starts_with('#') {
+            match self.text(word)?.starts_with('#') {
                 true => spec.gel = Some(self.colour(word)?),
                 false => self.amount(word, spec)?,
             }
@@ -278,7 +278,8 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn amount(&mut self, word: Word<'a>, spec: &mut Spec) -> Option<()> {
-        let unit = quantity::unit(word.text);
+        let text = self.text(word)?;
+        let unit = quantity::unit(&text);
         if unit == Ok(Unit::Kelvin) {
             spec.kelvin = Some(self.kelvin(word)?);
             return Some(());
@@ -291,7 +292,7 @@ impl<'a> Lower<'a, '_> {
             let at = (word.span, "not here");
             return self.report.error(codes::WRONG_QUANTITY, message, at, help);
         };
-        match quantity::number(word.text) {
+        match quantity::number(&text) {
             Ok(value) if value > 0.0 => spec.amount = Some((value, unit)),
             _ => {
                 let message = format!("`{}` is out of range: a light must shine", word.text);

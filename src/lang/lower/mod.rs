@@ -5,6 +5,7 @@
 //! statements is lowered, every mistake reported. A show comes out only if there was no error;
 //! placeholders that stand for broken pieces never leave this room.
 
+mod calculation;
 mod cues;
 mod curves;
 mod levels;
@@ -12,16 +13,18 @@ mod light;
 mod preview;
 mod remark;
 mod rig;
+mod solid;
 mod triggers;
 mod values;
 
+use self::calculation::Named;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::known::Lowered;
 use super::names::{self, Kind, Names};
 use super::read::Read;
 use super::report::{Place, Report};
 use super::syntax::UNIT_WORDS;
-use super::{SpanMap, codes, limits};
+use super::{SpanMap, codes, limits, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Preview, Show};
 
@@ -43,6 +46,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
         report,
         spans: SpanMap::default(),
         show: empty(),
+        values: Vec::new(),
         first_coordinates: Vec::new(),
         budget: limits::LEVELS,
         fresh: Vec::new(),
@@ -52,6 +56,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
         // A clash with a broken declaration is not worth a word: the first mistake is elsewhere.
         let _ = lower.names.declare(*name, *kind, None);
     }
+    lower.values(statements);
     lower.preview(statements);
     lower.rig(statements);
     lower.curves(statements);
@@ -93,6 +98,8 @@ struct Lower<'a, 'r> {
     report: &'r mut Report,
     spans: SpanMap,
     show: Show,
+    /// In the order of their statements.
+    values: Vec<Named<'a>>,
     /// The first coordinate of each bank, and after the last bank their number.
     first_coordinates: Vec<usize>,
     /// Levels that may still be written out.
@@ -103,7 +110,7 @@ struct Lower<'a, 'r> {
 
 impl<'a> Lower<'a, '_> {
     fn declare(&mut self, statements: &[Statement<'a>]) {
-        let mut counts = [0_usize; 7];
+        let mut counts = [0_usize; 8];
         for statement in statements {
             let (name, kind) = match &statement.item {
                 Declaration::View { name, .. } => (name, Kind::View),
@@ -113,6 +120,7 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Group { name, .. } => (name, Kind::Group),
                 Declaration::Look { name, .. } => (name, Kind::Look),
                 Declaration::Curve { name, .. } => (name, Kind::Curve),
+                Declaration::Let { name, .. } => (name, Kind::Value),
                 _ => continue,
             };
             let Some(count) = counts.get_mut(kind as usize) else {
@@ -160,7 +168,7 @@ impl<'a> Lower<'a, '_> {
 
     /// Finds a name of one of `kinds`; says what is wrong when there is none. `words` are keywords
     /// that might have been meant. `None` without a word for a declaration that is itself broken.
-    fn find(&mut self, name: Word<'a>, kinds: &[Kind], words: &[&'a str]) -> Option<(Kind, usize)> {
+    fn find(&mut self, name: Word<'_>, kinds: &[Kind], words: &[&'a str]) -> Option<(Kind, usize)> {
         match self.names.get(name.text) {
             Some(entry) if kinds.contains(&entry.kind) => entry.index.map(|i| (entry.kind, i)),
             Some(entry) => {
@@ -170,18 +178,23 @@ impl<'a> Lower<'a, '_> {
                     name.text,
                     entry.kind.phrase()
                 );
-                self.report.add(
-                    Diagnostic::error(codes::WRONG_KIND_OF_NAME, message)
-                        .place(name.span, format!("this is {}", entry.kind.phrase()))
-                        .place(entry.span, "declared here"),
-                );
+                let diagnostic = Diagnostic::error(codes::WRONG_KIND_OF_NAME, message)
+                    .place(name.span, format!("this is {}", entry.kind.phrase()))
+                    .place(entry.span, "declared here");
+                self.report.add(match entry.kind {
+                    Kind::Value => diagnostic.help(format!(
+                        "a value is used in round brackets: `({})`",
+                        name.text
+                    )),
+                    _ => diagnostic,
+                });
                 None
             }
             None => self.unknown(name, kinds, words),
         }
     }
 
-    fn unknown<T>(&mut self, name: Word<'a>, kinds: &[Kind], words: &[&'a str]) -> Option<T> {
+    fn unknown<T>(&mut self, name: Word<'_>, kinds: &[Kind], words: &[&'a str]) -> Option<T> {
         if self.report.full() {
             return None;
         }
@@ -254,21 +267,4 @@ fn bare(phrase: &str) -> String {
         .trim_start_matches("a ")
         .replace(", a ", ", ")
         .replace(" or a ", " or ")
-}
-
-/// A text without its quotes and backslashes.
-fn unquoted(word: Word<'_>) -> String {
-    let inner = word
-        .text
-        .strip_prefix('"')
-        .and_then(|t| t.strip_suffix('"'));
-    let mut out = String::new();
-    let mut chars = inner.unwrap_or(word.text).chars();
-    while let Some(c) = chars.next() {
-        match c {
-            '\\' => out.extend(chars.next()),
-            c => out.push(c),
-        }
-    }
-    out
 }

@@ -1,16 +1,16 @@
-//! `show`, `preview`, `stage`, `surface`, `view`: everything before the rig.
+//! `show`, `preview`, `stage`, `view`: everything before the rig.
 
 use std::collections::BTreeMap;
 
-use super::{Lower, unquoted};
+use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
+use crate::lang::unquoted;
 use crate::scene;
-use crate::show::{Stage, Surface, View};
-use crate::units::Rgb;
+use crate::show::{Stage, View};
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this room.
@@ -34,8 +34,14 @@ impl<'a> Lower<'a, '_> {
                 } => self.stage(statement.span, *path, z_up, one_sided),
                 Declaration::Surface {
                     material,
-                    reflectance,
-                } => self.surface(statement.span, *material, reflectance, &mut surfaces),
+                    reflectances,
+                    solids,
+                } => self.surface(
+                    statement.span,
+                    *material,
+                    (reflectances, solids),
+                    &mut surfaces,
+                ),
                 Declaration::View { name, clauses } => self.view(statement.span, *name, clauses),
                 _ => {}
             }
@@ -139,40 +145,6 @@ impl<'a> Lower<'a, '_> {
         });
     }
 
-    fn surface(
-        &mut self,
-        span: Span,
-        material: Word<'a>,
-        values: &[Word<'a>],
-        seen: &mut BTreeMap<String, Span>,
-    ) {
-        let id = self.node(span);
-        let name = unquoted(material);
-        if let Some(earlier) = seen.insert(name.clone(), span) {
-            self.once(&mut Some(earlier), &format!("surface {name}"), span);
-        }
-        let reflectance = self.reflectance(values).unwrap_or_default();
-        self.show.surfaces.push(Surface {
-            id,
-            name,
-            reflectance,
-        });
-    }
-
-    fn reflectance(&mut self, values: &[Word<'a>]) -> Option<Rgb> {
-        let range = "reflectances are 0 to 1";
-        let mut number = |w: &Word<'a>| self.within(*w, Wanted::Number, (0.0, 1.0), range);
-        match values {
-            [word] if word.text.starts_with('#') => self.colour(*word),
-            [one] => number(one).map(|v| Rgb([v; 3])),
-            [r, g, b] => {
-                let (r, g, b) = (number(r), number(g), number(b));
-                Some(Rgb([r?, g?, b?]))
-            }
-            _ => None,
-        }
-    }
-
     fn view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
@@ -226,7 +198,9 @@ impl<'a> Lower<'a, '_> {
     /// Reports keywords that stand twice among the clauses of a statement.
     pub fn repeated_clauses(&mut self, clauses: &[Clause<'a>]) {
         for (i, clause) in clauses.iter().enumerate().take(32) {
-            let same = |c: &&Clause<'a>| !c.values.is_empty() && c.word.text == clause.word.text;
+            // What begins with no letter is a value without a keyword.
+            let keyword = clause.word.text.starts_with(char::is_alphabetic);
+            let same = |c: &&Clause<'a>| keyword && c.word.text == clause.word.text;
             if let Some(earlier) = clauses.iter().take(i).find(same) {
                 self.once(&mut Some(earlier.span), clause.word.text, clause.span);
             }

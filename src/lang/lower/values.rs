@@ -1,6 +1,9 @@
 //! Single values: quantities of a wanted kind, levels, colours, positions.
 
+use std::borrow::Cow;
+
 use super::Lower;
+use super::calculation::result;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Vec3;
 use crate::lang::ast::Word;
@@ -20,7 +23,7 @@ pub enum Setting {
 }
 
 impl Lower<'_, '_> {
-    fn fault<T>(&mut self, word: Word<'_>, wanted: Wanted, fault: &Fault) -> Option<T> {
+    pub fn fault<T>(&mut self, word: Word<'_>, wanted: Wanted, fault: &Fault) -> Option<T> {
         let diagnostic = match fault {
             Fault::Kind(kind) => Diagnostic::error(
                 codes::WRONG_QUANTITY,
@@ -53,22 +56,20 @@ impl Lower<'_, '_> {
         None
     }
 
-    /// A colour where a quantity is wanted.
-    fn not_colour(&mut self, word: Word<'_>, wanted: Wanted) -> bool {
-        let colour = word.text.starts_with('#');
-        if colour {
-            self.fault::<()>(word, wanted, &Fault::Kind("a colour"));
+    /// The text of what must not be a colour.
+    fn uncoloured<'w>(&mut self, word: Word<'w>, wanted: Wanted) -> Option<Cow<'w, str>> {
+        let text = self.text(word)?;
+        if text.starts_with('#') {
+            return self.fault(word, wanted, &Fault::Kind("a colour"));
         }
-        !colour
+        Some(text)
     }
 
-    /// A quantity of the wanted kind.
-    pub fn quantity(&mut self, word: Word<'_>, wanted: Wanted) -> Option<f64> {
-        if !self.not_colour(word, wanted) {
-            return None;
-        }
-        match quantity::read(word.text, wanted) {
-            Ok(value) => Some(value),
+    /// A quantity of the wanted kind, and its text as [`Lower::text`] has it.
+    fn quantity<'w>(&mut self, word: Word<'w>, wanted: Wanted) -> Option<(f64, Cow<'w, str>)> {
+        let text = self.uncoloured(word, wanted)?;
+        match quantity::read(&text, wanted) {
+            Ok(value) => Some((value, text)),
             Err(fault) => self.fault(word, wanted, &fault),
         }
     }
@@ -81,21 +82,20 @@ impl Lower<'_, '_> {
         (least, most): (f64, f64),
         range: &str,
     ) -> Option<f64> {
-        let value = self.quantity(word, wanted)?;
+        let (value, text) = self.quantity(word, wanted)?;
         if (least..=most).contains(&value) {
             return Some(value);
         }
-        let message = format!("`{}` is out of range: {range}", word.text);
+        let which = result(word, &text);
+        let message = format!("`{}`{which} is out of range: {range}", word.text);
         self.report
             .error(codes::RANGE, message, (word.span, "out of range"), "")
     }
 
     /// A time, of either sign.
     pub fn time(&mut self, word: Word<'_>) -> Option<Time> {
-        if !self.not_colour(word, Wanted::Time) {
-            return None;
-        }
-        match quantity::time(word.text) {
+        let text = self.uncoloured(word, Wanted::Time)?;
+        match quantity::time(&text) {
             Ok(time) => Some(time),
             Err(fault) => self.fault(word, Wanted::Time, &fault),
         }
@@ -132,11 +132,12 @@ impl Lower<'_, '_> {
             "out" => return Some(0.0),
             _ => {}
         }
-        let level = self.quantity(word, Wanted::Level)?;
+        let (level, text) = self.quantity(word, Wanted::Level)?;
         if (0.0..=100.0).contains(&level) {
             return Some(level);
         }
-        let message = format!("the level `{}` is outside 0 to 100", word.text);
+        let which = result(word, &text);
+        let message = format!("the level `{}`{which} is outside 0 to 100", word.text);
         let help = if level > 100.0 {
             "the brightest is `full`"
         } else {
@@ -152,10 +153,11 @@ impl Lower<'_, '_> {
 
     /// A level, a colour, or a colour temperature as a colour (its brightest channel full).
     pub fn setting(&mut self, word: Word<'_>) -> Option<Setting> {
-        if word.text.starts_with('#') {
+        let text = self.text(word)?;
+        if text.starts_with('#') {
             return self.colour(word).map(Setting::Colour);
         }
-        if quantity::unit(word.text) == Ok(Unit::Kelvin) {
+        if quantity::unit(&text) == Ok(Unit::Kelvin) {
             let colour = self.kelvin(word)?;
             let brightest = colour.0.into_iter().fold(0.0, f64::max);
             return Some(Setting::Colour(colour.scaled(1.0 / brightest)));
@@ -165,7 +167,8 @@ impl Lower<'_, '_> {
 
     /// `#rrggbb` or `#rgb`, sRGB-coded, as linear light.
     pub fn colour(&mut self, word: Word<'_>) -> Option<Rgb> {
-        let digits = word.text.trim_start_matches('#');
+        let text = self.text(word)?;
+        let digits = text.trim_start_matches('#');
         let nibbles: Option<Vec<u8>> = digits
             .chars()
             .map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok()))
@@ -188,13 +191,15 @@ impl Lower<'_, '_> {
 
     /// A colour temperature as a colour of luminance 1.
     pub fn kelvin(&mut self, word: Word<'_>) -> Option<Rgb> {
-        let kelvin = quantity::number(word.text).ok();
+        let text = self.text(word)?;
+        let kelvin = quantity::number(&text).ok();
         if let Some(colour) = kelvin.and_then(Rgb::from_kelvin) {
             return Some(colour);
         }
         let message = format!(
-            "`{}` is out of range: colour temperatures are 1000 K to 25000 K",
-            word.text
+            "`{}`{} is out of range: colour temperatures are 1000 K to 25000 K",
+            word.text,
+            result(word, &text)
         );
         let help = "a tungsten lamp has `3200 K`, a candle `1900 K`";
         self.report
