@@ -25,21 +25,25 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts")
 }
 
-/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on the first
-/// show and returns it with the answers as they are now.
+/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on the show that
+/// its first line names (`// on sketch/sketch.lxq`), or the first one, and returns it with the
+/// answers as they are now.
 fn replay(transcript: &str) -> String {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let shelf = Shelf::default();
-    let text = fs::read(examples.join("first.lxq")).unwrap();
-    shelf.write(Path::new("first.lxq"), &text).unwrap();
+    let first = transcript.lines().next().unwrap_or_default();
+    let named = first.strip_prefix("// on ");
+    let path = examples.join(named.unwrap_or("first.lxq"));
+    let name = Path::new(path.file_name().unwrap());
+    shelf.write(name, &fs::read(&path).unwrap()).unwrap();
     let host = Host {
-        files: Box::new(Folder::new(&examples, 1 << 20)),
+        files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
         store: Box::new(shelf),
         clock: Box::new(Stopped),
         ..Host::default()
     };
-    let mut show = Interpreter::open(Path::new("first.lxq"), host).unwrap();
-    let mut out = String::new();
+    let mut show = Interpreter::open(name, host).unwrap();
+    let mut out = named.map_or_else(String::new, |_| format!("{first}\n"));
     let mut pending = String::new();
     for line in transcript.lines() {
         let Some(command) = line.strip_prefix("lxq> ").or(line.strip_prefix("...> ")) else {
