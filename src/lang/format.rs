@@ -84,4 +84,6 @@ fn rest_of_block<'p, 'a>(
 }
 
 #[cfg(test)]
+mod generated;
+#[cfg(test)]
 mod tests;

@@ -3,7 +3,7 @@
 //! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
 //! stage's names, not the show's: they are not in this table.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::ast::{Span, Word};
 
@@ -74,22 +74,26 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub struct Names<'a> {
     table: BTreeMap<&'a str, Entry>,
+    /// The same to look one name up, which every move does; only ever asked, never walked.
+    index: HashMap<&'a str, Entry>,
 }
 
 impl<'a> Names<'a> {
     /// Declares a name; the earlier entry when there is one, which stays.
     pub fn declare(&mut self, name: Word<'a>, kind: Kind, index: Option<usize>) -> Option<Entry> {
-        if let Some(earlier) = self.table.get(name.text) {
-            return Some(*earlier);
+        if let Some(earlier) = self.get(name.text) {
+            return Some(earlier);
         }
         let span = name.span;
-        self.table.insert(name.text, Entry { kind, index, span });
+        let entry = Entry { kind, index, span };
+        self.table.insert(name.text, entry);
+        self.index.insert(name.text, entry);
         None
     }
 
     /// Looks a name up.
     pub fn get(&self, name: &str) -> Option<Entry> {
-        self.table.get(name).copied()
+        self.index.get(name).copied()
     }
 
     /// The declared names of some kinds, in order.

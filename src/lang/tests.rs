@@ -211,6 +211,24 @@ fn declarations_are_told_from_verbs() {
     }
 }
 
+/// The parser recurses with the braces and watches no stack: the deepest statement that the scanner
+/// lets through takes a fraction of what a thread has.
+#[test]
+fn the_deepest_statement_needs_little_stack() {
+    let deepest = || {
+        let depth = limits::DEPTH;
+        let text = format!(
+            "cue 1 {{{}{}}}",
+            "part 2 { ".repeat(depth - 1),
+            "}".repeat(depth - 1)
+        );
+        parsed(&format!("{RIG}{text}\n")).diagnostics.len()
+    };
+    let small = std::thread::Builder::new().stack_size(512 << 10);
+    // What stands deeper than a part in a part is not looked at.
+    assert_eq!(small.spawn(deepest).unwrap().join().unwrap(), 1);
+}
+
 #[test]
 fn texts_in_windows_line_ends_mean_the_same() {
     let unix = parsed(SHEET).show;

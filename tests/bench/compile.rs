@@ -3,7 +3,7 @@
 //! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and `dense`,
 //! in which it moves them all. Each step of the way is timed alone, then all of them in a row; an
 //! edit replaces one cue in the middle through the interpreter, as the prompt does. What an edit
-//! costs does not include a plan, which is made when it is asked for.
+//! costs does not include a plan, which is made when it is asked for. Last, texts of growing size.
 
 #![allow(
     clippy::unwrap_used,
@@ -87,6 +87,22 @@ fn d_keys_to_plan(bencher: Bencher, moved: usize) {
 fn e_text_to_plan(bencher: Bencher, moved: usize) {
     let text = text(moved);
     bencher.bench(|| plan(&keys(&timeline(&parsed(black_box(&text))))));
+}
+
+/// Cues, and banks that each moves: 0.5, 1, 2 and 4 MB, to see that time is linear, and 5,000 cues
+/// as most shows have them.
+const SHEETS: [(usize, usize); 5] = [(1900, 20), (3800, 20), (7600, 20), (8950, 40), (5000, 4)];
+
+#[divan::bench(args = SHEETS, sample_count = 10)]
+fn g_text_to_checked_show(bencher: Bencher, (cues, moved): (usize, usize)) {
+    let text = cue_sheet(Size {
+        banks: 200,
+        cues,
+        moved,
+    });
+    let bytes = divan::counter::BytesCount::of_str(&text);
+    let bencher = bencher.counter(bytes);
+    bencher.bench(|| timeline(&parsed(black_box(&text))));
 }
 
 #[divan::bench(args = MOVED, sample_count = 10)]
