@@ -17,6 +17,7 @@ mod method;
 mod mistake;
 mod output;
 mod paper;
+mod playing;
 mod pool;
 mod refine;
 mod run;

@@ -61,6 +61,19 @@ impl Playback {
         })
     }
 
+    /// From key images made elsewhere, one for each of the keys and all of one size; `None`
+    /// otherwise.
+    pub fn of(keys: &KeySequence, images: Vec<Image>) -> Option<Playback> {
+        let size = |image: &Image| (image.width(), image.height());
+        let first = size(images.first()?);
+        let fit = images.len() == keys.keys().len() && images.iter().all(|i| size(i) == first);
+        fit.then(|| Playback {
+            size: first,
+            keys: keys.clone(),
+            images,
+        })
+    }
+
     /// Width and height of every frame.
     pub fn size(&self) -> (usize, usize) {
         self.size

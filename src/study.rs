@@ -10,6 +10,7 @@
 pub mod comparison;
 pub mod difference;
 pub mod forecast;
+pub mod playback;
 pub mod random;
 pub mod record;
 pub mod reference;

@@ -150,11 +150,11 @@ impl Interpreter {
 
     pub(super) fn answer_chart(&mut self, call: &Call) -> Result<Reply, Error> {
         match call.words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-            ["transport"] => {}
+            ["transport" | "playback"] => {}
             _ => {
                 return Err(Error::Usage(
                     "say what to draw: `chart transport` draws error against time over the scale \
-                     of quality"
+                     of quality, `chart playback` over the formats of key images"
                         .to_owned(),
                 ));
             }
@@ -168,6 +168,12 @@ impl Interpreter {
             Some(_) => Theme::Dark,
             None => Theme::Light,
         };
+        if call.words.iter().any(|word| word == "playback") {
+            return self.answer_chart_playback(call, path, theme);
+        }
+        if call.option("where").is_some() {
+            return Err(Error::Usage("`--where` is for `chart playback`".to_owned()));
+        }
         let record = self.chart_transport(call.option("reference").map(Path::new))?;
         let text = tradeoff::describe(&record);
         self.deliver(&record, &tradeoff::drawing, text, path, theme)

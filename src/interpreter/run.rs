@@ -9,6 +9,7 @@ use super::{Call, Error, Goal, Interpreter, Reply, output};
 use crate::picture::Image;
 use crate::plan::PlanReport;
 use crate::playback::Playback;
+use crate::playback::key::Format;
 use crate::pool::archive::Tally;
 
 /// What `run` did, and what it took.
@@ -24,6 +25,8 @@ pub struct Summary {
     pub tally: Tally,
     /// Frames a second of playback alone.
     pub frame_rate: f64,
+    /// How its key images are kept.
+    pub format: Format,
     /// What was done to the animated picture to keep it within its size.
     pub animation: output::Animation,
     /// The folder with the results.
@@ -80,7 +83,7 @@ impl Interpreter {
         marks.push(self.host.clock.seconds());
         let playback = self.playback()?;
         marks.push(self.host.clock.seconds());
-        let (animation, frame_rate) = self.write_results(&plan, &playback, folder)?;
+        let (animation, frame_rate, format) = self.write_results(&plan, &playback, folder)?;
         marks.push(self.host.clock.seconds());
         let mut seconds = [0.0; 5];
         for (out, pair) in seconds.iter_mut().zip(marks.windows(2)) {
@@ -94,6 +97,7 @@ impl Interpreter {
             seconds,
             tally: self.tally().since(before),
             frame_rate,
+            format,
             animation,
             folder: folder.to_owned(),
         })
@@ -182,8 +186,9 @@ impl Interpreter {
         );
         let _ = writeln!(
             text,
-            "  playback reaches {:.0} frames/s, at most three blends a frame",
-            done.frame_rate
+            "  playback reaches {:.0} frames/s, at most three blends a frame, keys in {}",
+            done.frame_rate,
+            done.format.name()
         );
         let _ = writeln!(text, "  sequence.png: {}", done.animation.describe());
         let _ = writeln!(

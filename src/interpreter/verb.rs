@@ -148,8 +148,15 @@ const FLOAT: OptionSpec = OptionSpec {
 
 const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
 
+const KEYS: OptionSpec = value(
+    "keys",
+    "F",
+    "format of key images: f32, f16 or 8-bit (default: f16 where its error stays under half a \
+     step of 8 bits, else f32)",
+);
+
 /// What can be charted.
-const CHARTS: &[&str] = &["transport"];
+const CHARTS: &[&str] = &["transport", "playback"];
 
 const QUALITY: OptionSpec = value(
     "quality",
@@ -285,6 +292,7 @@ pub const VERBS: &[VerbSpec] = &[
         &[
             VIEW,
             PROJECTION,
+            KEYS,
             value(
                 "layers",
                 "WHAT",
@@ -384,6 +392,12 @@ pub const VERBS: &[VerbSpec] = &[
                 "DIR",
                 "the folder of reference pictures (default: the finest step is the reference)",
             ),
+            value(
+                "where",
+                "KEYS",
+                "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
+                 displayed (8 bits blended as displayed)",
+            ),
             OptionSpec {
                 name: "dark",
                 letter: None,
@@ -392,7 +406,7 @@ pub const VERBS: &[VerbSpec] = &[
             },
             output("write a .png, an .svg, or the figures as .csv or .json"),
         ],
-        "draw measurements; `transport`: error against time over the scale of quality",
+        "draw error against time: `transport` by step of quality, `playback` by format of keys",
         "chart transport -o transport.png",
     ),
     spec(

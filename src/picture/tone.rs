@@ -122,7 +122,7 @@ impl Tone {
     }
 
     /// The least light that shows as each code from 1 to 255: where it rounds up to the code.
-    fn thresholds(&self) -> [f32; 255] {
+    pub fn thresholds(&self) -> [f32; 255] {
         std::array::from_fn(|below| {
             let brightness = srgb_decode((below as f64 + 0.5) / 255.0);
             self.light(brightness) as f32

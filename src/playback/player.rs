@@ -47,6 +47,16 @@ impl<'a> Player<'a> {
         })
     }
 
+    /// Width and height of every frame.
+    pub fn size(&self) -> (usize, usize) {
+        self.playback.size()
+    }
+
+    /// How many key images there are.
+    pub fn keys(&self) -> usize {
+        self.playback.images().len()
+    }
+
     /// How the key images are kept.
     pub fn format(&self) -> Format {
         self.format

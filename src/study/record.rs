@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 pub enum Kind {
     /// The operator G: error against time over its scale of quality.
     Transport,
+    /// Formats of key images: error against time a frame.
+    Playback,
     /// Time and memory against the size of the task.
     Scale,
     /// A design session: error against computing time, edits in between.

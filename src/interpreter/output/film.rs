@@ -13,10 +13,10 @@ use crate::interpreter::answer::count;
 use crate::interpreter::{Call, Error, Interpreter, Reply, Shown};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
-use crate::picture::tone::Tone;
 use crate::picture::y4m::{Chroma, Film};
 use crate::picture::{Image, png};
-use crate::playback::Playback;
+use crate::playback::Player;
+use crate::playback::key::Format;
 use crate::units::Time;
 
 /// How the sequence was fitted into an animated picture.
@@ -46,30 +46,8 @@ impl Animation {
 }
 
 impl Interpreter {
-    /// Frames a second that playback alone reaches, measured over about a second.
-    pub(super) fn frame_rate(&self, playback: &Playback) -> f64 {
-        let (start, end) = (self.timeline().start(), self.timeline().end());
-        let mut frame = Image::new(0, 0);
-        let begin = self.host.clock.seconds();
-        let mut frames = 0;
-        loop {
-            // A stride that is no simple fraction visits all kinds of segments.
-            let at = (f64::from(frames) * 0.618_033_988_75).fract();
-            playback.frame(start + (end - start).scaled(at), &mut frame);
-            frames += 1;
-            let passed = self.host.clock.seconds() - begin;
-            if passed > 0.5 || frames >= 500 {
-                return f64::from(frames) / passed.max(1e-9);
-            }
-        }
-    }
-
     /// The sequence as an animated PNG, and how it was fitted.
-    pub(super) fn animate(
-        &self,
-        playback: &Playback,
-        tone: Tone,
-    ) -> Result<(Vec<u8>, Animation), Error> {
+    pub(super) fn animate(&self, player: &Player<'_>) -> Result<(Vec<u8>, Animation), Error> {
         let (start, length) = (self.timeline().start(), self.keys().duration());
         let still: Vec<(f64, f64)> = self
             .keys()
@@ -78,21 +56,21 @@ impl Interpreter {
             .filter(|s| s.degree == 0)
             .map(|s| (s.start() - start.seconds(), s.end() - start.seconds()))
             .collect();
-        let mut image = Image::new(0, 0);
         let mut drawn = 0;
         let expected = Limits::default().frames;
         let mut frame = |seconds: f64| {
             let time = start + Time::from_seconds(seconds).unwrap_or_default();
-            playback.frame(time, &mut image);
+            let mut bytes = Vec::new();
+            player.show(time, &mut bytes);
             drawn += 1;
             self.host
                 .progress
                 .report("sequence", drawn.min(expected), expected);
-            tone.encode(&image)
+            bytes
         };
         let asked = self.show().preview.rate;
         let limits = Limits::default();
-        let made = apng::animate(playback.size(), length, asked, &still, &mut frame, limits)?;
+        let made = apng::animate(player.size(), length, asked, &still, &mut frame, limits)?;
         let told = Animation {
             frames: made.frames,
             rate: made.rate,
@@ -108,25 +86,38 @@ impl Interpreter {
         let playback = self.playback()?;
         let tone = self.tone(playback.images());
         match target {
-            None => Ok(self.show_playback(&playback, tone)),
+            None => {
+                let player = self.player(&playback, tone, Some(call))?;
+                Ok(self.show_playback(&player))
+            }
             Some(Target::Animation(path)) => {
-                let (bytes, told) = self.animate(&playback, tone)?;
+                let player = self.player(&playback, tone, Some(call))?;
+                let (bytes, told) = self.animate(&player)?;
                 self.write_reply(Some(&path), &bytes, told.describe())
             }
             Some(Target::Video(Some(path), chroma)) => {
                 let file = self.host.store.begin(&path)?;
-                self.video(&playback, tone, chroma, file, &path)
+                let player = self.player(&playback, tone, Some(call))?;
+                self.video(&player, chroma, file, &path)
             }
             Some(Target::Video(None, chroma)) => {
                 let pipe = self.host.pipe.as_ref().ok_or_else(no_pipe)?;
                 let place = Path::new("standard output");
-                let reply = self.video(&playback, tone, chroma, Box::new(Pipe(pipe())), place)?;
+                let player = self.player(&playback, tone, Some(call))?;
+                let reply = self.video(&player, chroma, Box::new(Pipe(pipe())), place)?;
                 Ok(Reply {
                     beside: true,
                     ..reply
                 })
             }
-            Some(Target::Numbered(names, kind)) => self.numbered(&playback, tone, &names, kind),
+            Some(Target::Numbered(names, kind)) => {
+                let player = match kind {
+                    Kind::Png => self.player(&playback, tone, Some(call))?,
+                    // What is computed with further is not rounded before.
+                    Kind::Exr(_) => Player::new(&playback, Format::Float, tone, self.host.work())?,
+                };
+                self.numbered(&player, &names, kind)
+            }
             Some(Target::Layers(path, layers, precision)) => {
                 self.write_layers(&playback, &path, layers, precision)
             }
@@ -134,42 +125,40 @@ impl Interpreter {
     }
 
     /// The frame of the current time, and how fast frames are made.
-    fn show_playback(&self, playback: &Playback, tone: Tone) -> Reply {
-        let rate = self.frame_rate(playback);
-        let mut image = Image::new(0, 0);
-        playback.frame(self.now, &mut image);
-        let (width, height) = playback.size();
-        let keys = count(playback.images().len(), "key image");
+    fn show_playback(&self, player: &Player<'_>) -> Reply {
+        let rate = self.frame_rate(player);
+        let mut rgb = Vec::new();
+        player.show(self.now, &mut rgb);
+        let (width, height) = player.size();
+        let keys = count(player.keys(), "key image");
+        let format = player.format().name();
         let text = format!(
-            "{keys}; playback reaches {rate:.0} frames/s at {width}x{height}. \
+            "{keys} in {format}; playback reaches {rate:.0} frames/s at {width}x{height}. \
              `play -o show.png` writes the sequence"
         );
         Reply {
             picture: Some(Shown {
-                size: playback.size(),
-                rgb: tone.encode(&image),
+                size: player.size(),
+                rgb,
             }),
             ..Reply::text(text)
         }
     }
 
-    /// Hands every frame of the film to `take`, with its place from 0: the first at the start, the
+    /// Hands the moment of every frame of the film to `take`, with its place from 0: the first at the start, the
     /// last not before the end, which holds the last look.
     fn frames(
         &self,
-        playback: &Playback,
         task: &str,
-        take: &mut dyn FnMut(usize, &Image) -> Result<(), Error>,
+        take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
     ) -> Result<usize, Error> {
         let rate = self.show().preview.rate;
         // A whole number of frames must not become one more by rounding.
         let total = (self.keys().duration() * rate - 1e-6).ceil().max(0.0) as usize + 1;
-        let mut image = Image::new(0, 0);
         for i in 0..total {
             self.host.work().check()?;
             let time = Time::from_seconds(i as f64 / rate).unwrap_or_default();
-            playback.frame(self.timeline().start() + time, &mut image);
-            take(i, &image)?;
+            take(i, self.timeline().start() + time)?;
             self.host.progress.report(task, i + 1, total);
         }
         Ok(total)
@@ -178,13 +167,12 @@ impl Interpreter {
     /// The film as YUV4MPEG2. A reader that has seen enough ends it, and that is well.
     fn video(
         &self,
-        playback: &Playback,
-        tone: Tone,
+        player: &Player<'_>,
         chroma: Chroma,
         mut file: Box<dyn Growing + '_>,
         place: &Path,
     ) -> Result<Reply, Error> {
-        let (width, height) = playback.size();
+        let (width, height) = player.size();
         let rate = self.show().preview.rate;
         let film = Film {
             width,
@@ -193,9 +181,11 @@ impl Interpreter {
             chroma,
         };
         let mut bytes = film.header().into_bytes();
+        let mut rgb = Vec::new();
         let mut done = 0;
-        let written = self.frames(playback, "video", &mut |_, image| {
-            film.push(&tone.encode(image), &mut bytes)?;
+        let written = self.frames("video", &mut |_, time| {
+            player.show(time, &mut rgb);
+            film.push(&rgb, &mut bytes)?;
             file.write_all(&bytes).map_err(|e| failed(place, e))?;
             bytes.clear();
             done += 1;
@@ -221,20 +211,19 @@ impl Interpreter {
     }
 
     /// A picture for each frame, from number 1.
-    fn numbered(
-        &self,
-        playback: &Playback,
-        tone: Tone,
-        names: &Numbered,
-        kind: Kind,
-    ) -> Result<Reply, Error> {
-        let (width, height) = playback.size();
+    fn numbered(&self, player: &Player<'_>, names: &Numbered, kind: Kind) -> Result<Reply, Error> {
+        let (width, height) = player.size();
+        let (mut rgb, mut light) = (Vec::new(), Image::new(0, 0));
         let title = described("show", &self.show().title);
-        let total = self.frames(playback, "pictures", &mut |i, image| {
+        let total = self.frames("pictures", &mut |i, time| {
             let bytes = match kind {
-                Kind::Png => png::encode(width, height, &tone.encode(image))?,
+                Kind::Png => {
+                    player.show(time, &mut rgb);
+                    png::encode(width, height, &rgb)?
+                }
                 Kind::Exr(precision) => {
-                    exr::encode(image, precision, std::slice::from_ref(&title))?
+                    player.light(time, &mut light);
+                    exr::encode(&light, precision, std::slice::from_ref(&title))?
                 }
             };
             Ok(self.host.store.write(&names.path(i + 1), &bytes)?)

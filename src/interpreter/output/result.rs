@@ -10,6 +10,7 @@ use crate::picture::exr::{self, Precision};
 use crate::picture::signed;
 use crate::plan::PlanReport;
 use crate::playback::Playback;
+use crate::playback::key::Format;
 
 /// Errors below this are rounding.
 const ROUNDING: f64 = 1e-7;
@@ -21,7 +22,7 @@ impl Interpreter {
         plan: &PlanReport,
         playback: &Playback,
         folder: &Path,
-    ) -> Result<(Animation, f64), Error> {
+    ) -> Result<(Animation, f64, Format), Error> {
         let store = &self.host.store;
         store.write(&folder.join("plan.json"), json(plan)?.as_bytes())?;
         self.write_keys(playback, &folder.join("keys"))?;
@@ -33,11 +34,12 @@ impl Interpreter {
         if let Some(sheet) = self.basis_sheet(plan)? {
             store.write(&folder.join("basis.png"), &sheet.png()?)?;
         }
-        let rate = self.frame_rate(playback);
         let tone = self.tone(playback.images());
-        let (bytes, told) = self.animate(playback, tone)?;
+        let player = self.player(playback, tone, None)?;
+        let rate = self.frame_rate(&player);
+        let (bytes, told) = self.animate(&player)?;
         store.write(&folder.join("sequence.png"), &bytes)?;
-        Ok((told, rate))
+        Ok((told, rate, player.format()))
     }
 
     /// Key images as linear EXR, one file each, with the setting in the header; keys of an earlier

@@ -1,0 +1,266 @@
+//! How key images are kept for playback, and what each format is worth: `chart playback`.
+
+use std::path::Path;
+
+use super::{Call, Error, Interpreter, Reply};
+use crate::chart::Theme;
+use crate::picture::tone::Tone;
+use crate::picture::{Image, png, signed};
+use crate::playback::key::Format;
+use crate::playback::{Playback, Player};
+use crate::study::Record;
+use crate::study::playback::{self as study, Displayed, Frame, Judged, Timed, UNSEEN};
+use crate::units::Time;
+
+/// Channels that decide the default format; the whole picture is looked at by `chart playback`.
+const SAMPLE: usize = 20_000;
+/// How often each way is timed, in turns, so that what disturbs one disturbs the others too.
+const ROUNDS: usize = 5;
+/// Frames of one turn.
+const FRAMES: usize = 20;
+/// What the paper's hardware did, as `--where` and the chart call it.
+const DISPLAYED: &str = "displayed";
+
+impl Interpreter {
+    /// A player with keys in the format that `--keys` names, or else in the fastest that is good
+    /// enough for this show.
+    pub(super) fn player<'p>(
+        &self,
+        playback: &'p Playback,
+        tone: Tone,
+        call: Option<&Call>,
+    ) -> Result<Player<'p>, Error> {
+        let asked = call
+            .and_then(|c| c.option("keys"))
+            .map(format)
+            .transpose()?;
+        match asked {
+            Some(format) => Ok(Player::new(playback, format, tone, self.host.work())?),
+            None => self.default_player(playback, tone),
+        }
+    }
+
+    /// Half precision where its error stays under half a step of 8 bits, as it does unless a light
+    /// in sight is a hundred million times brighter than what is to be seen beside it; else single.
+    /// 8 bits are never the default: they err by more, and take longer to decode than to read.
+    fn default_player<'p>(&self, playback: &'p Playback, tone: Tone) -> Result<Player<'p>, Error> {
+        let half = Player::new(playback, Format::Half, tone, self.host.work())?;
+        let stride = (playback.size().0 * playback.size().1 * 3).div_ceil(SAMPLE);
+        if self.judge(playback, tone, stride, &half)?.most < UNSEEN {
+            return Ok(half);
+        }
+        Ok(Player::new(
+            playback,
+            Format::Float,
+            tone,
+            self.host.work(),
+        )?)
+    }
+
+    fn judge(
+        &self,
+        playback: &Playback,
+        tone: Tone,
+        stride: usize,
+        player: &Player<'_>,
+    ) -> Result<Judged, Error> {
+        let mut frame = |time| {
+            let mut image = Image::new(0, 0);
+            player.light(time, &mut image);
+            Frame::Light(image)
+        };
+        Ok(study::judge(
+            playback,
+            tone,
+            stride,
+            &mut frame,
+            self.host.work(),
+        )?)
+    }
+
+    /// Frames a second that playback alone reaches, measured over about half a second.
+    pub(super) fn frame_rate(&self, player: &Player<'_>) -> f64 {
+        let mut bytes = Vec::new();
+        let begin = self.host.clock.seconds();
+        let mut frames = 0;
+        loop {
+            player.show(self.visited(frames), &mut bytes);
+            frames += 1;
+            let passed = self.host.clock.seconds() - begin;
+            if passed > 0.5 || frames >= 500 {
+                return frames as f64 / passed.max(1e-9);
+            }
+        }
+    }
+
+    /// The `n`-th moment of a measurement: a stride that is no simple fraction visits all kinds of
+    /// segments.
+    fn visited(&self, n: usize) -> Time {
+        let (start, end) = (self.timeline().start(), self.timeline().end());
+        start + (end - start).scaled((n as f64 * 0.618_033_988_75).fract())
+    }
+
+    pub(super) fn answer_chart_playback(
+        &mut self,
+        call: &Call,
+        path: Option<&Path>,
+        theme: Theme,
+    ) -> Result<Reply, Error> {
+        if call.option("reference").is_some() {
+            return Err(Error::Usage(
+                "`--reference` is for `chart transport`: playback is held against its own blends \
+                 in double precision"
+                    .to_owned(),
+            ));
+        }
+        if let Some(way) = call.option("where") {
+            return self.where_off(way, path);
+        }
+        let record = self.chart_playback()?;
+        let text = study::describe(&record);
+        self.deliver(&record, &study::drawing, text, path, theme)
+    }
+
+    /// Error against time for each format of key images, and for the paper's hardware.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] without stage or view, else what rendering says.
+    pub fn chart_playback(&mut self) -> Result<Record, Error> {
+        let playback = self.playback()?;
+        let tone = self.tone(playback.images());
+        let work = self.host.work();
+        let chosen = self.default_player(&playback, tone)?.format();
+        let mut players = Vec::new();
+        for format in Format::ALL {
+            players.push(Player::new(&playback, format, tone, work)?);
+        }
+        let displayed = Displayed::new(&playback, tone);
+        let seconds = self.paces(&players, &displayed)?;
+        let mut ways = Vec::new();
+        for (player, seconds) in players.iter().zip(&seconds) {
+            ways.push(Timed {
+                name: player.format().name().to_owned(),
+                seconds: *seconds,
+                bytes: player.bytes(),
+                judged: self.judge(&playback, tone, 1, player)?,
+                format: Some(player.format()),
+            });
+        }
+        ways.push(Timed {
+            name: "8-bit, blended as displayed".to_owned(),
+            seconds: seconds.last().copied().unwrap_or(f64::NAN),
+            bytes: displayed.bytes(),
+            judged: self.judge_displayed(&playback, tone, &displayed)?,
+            format: None,
+        });
+        let (width, height) = playback.size();
+        let method = format!("{width}x{height}, against double precision");
+        let machine = self.machine();
+        Ok(study::record(
+            &self.show().title,
+            machine,
+            &method,
+            &ways,
+            chosen,
+        ))
+    }
+
+    fn judge_displayed(
+        &self,
+        playback: &Playback,
+        tone: Tone,
+        displayed: &Displayed<'_>,
+    ) -> Result<Judged, Error> {
+        let mut frame = |time| {
+            let mut bytes = Vec::new();
+            displayed.show(time, &mut bytes);
+            Frame::Bytes(bytes)
+        };
+        Ok(study::judge(
+            playback,
+            tone,
+            1,
+            &mut frame,
+            self.host.work(),
+        )?)
+    }
+
+    /// Seconds a frame of each player, then of the paper's way: the fastest of several turns.
+    fn paces(&self, players: &[Player<'_>], displayed: &Displayed<'_>) -> Result<Vec<f64>, Error> {
+        let mut best = vec![f64::INFINITY; players.len() + 1];
+        let mut bytes = Vec::new();
+        for _ in 0..ROUNDS {
+            for (way, best) in best.iter_mut().enumerate() {
+                self.host.work().check()?;
+                let begin = self.host.clock.seconds();
+                for n in 0..FRAMES {
+                    match players.get(way) {
+                        Some(player) => player.show(self.visited(n), &mut bytes),
+                        None => displayed.show(self.visited(n), &mut bytes),
+                    }
+                }
+                let passed = self.host.clock.seconds() - begin;
+                *best = best.min(passed.max(1e-9) / FRAMES as f64);
+            }
+        }
+        Ok(best)
+    }
+
+    /// A picture of where a way of playing is off: the largest error of each channel.
+    fn where_off(&mut self, way: &str, path: Option<&Path>) -> Result<Reply, Error> {
+        let playback = self.playback()?;
+        let tone = self.tone(playback.images());
+        let judged = match way {
+            DISPLAYED => {
+                let displayed = Displayed::new(&playback, tone);
+                self.judge_displayed(&playback, tone, &displayed)?
+            }
+            _ => {
+                let player = Player::new(&playback, format(way)?, tone, self.host.work())?;
+                self.judge(&playback, tone, 1, &player)?
+            }
+        };
+        let (width, height) = playback.size();
+        let worst = Image::from_data(width, height, judged.worst);
+        let worst = worst.unwrap_or_else(|| Image::new(width, height));
+        let scale = signed::scale(&worst);
+        let rgb = signed::encode(&worst, scale);
+        let text = format!(
+            "keys {way}: at most {:.2} steps of 8 bits, RMS {:.3}; full amber is {scale:.2} steps",
+            judged.most, judged.rms
+        );
+        self.picture_reply(path, (width, height), rgb, text)
+    }
+
+    /// A display-coded picture beside the words, or into a `.png`.
+    fn picture_reply(
+        &self,
+        path: Option<&Path>,
+        size: (usize, usize),
+        rgb: Vec<u8>,
+        text: String,
+    ) -> Result<Reply, Error> {
+        let Some(path) = path else {
+            return Ok(Reply {
+                picture: Some(super::Shown { size, rgb }),
+                ..Reply::text(text)
+            });
+        };
+        if super::output::ending(path) != "png" {
+            return Err(super::output::unknown_ending(path, ".png: it is a picture"));
+        }
+        let bytes = png::encode(size.0, size.1, &rgb)?;
+        self.host.store.write(path, &bytes)?;
+        Ok(Reply::text(format!("{text}\nwrote {}", path.display())))
+    }
+}
+
+/// The format that a word names.
+fn format(word: &str) -> Result<Format, Error> {
+    let known = |f: &&Format| f.name() == word;
+    Format::ALL.iter().find(known).copied().ok_or_else(|| {
+        Error::Usage(format!(
+            "`{word}` is no format of key images; there are f32, f16 and 8-bit"
+        ))
+    })
+}

@@ -1,0 +1,367 @@
+//! Formats of key images: how far their frames are off, held against the same blend in double
+//! precision, and how fast they are made.
+//!
+//! Errors are in steps of the display's 8 bits and of values that are not rounded to them yet:
+//! rounding is the display's own, half a step at most, whatever the keys. Beside the formats of
+//! [`crate::playback::key`] stands the way of the paper's hardware: keys coded for the display,
+//! blended as they are. It is wrong wherever keys differ, since the code is no measure of light.
+
+use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
+use crate::picture::Image;
+use crate::picture::tone::{ByteTable, Tone};
+use crate::playback::Playback;
+use crate::playback::key::Format;
+use crate::study::{Kind, Machine, Quantity, Record};
+use crate::timeline::{Blend, KeySequence, blend};
+use crate::units::Time;
+use crate::work::{Cancelled, Work};
+
+/// The error that nobody sees: half a step of 8 bits.
+pub const UNSEEN: f64 = 0.5;
+
+/// Where in a segment frames are judged; not at its ends alone, where only one key counts.
+const MOMENTS: [f64; 4] = [0.0, 0.21, 0.5, 0.79];
+
+/// A frame as some way of playing makes it.
+#[derive(Clone, Debug)]
+pub enum Frame {
+    /// Light.
+    Light(Image),
+    /// Display bytes.
+    Bytes(Vec<u8>),
+}
+
+/// How far the frames of a sequence are off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The largest error of a channel, steps.
+    pub most: f64,
+    /// Root mean square over channels and time, steps.
+    pub rms: f64,
+    /// The part of the channels, over time, that are off by more than [`UNSEEN`].
+    pub seen: f64,
+    /// The largest error of each channel that was looked at, in the order of the picture.
+    pub worst: Vec<f32>,
+}
+
+/// The display's values of light, in steps and not rounded: linear between the thresholds of
+/// neighbouring bytes, which is right to 0.003 steps.
+struct Steps {
+    table: ByteTable,
+    /// The light shown as code - 1/2 for the codes 0 to 255, then as 255.
+    marks: [f64; 257],
+}
+
+impl Steps {
+    fn new(tone: Tone) -> Steps {
+        let mut marks = [0.0; 257];
+        for (mark, threshold) in marks.iter_mut().skip(1).zip(tone.thresholds()) {
+            *mark = f64::from(threshold);
+        }
+        if let Some(white) = marks.last_mut() {
+            *white = tone.light(1.0);
+        }
+        Steps {
+            table: tone.table(),
+            marks,
+        }
+    }
+
+    fn of(&self, light: f64) -> f64 {
+        let byte = usize::from(self.table.byte(light as f32));
+        let Some([below, above]) = self.marks.get(byte..byte + 2) else {
+            return 0.0;
+        };
+        // Half a step wide at both ends.
+        let (from, to) = ((byte as f64 - 0.5).max(0.0), (byte as f64 + 0.5).min(255.0));
+        let along = ((light - below) / (above - below)).clamp(0.0, 1.0);
+        from + along * (to - from)
+    }
+}
+
+/// Judges the frames that `frame` makes: four moments of each segment, every `stride`-th channel.
+///
+/// # Errors
+/// [`Cancelled`].
+pub fn judge(
+    playback: &Playback,
+    tone: Tone,
+    stride: usize,
+    frame: &mut dyn FnMut(Time) -> Frame,
+    work: Work<'_>,
+) -> Result<Judged, Cancelled> {
+    let steps = Steps::new(tone);
+    let stride = stride.max(1);
+    let channels = playback.size().0 * playback.size().1 * 3;
+    let mut worst = vec![0.0_f32; channels.div_ceil(stride)];
+    let (mut square, mut seen, mut length) = (0.0, 0.0, 0.0);
+    let total = playback.keys().segments().len();
+    for (done, segment) in playback.keys().segments().iter().enumerate() {
+        work.check()?;
+        let moments = match segment.degree {
+            0 => MOMENTS.get(..1),
+            _ => MOMENTS.get(..),
+        };
+        let moments = moments.unwrap_or_default();
+        for moment in moments {
+            let seconds = segment.start() + moment * segment.duration();
+            let time = Time::from_seconds(seconds).unwrap_or_default();
+            let found = frame(time);
+            let exact = Exact::new(playback, time);
+            let (mut own_square, mut own_seen) = (0.0, 0.0);
+            for (at, worst) in worst.iter_mut().enumerate() {
+                let channel = at * stride;
+                let shown = match &found {
+                    Frame::Light(image) => steps.of(value(image, channel)),
+                    Frame::Bytes(bytes) => bytes.get(channel).map_or(0.0, |b| f64::from(*b)),
+                };
+                let off = (shown - steps.of(exact.light(channel))).abs();
+                *worst = worst.max(off as f32);
+                own_square += off * off;
+                own_seen += f64::from(u8::from(off > UNSEEN));
+            }
+            let weight = segment.duration() / moments.len() as f64;
+            square += weight * own_square;
+            seen += weight * own_seen;
+            length += weight;
+        }
+        work.progress.report("judging frames", done + 1, total);
+    }
+    let all = (length * worst.len() as f64).max(f64::MIN_POSITIVE);
+    Ok(Judged {
+        most: f64::from(worst.iter().copied().fold(0.0, f32::max)),
+        rms: (square / all).sqrt(),
+        seen: seen / all,
+        worst,
+    })
+}
+
+fn value(image: &Image, channel: usize) -> f64 {
+    image.data().get(channel).map_or(0.0, |v| f64::from(*v))
+}
+
+/// The frame of a moment in double precision.
+struct Exact<'a> {
+    terms: Vec<(f64, &'a Image)>,
+}
+
+impl<'a> Exact<'a> {
+    fn new(playback: &'a Playback, time: Time) -> Exact<'a> {
+        let (index, t) = playback.keys().segment_at(time);
+        let terms = playback.keys().segments().get(index).map(|segment| {
+            let weights = blend(segment.degree, t).weights().into_iter();
+            let images = segment.keys.iter();
+            let images = images.filter_map(|key| playback.images().get(*key));
+            weights.zip(images).collect()
+        });
+        Exact {
+            terms: terms.unwrap_or_default(),
+        }
+    }
+
+    fn light(&self, channel: usize) -> f64 {
+        let terms = self.terms.iter();
+        terms.map(|(w, image)| w * value(image, channel)).sum()
+    }
+}
+
+/// The paper's hardware: keys coded for the display, blended as they are, each blend rounded to 8
+/// bits.
+#[derive(Debug)]
+pub struct Displayed<'a> {
+    keys: &'a KeySequence,
+    codes: Vec<Vec<u8>>,
+}
+
+impl<'a> Displayed<'a> {
+    /// Codes every key.
+    pub fn new(playback: &'a Playback, tone: Tone) -> Displayed<'a> {
+        let code = |image| tone.encode(image);
+        Displayed {
+            keys: playback.keys(),
+            codes: playback.images().iter().map(code).collect(),
+        }
+    }
+
+    /// Bytes that the keys take.
+    pub fn bytes(&self) -> usize {
+        self.codes.iter().map(Vec::len).sum()
+    }
+
+    /// The frame at a time.
+    pub fn show(&self, time: Time, out: &mut Vec<u8>) {
+        let (index, t) = self.keys.segment_at(time);
+        let Some(segment) = self.keys.segments().get(index) else {
+            return;
+        };
+        let key = |i: usize| -> &[u8] {
+            let key = segment.keys.get(i).and_then(|k| self.codes.get(*k));
+            key.map_or(&[], Vec::as_slice)
+        };
+        out.clear();
+        out.extend_from_slice(key(0));
+        match blend(segment.degree, t) {
+            Blend::Hold => {}
+            Blend::Linear(a) => lerp(out, key(1), a),
+            Blend::Quadratic([a, b]) => {
+                lerp(out, key(1), a);
+                lerp(out, key(2), b);
+            }
+            Blend::Cubic([a, b, c]) => {
+                lerp(out, key(1), a);
+                let mut other = key(2).to_vec();
+                lerp(&mut other, key(3), b);
+                lerp(out, &other, c);
+            }
+        }
+    }
+}
+
+fn lerp(out: &mut [u8], other: &[u8], t: f64) {
+    let t = t as f32;
+    for (out, other) in out.iter_mut().zip(other) {
+        let (a, b) = (f32::from(*out), f32::from(*other));
+        *out = (a + t * (b - a) + 0.5) as u8;
+    }
+}
+
+/// A way of playing, judged and timed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timed {
+    /// What it is called.
+    pub name: String,
+    /// Seconds a frame, on average over the sequence.
+    pub seconds: f64,
+    /// Bytes that its key images take.
+    pub bytes: usize,
+    /// How far its frames are off.
+    pub judged: Judged,
+    /// The format; `None` for the paper's hardware.
+    pub format: Option<Format>,
+}
+
+const TIME: &str = "time a frame";
+const RATE: &str = "frames a second";
+const MOST: &str = "largest error";
+const RMS: &str = "RMS error";
+const SEEN: &str = "channels off by more than half a step";
+const SIZE: &str = "key images";
+const MARKERS: [Marker; 4] = [
+    Marker::Circle,
+    Marker::Square,
+    Marker::Triangle,
+    Marker::Diamond,
+];
+/// The mark of what is taken unless something else is said.
+const DEFAULT: &str = "default";
+
+/// The ways as a record, each a series of one point; `chosen` is what `play` takes by itself.
+pub fn record(
+    subject: &str,
+    machine: Machine,
+    method: &str,
+    ways: &[Timed],
+    chosen: Format,
+) -> Record {
+    let quantities = vec![
+        Quantity::new(TIME, "ms"),
+        Quantity::new(RATE, ""),
+        Quantity::new(MOST, "steps of 8 bits"),
+        Quantity::new(RMS, "steps of 8 bits"),
+        Quantity::new(SEEN, "%"),
+        Quantity::new(SIZE, "MB"),
+    ];
+    let mut out = Record::new(Kind::Playback, subject, machine, method, quantities);
+    for way in ways {
+        let marks = match way.format == Some(chosen) {
+            true => &[DEFAULT][..],
+            false => &[],
+        };
+        let values = [
+            way.seconds * 1e3,
+            1.0 / way.seconds,
+            way.judged.most,
+            way.judged.rms,
+            way.judged.seen * 100.0,
+            way.bytes as f64 / 1e6,
+        ];
+        out.add(&way.name, &way.name, marks, &values.map(Some));
+    }
+    out
+}
+
+/// The chart of a record made by [`record`]: log of the error over log of the time.
+pub fn drawing(record: &Record, theme: Theme) -> Drawing {
+    let panel = |what: &str, title: &str| Panel {
+        title: title.to_owned(),
+        x: Axis::new("milliseconds a frame", Scale::Log),
+        y: Axis::new("steps of 8 bits", Scale::Log),
+        series: record
+            .series
+            .iter()
+            .zip(MARKERS.into_iter().cycle())
+            .map(|(series, marker)| chart::Series {
+                name: series.name.clone(),
+                points: record.curve(series, TIME, what),
+                marker,
+                labels: Vec::new(),
+            })
+            .collect(),
+        reference: Some((UNSEEN, "half a step".to_owned())),
+    };
+    let panels = [
+        panel(MOST, &format!("largest error; {}", record.method)),
+        panel(RMS, &format!("RMS error; {}", record.machine.describe())),
+    ];
+    let title = format!("{}: error against time, by format of keys", record.subject);
+    chart::panels(&title, &panels, theme)
+}
+
+/// The record in words: a line for each way.
+pub fn describe(record: &Record) -> String {
+    let mut out = format!(
+        "{:<26} {:>9} {:>9} {:>10} {:>8} {:>11} {:>8}\n",
+        "keys", "ms/frame", "frames/s", "max steps", "RMS", "beyond 1/2", "MB"
+    );
+    for point in record.series.iter().flat_map(|s| &s.points) {
+        let at = |i: usize| point.values.get(i).copied().flatten().unwrap_or(f64::NAN);
+        let is = match point.marks.is_empty() {
+            true => "",
+            false => "  (default)",
+        };
+        out += &format!(
+            "{:<26} {:>9.2} {:>9.0} {:>10.2e} {:>8.1e} {:>10.3}% {:>8.1}{is}\n",
+            point.label,
+            at(0),
+            at(1),
+            at(2),
+            at(3),
+            at(4),
+            at(5)
+        );
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::tone::Curve;
+
+    #[test]
+    fn steps_are_the_displays_values() {
+        for curve in [Curve::Filmic, Curve::Plain] {
+            let tone = Tone {
+                exposure: 1.7,
+                curve,
+            };
+            let steps = Steps::new(tone);
+            for i in 0..40_000 {
+                let light = f64::from(i) * 1e-4 * tone.light(1.0) / 3.9;
+                let exact = 255.0 * tone.display(light);
+                assert!((steps.of(light) - exact).abs() < 0.003, "{curve:?} {light}");
+            }
+            assert_eq!([steps.of(-1.0), steps.of(1e9)], [0.0, 255.0]);
+        }
+    }
+}

@@ -1,0 +1,150 @@
+//! From a cue typed anew to the bytes of the picture at the current time.
+
+use std::time::Instant;
+
+use footlight::files::Memory;
+use footlight::interpreter::{Goal, Host, Interpreter};
+use footlight::picture::Image;
+use footlight::scene::{Rig, Scene, View};
+use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::work::Work;
+
+/// Coarse pictures, each of two qualities.
+const BANKS: usize = 24;
+/// Refined pictures.
+const REFINED: usize = 10;
+
+/// An operator that makes pictures up: what they show does not matter here, only that they are
+/// linear in the setting and better at a finer quality.
+struct Painter;
+
+struct Painted(View, Quality);
+
+impl Transport for Painter {
+    fn name(&self) -> &str {
+        "painter"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(5)
+    }
+
+    fn prepare(
+        &self,
+        _: &Scene,
+        _: &Rig,
+        view: &View,
+        quality: Quality,
+        _: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Ok(Box::new(Painted(view.clone(), quality)))
+    }
+
+    fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+        Cost {
+            prepare: 1.0,
+            per_source: 0.1,
+            per_image: 0.1,
+        }
+    }
+}
+
+impl Prepared for Painted {
+    fn render(&mut self, settings: &[Vec<f64>], _: Work<'_>) -> Result<Vec<Image>, TransportError> {
+        let Painted(view, quality) = self;
+        let draw = |setting: &Vec<f64>| {
+            let mut image = Image::new(view.width, view.height);
+            for (source, level) in setting.iter().enumerate().filter(|(_, l)| **l != 0.0) {
+                let off = 0.2 / f64::from(quality.0);
+                for (i, channel) in image.data_mut().iter_mut().enumerate() {
+                    let noise = (i * 7919 + source * 104_729) % 10_007;
+                    let error = ((i * 31 + source * 17) % 101) as f64 / 101.0;
+                    let light = (noise as f64 / 10_007.0).powi(3) + off * error;
+                    *channel += (level * light) as f32;
+                }
+            }
+            image
+        };
+        Ok(settings.iter().map(draw).collect())
+    }
+}
+
+fn show(exposure: &str) -> String {
+    let mut text = String::from("show \"Edited\"\nstage \"room.obj\"\n");
+    text += "view house from 0, -6, 1.6 to 0, 0, 1.4 fov 40 size 640x360\n";
+    text += &format!("preview {{ coarse 2 refined 4 tolerance 0.01% {exposure} }}\n");
+    for i in 0..BANKS {
+        let x = i as f64 / 4.0 - 3.0;
+        text += &format!(
+            "light l{i} spot at {x}, -2, 3.5 aim {x}, 0.5, 0.5 beam 30 field 50 900 cd 2700 K\n\
+             bank b{i} = l{i}\n"
+        );
+    }
+    for cue in 0..12 {
+        let moves: Vec<String> = (0..BANKS)
+            .map(|b| format!("b{b} {}", 5 + (b * 37 + cue * 53) % 95))
+            .collect();
+        let time = if cue == 0 { "snap" } else { "time 3" };
+        text += &format!(
+            "cue {} at 0:{:02} {{ {time} {} }}\n",
+            cue + 1,
+            cue * 4,
+            moves.join(" ")
+        );
+    }
+    text
+}
+
+/// Opens the show and renders its pictures.
+fn opened(exposure: &str, threads: usize) -> Interpreter {
+    let room = "v -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nf 1 2 3 4\n";
+    let host = Host {
+        files: Box::new(Memory::default().with("room.obj", room)),
+        transport: Box::new(Painter),
+        threads,
+        ..Host::default()
+    };
+    let text = show(exposure);
+    let mut show = Interpreter::from_text("edited.lxq", text.as_bytes(), host).unwrap();
+    show.refine(Goal {
+        count: Some(REFINED),
+        ..Goal::default()
+    })
+    .unwrap();
+    assert_eq!(show.refined(), REFINED);
+    show.execute("at 0:17").unwrap();
+    show
+}
+
+/// Prints the fastest and the median of the edits, with the exposure given and automatic.
+pub fn measure(rounds: usize) {
+    println!(
+        "\nfrom an edited cue to the picture at the current time, 640x360, {BANKS} coarse pictures \
+         of two qualities, {REFINED} refined"
+    );
+    for (name, exposure) in [("given", "exposure -2"), ("automatic", "")] {
+        for threads in [1, 2] {
+            let mut show = opened(exposure, threads);
+            show.execute("picture").unwrap();
+            let mut times: Vec<f64> = (0..rounds.max(3)).map(|n| edited(&mut show, n)).collect();
+            times.sort_by(f64::total_cmp);
+            println!(
+                "exposure {name:9} threads {threads}: {:6.2} ms, median {:6.2} ms",
+                times[0] * 1e3,
+                times[times.len() / 2] * 1e3
+            );
+        }
+    }
+}
+
+fn edited(show: &mut Interpreter, n: usize) -> f64 {
+    let before = show.execute("picture").unwrap().picture.unwrap().rgb;
+    let level = 20 + n * 7 % 60;
+    let begin = Instant::now();
+    show.execute(&format!("cue 5 at 0:16 {{ time 3  b7 {level} }}"))
+        .unwrap();
+    let after = show.execute("picture").unwrap().picture.unwrap().rgb;
+    let time = begin.elapsed().as_secs_f64();
+    assert!(n == 0 || before != after, "the edit is seen");
+    time
+}

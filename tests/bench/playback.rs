@@ -1,0 +1,340 @@
+//! Frames a second of playback beside what they could be: `cargo bench --bench playback`.
+//!
+//! Four key images become one frame of display bytes: by a sum over banks instead of keys, by three
+//! blends one after the other, and by the fused kernel with keys of each format on one and two
+//! threads; beside each, the time to read the same bytes and do nothing with them. Then the same
+//! blends by OpenCV and numpy (`tests/peers/playback.py`), where Python has them. Everything takes
+//! its turn in every round, and the median turn counts; what runs on one thread is timed by the
+//! processor's clock where the system tells it, so that the ratios hold on a machine that is not
+//! idle (figures of two threads need an idle one). Last, the frame budget of editing: from a cue typed anew to the bytes of the picture
+//! at the current time, with 24 coarse pictures (of two qualities) and 10 refined ones.
+//! `--rounds 40` takes more turns, `--size 1280x720` one size alone.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "a bench that reports to its reader"
+)]
+
+#[path = "edit_frame.rs"]
+mod edit_frame;
+
+use std::hint::black_box;
+use std::process::Command;
+use std::time::Instant;
+
+use footlight::picture::Image;
+use footlight::picture::combine::combine;
+use footlight::picture::tone::Tone;
+use footlight::playback::kernel::{Factors, Keys, Target};
+use footlight::playback::key::{Format, KeyImage, Samples};
+use footlight::timeline::{Blend, blend};
+
+/// Banks of the naive sum: as many as the tavern's sources.
+const BANKS: usize = 22;
+/// Where in a cubic segment the frame is.
+const MOMENT: f64 = 0.37;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    let value = |name: &str| {
+        let at = arguments.iter().position(|a| a == name);
+        at.and_then(|i| arguments.get(i + 1)).map(String::as_str)
+    };
+    let rounds = value("--rounds").map_or(15, |r| usize::max(3, r.parse().unwrap()));
+    for (width, height) in [(1280, 720), (1920, 1080)] {
+        let name = format!("{width}x{height}");
+        if value("--size").is_none_or(|size| size == name) {
+            frames((width, height), rounds);
+        }
+    }
+    edit_frame::measure(rounds);
+}
+
+/// A way to a frame, or a reading to compare it with.
+struct Way<'a> {
+    name: String,
+    /// Bytes that it reads.
+    bytes: usize,
+    run: Box<dyn FnMut() + 'a>,
+}
+
+fn frames(size: (usize, usize), rounds: usize) {
+    let banks: Vec<Image> = (0..BANKS).map(|b| picture(size, b)).collect();
+    let tone = Tone::default();
+    let table = tone.table();
+    let channels = size.0 * size.1 * 3;
+    let kept = Format::ALL.map(|format| keys(&banks, format, tone));
+    let samples = kept
+        .each_ref()
+        .map(|k| k.iter().map(KeyImage::samples).collect());
+    let samples: [Vec<&Samples>; 3] = samples;
+    let keys = samples.each_ref().map(|s| Keys::new(s).unwrap());
+    let factors = Factors::new(blend(3, MOMENT));
+    let mut ways: Vec<Way<'_>> = Vec::new();
+    for (format, bytes) in [("f32", 4), ("f16", 2), ("8-bit", 1)]
+        .into_iter()
+        .zip(kept.each_ref())
+    {
+        let (name, each) = format;
+        ways.push(Way {
+            name: format!("reading four keys, {name}"),
+            bytes: 4 * each * channels,
+            run: Box::new(move || {
+                for key in bytes {
+                    black_box(read(key.samples()));
+                }
+            }),
+        });
+    }
+    let mut shown = vec![0; channels];
+    ways.push(Way {
+        name: format!("sum of {BANKS} banks"),
+        bytes: BANKS * 4 * channels,
+        run: Box::new({
+            let (banks, table) = (&banks, &table);
+            move || {
+                let terms: Vec<(f64, &Image)> = banks.iter().map(|b| (0.3, b)).collect();
+                let sum = combine(size, &terms, 1);
+                table.encode(sum.data(), &mut shown);
+            }
+        }),
+    });
+    let mut shown = vec![0; channels];
+    let mut passes = [0, 1].map(|_| vec![0.0; channels]);
+    ways.push(Way {
+        name: "three blends, then encoding".to_owned(),
+        bytes: 4 * 4 * channels,
+        run: Box::new({
+            let (banks, table) = (&banks, &table);
+            move || {
+                three_passes(banks, &mut passes);
+                table.encode(&passes[0], &mut shown);
+            }
+        }),
+    });
+    for (keys, (name, each)) in keys.iter().zip([("f32", 4), ("f16", 2), ("8-bit", 1)]) {
+        for threads in [1, 2] {
+            let mut shown = vec![0; channels];
+            let table = &table;
+            ways.push(Way {
+                name: format!("fused, {name}, threads: {threads}"),
+                bytes: 4 * each * channels,
+                run: Box::new(move || {
+                    keys.blend(factors, Target::Bytes(&mut shown, table), threads);
+                    black_box(&shown);
+                }),
+            });
+        }
+    }
+    let (best, peers) = turns(&mut ways, size, rounds);
+    report(size, &ways, &best, &peers);
+}
+
+/// A turn lasts about so many seconds of the processor: the system's clock of it ticks in
+/// hundredths.
+const TURN: f64 = 0.06;
+
+/// The seconds of each way, and what the peers said of theirs.
+fn turns(ways: &mut [Way<'_>], size: (usize, usize), rounds: usize) -> (Vec<f64>, Peers) {
+    let mut times = vec![Vec::new(); ways.len()];
+    let mut runs = vec![1; ways.len()];
+    let mut peers = Peers::default();
+    for round in 0..rounds {
+        for ((way, times), runs) in ways.iter_mut().zip(&mut times).zip(&mut runs) {
+            let time = turn(way, *runs) / *runs as f64;
+            // The first turn warms up and tells how many runs make one.
+            match round {
+                0 => *runs = ((TURN / time.max(1e-6)) as usize).clamp(1, 100),
+                _ => times.push(time),
+            }
+        }
+        if round % 5 == 0 && peers.missing.is_none() {
+            peers.take_turn(size);
+        }
+    }
+    let median = |mut times: Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    };
+    (times.into_iter().map(median).collect(), peers)
+}
+
+fn turn(way: &mut Way<'_>, runs: usize) -> f64 {
+    let (begin, spent) = (Instant::now(), on_processor());
+    for _ in 0..runs {
+        (way.run)();
+    }
+    let passed = begin.elapsed().as_secs_f64();
+    let own = on_processor().zip(spent).map(|(now, then)| now - then);
+    match own {
+        Some(own) if runs > 1 && !way.name.ends_with("threads: 2") => own,
+        _ => passed,
+    }
+}
+
+/// Seconds that this thread was on a processor.
+fn on_processor() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
+    Some(nanoseconds * 1e-9)
+}
+
+/// What other libraries need for the same frame, milliseconds.
+#[derive(Default)]
+struct Peers {
+    best: Vec<(String, f64)>,
+    missing: Option<String>,
+}
+
+impl Peers {
+    fn take_turn(&mut self, (width, height): (usize, usize)) {
+        let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/peers/playback.py");
+        let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
+        let size = [width, height].map(|n| n.to_string());
+        let said = Command::new(python).arg(script).args(size).output();
+        let said = match said {
+            Ok(said) if said.status.success() => String::from_utf8(said.stdout).unwrap(),
+            Ok(said) => {
+                let why = String::from_utf8_lossy(&said.stderr).into_owned();
+                self.missing = why.lines().last().map(str::to_owned);
+                return;
+            }
+            Err(error) => {
+                self.missing = Some(error.to_string());
+                return;
+            }
+        };
+        for (at, line) in said.lines().enumerate() {
+            let (name, time) = line.rsplit_once(' ').unwrap();
+            let time: f64 = time.parse().unwrap();
+            match self.best.get_mut(at) {
+                Some((_, best)) => *best = best.min(time),
+                None => self.best.push((name.to_owned(), time)),
+            }
+        }
+    }
+}
+
+fn report((width, height): (usize, usize), ways: &[Way<'_>], best: &[f64], peers: &Peers) {
+    println!("\n{width}x{height}, four keys, one frame of bytes");
+    println!(
+        "{:36} {:>8} {:>9} {:>7} {:>14}",
+        "", "ms", "frames/s", "GB/s", "of reading"
+    );
+    let reading = |way: &Way<'_>| {
+        let same = |other: &Way<'_>| other.bytes == way.bytes && other.name.starts_with("reading");
+        ways.iter().position(same).map(|at| best[at])
+    };
+    for (way, best) in ways.iter().zip(best) {
+        let ratio = reading(way).map_or(String::new(), |r| format!("{:.2}", r / best));
+        let rate = way.bytes as f64 / best / 1e9;
+        let ms = best * 1e3;
+        println!(
+            "{:36} {ms:8.2} {:9.0} {rate:7.1} {ratio:>14}",
+            way.name,
+            1.0 / best
+        );
+    }
+    for (name, ms) in &peers.best {
+        println!("{name:36} {ms:8.2} {:9.0}", 1e3 / ms);
+    }
+    if let Some(why) = &peers.missing {
+        println!("no peers (PYTHON names an interpreter with numpy and cv2): {why}");
+    }
+    let find = |name: &str| {
+        let at = ways.iter().position(|w| w.name == name);
+        at.map(|at| best[at] * 1e3)
+    };
+    let ours = |format: &str| find(&format!("fused, {format}, threads: 1")).unwrap();
+    println!(
+        "f16 is {:.2} times as fast as f32",
+        ours("f32") / ours("f16")
+    );
+    let peer = |name: &str| {
+        peers
+            .best
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, ms)| *ms)
+    };
+    for (format, name) in [
+        ("f32", "OpenCV addWeighted f32"),
+        ("8-bit", "OpenCV addWeighted 8-bit"),
+    ] {
+        if let Some(ms) = peer(name) {
+            println!(
+                "{format} is {:.2} times as fast as {name}",
+                ms / ours(format)
+            );
+        }
+    }
+}
+
+/// A picture with darks, lights and a few lamps, another for each number.
+fn picture((width, height): (usize, usize), number: usize) -> Image {
+    let channel = |i: usize| {
+        let noise = (i * 7919 + number * 104_729) % 10_007;
+        let light = (noise as f32 / 10_007.0).powi(3) * 4.0;
+        if noise % 1000 == 7 {
+            60.0 * light
+        } else {
+            light
+        }
+    };
+    Image::from_data(
+        width,
+        height,
+        (0..width * height * 3).map(channel).collect(),
+    )
+    .unwrap()
+}
+
+fn keys(banks: &[Image], format: Format, tone: Tone) -> Vec<KeyImage> {
+    let keep = |image| KeyImage::new(image, format, tone.knee());
+    banks[..4].iter().map(keep).collect()
+}
+
+/// The three blends of a cubic segment, a pass over memory each.
+fn three_passes(keys: &[Image], out: &mut [Vec<f32>; 2]) {
+    let Blend::Cubic([a, b, c]) = blend(3, MOMENT) else {
+        unreachable!("a cubic segment")
+    };
+    let [first, second] = out;
+    pass(first, keys[0].data(), keys[1].data(), a as f32);
+    pass(second, keys[2].data(), keys[3].data(), b as f32);
+    again(first, second, c as f32);
+}
+
+#[multiversion::multiversion(targets = "simd")]
+fn pass(out: &mut [f32], a: &[f32], b: &[f32], t: f32) {
+    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
+        *out = a + t * (b - a);
+    }
+}
+
+#[multiversion::multiversion(targets = "simd")]
+fn again(out: &mut [f32], b: &[f32], t: f32) {
+    for (out, b) in out.iter_mut().zip(b) {
+        *out += t * (b - *out);
+    }
+}
+
+/// Reads every byte.
+fn read(samples: &Samples) -> u64 {
+    match samples {
+        Samples::Float(data) => {
+            let (blocks, _) = data.as_chunks::<16>();
+            words(blocks, |v| u64::from(v.to_bits()))
+        }
+        Samples::Half { codes, .. } => words(codes.as_chunks::<32>().0, |v| u64::from(*v)),
+        Samples::Byte { codes, .. } => words(codes.as_chunks::<64>().0, |v| u64::from(*v)),
+    }
+}
+
+/// One number of each block of 64 bytes: that line of memory is then read, and nothing is computed.
+fn words<T, const N: usize>(blocks: &[[T; N]], word: impl Fn(&T) -> u64) -> u64 {
+    let firsts = blocks.iter().filter_map(|block| block.first());
+    firsts.fold(0, |sum, first| sum ^ word(first))
+}
