@@ -52,7 +52,13 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             files,
             output,
             of_git,
-        } => paper::difference(files, output.as_deref(), of_git.as_deref(), screen),
+        } => {
+            // Git's files are copies elsewhere; the stage and the pictures are beside the original.
+            let [_, new] = files;
+            let path = of_git.clone().unwrap_or_else(|| new.display().to_string());
+            let host = host(Some(&path), arguments, screen);
+            paper::difference(files, output.as_deref(), of_git.as_deref(), (&host, screen))
+        }
         Task::Explain { code } => {
             print(&interpreter::explain(code)?);
             Ok(0)
@@ -70,8 +76,8 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
     }
 }
 
-/// Opens the show at `path` (`-`: standard input; none: an empty show) with the terminal's means.
-fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
+/// The terminal's means, for the show at `path` (`-`: standard input; none: an empty show).
+fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != "-").map(Path::new);
     let folder = file.map_or(Path::new("."), folder_of);
     let transport: Box<dyn Transport> = match &arguments.renderer {
@@ -84,7 +90,7 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
             }))
         }
     };
-    let host = Host {
+    Host {
         transport,
         files: Box::new(Folder::new(folder, LIMIT)),
         store: Box::new(Disk),
@@ -96,7 +102,12 @@ fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<In
         style: screen.style(),
         pool: pool_place(path, folder, arguments),
         pipe: pipe(),
-    };
+    }
+}
+
+/// Opens a show with the terminal's means.
+fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
+    let host = host(path, arguments, screen);
     match path {
         None => Interpreter::empty(host),
         Some("-") => {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::screen::Screen;
 use super::{folder_of, print};
 use crate::files::{Disk, Folder, Store};
-use crate::interpreter::{self, Comparison, Error, Formatted, LIMIT};
+use crate::interpreter::{self, Comparison, Error, Formatted, Host, LIMIT};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
@@ -20,20 +20,20 @@ pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     Ok(u8::from(look && changed > 0))
 }
 
-/// Tells what changed. 0: nothing, 1: something, 2: it cannot be told; for git, which takes any
+/// Tells what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2: it cannot be told; for git, which takes any
 /// other code for a crash of its driver, always 0.
 pub fn difference(
     files: &[PathBuf; 2],
     output: Option<&Path>,
     of_git: Option<&str>,
-    screen: &Screen,
+    (host, screen): (&Host, &Screen),
 ) -> Result<u8, Error> {
     if let Some(name) = of_git {
         print(&format!("{name}\n"));
     }
     // Git hands over copies in a folder of its own; what they include lies beside the original.
     let beside = |path: &Path| Folder::new(folder_of(of_git.map_or(path, Path::new)), LIMIT);
-    let code = match compare(files, output, beside) {
+    let code = match compare(files, output, beside, host) {
         Ok(text) => {
             print(&text);
             u8::from(!text.is_empty())
@@ -50,10 +50,12 @@ fn compare(
     [old, new]: &[PathBuf; 2],
     output: Option<&Path>,
     beside: impl Fn(&Path) -> Folder,
+    host: &Host,
 ) -> Result<String, Error> {
     let (a, b) = (read(old)?, read(new)?);
     let names = [old, new].map(|p| p.display().to_string());
     let compared = Comparison::new((&names[0], &a, &beside(old)), (&names[1], &b, &beside(new)))?;
+    let compared = compared.with_pictures(host);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
         Disk.write(path, &compared.chart(path)?)?;

@@ -1,19 +1,25 @@
 //! The show on paper: `tracksheet`, `cuesheet`, `fmt`, `diff`, `explain`.
 //!
-//! Nothing here needs the stage or a picture, so that the command line can do it to any text.
+//! Nothing here needs the stage or a picture, so that the command line can do it to any text; only
+//! where both are at hand `diff` counts the pictures that serve on.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use super::output::{ending, hue, points, unknown_ending};
-use super::{Call, Error, Interpreter, LIMIT, Reply, Report};
+use super::stage::Stage;
+use super::{Call, Error, Host, Interpreter, LIMIT, Reply, Report};
 use crate::chart::{self, Theme};
 use crate::check;
 use crate::diagnostic::Sources;
 use crate::files::{Files, Store};
-use crate::lang;
+use crate::lang::{self, SpanMap};
+use crate::pool::address::Digest;
+use crate::pool::archive::Archive;
 use crate::sheet::{self, Difference, Table, Version};
 use crate::show::Show;
 use crate::timeline::Timeline;
+use crate::transport::Quality;
 
 /// Characters of a line of a table in words.
 const WIDTH: usize = 100;
@@ -32,6 +38,7 @@ struct Sheet {
     /// With all that it includes.
     text: String,
     show: Show,
+    spans: SpanMap,
     timeline: Timeline,
 }
 
@@ -57,12 +64,27 @@ impl Sheet {
                 return Ok(Sheet {
                     text: sources.texts().collect::<Vec<_>>().join("\n"),
                     show,
+                    spans: parsed.spans,
                     timeline,
                 });
             }
             diagnostics.extend(checked.diagnostics);
         }
         Err(mistakes(diagnostics, sources))
+    }
+
+    /// The names of the refined pictures in `archive` that serve this version; none where it has
+    /// no stage, or one that cannot be read. The scene of `known` is taken where it is the same.
+    fn serving(&self, host: &Host, archive: &Archive, known: Option<&Stage>) -> BTreeSet<Digest> {
+        let (files, transport) = (host.files.as_ref(), host.transport.as_ref());
+        let read = Stage::read(&self.show, &self.spans, files, host.memory, known);
+        let results = transport.results();
+        let stage = Stage::renew(None, read.unwrap_or(None), results.as_deref(), &mut None);
+        stage.map_or_else(BTreeSet::new, |stage| {
+            let finest = stage.finest(transport).0;
+            let least = Quality(self.show.preview.refined.clamp(1, finest));
+            stage.serving(archive, least, host.store.as_ref())
+        })
     }
 
     fn version(&self) -> Version<'_> {
@@ -141,6 +163,9 @@ pub struct Comparison {
     new: Sheet,
     /// What changed.
     pub difference: Difference,
+    /// Refined pictures at hand that serve the older version, and those of them that serve the
+    /// newer one too.
+    serving: Option<[usize; 2]>,
 }
 
 impl Comparison {
@@ -158,7 +183,39 @@ impl Comparison {
             difference: sheet::difference(old.version(), new.version()),
             old,
             new,
+            serving: None,
         })
+    }
+
+    /// Counts the pictures in the host's store that serve on.
+    #[must_use]
+    pub fn with_pictures(self, host: &Host) -> Comparison {
+        let archive = host.archive();
+        self.counted(host, &archive, None)
+    }
+
+    fn counted(mut self, host: &Host, archive: &Archive, known: Option<&Stage>) -> Comparison {
+        let old = self.old.serving(host, archive, known);
+        let new = self.new.serving(host, archive, known);
+        self.serving = Some([old.len(), old.intersection(&new).count()]);
+        self
+    }
+
+    /// Whether the pictures still serve, in words.
+    fn pictures(&self) -> String {
+        match (self.serving, self.difference.pictures) {
+            (Some([old, both]), _) if old > 0 && both == old => {
+                format!("every refined picture still serves ({old} of {old})")
+            }
+            (Some([old, both]), _) if old > 0 => format!(
+                "{both} of {old} refined pictures still serve; the others show what has changed of \
+                 the rig, the stage or the view, or are too coarse now"
+            ),
+            (_, true) => "the rig, the stage or the view changed; those that depend on it are \
+                          rendered anew (`pool` counts the others)"
+                .to_owned(),
+            (_, false) => "every refined picture still serves".to_owned(),
+        }
     }
 
     /// The changes in words, and whether pictures still serve; empty when there are none.
@@ -166,13 +223,8 @@ impl Comparison {
         if self.difference.is_empty() {
             return String::new();
         }
-        let serves = if self.difference.pictures {
-            "pictures: the rig, the stage or the view changed; those that depend on it are rendered \
-             anew (`pool` counts the others)"
-        } else {
-            "pictures: every refined picture still serves"
-        };
-        format!("{}\n{serves}\n", self.difference.text())
+        let (changes, pictures) = (self.difference.text(), self.pictures());
+        format!("{changes}\npictures: {pictures}\n")
     }
 
     /// The changed curves, the old ones dashed.
@@ -254,10 +306,14 @@ impl Interpreter {
             }
         };
         let files = self.host.files.as_ref();
-        let compared = Comparison::new(
+        let mut compared = Comparison::new(
             (&name, &old, files),
             (&self.name, self.source.as_bytes(), files),
         )?;
+        let stage = self.stage.as_ref();
+        if let Some(archive) = stage.map(|s| &s.archive).or(self.archive.as_ref()) {
+            compared = compared.counted(&self.host, archive, stage);
+        }
         let text = match compared.text() {
             text if text.is_empty() => "nothing changed".to_owned(),
             text => text,

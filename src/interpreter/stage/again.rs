@@ -10,7 +10,8 @@ use crate::files::Store;
 use crate::linalg::Orthonormal;
 use crate::picture::Image;
 use crate::pool::Pool;
-use crate::pool::address::{Address, Lighting};
+use crate::pool::address::{Address, Digest, Lighting};
+use crate::pool::archive::Archive;
 use crate::pool::depot::Place;
 use crate::pool::span;
 use crate::transport::Quality;
@@ -41,16 +42,31 @@ impl Stage {
     /// the sources can express: in the order in which they were refined, so that a pool made anew
     /// is the same to the last bit.
     fn known(&self, least: Quality, store: Option<&dyn Store>) -> Vec<Known> {
+        self.known_in(&self.archive, least, store)
+    }
+
+    /// The names of the refined pictures in an archive, on disk too, that serve.
+    pub fn serving(
+        &self,
+        archive: &Archive,
+        least: Quality,
+        store: &dyn Store,
+    ) -> BTreeSet<Digest> {
+        let known = self.known_in(archive, least, Some(store));
+        known.into_iter().map(|k| k.address.key).collect()
+    }
+
+    fn known_in(&self, archive: &Archive, least: Quality, store: Option<&dyn Store>) -> Vec<Known> {
         let Some(ground) = self.ground else {
             return Vec::new();
         };
-        let kept = self.archive.kept().iter();
+        let kept = archive.kept().iter();
         let fits = |a: &Address| a.ground == ground && a.quality >= least;
         let kept = kept.filter(|k| fits(&k.address));
         let mut all: Vec<(Place, Address)> = kept
             .filter_map(|k| Some((k.refined.clone()?, k.address.clone())))
             .collect();
-        if let Some((depot, store)) = self.archive.depot().zip(store) {
+        if let Some((depot, store)) = archive.depot().zip(store) {
             let stored = depot.refined(store, ground, least).into_iter();
             all.extend(stored.map(|r| {
                 let address = Address {
