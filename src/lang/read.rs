@@ -300,7 +300,10 @@ fn without_line(text: &str, failure: &Failure) -> Option<String> {
     let start = text.get(..anchor)?.rfind('\n')? + 1;
     let end = text.get(anchor..)?.find('\n').map(|i| anchor + i)?;
     let line = text.get(start..end)?;
-    if line.contains(['{', '}']) || line.trim().is_empty() {
+    // Round brackets must keep their partners too: the scanner has counted how deep they nest.
+    let count = |bracket: char| line.matches(bracket).count();
+    let parted = line.contains(['{', '}']) || count('(') != count(')');
+    if parted || line.trim().is_empty() {
         return None;
     }
     let blank = " ".repeat(line.len());

@@ -211,22 +211,24 @@ fn declarations_are_told_from_verbs() {
     }
 }
 
-/// The parser recurses with the braces and watches no stack: the deepest statement that the scanner
-/// lets through takes a fraction of what a thread has.
+/// The parser recurses with the brackets and watches no stack: the deepest statement that the
+/// scanner lets through takes a fraction of what a thread has, also when lines with mistakes are
+/// left out of it.
 #[test]
 fn the_deepest_statement_needs_little_stack() {
-    let deepest = || {
-        let depth = limits::DEPTH;
-        let text = format!(
-            "cue 1 {{{}{}}}",
-            "part 2 { ".repeat(depth - 1),
-            "}".repeat(depth - 1)
-        );
-        parsed(&format!("{RIG}{text}\n")).diagnostics.len()
+    let count = |text: String| move || parsed(&format!("{RIG}{text}\n")).diagnostics.len();
+    let small = |text: String| {
+        let thread = std::thread::Builder::new().stack_size(768 << 10);
+        thread.spawn(count(text)).unwrap().join().unwrap()
     };
-    let small = std::thread::Builder::new().stack_size(512 << 10);
+    let (depth, [open, close]) = (limits::DEPTH, ["part 2 {\n", "}"]);
+    let parts = [open.repeat(depth - 1), close.repeat(depth)].concat();
     // What stands deeper than a part in a part is not looked at.
-    assert_eq!(small.spawn(deepest).unwrap().join().unwrap(), 1);
+    assert_eq!(small(format!("cue 1 {{ {parts}")), 1);
+    let rounds = ["(".repeat(depth), "1".into(), ")".repeat(depth)].concat();
+    let lines = format!("{}\n{} x\n", "(".repeat(depth), ")".repeat(depth)).repeat(12);
+    assert!(small(format!("cue 1 {{\na {rounds}\na {lines}}}")) > 0);
+    assert_eq!(small(format!("cue 1 {{ a {rounds}\n b 5 }}")), 1);
 }
 
 #[test]

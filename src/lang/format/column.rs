@@ -42,6 +42,27 @@ impl Line {
     }
 }
 
+/// A line as far as it is written.
+#[derive(Clone, Debug, Default)]
+struct Written {
+    text: String,
+    /// Characters of its last line, which is all of it unless a comment in it has several.
+    width: usize,
+}
+
+impl Written {
+    fn blanks(&mut self, count: usize) {
+        self.text.push_str(&" ".repeat(count));
+        self.width += count;
+    }
+
+    fn push(&mut self, text: &str) {
+        self.text.push_str(text);
+        let before = if text.contains('\n') { 0 } else { self.width };
+        self.width = before + width(text);
+    }
+}
+
 /// The whole text.
 pub fn text(lines: &[Line]) -> String {
     let mut out = String::new();
@@ -51,65 +72,60 @@ pub fn text(lines: &[Line]) -> String {
             .windows(2)
             .take_while(|w| matches!(w, [a, b] if b.joins(a)));
         let (run, after) = rest.split_at(joined.count() + 1);
-        let mut codes: Vec<String> = vec![String::new(); run.len()];
-        align(run, &mut codes, 0);
-        write(run, &codes, &mut out);
+        write(run, &aligned(run), &mut out);
         rest = after;
     }
     out
 }
 
-/// Writes the cells from `column` on behind what `codes` hold already.
-fn align(lines: &[Line], codes: &mut [String], column: usize) {
-    let role = |line: &Line| line.cells.get(column).map(|c| c.role);
-    let (mut lines, mut codes) = (lines, codes);
-    while let Some(first) = lines.first() {
-        let same = lines.iter().take_while(|l| role(l) == role(first)).count();
-        let (group, after) = lines.split_at(same);
-        let (written, others) = codes.split_at_mut(same);
-        if role(first).is_some() {
-            place(group, written, column);
-            align(group, written, column + 1);
+/// The lines of a run with their cells under each other: column by column, neighbours whose cells
+/// play the same role together. A line may have any number of columns, so this is no recursion.
+fn aligned(lines: &[Line]) -> Vec<Written> {
+    let mut out = vec![Written::default(); lines.len()];
+    let mut groups = vec![(0..lines.len(), 0)];
+    while let Some((group, column)) = groups.pop() {
+        let role = |line: &Line| line.cells.get(column).map(|c| c.role);
+        let mut start = group.start;
+        let of_group = lines.get(group).unwrap_or_default();
+        for same in of_group.chunk_by(|a, b| role(a) == role(b)) {
+            let range = start..start + same.len();
+            start = range.end;
+            if same.first().and_then(role).is_some()
+                && let Some(written) = out.get_mut(range.clone())
+            {
+                place(same, written, column);
+                groups.push((range, column + 1));
+            }
         }
-        (lines, codes) = (after, others);
     }
+    out
 }
 
 /// Writes one column of lines that all have it.
-fn place(lines: &[Line], codes: &mut [String], column: usize) {
-    let starts = |(line, code): (&Line, &String)| {
+fn place(lines: &[Line], written: &mut [Written], column: usize) {
+    let starts = |(line, code): (&Line, &Written)| {
         let gap = line.cells.get(column).map_or(0, |c| c.gap);
-        width(code) + if code.is_empty() { 0 } else { gap }
+        code.width + if code.text.is_empty() { 0 } else { gap }
     };
-    let least = lines
-        .iter()
-        .zip(codes.iter())
-        .map(starts)
-        .min()
-        .unwrap_or(0);
-    let most = lines
-        .iter()
-        .zip(codes.iter())
-        .map(starts)
-        .max()
-        .unwrap_or(0);
-    for (line, code) in lines.iter().zip(codes) {
+    let all = || lines.iter().zip(written.iter()).map(starts);
+    let (least, most) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
+    for (line, code) in lines.iter().zip(written) {
         let own = starts((line, code));
         let start = if most - least > FURTHEST { own } else { most };
-        code.push_str(&" ".repeat(start.saturating_sub(width(code))));
+        code.blanks(start.saturating_sub(code.width));
         if let Some(cell) = line.cells.get(column) {
-            code.push_str(&cell.text);
+            code.push(&cell.text);
         }
     }
 }
 
 /// Writes a run of lines with their comments.
-fn write(lines: &[Line], codes: &[String], out: &mut String) {
+fn write(lines: &[Line], codes: &[Written], out: &mut String) {
     let commented = lines
         .iter()
         .zip(codes)
         .filter(|(l, _)| !l.comment.is_empty());
-    let widths: Vec<usize> = commented.map(|(_, code)| width(code)).collect();
+    let widths: Vec<usize> = commented.map(|(_, code)| code.width).collect();
     let most = widths.iter().copied().max().unwrap_or(0);
     let ragged = widths.iter().any(|w| most - w > FURTHEST);
     for (line, code) in lines.iter().zip(codes) {
@@ -117,13 +133,13 @@ fn write(lines: &[Line], codes: &[String], out: &mut String) {
             out.push('\n');
         }
         let indent = " ".repeat(line.indent);
-        let mut written = format!("{indent}{code}");
+        let mut written = format!("{indent}{}", code.text);
         if !line.comment.is_empty() {
-            let to = if ragged { width(code) } else { most };
-            let gap = if code.is_empty() {
+            let to = if ragged { code.width } else { most };
+            let gap = if code.text.is_empty() {
                 0
             } else {
-                to + 2 - width(code)
+                to + 2 - code.width
             };
             written.push_str(&" ".repeat(gap));
             written.push_str(&line.comment);

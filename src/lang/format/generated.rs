@@ -187,6 +187,13 @@ impl Choices<'_> {
             self.say(&format!("surface boards reflectance {colour}"));
             self.end();
         }
+        let value = self.one(&["40", "2 * 20 + 5", "- ( 3 - 60 ) / 2", "40%", "full"]);
+        self.say(&format!("let dim = {value}"));
+        self.end();
+        let value = self.one(&["12s", "( 1:30 - 6 ) / 2", "250ms"]);
+        self.say(&format!("let slow = {value}"));
+        self.end();
+        self.solids();
         if self.chance(40) {
             self.say("view stalls from");
             self.position();
@@ -196,6 +203,24 @@ impl Choices<'_> {
         self.lights();
         self.banks();
         self.looks();
+    }
+
+    fn solids(&mut self) {
+        let solids = [
+            "box from -2 , 1 , 0 to 2 , 3 , 0.4",
+            "box inside from -4 , -4 , 0 to 4 , 4 , 3",
+            "quad -3 , 4 , 0 3 , 4 , 0 3 , 4 , 5 -3 , 4 , 5 two-sided",
+            "disc at 0 , 0 , 0.8 aim 0 , 0 , 2 radius 60cm",
+            "cylinder from 0 , 0 , 0 to 0 , 0 , 0.79 radius 5cm sides 8",
+        ];
+        let mut name = 0;
+        while self.chance(40) {
+            name += 1;
+            self.say(&format!("surface s{name} reflectance 0.5"));
+            let solid = self.one(&solids);
+            self.say(solid);
+            self.end();
+        }
     }
 
     fn lights(&mut self) {
@@ -346,7 +371,14 @@ impl Choices<'_> {
     /// Timing: of the cue where it stands first, of the move before it where it stands beside that.
     fn timing(&mut self, first: Between) {
         let mut between = first;
-        let one = self.one(&["", "time 5", "time 4/3", "up 6 down 250ms", "snap"]);
+        let one = self.one(&[
+            "",
+            "time 5",
+            "time 4/3",
+            "up 6 down 250ms",
+            "snap",
+            "time ( slow + 2 )",
+        ]);
         let two = self.one(&["", "delay 2"]);
         let three = self.one(&["", "curve dawn", "curve slow-top"]);
         for clause in [one, two, three] {
@@ -365,8 +397,10 @@ impl Choices<'_> {
         for bank in banks {
             // A move that stands beside timing of the cue is no matter; timing beside a move is.
             self.words(&[bank]);
-            match self.pick(6) {
+            match self.pick(8) {
                 0 => self.words(&["85"]),
+                6 => self.say("( dim )"),
+                7 => self.say("to ( 2 * dim / 2 )"),
                 1 => self.say("to 40%"),
                 2 => self.words(&["full"]),
                 3 => {

@@ -140,3 +140,15 @@ fn calculations_breathe() {
     );
     canonical("cue 1 {\n  time (a)/(b)\n  x (full - a)\n}\n");
 }
+
+/// A line of ten thousand columns takes no stack for each of them, and no more than linear time.
+#[test]
+fn long_lines_cost_no_stack() {
+    let entries = "a 10 ".repeat(10_000);
+    let formatted = format(&format!(
+        "look x {{\n{entries}\n}}\nlook y {{\n{entries}\n}}\n"
+    ));
+    assert_eq!(formatted.unwrap().lines().count(), 6);
+    let panels: String = (0..3_000).map(|i| format!("light l{i} like a\n")).collect();
+    assert_eq!(format(&panels).unwrap().lines().count(), 3_000);
+}
