@@ -4,9 +4,11 @@
 //! from a person and shows what comes back. It is the only room that prints.
 
 mod argument;
+mod editor;
 mod paper;
 mod prompt;
 mod screen;
+mod watch;
 
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
@@ -58,6 +60,15 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             let path = of_git.clone().unwrap_or_else(|| new.display().to_string());
             let host = host(Some(&path), arguments, screen);
             paper::difference(files, output.as_deref(), of_git.as_deref(), (&host, screen))
+        }
+        Task::Watch(watched) => watch::watch(watched, screen, || {
+            open(Some(&watched.show), arguments, screen)
+        }),
+        Task::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut argument::command(), "footlight", &mut script);
+            print(&String::from_utf8_lossy(&script));
+            Ok(0)
         }
         Task::Explain { code } => {
             print(&interpreter::explain(code)?);

@@ -8,6 +8,7 @@
 
 mod answer;
 mod compare;
+mod desk;
 mod economy;
 mod error;
 mod fitting;
@@ -25,6 +26,7 @@ mod session;
 mod stage;
 mod trial;
 mod verb;
+mod vocabulary;
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -52,6 +54,9 @@ pub use self::output::Animation;
 pub use self::paper::{Comparison, Formatted, explain, format, formatted};
 pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
+pub use self::vocabulary::{Completion, Vocabulary};
+pub use crate::lang::{Token, tokens};
+
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 
 use self::stage::{Means, Stage};
@@ -218,6 +223,8 @@ pub struct Interpreter {
     method: Method,
     /// The view that the user chose.
     looking: Option<String>,
+    /// What happens beside the text.
+    desk: desk::Desk,
     /// The sequence's automatic exposure, the number of refined pictures it was found with and how:
     /// finding it takes every key image, which each picture would otherwise make anew.
     exposure: Option<(f64, (usize, Projection))>,
@@ -251,12 +258,7 @@ impl Interpreter {
     /// # Errors
     /// [`Error::Mistakes`] with every mistake of the text and of the stage files it names.
     pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Interpreter, Error> {
-        let source = lang::decode(name, text).map_err(|diagnostic| {
-            Error::Mistakes(Report {
-                diagnostics: vec![*diagnostic],
-                sources: Sources::default(),
-            })
-        })?;
+        let source = decoded(name, text)?;
         let mut known = lang::Known::default();
         let (compiled, fresh) = compile((name, &source), &host, &mut known, None, None)?;
         let mut archive = Some(host.archive());
@@ -276,6 +278,7 @@ impl Interpreter {
             pace: economy::Pace::default(),
             method: Method::default(),
             looking: None,
+            desk: desk::Desk::default(),
             exposure: None,
             warned: false,
             told: BTreeSet::new(),
@@ -405,6 +408,15 @@ impl Interpreter {
             Verb::Pool => self.answer_pool(call),
             Verb::Method => self.answer_method(call),
             Verb::View => self.answer_view(call),
+            Verb::Go => self.answer_go(),
+            Verb::Back => self.answer_back(),
+            Verb::Goto => self.answer_goto(call),
+            Verb::Set => self.answer_set(call),
+            Verb::Release => self.answer_release(),
+            Verb::Record => self.answer_record(call),
+            Verb::Blind => self.answer_blind(call),
+            Verb::Undo => self.answer_undo(true),
+            Verb::Redo => self.answer_undo(false),
             Verb::Tracksheet => self.answer_tracksheet(call),
             Verb::Cuesheet => self.answer_cuesheet(call),
             Verb::Fmt => self.answer_fmt(call),
@@ -438,7 +450,7 @@ impl Interpreter {
         );
         let (compiled, fresh) = compile(text, &self.host, known, looking, old)?;
         let kept = self.refined();
-        self.source = edited.source;
+        self.change_text(edited.source);
         let news = compiled.warnings.news(&self.compiled.warnings);
         self.adopt(compiled, fresh);
         Ok(Reply::text(self.describe_edit(
@@ -478,6 +490,19 @@ impl Interpreter {
         let least = self.refined_step();
         self.stage.as_ref().map_or(0, |s| s.refined(least))
     }
+}
+
+/// The text of a show's file.
+///
+/// # Errors
+/// [`Error::Mistakes`] when it is no text, or too large.
+pub fn decoded(name: &str, bytes: &[u8]) -> Result<String, Error> {
+    lang::decode(name, bytes).map_err(|diagnostic| {
+        Error::Mistakes(Report {
+            diagnostics: vec![*diagnostic],
+            sources: Sources::default(),
+        })
+    })
 }
 
 /// True when a typed line is finished: a declaration with open braces or quotes goes on.

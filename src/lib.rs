@@ -44,7 +44,7 @@
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames | timeline, plan, pool, picture, units, work | multiversion |
 //! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data | linalg, transport, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
-//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, transport, show, units, diagnostic, files, picture, work | clap, rustyline, indicatif, ctrlc, console |
+//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, transport, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 pub mod chart;
 pub mod check;

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
+use super::watch::Watched;
 use crate::diagnostic::Style;
 use crate::interpreter::{Call, POOL_LIMIT, VERBS, VerbSpec};
 use crate::transport::outside;
@@ -58,6 +59,13 @@ pub enum Task {
         /// What git calls the file, when it is git that asks: it wants exit code 0.
         of_git: Option<String>,
     },
+    /// A show that is edited elsewhere.
+    Watch(Watched),
+    /// A script that completes commands in a shell.
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
     /// The page of a code.
     Explain {
         /// The code.
@@ -92,6 +100,21 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
             check: sub.get_flag("check"),
         },
         Some(("diff", sub)) => difference(sub)?,
+        Some(("watch", sub)) => {
+            let text = |name: &str| sub.get_one::<String>(name).cloned();
+            Task::Watch(Watched {
+                show: text("SHOW").unwrap_or_default(),
+                at: text("at"),
+                output: text("output"),
+                count: sub.get_one::<u32>("count").copied(),
+            })
+        }
+        Some(("completions", sub)) => Task::Completions {
+            shell: sub
+                .get_one::<clap_complete::Shell>("SHELL")
+                .copied()
+                .unwrap_or(clap_complete::Shell::Bash),
+        },
         Some(("explain", sub)) => Task::Explain {
             code: sub.get_one::<String>("CODE").cloned().unwrap_or_default(),
         },
@@ -306,7 +329,7 @@ pub fn command() -> Command {
 }
 
 /// Verbs that take files in place of a show to open.
-fn paper_commands() -> [Command; 3] {
+fn paper_commands() -> [Command; 5] {
     let files = |help: &'static str| {
         Arg::new("FILE")
             .required(true)
@@ -345,7 +368,43 @@ fn paper_commands() -> [Command; 3] {
         .about("what a message's code means, with a wrong sheet and its correction")
         .after_help("Example:\n  footlight explain E012")
         .arg(Arg::new("CODE").required(true).help("Such as E012"));
-    [fmt, diff, explain]
+    let watch = Command::new("watch")
+        .about("show every save of a file that is edited elsewhere: mistakes, changes, the picture")
+        .after_help(
+            "A mistake leaves the last good show. Ctrl-C ends it.\n\n\
+             Example:\n  footlight watch show.lxq -o now.png",
+        )
+        .arg(show_argument().help("The show's file (.lxq)"))
+        .arg(
+            Arg::new("at")
+                .long("at")
+                .value_name("TIME")
+                .help("the moment to show (default: where the light changed most)"),
+        )
+        .arg(
+            Arg::new("count")
+                .long("count")
+                .value_name("N")
+                .value_parser(value_parser!(u32))
+                .help("leave after N changes"),
+        )
+        .arg(
+            Arg::new("output")
+                .long("output")
+                .short('o')
+                .value_name("FILE")
+                .help("rewrite this .png or .exr in place of showing the picture in the terminal"),
+        );
+    let completions = Command::new("completions")
+        .about("print a script that completes this program's commands in a shell")
+        .after_help("Example:\n  footlight completions bash > footlight.bash")
+        .arg(
+            Arg::new("SHELL")
+                .required(true)
+                .value_parser(value_parser!(clap_complete::Shell))
+                .help("The shell"),
+        );
+    [fmt, diff, explain, watch, completions]
 }
 
 fn show_argument() -> Arg {

@@ -3,27 +3,13 @@
 use std::io::{BufRead, BufReader, Read};
 
 use rustyline::error::ReadlineError;
-use rustyline::history::DefaultHistory;
-use rustyline::validate::{ValidationContext, ValidationResult, Validator};
-use rustyline::{Completer, Editor, Helper, Highlighter, Hinter};
+use rustyline::history::{DefaultHistory, History};
+use rustyline::{CompletionType, Config, Editor};
 
+use super::editor::{self, Reader};
 use super::screen::Screen;
 use super::{complain, print};
 use crate::interpreter::{Error, Interpreter, LIMIT, finished};
-
-/// Asks for a line again while a declaration in it is not finished.
-#[derive(Completer, Helper, Highlighter, Hinter)]
-struct Reader;
-
-impl Validator for Reader {
-    fn validate(&self, context: &mut ValidationContext<'_>) -> rustyline::Result<ValidationResult> {
-        Ok(if finished(context.input()) {
-            ValidationResult::Valid(None)
-        } else {
-            ValidationResult::Incomplete
-        })
-    }
-}
 
 /// Talks with a person until they leave; the exit code.
 ///
@@ -31,22 +17,46 @@ impl Validator for Reader {
 /// [`Error::Device`] when the terminal cannot be used.
 pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
-    let mut editor: Editor<Reader, DefaultHistory> = Editor::new().map_err(device)?;
-    editor.set_helper(Some(Reader));
+    let config = Config::builder()
+        .completion_type(CompletionType::List)
+        .build();
+    let mut line_editor: Editor<Reader, DefaultHistory> =
+        Editor::with_config(config).map_err(device)?;
+    line_editor.set_helper(Some(Reader::new(screen.is_coloured())));
+    let history = editor::history_file();
+    for line in history.iter().flat_map(|file| editor::remembered(file)) {
+        let _ = line_editor.add_history_entry(line);
+    }
+    let known = line_editor.history().len();
     print(&interpreter.greeting());
-    loop {
-        let line = match editor.readline("lxq> ") {
+    let code = loop {
+        if let Some(reader) = line_editor.helper_mut() {
+            reader.vocabulary = interpreter.vocabulary();
+        }
+        let line = match line_editor.readline(&prompt(interpreter)) {
             Ok(line) => line,
             Err(ReadlineError::Interrupted) => continue,
             Err(ReadlineError::Eof) => "quit".to_owned(),
-            Err(error) => return Err(device(error)),
+            Err(error) => break Err(device(error)),
         };
         // A full history only forgets; that is no reason to stop.
-        let _ = editor.add_history_entry(line.as_str());
+        let _ = line_editor.add_history_entry(line.as_str());
         screen.rearm();
         if !each(interpreter, &line, screen) {
-            return Ok(0);
+            break Ok(0);
         }
+    };
+    if let Some(file) = &history {
+        editor::remember(file, line_editor.history(), known);
+    }
+    code
+}
+
+/// What stands before a line: that edits are blind, if they are.
+fn prompt(interpreter: &Interpreter) -> String {
+    match interpreter.is_blind() {
+        true => "blind> ".to_owned(),
+        false => "lxq> ".to_owned(),
     }
 }
 

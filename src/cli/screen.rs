@@ -51,6 +51,11 @@ impl Screen {
         }
     }
 
+    /// Replies may have colours.
+    pub fn is_coloured(&self) -> bool {
+        self.coloured
+    }
+
     /// How diagnostics are told in replies.
     pub fn style(&self) -> Style {
         styled(self.format, self.coloured)
@@ -59,6 +64,11 @@ impl Screen {
     /// Progress bars on standard error, and Ctrl-C as the cancel.
     pub fn progress(&self) -> Box<dyn Progress + Send + Sync> {
         Box::new(Watch(Arc::clone(&self.bars)))
+    }
+
+    /// Ctrl-C was pressed.
+    pub fn stopped(&self) -> bool {
+        self.bars.stops.load(Ordering::SeqCst) > 0
     }
 
     /// Forgets an earlier Ctrl-C, before new work begins.

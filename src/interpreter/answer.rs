@@ -107,7 +107,8 @@ impl Interpreter {
 
     pub(super) fn answer_at(&mut self, call: &Call) -> Result<Reply, Error> {
         if let Some(word) = call.words.first() {
-            self.now = self.time(word)?;
+            let time = self.time(word)?;
+            self.move_to(time);
         }
         let mut text = format!("at {}", self.now);
         let last = self
@@ -119,7 +120,7 @@ impl Interpreter {
             let _ = write!(text, ", cue {} {}", cue.number, label(cue));
         }
         text.push('\n');
-        let settings = self.timeline().evaluate(self.now);
+        let settings = self.present();
         for (coordinate, setting) in self.show().coordinates().iter().zip(&settings) {
             let bar = "#".repeat((setting * 40.0).round().clamp(0.0, 40.0) as usize);
             let _ = writeln!(
@@ -129,6 +130,7 @@ impl Interpreter {
                 setting * 100.0
             );
         }
+        text.push_str(&self.remarks());
         Ok(Reply::text(text))
     }
 
@@ -495,7 +497,7 @@ pub(super) fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{plural}")
 }
 
-fn label(cue: &Cue) -> String {
+pub(super) fn label(cue: &Cue) -> String {
     if cue.label.is_empty() {
         return String::new();
     }

@@ -290,7 +290,7 @@ impl Interpreter {
         if call.option("check").is_some() {
             return Ok(Reply::text("`fmt` would change the layout"));
         }
-        self.source = text;
+        self.change_text(text);
         Ok(Reply::text("laid out anew; `save` writes it"))
     }
 

@@ -41,6 +41,24 @@ pub enum Verb {
     Method,
     /// Which view pictures are made from.
     View,
+    /// Run the next cue.
+    Go,
+    /// Back to the cue before.
+    Back,
+    /// To a cue.
+    Goto,
+    /// Try levels.
+    Set,
+    /// Let go of levels that are tried.
+    Release,
+    /// Write what is tried as a cue.
+    Record,
+    /// Edits that are not kept yet.
+    Blind,
+    /// Take an edit back.
+    Undo,
+    /// Make it again.
+    Redo,
     /// Cues by banks.
     Tracksheet,
     /// What each cue does.
@@ -190,6 +208,15 @@ const fn spec(
                 | Verb::Refine
                 | Verb::Method
                 | Verb::View
+                | Verb::Go
+                | Verb::Back
+                | Verb::Goto
+                | Verb::Set
+                | Verb::Release
+                | Verb::Record
+                | Verb::Blind
+                | Verb::Undo
+                | Verb::Redo
                 | Verb::Fmt
                 | Verb::Diff
                 | Verb::Explain
@@ -452,6 +479,82 @@ pub const VERBS: &[VerbSpec] = &[
         "view stalls",
     ),
     spec(
+        Verb::Go,
+        "go",
+        "",
+        &[],
+        "run the next cue to its end and tell the levels then",
+        "go",
+    ),
+    spec(
+        Verb::Back,
+        "back",
+        "",
+        &[],
+        "back to the end of the cue before",
+        "back",
+    ),
+    spec(
+        Verb::Goto,
+        "goto",
+        "CUE [at PART%]",
+        &[],
+        "to the end of a cue, or to where a part of its time has gone by",
+        "goto 2.5 at 50%",
+    ),
+    spec(
+        Verb::Set,
+        "set",
+        "[LEVELS]",
+        &[],
+        "try levels on top of the current moment, without a cue",
+        "set lamps 40 sky #203060",
+    ),
+    spec(
+        Verb::Release,
+        "release",
+        "",
+        &[],
+        "let go of the levels that are tried",
+        "release",
+    ),
+    spec(
+        Verb::Record,
+        "record",
+        "[NUMBER [LABEL]]",
+        &[value(
+            "time",
+            "TIME",
+            "the new cue's time, such as 3 or 4/6",
+        )],
+        "write the levels that are tried as a new cue; alone: keep blind edits",
+        "record 2.5 \"Lamp up\" --time 3",
+    ),
+    spec(
+        Verb::Blind,
+        "blind",
+        "[off]",
+        &[],
+        "edits from now on are shown, but kept only by `record`; `off` drops them",
+        "blind",
+    ),
+    spec(
+        Verb::Undo,
+        "undo",
+        "",
+        &[],
+        "take the last edit back",
+        "undo",
+    ),
+    spec(
+        Verb::Redo,
+        "redo",
+        "",
+        &[],
+        "make the edit again that was taken back",
+        "redo",
+    ),
+    spec(
         Verb::Tracksheet,
         "tracksheet",
         "",
@@ -637,13 +740,18 @@ impl VerbSpec {
     }
 }
 
-/// Cuts a line into words; double quotes keep spaces together.
+/// Cuts a line into words; double quotes keep spaces together, and hold `\"` and `\\` as a show's
+/// texts do.
 fn split(line: &str) -> Result<Vec<String>, Error> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
     let mut quoted = false;
-    for c in line.chars() {
+    let mut chars = line.chars().peekable();
+    while let Some(c) = chars.next() {
         match c {
+            '\\' if quoted && matches!(chars.peek(), Some('"' | '\\')) => {
+                word.get_or_insert_default().extend(chars.next());
+            }
             '"' => {
                 quoted = !quoted;
                 word.get_or_insert_default();

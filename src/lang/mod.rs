@@ -25,6 +25,7 @@ mod read;
 mod report;
 mod scan;
 mod syntax;
+mod token;
 
 use ast::Word;
 
@@ -33,6 +34,7 @@ pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
 pub use names::nearest;
+pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::{Files, Memory};
@@ -209,6 +211,14 @@ pub fn declarations(text: &str) -> Vec<(String, String)> {
     texts
         .filter_map(|text| Some((edit::name(text)?, format(text).ok()?.trim_end().to_owned())))
         .collect()
+}
+
+/// The names that a text gives to values.
+pub fn values(text: &str) -> Vec<String> {
+    let cuts = scan::scan(text).cuts.into_iter();
+    let names = cuts.filter_map(|cut| edit::name(text.get(cut.span)?));
+    let value = |name: String| name.strip_prefix("let ").map(str::to_owned);
+    names.filter_map(value).collect()
 }
 
 /// The words that begin statements.

@@ -78,6 +78,12 @@ pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
     })
 }
 
+/// How much of the beginning of `text` is a token of this rule.
+pub fn prefix(rule: Rule, text: &str) -> Option<usize> {
+    let pair = generated::Grammar::parse(rule, text).ok()?.next()?;
+    Some(pair.as_span().end())
+}
+
 const END: &str = "the end of the statement";
 
 /// What the rules mean to a designer, each once, at most five.

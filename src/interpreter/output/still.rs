@@ -24,6 +24,7 @@ impl Interpreter {
         };
         let setting = match call.option("bank") {
             Some(name) => self.alone(name)?,
+            None if time == self.now => self.present(),
             None => self.timeline().evaluate(time),
         };
         let image = match call.option("quality") {

@@ -1,0 +1,213 @@
+//! The line editor's eyes: completion, hints and colours from the interpreter's vocabulary, and the
+//! history on disk.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use rustyline::completion::{Completer, FilenameCompleter, Pair};
+use rustyline::highlight::{CmdKind, Highlighter};
+use rustyline::hint::Hinter;
+use rustyline::history::{DefaultHistory, History};
+use rustyline::validate::{ValidationContext, ValidationResult, Validator};
+use rustyline::{Context, Helper};
+
+use crate::files::{Disk, Store};
+use crate::interpreter::{Token, Vocabulary, finished, tokens};
+
+/// Lines that are remembered from session to session.
+pub const REMEMBERED: usize = 2000;
+/// Bytes of the history that are read.
+const HISTORY_LIMIT: u64 = 4 << 20;
+
+/// What the line editor asks.
+pub struct Reader {
+    /// The show's names, brought up to date before each line.
+    pub vocabulary: Vocabulary,
+    coloured: bool,
+    names: FilenameCompleter,
+}
+
+impl Reader {
+    /// With colours or without.
+    pub fn new(coloured: bool) -> Reader {
+        Reader {
+            vocabulary: Vocabulary::default(),
+            coloured,
+            names: FilenameCompleter::new(),
+        }
+    }
+}
+
+impl Helper for Reader {}
+
+impl Validator for Reader {
+    fn validate(&self, context: &mut ValidationContext<'_>) -> rustyline::Result<ValidationResult> {
+        Ok(if finished(context.input()) {
+            ValidationResult::Valid(None)
+        } else {
+            ValidationResult::Incomplete
+        })
+    }
+}
+
+impl Completer for Reader {
+    type Candidate = Pair;
+
+    fn complete(
+        &self,
+        line: &str,
+        at: usize,
+        context: &Context<'_>,
+    ) -> rustyline::Result<(usize, Vec<Pair>)> {
+        let offered = self.vocabulary.complete(line, at);
+        if offered.files {
+            return self.names.complete(line, at, context);
+        }
+        let pair = |word: String| Pair {
+            display: word.clone(),
+            replacement: word,
+        };
+        Ok((offered.start, offered.words.into_iter().map(pair).collect()))
+    }
+}
+
+impl Hinter for Reader {
+    type Hint = String;
+
+    fn hint(&self, line: &str, at: usize, _: &Context<'_>) -> Option<String> {
+        (at == line.len())
+            .then(|| self.vocabulary.hint(line))
+            .flatten()
+    }
+}
+
+impl Highlighter for Reader {
+    fn highlight<'l>(&self, line: &'l str, _: usize) -> Cow<'l, str> {
+        if self.coloured {
+            Cow::Owned(painted(line))
+        } else {
+            Cow::Borrowed(line)
+        }
+    }
+
+    fn highlight_hint<'h>(&self, hint: &'h str) -> Cow<'h, str> {
+        if self.coloured {
+            Cow::Owned(format!("\x1b[2m{hint}\x1b[0m"))
+        } else {
+            Cow::Borrowed(hint)
+        }
+    }
+
+    fn highlight_char(&self, _: &str, _: usize, kind: CmdKind) -> bool {
+        self.coloured && kind != CmdKind::MoveCursor
+    }
+}
+
+/// A line in the terminal's own colours, so that they are readable on any ground.
+fn painted(line: &str) -> String {
+    let mut out = String::new();
+    let mut at = 0;
+    for (range, token) in tokens(line) {
+        out.push_str(line.get(at..range.start).unwrap_or_default());
+        let text = line.get(range.clone()).unwrap_or_default();
+        at = range.end;
+        let code = match token {
+            Token::Statement => "1",
+            Token::Word => "36",
+            Token::Quantity => "33",
+            Token::Colour => "35",
+            Token::Text => "32",
+            Token::Comment => "2",
+            Token::Name | Token::Mark => {
+                out.push_str(text);
+                continue;
+            }
+        };
+        out.push_str(&format!("\x1b[{code}m{text}\x1b[0m"));
+    }
+    out.push_str(line.get(at..).unwrap_or_default());
+    out
+}
+
+/// The history's file: what FOOTLIGHT_HISTORY says (`off`: none), else where the system keeps state.
+pub fn history_file() -> Option<PathBuf> {
+    let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    if let Some(said) = set("FOOTLIGHT_HISTORY") {
+        return (said != "off").then(|| PathBuf::from(said));
+    }
+    let state = set("XDG_STATE_HOME").map(PathBuf::from);
+    let state = state.or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/state")));
+    state.map(|folder| folder.join("footlight").join("history"))
+}
+
+/// The remembered lines; none where there is no file yet.
+pub fn remembered(file: &Path) -> Vec<String> {
+    let bytes = Disk.read(file, HISTORY_LIMIT).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes);
+    text.lines().map(unescaped).collect()
+}
+
+/// Adds this session's lines behind those of other sessions; a history that cannot be written is
+/// given up in silence, as it is no reason to stop.
+pub fn remember(file: &Path, history: &DefaultHistory, known: usize) {
+    let mut lines = remembered(file);
+    let fresh = history.iter().skip(known).map(String::as_str);
+    lines.extend(fresh.map(str::to_owned));
+    let surplus = lines.len().saturating_sub(REMEMBERED);
+    let text: String = lines
+        .iter()
+        .skip(surplus)
+        .map(|l| escaped(l) + "\n")
+        .collect();
+    if history.len() > known {
+        let _ = Disk.write(file, text.as_bytes());
+    }
+}
+
+/// A line of its own for what may be several.
+fn escaped(line: &str) -> String {
+    line.replace('\\', "\\\\").replace('\n', "\\n")
+}
+
+fn unescaped(line: &str) -> String {
+    let mut out = String::new();
+    let mut chars = line.chars();
+    while let Some(c) = chars.next() {
+        match c {
+            '\\' => match chars.next() {
+                Some('n') => out.push('\n'),
+                other => out.extend(other),
+            },
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_survive_the_history() {
+        for line in ["cue 1 {\n  lamps 5\n}", "a \\n b", "\\", ""] {
+            assert_eq!(unescaped(&escaped(line)), line);
+            assert!(!escaped(line).contains('\n'));
+        }
+    }
+
+    #[test]
+    fn colours_add_nothing_but_colours() {
+        let line = "cue 2 \"x\" { lamps 5s #fb6 } // é";
+        let mut plain = String::new();
+        for (i, part) in painted(line).split("\x1b[").enumerate() {
+            plain.push_str(if i == 0 {
+                part
+            } else {
+                part.split_once('m').map_or("", |p| p.1)
+            });
+        }
+        assert_eq!(plain, line);
+        assert_eq!(painted("lamps"), "lamps");
+    }
+}

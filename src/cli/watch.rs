@@ -1,0 +1,164 @@
+//! `watch`: the show is edited elsewhere; every save is checked, told in words and shown anew.
+
+use std::path::Path;
+use std::time::Duration;
+
+use super::screen::Screen;
+use super::{complain, folder_of, print};
+use crate::diagnostic::Severity;
+use crate::files::{Disk, Folder, Store};
+use crate::interpreter::{Call, Comparison, Error, Interpreter, LIMIT, Verb};
+
+/// How often the files are looked at.
+const PAUSE: Duration = Duration::from_millis(40);
+
+/// What to watch, and what to do at every change.
+#[derive(Clone, Debug)]
+pub struct Watched {
+    /// The show's file.
+    pub show: String,
+    /// The moment shown; `None`: where the light changed most.
+    pub at: Option<String>,
+    /// A picture rewritten in place; `None`: in the terminal.
+    pub output: Option<String>,
+    /// Leave after so many changes.
+    pub count: Option<u32>,
+}
+
+/// Watches until Ctrl-C. A mistake leaves the last good show.
+///
+/// # Errors
+/// [`Error::File`] when the show cannot be read at the start, or a picture cannot be written.
+pub fn watch(
+    watched: &Watched,
+    screen: &Screen,
+    mut open: impl FnMut() -> Result<Interpreter, Error>,
+) -> Result<u8, Error> {
+    let path = Path::new(&watched.show);
+    let mut seen = vec![Disk.read(path, LIMIT)?];
+    let mut show = None;
+    match open() {
+        Ok(interpreter) => show = Some(interpreter),
+        Err(error @ Error::Mistakes(_)) => {
+            screen.fail(&error);
+        }
+        Err(error) => return Err(error),
+    }
+    if let Some(interpreter) = &mut show {
+        seen = texts(path, interpreter);
+        let time = watched.at.clone();
+        picture(interpreter, watched, time, screen)?;
+        print(&format!("watching {}; Ctrl-C ends it\n", watched.show));
+    }
+    let mut changes = 0;
+    while !screen.stopped() && watched.count.is_none_or(|count| changes < count) {
+        std::thread::sleep(PAUSE);
+        let now = match &show {
+            Some(interpreter) => texts(path, interpreter),
+            None => Disk.read(path, LIMIT).into_iter().collect(),
+        };
+        // An editor that writes in two steps leaves the file away, or empty, for a moment.
+        if now == seen || now.first().is_none_or(Vec::is_empty) {
+            continue;
+        }
+        changes += 1;
+        seen = now;
+        let text = seen.first().cloned().unwrap_or_default();
+        let changed = match &mut show {
+            Some(interpreter) => change(interpreter, &text, watched, screen),
+            None => open().and_then(|mut interpreter| {
+                let time = watched.at.clone();
+                picture(&mut interpreter, watched, time, screen)?;
+                show = Some(interpreter);
+                Ok(())
+            }),
+        };
+        match changed {
+            Ok(()) => {}
+            Err(error @ (Error::Mistakes(_) | Error::Usage(_))) => {
+                screen.fail(&error);
+                if show.is_some() {
+                    complain("the last good show is kept\n");
+                }
+            }
+            Err(error) => return Err(error),
+        }
+        // What the show includes may be other files now.
+        if let Some(interpreter) = &show {
+            let now = texts(path, interpreter);
+            seen.truncate(1);
+            seen.extend(now.into_iter().skip(1));
+        }
+    }
+    Ok(0)
+}
+
+/// The show's file and those it includes, as they are on disk.
+fn texts(path: &Path, interpreter: &Interpreter) -> Vec<Vec<u8>> {
+    let sources = &interpreter.warnings().sources;
+    let included = (1..)
+        .map_while(|i| sources.get(i))
+        .map(|(name, _)| Path::new(name));
+    let paths = std::iter::once(path).chain(included);
+    paths
+        .map(|p| Disk.read(p, LIMIT).unwrap_or_default())
+        .collect()
+}
+
+fn change(
+    interpreter: &mut Interpreter,
+    text: &[u8],
+    watched: &Watched,
+    screen: &Screen,
+) -> Result<(), Error> {
+    let files = Folder::new(folder_of(Path::new(&watched.show)), LIMIT);
+    let old = interpreter.source().to_owned();
+    let text = crate::interpreter::decoded(&watched.show, text)?;
+    let reply = interpreter.reload(&text)?;
+    let compared = Comparison::new(
+        (&watched.show, old.as_bytes(), &files),
+        (&watched.show, text.as_bytes(), &files),
+    )?;
+    let words = compared.text();
+    let largest = compared.difference.curves.first();
+    let time = largest.map(|curve| curve.at.to_string());
+    print(&format!(
+        "\n{}",
+        if words.is_empty() {
+            &reply.text
+        } else {
+            &words
+        }
+    ));
+    let warned = &interpreter.warnings().diagnostics;
+    let count = warned
+        .iter()
+        .filter(|d| d.severity == Severity::Warning)
+        .count();
+    if count > 0 {
+        print(&format!("{count} warnings: `footlight check` tells them\n"));
+    }
+    picture(interpreter, watched, watched.at.clone().or(time), screen)
+}
+
+/// The picture of a moment, in the terminal or into its file.
+fn picture(
+    interpreter: &mut Interpreter,
+    watched: &Watched,
+    time: Option<String>,
+    screen: &Screen,
+) -> Result<(), Error> {
+    if watched.output.is_none() && !screen.is_coloured() {
+        return Ok(());
+    }
+    let mut call = Call::new(Verb::Picture);
+    if let Some(time) = time {
+        call = call.with("at", &time);
+    }
+    if let Some(output) = &watched.output {
+        call = call.with("output", output);
+    }
+    let reply = interpreter.call(&call)?;
+    screen.reply(&reply);
+    Ok(())
+}
