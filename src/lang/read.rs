@@ -1,5 +1,7 @@
 //! From text to statements: cutting, parsing, and finding more than one mistake in a statement.
 
+use std::ops::Range;
+
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
 use super::known::Known;
@@ -264,17 +266,14 @@ impl<'a> Reader<'a, '_> {
         };
         let span = self.span(start, end);
         let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
-        if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
-            diagnostic = diagnostic.help(format!("did you mean `{near}`?"));
-        } else if found.starts_with(['“', '”', '„', '‘', '’', '\'']) {
-            diagnostic = diagnostic.help("write texts in straight double quotes: \"Evening\"");
-        } else if found.starts_with(char::is_whitespace) {
-            diagnostic = diagnostic.help("this is no ordinary space: delete it and type it anew");
-        } else if failure.wants_quantity && is_name(word) {
-            let help = format!("a value of the show stands in round brackets: `({word})`");
+        let before = text.get(..failure.at).unwrap_or("");
+        let behind = unfinished(before).filter(|_| !found.is_empty() && !failure.between_items);
+        if let Some(word) = behind {
+            let span = self.span(base + word.start, base + word.end);
+            diagnostic = diagnostic.place(span, "it is missing behind this");
+        }
+        if let Some(help) = advice(failure, before, found, word) {
             diagnostic = diagnostic.help(help);
-        } else if matches!(failure.expected.as_slice(), ["`,`"]) {
-            diagnostic = diagnostic.help("a position is three lengths with commas: `0, -2.5, 3`");
         }
         self.report.add(diagnostic);
     }
@@ -283,6 +282,45 @@ impl<'a> Reader<'a, '_> {
 /// A word that could be the name of a value.
 fn is_name(word: &str) -> bool {
     !word.is_empty() && !syntax::INNER_WORDS.contains(&word) && !STATEMENTS.contains(&word)
+}
+
+/// The last word of the line before, where the mistake is the first thing on its line: something is
+/// missing there. None behind a comment.
+fn unfinished(before: &str) -> Option<Range<usize>> {
+    let end = before.trim_end().len();
+    let (written, blanks) = before.split_at_checked(end)?;
+    let line = written.rsplit('\n').next().unwrap_or("");
+    if !blanks.contains('\n') || line.contains("//") || line.contains("*/") {
+        return None;
+    }
+    let word = line.rsplit(char::is_whitespace).next().unwrap_or("");
+    Some(end - word.len()..end)
+}
+
+/// What a person may do about `found`, whose first word is `word`, standing behind `before`.
+fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<String> {
+    if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
+        return Some(format!("did you mean `{near}`?"));
+    }
+    if failure.wants_quantity && is_name(word) {
+        let help = format!("a value of the show stands in round brackets: `({word})`");
+        return Some(help);
+    }
+    let image = before.trim_end().ends_with("image") && before.contains('=');
+    let help = match found.chars().next()? {
+        '“' | '”' | '„' | '‘' | '’' | '\'' => {
+            "write texts in straight double quotes: \"Evening\""
+        }
+        c if c.is_whitespace() => "this is no ordinary space: delete it and type it anew",
+        '"' if image => "an image stands without `=`: `bank front image \"front.exr\"`",
+        ',' if failure.between_items => "what a cue does stands side by side, without commas",
+        '=' => "only declarations have `=`: write `time 4` or `lamps 85`",
+        _ if matches!(failure.expected.as_slice(), ["`,`"]) => {
+            "a position is three lengths with commas: `0, -2.5, 3`"
+        }
+        _ => return None,
+    };
+    Some(help.to_owned())
 }
 
 /// The text with the line of the mistake blanked out, same length; `None` where that would leave

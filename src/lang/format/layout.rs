@@ -252,7 +252,7 @@ fn normal(text: &str) -> String {
     if text.starts_with('#') {
         return text.to_lowercase();
     }
-    match text.find(' ') {
+    match text.find([' ', '\t']) {
         // A quantity's unit stands one blank off, however many were written.
         Some(_) if !text.starts_with('"') => text.split_whitespace().collect::<Vec<_>>().join(" "),
         _ => text.to_owned(),

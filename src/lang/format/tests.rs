@@ -84,6 +84,12 @@ fn timing_stays_with_its_move() {
     );
 }
 
+/// Found by mutation: behind a tab the unit was a word of its own, behind a blank it is not.
+#[test]
+fn a_unit_stands_off_by_blanks_of_any_kind() {
+    becomes("cue 1 { z 2700\t K }\n", "cue 1 { z 2700 K }\n");
+}
+
 #[test]
 fn comments_stay_where_they_are() {
     canonical(

@@ -519,8 +519,13 @@ impl<'a> Lower<'a, '_> {
                 continue;
             };
             let message = format!("cue {number} moves nothing");
-            self.report
-                .add(Diagnostic::warning(codes::STILL_CUE, message).place(span, ""));
+            self.report.add(
+                Diagnostic::warning(codes::STILL_CUE, message)
+                    .place(span, "")
+                    .help(
+                        "give it a move, such as `lamps 40`; to wait, give the next cue its time",
+                    ),
+            );
         }
         let ends = self
             .first_coordinates
