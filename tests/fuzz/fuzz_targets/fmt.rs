@@ -1,0 +1,19 @@
+//! What is formatted is the same show, and is formatted already; what does not parse is refused.
+#![no_main]
+
+use footlight::diagnostic::Sources;
+use footlight::lang;
+use footlight::show::Show;
+use libfuzzer_sys::fuzz_target;
+
+fn show(text: &str) -> Option<Show> {
+    lang::parse(&mut Sources::default(), "a.lxq", text).show
+}
+
+fuzz_target!(|text: &str| {
+    let Ok(once) = lang::format(text) else {
+        return;
+    };
+    assert_eq!(lang::format(&once).as_ref(), Ok(&once), "not idempotent");
+    assert_eq!(show(text), show(&once), "another show");
+});
