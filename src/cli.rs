@@ -4,6 +4,7 @@
 //! from a person and shows what comes back. It is the only room that prints.
 
 mod argument;
+mod drawing;
 mod editor;
 mod paper;
 mod prompt;
@@ -34,7 +35,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
-    let screen = Screen::new(arguments.quiet, arguments.format);
+    let screen = Screen::new(arguments.quiet, arguments.format, arguments.kitty);
     match serve(&arguments, &screen) {
         Ok(code) => ExitCode::from(code),
         Err(error) => ExitCode::from(screen.fail(&error)),
@@ -113,6 +114,7 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         style: screen.style(),
         pool: pool_place(path, folder, arguments),
         pipe: pipe(),
+        canvas: screen.canvas(),
     }
 }
 

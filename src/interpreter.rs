@@ -88,6 +88,18 @@ pub struct Host {
     pub pool: Option<PoolPlace>,
     /// Opens what `-o -` writes to, such as standard output; without it that is refused.
     pub pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
+    /// Shows frames as `play` makes them; without it `play` only tells how fast it is.
+    pub canvas: Option<Box<dyn Canvas>>,
+}
+
+/// Where a sequence is seen while it plays.
+pub trait Canvas {
+    /// Shows a frame in place of the one before, and takes as long as it wants to; false when
+    /// nobody looks any more.
+    fn frame(&self, picture: &Shown) -> bool;
+
+    /// No more frames come.
+    fn end(&self);
 }
 
 /// A folder for pictures, reached by the host's store.
@@ -118,6 +130,7 @@ impl Default for Host {
             style: Style::Plain,
             pool: None,
             pipe: None,
+            canvas: None,
         }
     }
 }

@@ -5,9 +5,11 @@
 //! knows nothing of lights or shows.
 
 pub mod apng;
+pub mod base64;
 pub mod combine;
 pub mod exr;
 pub mod png;
+pub mod shrink;
 pub mod signed;
 pub mod terminal;
 pub mod tone;

@@ -7,6 +7,7 @@
 
 pub mod kernel;
 pub mod key;
+pub mod page;
 mod player;
 
 pub use self::player::Player;

@@ -3,7 +3,8 @@
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
-    reason = "a test stops at its first surprise"
+    clippy::print_stderr,
+    reason = "a test stops at its first surprise, and says what it skips"
 )]
 
 use std::cell::RefCell;
@@ -11,9 +12,10 @@ use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::rc::Rc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-use footlight::files::{Memory, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
+use footlight::files::{Clock, Memory, Shelf, Store};
+use footlight::interpreter::{Canvas, Host, Interpreter, Shown};
 use footlight::picture::exr::{self, Precision, layer};
 use footlight::picture::{Image, png};
 
@@ -260,6 +262,77 @@ fn a_reader_that_leaves_ends_the_film_and_that_is_well() {
     let error = show.execute("play -o -").unwrap_err();
     assert!(error.to_string().contains("| ffmpeg"), "{error}");
     assert_eq!(error.exit_code(), 2);
+}
+
+/// A clock that is a quarter of a second further whenever it is looked at.
+struct Quarters(AtomicUsize);
+
+impl Clock for Quarters {
+    fn seconds(&self) -> f64 {
+        self.0.fetch_add(1, Ordering::Relaxed) as f64 / 4.0
+    }
+}
+
+/// A canvas that keeps what it is shown, and leaves after so many frames.
+struct Seen(Rc<RefCell<Vec<Shown>>>, usize);
+
+impl Canvas for Seen {
+    fn frame(&self, picture: &Shown) -> bool {
+        self.0.borrow_mut().push(picture.clone());
+        self.0.borrow().len() < self.1
+    }
+
+    fn end(&self) {}
+}
+
+#[test]
+fn play_performs_in_real_time_where_there_is_a_canvas() {
+    // The clock has gone on by a quarter when the first frame is made.
+    for (patience, from, first, frames, words) in [
+        (
+            usize::MAX,
+            "0:00",
+            "0:00.25",
+            25,
+            "from 0s to 6.1s: 25 frames in 6.2 s",
+        ),
+        (
+            usize::MAX,
+            "0:04",
+            "0:04.25",
+            9,
+            "from 4s to 6.1s: 9 frames",
+        ),
+        (3, "0:02", "0:02.25", 3, "from 2s to 2.75s: 3 frames"),
+    ] {
+        let seen = Rc::new(RefCell::new(Vec::new()));
+        let files = pictures().into_iter();
+        let files = files.fold(Memory::default(), |f, (name, bytes)| f.with(name, bytes));
+        let host = Host {
+            files: Box::new(files),
+            clock: Box::new(Quarters(AtomicUsize::new(0))),
+            canvas: Some(Box::new(Seen(Rc::clone(&seen), patience))),
+            ..Host::default()
+        };
+        let mut show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+        show.execute(&format!("at {from}")).unwrap();
+        let reply = show.execute("play").unwrap();
+        assert!(reply.text.contains(words), "{}", reply.text);
+        let seen = seen.borrow();
+        assert_eq!((seen.len(), seen[0].size), (frames, (WIDTH, HEIGHT)));
+        let picture = show
+            .execute(&format!("picture {first}"))
+            .unwrap()
+            .picture
+            .unwrap();
+        let off = seen[0]
+            .rgb
+            .iter()
+            .zip(&picture.rgb)
+            .map(|(a, b)| a.abs_diff(*b));
+        assert!(off.max().unwrap() <= 1);
+        assert!(seen.last().unwrap().rgb != picture.rgb);
+    }
 }
 
 /// The show with its pictures in a folder.

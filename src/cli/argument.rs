@@ -15,8 +15,10 @@ use crate::transport::outside;
 /// What the command line says.
 #[derive(Debug)]
 pub struct Arguments {
-    /// No progress bars.
+    /// No progress bars and no pictures in the terminal.
     pub quiet: bool,
+    /// The terminal knows Kitty's graphics protocol.
+    pub kitty: bool,
     /// How diagnostics are told; [`Style::Plain`] turns into colours on a terminal.
     pub format: Style,
     /// Threads to use.
@@ -130,6 +132,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
     let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
     Ok(Arguments {
         quiet: matches.get_flag("quiet"),
+        kitty: matches.get_flag("kitty"),
         format: match matches.get_one::<String>("format").map(String::as_str) {
             Some("short") => Style::Short,
             Some("json") => Style::Json,
@@ -266,7 +269,14 @@ pub fn command() -> Command {
                 .long("quiet")
                 .global(true)
                 .action(ArgAction::SetTrue)
-                .help("No progress bars"),
+                .help("No progress bars and no pictures in the terminal"),
+        )
+        .arg(
+            Arg::new("kitty")
+                .long("kitty")
+                .global(true)
+                .action(ArgAction::SetTrue)
+                .help("Draw pictures in the terminal by Kitty's graphics protocol"),
         )
         .arg(
             Arg::new("format")

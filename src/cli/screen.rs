@@ -1,4 +1,4 @@
-//! What a person sees: replies, mistakes, progress bars, pictures in half blocks.
+//! What a person sees: replies, mistakes, progress bars.
 
 use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,14 +6,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::drawing::{Drawing, InPlace};
 use super::{complain, print};
 use crate::diagnostic::Style;
-use crate::interpreter::{Error, Reply};
-use crate::picture::terminal;
+use crate::interpreter::{Canvas, Error, Reply};
 use crate::work::Progress;
-
-/// Widest picture in the terminal, in columns: beyond it one sees no more, only less text.
-const WIDEST: usize = 120;
 
 /// The terminal.
 #[derive(Debug)]
@@ -22,14 +19,16 @@ pub struct Screen {
     format: Style,
     /// Standard output is a terminal that shows colours.
     coloured: bool,
+    /// How pictures are drawn there, if at all.
+    drawing: Option<Drawing>,
     /// So is standard error.
     errors_coloured: bool,
 }
 
 impl Screen {
-    /// The process's own terminal; `quiet` hides the progress bars, `format` says how diagnostics
-    /// are told.
-    pub fn new(quiet: bool, format: Style) -> Screen {
+    /// The process's own terminal; `quiet` hides progress bars and pictures, `format` says how
+    /// diagnostics are told, `kitty` that the terminal knows Kitty's protocol.
+    pub fn new(quiet: bool, format: Style, kitty: bool) -> Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
             stops: AtomicUsize::new(0),
@@ -47,6 +46,11 @@ impl Screen {
             bars,
             format,
             coloured: colours && io::stdout().is_terminal(),
+            drawing: match kitty {
+                true => Some(Drawing::Kitty),
+                false => colours.then_some(Drawing::Blocks),
+            }
+            .filter(|_| !quiet && io::stdout().is_terminal()),
             errors_coloured: colours && io::stderr().is_terminal(),
         }
     }
@@ -71,6 +75,13 @@ impl Screen {
         self.bars.stops.load(Ordering::SeqCst) > 0
     }
 
+    /// Where `play` shows its frames, if anywhere.
+    pub fn canvas(&self) -> Option<Box<dyn Canvas>> {
+        let bars = Arc::clone(&self.bars);
+        let clear = Box::new(move || bars.clear());
+        Some(Box::new(InPlace::new(self.drawing?, clear)))
+    }
+
     /// Forgets an earlier Ctrl-C, before new work begins.
     pub fn rearm(&self) {
         self.bars.stops.store(0, Ordering::SeqCst);
@@ -81,10 +92,8 @@ impl Screen {
     pub fn reply(&self, reply: &Reply) -> bool {
         self.bars.clear();
         let mut out = String::new();
-        if let Some(picture) = reply.picture.as_ref().filter(|_| self.coloured) {
-            let columns = terminal_columns().min(WIDEST);
-            let (width, height) = picture.size;
-            out.push_str(&terminal::half_blocks(width, height, &picture.rgb, columns));
+        if let (Some(picture), Some(drawing)) = (&reply.picture, self.drawing) {
+            out.push_str(&drawing.draw(picture));
         }
         for note in &reply.notes {
             complain(&format!("note: {note}\n"));
@@ -122,10 +131,6 @@ fn colours() -> bool {
     let none = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
     !none && !dumb
-}
-
-fn terminal_columns() -> usize {
-    usize::from(console::Term::stdout().size().1).max(20)
 }
 
 /// The progress bar in use, and how often Ctrl-C was pressed.

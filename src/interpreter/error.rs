@@ -8,6 +8,7 @@ use crate::files::FileError;
 use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
+use crate::playback::page::PageError;
 use crate::study::ReferenceError;
 use crate::transport::TransportError;
 use crate::work::Cancelled;
@@ -107,6 +108,16 @@ impl From<PlaybackError> for Error {
         match error {
             PlaybackError::Cancelled(c) => c.into(),
             PlaybackError::Plan(p) => p.into(),
+        }
+    }
+}
+
+impl From<PageError> for Error {
+    fn from(error: PageError) -> Error {
+        match error {
+            PageError::Cancelled(c) => c.into(),
+            PageError::Picture(p) => p.into(),
+            PageError::Data(e) => Error::Device(format!("the page's data: {e}")),
         }
     }
 }

@@ -6,6 +6,7 @@
 mod curve;
 mod film;
 mod layer;
+mod page;
 mod result;
 mod still;
 mod target;

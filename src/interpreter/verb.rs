@@ -333,8 +333,9 @@ pub const VERBS: &[VerbSpec] = &[
                 "colour of a video: 420 (default) or 444, BT.709",
             ),
             output(
-                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), an \
-                 .exr (layers), or numbered pictures such as frames/####.png",
+                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
+                 .html (a page that plays), an .exr (layers), or numbered pictures such as \
+                 frames/####.png",
             ),
         ],
         "play the sequence back from its key images",

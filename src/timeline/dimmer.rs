@@ -32,6 +32,12 @@ pub(super) enum Law {
     },
 }
 
+/// The settings of levels (as fractions, 0 to 1) by a dimmer; `curves` are the show's.
+pub fn settings(dimmer: Dimmer, curves: &[Curve], levels: &[f64]) -> Vec<f64> {
+    let law = Law::new(dimmer, curves);
+    levels.iter().map(|level| law.value(*level)).collect()
+}
+
 /// Laws that leave 0 to 1 at a level between 0 and 100.
 pub(super) fn check(show: &Show) -> Vec<TimelineError> {
     let mut used: Vec<usize> = Vec::new();

@@ -35,6 +35,7 @@ mod tests;
 pub use blend::{Blend, blend};
 pub use clock::CueTime;
 pub use curve::Piece;
+pub use dimmer::settings;
 pub use error::{TimelineError, Warning};
 pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
 

@@ -10,7 +10,7 @@ use super::described;
 use super::target::{Kind, Numbered, Target};
 use crate::files::{FileError, Growing};
 use crate::interpreter::answer::count;
-use crate::interpreter::{Call, Error, Interpreter, Reply, Shown};
+use crate::interpreter::{Call, Canvas, Error, Interpreter, Reply, Shown};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
 use crate::picture::y4m::{Chroma, Film};
@@ -88,7 +88,10 @@ impl Interpreter {
         match target {
             None => {
                 let player = self.player(&playback, tone, Some(call))?;
-                Ok(self.show_playback(&player))
+                match &self.host.canvas {
+                    None => Ok(self.show_playback(&player)),
+                    Some(canvas) => Ok(self.perform(&player, canvas.as_ref())),
+                }
             }
             Some(Target::Animation(path)) => {
                 let player = self.player(&playback, tone, Some(call))?;
@@ -118,6 +121,7 @@ impl Interpreter {
                 };
                 self.numbered(&player, &names, kind)
             }
+            Some(Target::Page(path)) => self.write_page(&playback, tone, &path),
             Some(Target::Layers(path, layers, precision)) => {
                 self.write_layers(&playback, &path, layers, precision)
             }
@@ -145,8 +149,36 @@ impl Interpreter {
         }
     }
 
-    /// Hands the moment of every frame of the film to `take`, with its place from 0: the first at the start, the
-    /// last not before the end, which holds the last look.
+    /// Plays on the host's canvas in real time, from the current time, or from the start where that
+    /// is the end; stopping it is no error.
+    fn perform(&self, player: &Player<'_>, canvas: &dyn Canvas) -> Reply {
+        let (start, end) = (self.timeline().start(), self.timeline().end());
+        let from = if self.now < end { self.now } else { start };
+        let mut frame = Shown {
+            size: player.size(),
+            rgb: Vec::new(),
+        };
+        let begin = self.host.clock.seconds();
+        let mut frames = 0;
+        let (passed, reached) = loop {
+            let passed = self.host.clock.seconds() - begin;
+            let time = from + Time::from_seconds(passed).unwrap_or_default();
+            player.show(time.min(end), &mut frame.rgb);
+            frames += 1;
+            let seen = canvas.frame(&frame);
+            if !seen || time >= end || self.host.progress.cancelled() {
+                break (passed, time.min(end));
+            }
+        };
+        canvas.end();
+        let frames = count(frames, "frame");
+        Reply::text(format!(
+            "played from {from} to {reached}: {frames} in {passed:.1} s"
+        ))
+    }
+
+    /// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
+    /// start, the last not before the end, which holds the last look. How many there are.
     fn frames(
         &self,
         task: &str,

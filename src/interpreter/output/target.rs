@@ -8,8 +8,8 @@ use crate::picture::exr::Precision;
 use crate::picture::y4m::Chroma;
 
 /// What `play` can write, as its errors say it.
-const KNOWN: &str = "a .png or .apng (animated), a .y4m or `-` (video), an .exr (layers), or \
-    numbered pictures such as frames/####.png or frame%04d.exr";
+const KNOWN: &str = "a .png or .apng (animated), a .y4m or `-` (video), a .html (a \
+    page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
 
 /// What `play` writes.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,8 @@ pub(super) enum Target {
     Animation(PathBuf),
     /// Video; `None` goes down the host's pipe.
     Video(Option<PathBuf>, Chroma),
+    /// A page that plays the show.
+    Page(PathBuf),
     /// A picture for each frame.
     Numbered(Numbered, Kind),
     /// One OpenEXR file with many pictures.
@@ -54,6 +56,7 @@ impl Target {
             ("exr", Some(numbered)) => Target::Numbered(numbered, Kind::Exr(precision)),
             ("png" | "apng", _) => Target::Animation(place),
             ("y4m", _) => Target::Video(Some(place), chroma(call)?),
+            ("html" | "htm", _) => Target::Page(place),
             ("exr", _) => Target::Layers(place, layers(call)?, precision),
             _ if path == "-" => Target::Video(None, chroma(call)?),
             _ => return Err(unknown_ending(&place, KNOWN)),

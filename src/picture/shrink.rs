@@ -1,0 +1,95 @@
+//! Smaller pictures, by averages of light.
+
+use super::Image;
+
+/// `image` with `width` x `height` pixels, neither larger than it was: each the mean of the light
+/// on its part of the picture, pixels cut by its edges counted in part. The mean of the whole
+/// picture stays as it was.
+pub fn shrink(image: &Image, width: usize, height: usize) -> Image {
+    let (wide, high) = (image.width(), image.height());
+    let (width, height) = (width.clamp(1, wide.max(1)), height.clamp(1, high.max(1)));
+    let columns = overlaps(wide, width);
+    let mut out = Image::new(width, height);
+    let rows = out.data_mut().chunks_exact_mut(3 * width);
+    for (row, parts) in rows.zip(overlaps(high, height)) {
+        for (y, share) in parts {
+            let start = 3 * wide * y;
+            let from = image.data().get(start..start + 3 * wide);
+            add_row(row, from.unwrap_or_default(), &columns, share as f32);
+        }
+    }
+    out
+}
+
+/// Adds a row of the larger picture, `share` times its light, to one of the smaller.
+fn add_row(row: &mut [f32], from: &[f32], columns: &[Vec<(usize, f64)>], share: f32) {
+    let (pixels, _) = from.as_chunks::<3>();
+    for (to, parts) in row.chunks_exact_mut(3).zip(columns) {
+        for (x, part) in parts {
+            let weight = share * *part as f32;
+            let pixel = pixels.get(*x).copied().unwrap_or_default();
+            for (to, from) in to.iter_mut().zip(pixel) {
+                *to += weight * from;
+            }
+        }
+    }
+}
+
+/// For each of `to` equal parts of `from` pixels: the pixels in it and their shares, which add up
+/// to one.
+fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
+    let size = from as f64 / to as f64;
+    let part = |i: usize| {
+        let (start, end) = (i as f64 * size, (i + 1) as f64 * size);
+        let pixels = start.floor() as usize..(end.ceil() as usize).min(from);
+        let share = |p: usize| (end.min(p as f64 + 1.0) - start.max(p as f64)) / size;
+        pixels
+            .map(|p| (p, share(p)))
+            .filter(|(_, s)| *s > 0.0)
+            .collect()
+    };
+    (0..to).map(part).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn halves_are_means_and_parts_count_in_part() {
+        let grey = |values: &[f32], w, h| {
+            let data = values.iter().flat_map(|v| [*v, 0.0, -v]).collect();
+            Image::from_data(w, h, data).unwrap()
+        };
+        let four = grey(&[1.0, 3.0, 5.0, 7.0], 2, 2);
+        assert_eq!(shrink(&four, 1, 1), grey(&[4.0], 1, 1));
+        assert_eq!(shrink(&four, 1, 2), grey(&[2.0, 6.0], 1, 2));
+        let three = grey(&[0.0, 3.0, 9.0], 3, 1);
+        assert_eq!(shrink(&three, 2, 1), grey(&[1.0, 7.0], 2, 1));
+        assert_eq!(shrink(&four, 2, 2), four);
+    }
+
+    proptest! {
+        #[test]
+        fn the_mean_stays(
+            (wide, high, width, height) in (1_usize..20, 1_usize..20).prop_flat_map(|(w, h)| {
+                (Just(w), Just(h), 1..=w, 1..=h)
+            }),
+            seed in any::<u32>(),
+        ) {
+            let value = |i: usize| ((i as u32).wrapping_mul(2_654_435_761) ^ seed) as f32 / 4e9;
+            let data: Vec<f32> = (0..wide * high * 3).map(value).collect();
+            let image = Image::from_data(wide, high, data).unwrap();
+            let small = shrink(&image, width, height);
+            prop_assert_eq!((small.width(), small.height()), (width, height));
+            let mean = |image: &Image| {
+                let sum: f64 = image.data().iter().map(|v| f64::from(*v)).sum();
+                sum / image.data().len() as f64
+            };
+            prop_assert!((mean(&small) - mean(&image)).abs() < 1e-5 * mean(&image));
+        }
+    }
+}

@@ -1,0 +1,414 @@
+//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network.
+//!
+//! Invariants: nothing is fetched (the page's own policy forbids it); key and bank images are
+//! inside in the code of 8 bits of [`super::key`], as PNG, and are decoded to light before they are
+//! blended; exposure and curve are those of every other output; the file keeps its budget, with
+//! smaller pictures if it must. This room does not know how a desk looks: that is the page's own
+//! text (`page/`), which knows nothing of Rust.
+
+use serde::Serialize;
+
+use super::key::{Format, KeyImage, Samples};
+use crate::picture::shrink::shrink;
+use crate::picture::tone::{Curve, Tone};
+use crate::picture::{Image, PictureError, base64, png};
+use crate::timeline::{KeySequence, Segment};
+use crate::work::{Cancelled, Work};
+
+/// The most bytes of a page unless something else is said.
+pub const BUDGET: usize = 20_000_000;
+
+/// The least width that pictures are made smaller to.
+const NARROWEST: usize = 160;
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A picture could not be coded, or all of them would not fit.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// The show could not be written as data.
+    #[error("the show as data: {0}")]
+    Data(#[from] serde_json::Error),
+}
+
+/// A coordinate as the page shows it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fader {
+    /// Its name.
+    pub name: String,
+    /// Where its picture alone at full stands among the page's.
+    pub picture: usize,
+    /// Whether a fader moves it; the fixed lights have none.
+    pub varies: bool,
+    /// From level to setting.
+    pub law: Law,
+    /// Its colour in CSS; `None` takes the page's own.
+    pub colour: Option<String>,
+}
+
+/// A dimmer's law from level (0 to 1) to setting.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Law {
+    /// Setting = level to this power.
+    Power(u8),
+    /// Settings of evenly spaced levels, straight between.
+    Table(Vec<f64>),
+}
+
+/// A cue in the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cue {
+    /// Its number.
+    pub number: String,
+    /// Its label; may be empty.
+    pub label: String,
+    /// When it starts, seconds.
+    pub go: f64,
+    /// When the last of it has arrived, seconds.
+    pub complete: f64,
+}
+
+/// What is played.
+#[derive(Debug)]
+pub struct Contents<'a> {
+    /// The show's title.
+    pub title: &'a str,
+    /// Its coordinates, in order.
+    pub faders: Vec<Fader>,
+    /// Its cues, in time.
+    pub cues: Vec<Cue>,
+    /// Its key settings and segments.
+    pub keys: &'a KeySequence,
+    /// Pictures, all of one size: those of the keys in their order, then those that faders name.
+    pub pictures: Vec<&'a Image>,
+    /// How light is shown.
+    pub tone: Tone,
+}
+
+/// A page that kept its budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// Width and height of its pictures.
+    pub size: (usize, usize),
+}
+
+/// A picture as the page reads it.
+#[derive(Debug, Serialize)]
+struct Picture {
+    /// Exposed light per c^2 and per c^8, c being 0 to 1.
+    law: [f32; 2],
+    /// A PNG file of the codes c, in base64.
+    codes: String,
+    /// A PNG file that is white in the channels that are negative, in base64.
+    signs: Option<String>,
+}
+
+/// A segment as the page reads it, times in seconds.
+#[derive(Debug, Serialize)]
+struct Stretch<'a> {
+    start: f64,
+    end: f64,
+    degree: usize,
+    keys: &'a [usize],
+}
+
+/// All that the page reads.
+#[derive(Debug, Serialize)]
+struct Data<'a> {
+    title: &'a str,
+    size: [usize; 2],
+    start: f64,
+    end: f64,
+    curve: &'a str,
+    made: String,
+    coordinates: &'a [Fader],
+    cues: &'a [Cue],
+    settings: &'a [Vec<f64>],
+    segments: Vec<Stretch<'a>>,
+    pictures: Vec<Picture>,
+}
+
+/// The page of a show in at most `budget` bytes. Pictures that would not fit are made smaller,
+/// all alike, down to 160 pixels a row.
+///
+/// # Errors
+/// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
+pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
+    let full = contents.pictures.first();
+    let full = full.map_or((0, 0), |image| (image.width(), image.height()));
+    let mut size = full;
+    loop {
+        let needed = match attempt(contents, size, budget, work)? {
+            Attempt::Whole(pictures) => {
+                let html = html(contents, pictures, size, full)?;
+                if html.len() <= budget {
+                    return Ok(Page { html, size });
+                }
+                html.len()
+            }
+            Attempt::TooLarge(estimate) => estimate,
+        };
+        // The size of the file goes with the number of pixels, and small ones compress less well.
+        let side = (0.95 * budget as f64 / needed as f64).sqrt();
+        let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
+        size = (scaled(size.0), scaled(size.1));
+        if size.0 < NARROWEST.min(full.0) {
+            return Err(PageError::Picture(PictureError::Bytes {
+                needed,
+                limit: budget,
+            }));
+        }
+    }
+}
+
+/// An attempt at all pictures in a size.
+enum Attempt {
+    Whole(Vec<Picture>),
+    /// Given up; the bytes that they would take.
+    TooLarge(usize),
+}
+
+fn attempt(
+    contents: &Contents<'_>,
+    (width, height): (usize, usize),
+    budget: usize,
+    work: Work<'_>,
+) -> Result<Attempt, PageError> {
+    let total = contents.pictures.len();
+    let mut pictures = Vec::with_capacity(total);
+    let mut bytes = 0;
+    for (i, image) in contents.pictures.iter().enumerate() {
+        work.check()?;
+        let picture = match (image.width(), image.height()) == (width, height) {
+            true => coded(image, contents.tone)?,
+            false => coded(&shrink(image, width, height), contents.tone)?,
+        };
+        bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
+        pictures.push(picture);
+        if bytes > budget {
+            return Ok(Attempt::TooLarge(bytes * total / (i + 1)));
+        }
+        work.progress.report("page", i + 1, total);
+    }
+    Ok(Attempt::Whole(pictures))
+}
+
+/// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
+/// could tell them from black.
+fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
+    let coded = KeyImage::new(image, Format::Byte, tone.knee());
+    let Samples::Byte { codes, curve, .. } = coded.samples() else {
+        return Err(PictureError::Size("no codes of 8 bits".to_owned()));
+    };
+    let file = |codes: &[u8]| -> Result<String, PictureError> {
+        let bytes = png::encode(image.width(), image.height(), codes)?;
+        Ok(base64::encode(&bytes))
+    };
+    let least = image.data().iter().copied().fold(0.0, f32::min);
+    let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
+    let white = |v: &f32| if *v < 0.0 { 255 } else { 0 };
+    let gain = tone.exposure.exp2() as f32;
+    let (codes, signs) = match seen {
+        true => {
+            let signs: Vec<u8> = image.data().iter().map(white).collect();
+            (file(codes)?, Some(file(&signs)?))
+        }
+        false => {
+            let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
+            let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
+            (file(&codes)?, None)
+        }
+    };
+    Ok(Picture {
+        law: [curve.low * gain, curve.high * gain],
+        codes,
+        signs,
+    })
+}
+
+fn html<'a>(
+    contents: &'a Contents<'_>,
+    pictures: Vec<Picture>,
+    size: (usize, usize),
+    full: (usize, usize),
+) -> Result<String, PageError> {
+    let segments = contents.keys.segments();
+    let stretch = |s: &'a Segment| Stretch {
+        start: s.start(),
+        end: s.end(),
+        degree: s.degree,
+        keys: &s.keys,
+    };
+    let data = Data {
+        title: contents.title,
+        size: [size.0, size.1],
+        start: segments.first().map_or(0.0, |s| s.start()),
+        end: segments.last().map_or(0.0, |s| s.end()),
+        curve: match contents.tone.curve {
+            Curve::Filmic => "filmic",
+            Curve::Plain => "plain",
+        },
+        made: remark(contents, size, full),
+        coordinates: &contents.faders,
+        cues: &contents.cues,
+        settings: contents.keys.keys(),
+        segments: segments.iter().map(stretch).collect(),
+        pictures,
+    };
+    // Inside a script element nothing may look like its end.
+    let json = serde_json::to_string(&data)?.replace('<', "\\u003c");
+    Ok(filled(&escaped(contents.title), &json))
+}
+
+/// What the page says of itself.
+fn remark(contents: &Contents<'_>, size: (usize, usize), full: (usize, usize)) -> String {
+    let keys = contents.keys.keys().len();
+    let (width, height) = size;
+    let of = match size == full {
+        true => String::new(),
+        false => format!(
+            ", made smaller from {}x{} to keep the file small",
+            full.0, full.1
+        ),
+    };
+    format!(
+        "Made with Footlight: {keys} key images of {width}x{height}{of}; every moment is at most \
+         three blends of them. Faders mix in light, each through its dimmer."
+    )
+}
+
+/// The template with its four places filled, each once, so that no content is taken for a place.
+fn filled(title: &str, json: &str) -> String {
+    let script = [
+        include_str!("page/light.js"),
+        include_str!("page/webgl.js"),
+        include_str!("page/canvas.js"),
+        include_str!("page/desk.js"),
+        include_str!("page/load.js"),
+    ];
+    let parts = include_str!("page/page.html").split("{{").map(|part| {
+        let Some((place, rest)) = part.split_once("}}") else {
+            return part.to_owned();
+        };
+        let content = match place {
+            "title" => title.to_owned(),
+            "style" => include_str!("page/page.css").to_owned(),
+            "script" => script.concat(),
+            _ => json.to_owned(),
+        };
+        content + rest
+    });
+    parts.collect()
+}
+
+/// Text for HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use crate::timeline::planted::empty;
+    use crate::timeline::{KeyOptions, Timeline};
+
+    fn tone() -> Tone {
+        Tone {
+            exposure: -2.0,
+            curve: Curve::Filmic,
+        }
+    }
+
+    /// Noise, which no PNG makes smaller.
+    fn noise(width: usize, height: usize) -> Image {
+        let mut state = 7_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 4e6
+        };
+        let data = (0..width * height * 3).map(|_| next()).collect();
+        Image::from_data(width, height, data).unwrap()
+    }
+
+    fn fader(name: &str) -> Fader {
+        Fader {
+            name: name.to_owned(),
+            picture: 1,
+            varies: true,
+            law: Law::Power(2),
+            colour: None,
+        }
+    }
+
+    fn made(title: &str, image: &Image, budget: usize) -> Result<Page, PageError> {
+        let timeline = Timeline::new(&empty(1)).unwrap();
+        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let contents = Contents {
+            title,
+            faders: vec![fader("{{show}}")],
+            cues: Vec::new(),
+            keys: &keys,
+            pictures: vec![image; 3],
+            tone: tone(),
+        };
+        write(&contents, budget, Work::silent())
+    }
+
+    #[test]
+    fn a_page_keeps_its_budget_with_smaller_pictures() {
+        let image = noise(400, 300);
+        let whole = made("Show", &image, BUDGET).unwrap();
+        assert_eq!(whole.size, (400, 300));
+        assert!(!whole.html.contains("made smaller"));
+        let budget = whole.html.len() / 2;
+        let small = made("Show", &image, budget).unwrap();
+        assert!(small.html.len() <= budget && small.html.len() > budget * 7 / 10);
+        let (width, height) = small.size;
+        assert!((width as f64 / height as f64 - 4.0 / 3.0).abs() < 0.02);
+        assert!(small.html.contains("made smaller from 400x300"));
+        let refused = made("Show", &image, 40_000);
+        assert!(matches!(
+            refused,
+            Err(PageError::Picture(PictureError::Bytes { .. }))
+        ));
+    }
+
+    #[test]
+    fn no_name_or_title_leaves_its_place_and_nothing_is_fetched() {
+        let title = "</script><b>&{{script}} \u{e4}";
+        let html = made(title, &noise(4, 3), BUDGET).unwrap().html;
+        assert_eq!(html.matches("</script").count(), 2);
+        assert!(
+            html.contains("<h1 id=\"title\">&lt;/script&gt;&lt;b&gt;&amp;{{script}} \u{e4}</h1>")
+        );
+        let (_, data) = html.split_once("id=\"show\">").unwrap();
+        let (data, _) = data.split_once("</script>").unwrap();
+        let data: serde_json::Value = serde_json::from_str(data).unwrap();
+        assert_eq!(data["title"], title);
+        assert_eq!(data["coordinates"][0]["name"], "{{show}}");
+        // The only address is a name, that of SVG.
+        assert_eq!(html.matches("://").count(), 1);
+        assert!(html.contains("default-src 'none'"));
+    }
+
+    #[test]
+    fn signs_are_kept_where_they_can_be_seen() {
+        let mut image = noise(4, 3);
+        assert!(coded(&image, tone()).unwrap().signs.is_none());
+        image.data_mut()[5] = -1e-5;
+        assert!(coded(&image, tone()).unwrap().signs.is_none());
+        image.data_mut()[5] = -0.1;
+        assert!(coded(&image, tone()).unwrap().signs.is_some());
+    }
+}
