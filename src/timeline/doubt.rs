@@ -274,11 +274,11 @@ impl<'a> Ends<'a> {
     fn warning(&self, a: Time, b: Time) -> Option<Warning> {
         let begun = self.begun.get(&a)?;
         let last = begun.first()?.by?;
-        let faded = |o: &&Out| {
+        let faded = |o: &Out| {
             let key = o.by.map(|id| (id, o.coordinate));
             key.is_some_and(|k| self.fades.contains(&k))
         };
-        begun.iter().all(|o| faded(&o)).then_some(Warning::Dark {
+        begun.iter().all(|o| faded(o)).then_some(Warning::Dark {
             id: last,
             by: *self.ended.get(&b)?,
             time: a,
