@@ -11,6 +11,7 @@ mod compare;
 mod desk;
 mod economy;
 mod error;
+mod exposure;
 mod fitting;
 mod look;
 mod measure;
@@ -241,6 +242,8 @@ pub struct Interpreter {
     /// The sequence's automatic exposure, the number of refined pictures it was found with and how:
     /// finding it takes every key image, which each picture would otherwise make anew.
     exposure: Option<(f64, (usize, Projection))>,
+    /// How bright each key is, from before the last edit.
+    brightness: Option<exposure::Brightness>,
     /// The user asked to leave with unsaved edits and was told so.
     warned: bool,
     /// Remarks that were made, each once.
@@ -293,6 +296,7 @@ impl Interpreter {
             looking: None,
             desk: desk::Desk::default(),
             exposure: None,
+            brightness: None,
             warned: false,
             told: BTreeSet::new(),
         })

@@ -152,6 +152,18 @@ impl Image {
         &mut self.data
     }
 
+    /// The picture of every `step`-th column and row, the first one half a step inside.
+    pub fn every(&self, step: usize) -> Image {
+        let step = step.max(1);
+        let first = |length: usize| (step / 2).min(length.saturating_sub(1));
+        let columns = || (first(self.width)..self.width).step_by(step);
+        let rows = (first(self.height)..self.height).step_by(step);
+        let (width, height) = (columns().len(), rows.len());
+        let pixels = rows.flat_map(|y| columns().filter_map(move |x| self.pixel(x, y)));
+        let data = pixels.flatten().collect();
+        Image::from_data(width, height, data).unwrap_or_else(|| Image::new(0, 0))
+    }
+
     /// The pixel in column `x` of row `y`; `None` outside.
     pub fn pixel(&self, x: usize, y: usize) -> Option<[f32; 3]> {
         if x >= self.width || y >= self.height {

@@ -127,6 +127,34 @@ impl Pool {
         &self.refined
     }
 
+    /// Every picture: coarse, coarser, refined.
+    pub fn pictures(&self) -> impl Iterator<Item = &Arc<Image>> {
+        let refined = self.refined.iter().map(|r| &r.image);
+        self.coarse.iter().chain(&self.coarser).chain(refined)
+    }
+
+    /// The pool with every `step`-th column and row of its pictures, and with what is known of the
+    /// whole ones: by a projection that looks at no picture its previews are those pixels of whole
+    /// previews.
+    pub fn thinned(&self, step: usize) -> Pool {
+        let thin = |image: &Arc<Image>| match step {
+            0 | 1 => image.clone(),
+            _ => Arc::new(image.every(step)),
+        };
+        let refined = self.refined.iter().map(|r| Refined {
+            image: thin(&r.image),
+            ..r.clone()
+        });
+        let coarse: Vec<Arc<Image>> = self.coarse.iter().map(thin).collect();
+        Pool {
+            size: coarse.first().map_or((0, 0), |c| (c.width(), c.height())),
+            coarse,
+            coarser: self.coarser.iter().map(thin).collect(),
+            refined: refined.collect(),
+            ..self.clone()
+        }
+    }
+
     /// Scalar products of the coarse pictures, sources x sources.
     pub fn gram(&self) -> &Matrix {
         &self.gram

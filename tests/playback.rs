@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use footlight::files::{Folder, Shelf, Store};
 use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
-use footlight::picture::tone::{Curve, Tone};
+use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
 use footlight::playback::{Playback, Player};
 use footlight::study::playback::{Displayed, Frame, Judged, UNSEEN, judge};
@@ -19,11 +19,11 @@ use footlight::study::{Kind, Record};
 use footlight::units::Time;
 use footlight::work::Work;
 
-/// The first show, small, with a store of its own.
-fn first(shelf: &Shelf) -> Interpreter {
+/// The first show of another size, with a store of its own.
+fn first(shelf: &Shelf, size: &str) -> Interpreter {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
-    let text = text.replace("size 480x270", "size 96x54");
+    let text = text.replace("size 480x270", &format!("size {size}"));
     let host = Host {
         files: Box::new(Folder::new(&folder, 1 << 20)),
         store: Box::new(shelf.clone()),
@@ -142,7 +142,7 @@ fn a_player_shows_what_the_thresholds_say() {
 #[test]
 fn the_chart_tells_speed_error_and_default() {
     let shelf = Shelf::default();
-    let mut show = first(&shelf);
+    let mut show = first(&shelf, "96x54");
     let said = show.execute("chart playback -o chart.json").unwrap().text;
     let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
     let record: Record = serde_json::from_slice(&bytes).unwrap();
@@ -198,4 +198,40 @@ fn the_chart_tells_speed_error_and_default() {
     ] {
         assert_eq!(show.execute(wrong).unwrap_err().exit_code(), 2, "{wrong}");
     }
+}
+
+/// A picture after an edit looks at a part of the pixels of the changed keys alone; it must be the
+/// picture that all key images would have been exposed for.
+#[test]
+fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
+    let mut show = first(&Shelf::default(), "200x150");
+    assert_eq!(sampling(200, 150), 2);
+    let time = Time::from_seconds(9.0).unwrap();
+    show.execute("at 0:09").unwrap();
+    let mut exposures = Vec::new();
+    for line in [
+        "",
+        "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 40 }",
+        "refine 1",
+        "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 90 }",
+        "method projection corrections",
+    ] {
+        show.execute(line).unwrap();
+        let shown = show.execute("picture").unwrap().picture.unwrap().rgb;
+        let whole = show.playback().unwrap();
+        let exposure = auto_exposure(whole.images().iter());
+        let tone = Tone {
+            exposure,
+            curve: Curve::Filmic,
+        };
+        assert_eq!(shown, tone.encode(&show.preview(time).unwrap()), "{line}");
+        exposures.push(exposure);
+    }
+    assert!(exposures[0] != exposures[1] && exposures[1] != exposures[3]);
+    let setting = show.timeline().evaluate(time);
+    let pool = show.pool().unwrap();
+    let thin = pool.thinned(2).preview(&setting, Work::silent()).unwrap();
+    let whole = pool.preview(&setting, Work::silent()).unwrap();
+    assert_eq!((thin.width(), thin.height()), (100, 75));
+    assert_eq!(thin, whole.every(2));
 }

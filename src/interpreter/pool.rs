@@ -181,6 +181,7 @@ impl Interpreter {
             stage.pool = None;
             self.steps.clear();
             self.exposure = None;
+            self.brightness = None;
         }
         let held = stage.pool.as_ref().map(pictures_of).unwrap_or_default();
         let used = |image: &std::sync::Arc<_>| held.contains(&std::sync::Arc::as_ptr(image));

@@ -97,9 +97,11 @@ fn show(exposure: &str) -> String {
 
 /// Opens the show and renders its pictures.
 fn opened(exposure: &str, threads: usize) -> Interpreter {
-    let room = "v -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nf 1 2 3 4\n";
+    let room = "mtllib room.mtl\nusemtl wall\nv -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nf 1 2 3 4\n";
+    let files = Memory::default().with("room.obj", room);
+    let files = files.with("room.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n");
     let host = Host {
-        files: Box::new(Memory::default().with("room.obj", room)),
+        files: Box::new(files),
         transport: Box::new(Painter),
         threads,
         ..Host::default()

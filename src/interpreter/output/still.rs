@@ -93,10 +93,12 @@ impl Interpreter {
                 curve: Curve::Filmic,
             });
         }
-        let playback = self.playback()?;
-        let tone = self.tone(playback.images());
-        self.exposure = Some((tone.exposure, made_by));
-        Ok(tone)
+        let exposure = self.auto_exposure()?;
+        self.exposure = Some((exposure, made_by));
+        Ok(Tone {
+            exposure,
+            curve: Curve::Filmic,
+        })
     }
 
     /// A bank alone at full: 1 in its coordinates.
