@@ -157,7 +157,9 @@ mod tests {
     /// The protocol read back: its pieces joined are the PNG file.
     #[test]
     fn kittys_pieces_are_a_picture() {
-        let rgb: Vec<u8> = (0..90 * 60 * 3).map(|i: u32| (i * i >> 7) as u8).collect();
+        let rgb: Vec<u8> = (0..90 * 60 * 3)
+            .map(|i: u32| ((i * i) >> 7) as u8)
+            .collect();
         let text = kitty(90, 60, &rgb, room(30, 40), Some(7)).unwrap();
         let (pieces, lines) = text.rsplit_once("\x1b\\").unwrap();
         assert_eq!(lines, "\n".repeat(10));
