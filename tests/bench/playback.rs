@@ -144,9 +144,9 @@ fn turns(ways: &mut [Way<'_>], size: (usize, usize), rounds: usize) -> (Vec<f64>
     for round in 0..rounds {
         for ((way, times), runs) in ways.iter_mut().zip(&mut times).zip(&mut runs) {
             let time = turn(way, *runs) / *runs as f64;
-            // The first turn warms up and tells how many runs make one.
+            // The first turn warms up and tells how many runs make one; it may have been disturbed.
             match round {
-                0 => *runs = ((TURN / time.max(1e-6)) as usize).clamp(1, 100),
+                0 => *runs = ((TURN / time.max(1e-6)) as usize).clamp(6, 100),
                 _ => times.push(time),
             }
         }
