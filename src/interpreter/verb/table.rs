@@ -1,0 +1,510 @@
+//! The table of verbs, in the order of the manual, with their options.
+
+use super::{OptionSpec, Verb, VerbSpec};
+
+const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name,
+        letter: None,
+        value: Some(value),
+        about,
+    }
+}
+
+const fn output(about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name: "output",
+        letter: Some('o'),
+        value: Some("FILE"),
+        about,
+    }
+}
+
+const JSON: OptionSpec = OptionSpec {
+    name: "json",
+    letter: None,
+    value: None,
+    about: "print data instead of words",
+};
+
+const SIGNED: OptionSpec = OptionSpec {
+    name: "signed-keys",
+    letter: None,
+    value: None,
+    about: "allow negative keys, which float playback can show, and spare the knots",
+};
+
+const METRIC: OptionSpec = value(
+    "metric",
+    "M",
+    "what makes a picture worth refining: settings, influence or error (default: error)",
+);
+
+const PROJECTION: OptionSpec = value(
+    "projection",
+    "P",
+    "how previews are made: settings, influence, full-error, error, extrapolated (default), \
+     corrections",
+);
+
+const FLOAT: OptionSpec = OptionSpec {
+    name: "float",
+    letter: None,
+    value: None,
+    about: "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
+};
+
+const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
+
+const KEYS: OptionSpec = value(
+    "keys",
+    "F",
+    "format of key images: f32, f16 or 8-bit (default: f16 where its error stays under half a \
+     step of 8 bits, else f32)",
+);
+
+/// What can be charted.
+const CHARTS: &[&str] = &["transport", "playback"];
+
+const QUALITY: OptionSpec = value(
+    "quality",
+    "Q",
+    "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
+);
+
+const fn spec(
+    verb: Verb,
+    name: &'static str,
+    words: &'static str,
+    options: &'static [OptionSpec],
+    about: &'static str,
+    example: &'static str,
+) -> VerbSpec {
+    VerbSpec {
+        verb,
+        name,
+        kinds: match verb {
+            Verb::Chart => CHARTS,
+            _ => &[],
+        },
+        words,
+        options,
+        about,
+        example,
+        command: !matches!(
+            verb,
+            Verb::Show
+                | Verb::At
+                | Verb::Refine
+                | Verb::Method
+                | Verb::View
+                | Verb::Go
+                | Verb::Back
+                | Verb::Goto
+                | Verb::Set
+                | Verb::Release
+                | Verb::Record
+                | Verb::Blind
+                | Verb::Undo
+                | Verb::Redo
+                | Verb::Fmt
+                | Verb::Diff
+                | Verb::Explain
+                | Verb::Save
+                | Verb::Help
+                | Verb::Quit
+        ),
+    }
+}
+
+/// Every verb, in the order of the manual.
+pub const VERBS: &[VerbSpec] = &[
+    spec(
+        Verb::Check,
+        "check",
+        "",
+        &[],
+        "look for mistakes in the show, its stage and its curves",
+        "check",
+    ),
+    spec(
+        Verb::Show,
+        "show",
+        "[NAME]",
+        &[],
+        "list banks and cues with their times, or the text that declares NAME",
+        "show lamps",
+    ),
+    spec(
+        Verb::At,
+        "at",
+        "[TIME]",
+        &[],
+        "move to a time and tell the levels there",
+        "at 1:30",
+    ),
+    spec(
+        Verb::Plan,
+        "plan",
+        "[N]",
+        &[
+            JSON,
+            OptionSpec {
+                name: "next",
+                letter: None,
+                value: None,
+                about: "the next N pictures to refine (default: 5), their seconds and what they leave",
+            },
+            value(
+                "tolerance",
+                "X",
+                "error allowed, such as 2% (default: the show's preview)",
+            ),
+            SIGNED,
+            value(
+                "metric",
+                "M",
+                "settings, influence or error; the last two render coarse pictures first",
+            ),
+        ],
+        "key settings, basis, and the error predicted after each refined picture",
+        "plan --tolerance 1%",
+    ),
+    spec(
+        Verb::Picture,
+        "picture",
+        "[TIME]",
+        &[
+            value(
+                "at",
+                "TIME",
+                "the moment (default: the current time, or the start)",
+            ),
+            value("bank", "NAME", "this bank alone, at full"),
+            value(
+                "quality",
+                "Q",
+                "render anew at this step of the scale, 1 to 5",
+            ),
+            VIEW,
+            PROJECTION,
+            FLOAT,
+            output("write a .png (as displayed) or an .exr (linear)"),
+        ],
+        "one picture of the show",
+        "picture 1:30 -o evening.png",
+    ),
+    spec(
+        Verb::Refine,
+        "refine",
+        "[N | until X% | for TIME]",
+        &[VIEW, METRIC, PROJECTION],
+        "render refined pictures in the order of the plan, one if nothing is said",
+        "refine until 2%",
+    ),
+    spec(
+        Verb::Play,
+        "play",
+        "",
+        &[
+            VIEW,
+            PROJECTION,
+            KEYS,
+            value(
+                "layers",
+                "WHAT",
+                "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
+                 refined pictures)",
+            ),
+            FLOAT,
+            value(
+                "chroma",
+                "C",
+                "colour of a video: 420 (default) or 444, BT.709",
+            ),
+            output(
+                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
+                 .html (a page that plays), an .exr (layers), or numbered pictures such as \
+                 frames/####.png",
+            ),
+        ],
+        "play the sequence back from its key images",
+        "play -o show.png",
+    ),
+    spec(
+        Verb::Plot,
+        "plot",
+        "",
+        &[output("write a .png or an .svg")],
+        "draw every bank's curve with the cues marked",
+        "plot -o curves.svg",
+    ),
+    spec(
+        Verb::Run,
+        "run",
+        "",
+        &[
+            value(
+                "until",
+                "X",
+                "refine until this error, such as 2% (default: the show's preview)",
+            ),
+            value(
+                "count",
+                "N",
+                "refine until there are N pictures, stored ones included",
+            ),
+            value("budget", "TIME", "stop refining when this time is used up"),
+            VIEW,
+            METRIC,
+            PROJECTION,
+            value(
+                "out",
+                "DIR",
+                "where the results go (default: out/ and the show's file name)",
+            ),
+        ],
+        "the whole loop: coarse pictures, plan, refinement, key images, sequence",
+        "run --until 2%",
+    ),
+    spec(
+        Verb::Compare,
+        "compare",
+        "",
+        &[
+            value(
+                "reference",
+                "DIR",
+                "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
+            ),
+            QUALITY,
+            JSON,
+            output("write the differences as a .png or an .svg"),
+        ],
+        "render every bank alone and hold it against its reference picture",
+        "compare --reference refs --quality 4 -o differences.png",
+    ),
+    spec(
+        Verb::Quality,
+        "quality",
+        "",
+        &[
+            JSON,
+            OptionSpec {
+                name: "measure",
+                letter: None,
+                value: None,
+                about: "render at every step too, and tell the seconds it took",
+            },
+        ],
+        "what each step of quality sets for this show, and how long it is likely to take",
+        "quality --measure",
+    ),
+    spec(
+        Verb::Chart,
+        "chart",
+        "",
+        &[
+            value(
+                "reference",
+                "DIR",
+                "the folder of reference pictures (default: the finest step is the reference)",
+            ),
+            value(
+                "where",
+                "KEYS",
+                "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
+                 displayed (8 bits blended as displayed)",
+            ),
+            OptionSpec {
+                name: "dark",
+                letter: None,
+                value: None,
+                about: "light lines on a dark ground",
+            },
+            output("write a .png, an .svg, or the figures as .csv or .json"),
+        ],
+        "draw error against time: `transport` by step of quality, `playback` by format of keys",
+        "chart transport -o transport.png",
+    ),
+    spec(
+        Verb::Session,
+        "session",
+        "COMMANDS",
+        &[
+            OptionSpec {
+                name: "truth",
+                letter: None,
+                value: None,
+                about: "measure against every source at the refined quality, rendered beside",
+            },
+            METRIC,
+            PROJECTION,
+            output("write a .png or an .svg, or the data as .csv or .json"),
+        ],
+        "replay edits and `refine` lines from a file: error against time and refined pictures",
+        "session session.txt --truth -o session.png",
+    ),
+    spec(
+        Verb::Pool,
+        "pool",
+        "[drop [unused | all]]",
+        &[],
+        "tell what pictures there are and which serve this show, or free them",
+        "pool drop unused",
+    ),
+    spec(
+        Verb::Method,
+        "method",
+        "[metric M | projection P | default]",
+        &[],
+        "how refined pictures are chosen and previews made of them, from now on",
+        "method projection settings",
+    ),
+    spec(
+        Verb::View,
+        "view",
+        "[NAME]",
+        &[],
+        "list the views, or make pictures from NAME from now on",
+        "view stalls",
+    ),
+    spec(
+        Verb::Go,
+        "go",
+        "",
+        &[],
+        "run the next cue to its end and tell the levels then",
+        "go",
+    ),
+    spec(
+        Verb::Back,
+        "back",
+        "",
+        &[],
+        "back to the end of the cue before",
+        "back",
+    ),
+    spec(
+        Verb::Goto,
+        "goto",
+        "CUE [at PART%]",
+        &[],
+        "to the end of a cue, or to where a part of its time has gone by",
+        "goto 2.5 at 50%",
+    ),
+    spec(
+        Verb::Set,
+        "set",
+        "[LEVELS]",
+        &[],
+        "try levels on top of the current moment, without a cue",
+        "set lamps 40 sky #203060",
+    ),
+    spec(
+        Verb::Release,
+        "release",
+        "",
+        &[],
+        "let go of the levels that are tried",
+        "release",
+    ),
+    spec(
+        Verb::Record,
+        "record",
+        "[NUMBER [LABEL]]",
+        &[value(
+            "time",
+            "TIME",
+            "the new cue's time, such as 3 or 4/6",
+        )],
+        "write the levels that are tried as a new cue; alone: keep blind edits",
+        "record 2.5 \"Lamp up\" --time 3",
+    ),
+    spec(
+        Verb::Blind,
+        "blind",
+        "[off]",
+        &[],
+        "edits from now on are shown, but kept only by `record`; `off` drops them",
+        "blind",
+    ),
+    spec(
+        Verb::Undo,
+        "undo",
+        "",
+        &[],
+        "take the last edit back",
+        "undo",
+    ),
+    spec(
+        Verb::Redo,
+        "redo",
+        "",
+        &[],
+        "make the edit again that was taken back",
+        "redo",
+    ),
+    spec(
+        Verb::Tracksheet,
+        "tracksheet",
+        "",
+        &[output("write a .md, .csv or .txt")],
+        "cues by banks: the level each bank holds, moved, tracked and blocked told apart",
+        "tracksheet -o tracks.csv",
+    ),
+    spec(
+        Verb::Cuesheet,
+        "cuesheet",
+        "",
+        &[output("write a .md, .csv or .txt")],
+        "what each cue does, when it starts and how long it takes",
+        "cuesheet -o cues.md",
+    ),
+    spec(
+        Verb::Fmt,
+        "fmt",
+        "",
+        &[OptionSpec {
+            name: "check",
+            letter: None,
+            value: None,
+            about: "only tell whether the layout is canonical",
+        }],
+        "lay the show's text out anew, comments and groups kept",
+        "fmt",
+    ),
+    spec(
+        Verb::Diff,
+        "diff",
+        "[FILE]",
+        &[output("draw the changed curves as a .png or an .svg")],
+        "what changed since the show was read or saved, or from FILE to it, in cues and in light",
+        "diff -o changes.png",
+    ),
+    spec(
+        Verb::Explain,
+        "explain",
+        "CODE",
+        &[],
+        "what a message's code means, with a wrong sheet and its correction",
+        "explain E012",
+    ),
+    spec(
+        Verb::Save,
+        "save",
+        "[FILE]",
+        &[],
+        "write the show's text, comments and layout kept",
+        "save",
+    ),
+    spec(
+        Verb::Help,
+        "help",
+        "[VERB]",
+        &[],
+        "list the verbs, or explain one",
+        "help picture",
+    ),
+    spec(Verb::Quit, "quit", "", &[], "leave", "quit"),
+];
