@@ -113,9 +113,8 @@ fn lines_are_completed_remembered_and_asked_for() {
     terminal.press("goto 2 at 5\x15");
     terminal.press("pict\t");
     terminal.wait("picture");
-    terminal.press(" --ba\tda\t");
-    terminal.wait("--bank");
-    terminal.wait("day");
+    terminal.press("--ba\tda\t");
+    terminal.wait("--bank day");
     terminal.press("\x15");
 
     terminal.press("cue 9 {\r");

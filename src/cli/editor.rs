@@ -16,6 +16,8 @@ use crate::interpreter::{Token, Vocabulary, finished, tokens};
 
 /// Lines that are remembered from session to session.
 pub const REMEMBERED: usize = 2000;
+/// Characters of a hint.
+const HINT: usize = 60;
 /// Bytes of the history that are read.
 const HISTORY_LIMIT: u64 = 4 << 20;
 
@@ -63,9 +65,10 @@ impl Completer for Reader {
         if offered.files {
             return self.names.complete(line, at, context);
         }
+        // A blank behind it, so that the next word can be typed at once.
         let pair = |word: String| Pair {
-            display: word.clone(),
-            replacement: word,
+            replacement: format!("{word} "),
+            display: word,
         };
         Ok((offered.start, offered.words.into_iter().map(pair).collect()))
     }
@@ -75,9 +78,15 @@ impl Hinter for Reader {
     type Hint = String;
 
     fn hint(&self, line: &str, at: usize, _: &Context<'_>) -> Option<String> {
-        (at == line.len())
-            .then(|| self.vocabulary.hint(line))
-            .flatten()
+        if at < line.len() {
+            return None;
+        }
+        let hint = self.vocabulary.hint(line)?;
+        // What wraps is no hint any more.
+        match hint.char_indices().nth(HINT) {
+            None => Some(hint),
+            Some((end, _)) => Some(format!("{}…", hint.get(..end)?)),
+        }
     }
 }
 
