@@ -34,13 +34,15 @@ pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Er
             reader.vocabulary = interpreter.vocabulary();
         }
         let line = match line_editor.readline(&prompt(interpreter)) {
-            Ok(line) => line,
+            Ok(line) => {
+                // A full history only forgets; that is no reason to stop.
+                let _ = line_editor.add_history_entry(line.as_str());
+                line
+            }
             Err(ReadlineError::Interrupted) => continue,
             Err(ReadlineError::Eof) => "quit".to_owned(),
             Err(error) => break Err(device(error)),
         };
-        // A full history only forgets; that is no reason to stop.
-        let _ = line_editor.add_history_entry(line.as_str());
         screen.rearm();
         if !each(interpreter, &line, screen) {
             break Ok(0);

@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn words_are_offered_where_they_may_stand() {
-        offers("pla", &["play"]);
+        offers("pla", &["plan", "play"]);
         offers("pict", &["picture"]);
         offers("vi", &["view"]);
         offers("view s", &["stalls"]);
