@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::output::{ending, hue, points, unknown_ending};
 use super::stage::Stage;
-use super::{Call, Error, Host, Interpreter, LIMIT, Reply, Report};
+use super::{Call, Error, Host, Interpreter, LIMIT, Reply, Report, decoded};
 use crate::chart::{self, Theme};
 use crate::check;
 use crate::diagnostic::Sources;
@@ -51,10 +51,7 @@ impl Sheet {
                 sources,
             })
         };
-        let text = match lang::decode(name, bytes) {
-            Ok(text) => text,
-            Err(diagnostic) => return Err(mistakes(vec![*diagnostic], sources)),
-        };
+        let text = decoded(name, bytes)?;
         let mut known = lang::Known::default();
         let parsed = lang::parse_again(&mut known, files, &mut sources, name, &text);
         let mut diagnostics = parsed.diagnostics;
@@ -138,17 +135,9 @@ pub fn format(store: &dyn Store, path: &Path, look: bool) -> Result<Formatted, E
 /// # Errors
 /// [`Error::Mistakes`] when it does not parse.
 pub fn formatted(name: &str, bytes: &[u8]) -> Result<String, Error> {
-    let mut sources = Sources::default();
-    let text = match lang::decode(name, bytes) {
-        Ok(text) => text,
-        Err(diagnostic) => {
-            return Err(Error::Mistakes(Report {
-                diagnostics: vec![*diagnostic],
-                sources,
-            }));
-        }
-    };
+    let text = decoded(name, bytes)?;
     lang::format(&text).map_err(|diagnostics| {
+        let mut sources = Sources::default();
         sources.add(name, &text);
         Error::Mistakes(Report {
             diagnostics,

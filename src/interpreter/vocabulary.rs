@@ -59,9 +59,6 @@ impl Interpreter {
     }
 }
 
-/// The fades and dimmers that every show has.
-const FADES: [&str; 5] = ["ease", "linear", "slow-bottom", "slow-top", "square"];
-
 /// Bytes of a line, before the cursor, that are looked at.
 const LINE: usize = 4096;
 
@@ -207,7 +204,7 @@ impl Vocabulary {
         }
         match (first, last) {
             (_, "dimmer") => Offer::of(strings(&self.curves).chain(["linear", "square"])),
-            ("cue", "curve") => Offer::of(strings(&self.curves).chain(FADES)),
+            ("cue", "curve") => Offer::of(strings(&self.curves).chain(lang::FADES)),
             ("light", "like") => Offer::of(strings(&self.lights)),
             ("light", "panel") | ("surface", "surface") => Offer::of(strings(&self.materials)),
             ("bank" | "fixed", _) if before.contains('=') => {

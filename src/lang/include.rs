@@ -11,7 +11,7 @@ use super::ast::{Declaration, Span};
 use super::build::Builder;
 use super::read::Read;
 use super::report::{Place, Report};
-use super::scan::{self, first_word};
+use super::scan::{self, Scan, first_word};
 use super::syntax::{self, Rule};
 use super::{codes, decode, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
@@ -23,6 +23,8 @@ pub struct Part<'a> {
     pub file: u32,
     /// Its text.
     pub text: Cow<'a, str>,
+    /// Its statements.
+    pub scan: Scan,
     /// Relative to the show's folder.
     path: String,
     /// The part that includes it.
@@ -49,6 +51,7 @@ pub fn gather<'a>(
         parts: vec![Part {
             file,
             text: Cow::Borrowed(text),
+            scan: scan::scan(text),
             path: own.to_owned(),
             parent: None,
             children: BTreeMap::new(),
@@ -111,22 +114,20 @@ impl Gathering<'_, '_> {
             return;
         };
         let mut found = Vec::new();
-        if part.text.contains("include") {
-            for cut in scan::scan(&part.text).cuts {
-                let text = part.text.get(cut.span.clone()).unwrap_or_default();
-                if cut.broken || first_word(text) != "include" {
-                    continue;
-                }
-                let builder = Builder {
-                    source: &part.text,
-                    file: part.file,
-                    base: cut.span.start,
-                };
-                // What does not parse is said when the statement is read.
-                let path = syntax::parse(Rule::include_statement, text);
-                if let Some(path) = path.ok().and_then(|pairs| builder.included(pairs)) {
-                    found.push((cut.span.start as u32, unquoted(path), path.span));
-                }
+        for cut in &part.scan.cuts {
+            let text = part.text.get(cut.span.clone()).unwrap_or_default();
+            if cut.broken || first_word(text) != "include" {
+                continue;
+            }
+            let builder = Builder {
+                source: &part.text,
+                file: part.file,
+                base: cut.span.start,
+            };
+            // What does not parse is said when the statement is read.
+            let path = syntax::parse(Rule::include_statement, text);
+            if let Some(path) = path.ok().and_then(|pairs| builder.included(pairs)) {
+                found.push((cut.span.start as u32, unquoted(path), path.span));
             }
         }
         for (start, path, span) in found {
@@ -205,6 +206,7 @@ impl Gathering<'_, '_> {
         let file = self.sources.add(shown, text.as_str()) as u32;
         self.parts.push(Part {
             file,
+            scan: scan::scan(&text),
             text: Cow::Owned(text),
             path,
             parent: Some(index),

@@ -33,7 +33,7 @@ pub use ast::Span;
 pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
-pub use names::nearest;
+pub use names::{FADES, nearest};
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
@@ -41,7 +41,6 @@ use crate::files::{Files, Memory};
 use crate::show::{NodeId, Show};
 use crate::units::Time;
 use report::Report;
-use scan::Scan;
 
 /// Turns the model's node ids back into places.
 #[derive(Clone, Debug, Default)]
@@ -97,14 +96,14 @@ pub fn parse_again(
         return failed(report);
     }
     let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
-    let scans: Vec<Scan> = parts.iter().map(|p| scan::scan(&p.text)).collect();
     let mut environment = String::new();
-    for (part, scan) in parts.iter().zip(&scans) {
-        read::environment(&part.text, scan, &mut environment);
+    for part in &parts {
+        read::environment(&part.text, &part.scan, &mut environment);
     }
     let within = known.within(&environment);
-    let pieces = parts.iter().zip(&scans);
-    let reads = pieces.map(|(p, scan)| read::read(&p.text, p.file, scan, within, &mut report));
+    let reads = parts
+        .iter()
+        .map(|p| read::read(&p.text, p.file, &p.scan, within, &mut report));
     let read = include::joined(&parts, reads.collect());
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
