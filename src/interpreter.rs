@@ -459,22 +459,42 @@ impl Interpreter {
                 sources,
             })
         })?;
-        let old = self.stage.as_ref();
-        let known = &mut self.known;
-        let (text, looking) = (
-            (self.name.as_str(), edited.source.as_str()),
-            self.looking.as_deref(),
-        );
-        let (compiled, fresh) = compile(text, &self.host, known, looking, old)?;
         let kept = self.refined();
+        let news = self.compile_text(&edited.source, self.looking.clone())?;
         self.change_text(edited.source);
-        let news = compiled.warnings.news(&self.compiled.warnings);
-        self.adopt(compiled, fresh);
         Ok(Reply::text(self.describe_edit(
             &news,
             &edited.changes,
             kept,
         )))
+    }
+
+    /// Takes over what a text comes to, looked at from a view, with everything rendered that still
+    /// means the same; what is to be warned of that was not before. Another text lets go of levels
+    /// that are being tried, as they are known by the old one's coordinates.
+    ///
+    /// # Errors
+    /// As [`compile`]; nothing has changed then.
+    fn compile_text(&mut self, text: &str, looking: Option<String>) -> Result<Report, Error> {
+        let (known, old) = (&mut self.known, self.stage.as_ref());
+        let named = (self.name.as_str(), text);
+        let (compiled, fresh) = compile(named, &self.host, known, looking.as_deref(), old)?;
+        self.looking = looking;
+        let news = compiled.warnings.news(&self.compiled.warnings);
+        let results = self.host.transport.results();
+        let old = self.stage.take();
+        self.stage = Stage::renew(old, fresh, results.as_deref(), &mut self.archive);
+        let (start, end) = (compiled.timeline.start(), compiled.timeline.end());
+        self.now = self.now.clamp(start, end);
+        if text != self.source {
+            self.desk.release();
+        }
+        self.exposure = None;
+        self.compiled = compiled;
+        if self.refined() == 0 {
+            self.steps.clear();
+        }
+        Ok(news)
     }
 
     /// Coarse and refined pictures, once there are any.

@@ -4,7 +4,7 @@
 //! recorded; blind edits and undo go by whole texts, so that nothing of them is ever half done.
 
 use super::answer::{count, label};
-use super::{Call, Error, Interpreter, Reply, Report, compile};
+use super::{Call, Error, Interpreter, Reply, Report};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::lang;
 use crate::show::Motion;
@@ -26,6 +26,11 @@ pub(super) struct Desk {
 }
 
 impl Desk {
+    /// Lets go of what is being tried.
+    pub fn release(&mut self) {
+        self.tried.clear();
+    }
+
     /// Remembers a text that is about to change.
     fn remember(&mut self, text: &str) {
         self.past.push(text.to_owned());
@@ -51,20 +56,9 @@ impl Interpreter {
     /// [`Error::Mistakes`]; the show is then as it was.
     pub fn reload(&mut self, text: &str) -> Result<Reply, Error> {
         let kept = self.refined();
-        let news = self.compile_text(text)?;
+        let news = self.compile_text(text, self.looking.clone())?;
         self.change_text(text.to_owned());
         Ok(Reply::text(self.describe_edit(&news, &[], kept)))
-    }
-
-    /// Compiles `text` in place of the show's; what is to be warned of that was not before.
-    fn compile_text(&mut self, text: &str) -> Result<Report, Error> {
-        let (known, old) = (&mut self.known, self.stage.as_ref());
-        let looking = self.looking.as_deref();
-        let (compiled, fresh) = compile((&self.name, text), &self.host, known, looking, old)?;
-        let news = compiled.warnings.news(&self.compiled.warnings);
-        self.adopt(compiled, fresh);
-        self.desk.tried.clear();
-        Ok(news)
     }
 
     /// The setting at the current time, with the levels that are being tried.
@@ -86,7 +80,7 @@ impl Interpreter {
     /// Moves in time, which lets go of what is being tried.
     pub(super) fn move_to(&mut self, time: Time) {
         self.now = time;
-        self.desk.tried.clear();
+        self.desk.release();
     }
 
     /// The cue that has started last.
@@ -270,7 +264,7 @@ impl Interpreter {
         if !self.is_trying() {
             return Ok(Reply::text("nothing is being tried"));
         }
-        self.desk.tried.clear();
+        self.desk.release();
         self.tell_moment()
     }
 
@@ -343,7 +337,7 @@ impl Interpreter {
             }
             (["off"], Some(text)) => {
                 let text = text.clone();
-                self.compile_text(&text)?;
+                self.compile_text(&text, self.looking.clone())?;
                 if text != self.source {
                     self.change_text(text);
                 }
@@ -373,7 +367,7 @@ impl Interpreter {
             let what = if back { "undo" } else { "redo" };
             return Err(Error::Usage(format!("there is nothing to {what}")));
         };
-        if let Err(error) = self.compile_text(&text) {
+        if let Err(error) = self.compile_text(&text, self.looking.clone()) {
             let from = if back {
                 &mut self.desk.past
             } else {

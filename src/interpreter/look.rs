@@ -1,6 +1,6 @@
 //! Which of the show's views is looked from.
 
-use super::{Call, Error, Interpreter, Reply, Stage, compile};
+use super::{Call, Error, Interpreter, Reply};
 use crate::lang::nearest;
 
 impl Interpreter {
@@ -27,27 +27,9 @@ impl Interpreter {
         if self.view() == Some(name) {
             return Ok(());
         }
-        let (known, old) = (&mut self.known, self.stage.as_ref());
-        let text = (self.name.as_str(), self.source.as_str());
-        let (compiled, fresh) = compile(text, &self.host, known, Some(name), old)?;
-        self.looking = Some(name.to_owned());
-        self.adopt(compiled, fresh);
+        let text = self.source.clone();
+        self.compile_text(&text, Some(name.to_owned()))?;
         Ok(())
-    }
-
-    /// Takes over what a text came to, with everything rendered that still means the same.
-    pub(super) fn adopt(&mut self, compiled: super::Compiled, fresh: Option<super::stage::Fresh>) {
-        let results = self.host.transport.results();
-        let old = self.stage.take();
-        self.stage = Stage::renew(old, fresh, results.as_deref(), &mut self.archive);
-        self.now = self
-            .now
-            .clamp(compiled.timeline.start(), compiled.timeline.end());
-        self.exposure = None;
-        self.compiled = compiled;
-        if self.refined() == 0 {
-            self.steps.clear();
-        }
     }
 
     pub(super) fn answer_view(&mut self, call: &Call) -> Result<Reply, Error> {
