@@ -5,7 +5,7 @@ use std::path::Path;
 
 use footlight::diagnostic::Sources;
 use footlight::files::Folder;
-use footlight::geometry::{Vec3, newell, vec3};
+use footlight::geometry::vec3;
 use footlight::lang;
 use footlight::scene::obj;
 use footlight::show::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
@@ -13,6 +13,7 @@ use footlight::show::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Sho
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../examples/tavern/model.rs"]
 mod model;
+mod set;
 
 fn beside_the_show(name: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
@@ -26,7 +27,7 @@ fn show() -> Show {
     parsed.show.unwrap()
 }
 
-fn outlines() -> Vec<(String, Vec<Vec3>)> {
+fn outlines() -> Vec<set::Outline> {
     let point = |[x, y, z]: model::Point| vec3(x, y, z);
     let faces = model::tavern().faces.into_iter();
     let named = faces.map(|f| {
@@ -52,19 +53,7 @@ fn the_files_are_what_the_program_makes() {
 fn every_face_is_planar_convex_and_worth_drawing() {
     let outlines = outlines();
     assert!((400..1000).contains(&outlines.len()), "{}", outlines.len());
-    for (name, outline) in outlines {
-        let normal = newell(&outline);
-        assert!(normal.length() > 1e-4, "{name}: {outline:?} has no area");
-        let normal = normal / normal.length();
-        let corners = outline.len();
-        for i in 0..corners {
-            let [a, b, c] = [0, 1, 2].map(|k| outline[(i + k) % corners]);
-            let off = (b - outline[0]).dot(normal).abs();
-            assert!(off < 1e-6, "{name}: {b:?} is {off} m off the plane");
-            let turn = (b - a).cross(c - b).dot(normal);
-            assert!(turn > 0.0, "{name}: does not turn left at {b:?}");
-        }
-    }
+    set::is_worth_drawing(&outlines);
 }
 
 /// The carpenter's solids look outwards: by the divergence theorem the signed volumes under the
@@ -109,45 +98,9 @@ fn volume(set: &model::Set) -> f64 {
         .sum()
 }
 
-/// The audience sees fronts only: no face whose black back is turned to the eye is in sight where
-/// it is the nearest, on a grid of rays through the picture.
 #[test]
 fn no_back_is_seen_from_the_house() {
-    let view = show().views[0].camera.clone();
-    let outlines = outlines();
-    let forward = view.to - view.from;
-    let right = forward.cross(vec3(0.0, 0.0, 1.0));
-    let up = right.cross(forward);
-    let (right, up) = (right / right.length(), up / up.length());
-    let half = (view.fov.to_radians() / 2.0).tan() * forward.length();
-    let wide = half * view.width as f64 / view.height as f64;
-    for row in 0..90 {
-        for column in 0..160 {
-            let x = (f64::from(column) + 0.5) / 80.0 - 1.0;
-            let y = (f64::from(row) + 0.5) / 45.0 - 1.0;
-            let ray = forward + right * (x * wide) + up * (y * half);
-            let hits = outlines
-                .iter()
-                .filter_map(|(name, o)| Some((hit(o, view.from, ray)?, name)));
-            let nearest = hits.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
-            let ((_, front), name) = nearest.unwrap();
-            assert!(
-                front,
-                "the back of {name} is seen at column {column}, row {row}"
-            );
-        }
-    }
-}
-
-/// How far along the ray a convex outline is met, and whether on its front.
-fn hit(outline: &[Vec3], from: Vec3, ray: Vec3) -> Option<(f64, bool)> {
-    let normal = newell(outline);
-    let toward = ray.dot(normal);
-    let t = (outline[0] - from).dot(normal) / toward;
-    let at = from + ray * t;
-    let next = outline.iter().cycle().skip(1);
-    let inside = |(a, b): (&Vec3, &Vec3)| (*b - *a).cross(at - *a).dot(normal) >= 0.0;
-    (t > 0.0 && outline.iter().zip(next).all(inside)).then_some((t, toward < 0.0))
+    set::shows_fronts(&outlines(), &show().views[0].camera);
 }
 
 #[test]

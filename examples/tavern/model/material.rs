@@ -1,31 +1,6 @@
 //! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
 
-/// A material of the set.
-#[derive(Clone, Copy, Debug)]
-pub struct Material {
-    /// As the show's text refers to it.
-    pub name: &'static str,
-    /// Diffuse reflectance, linear RGB.
-    pub reflectance: [f64; 3],
-    /// Emitted radiance at level 100, cd/m2 in linear RGB; zero for all that does not glow.
-    pub emission: [f64; 3],
-}
-
-const fn paint(name: &'static str, reflectance: [f64; 3]) -> Material {
-    Material {
-        name,
-        reflectance,
-        emission: [0.0; 3],
-    }
-}
-
-const fn glow(name: &'static str, emission: [f64; 3]) -> Material {
-    Material {
-        name,
-        reflectance: [0.1, 0.1, 0.1],
-        emission,
-    }
-}
+use super::wavefront::{Material, glow, paint};
 
 /// Every material of the set.
 pub const MATERIALS: &[Material] = &[
