@@ -14,15 +14,21 @@ mod watch;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
 
 use crate::files::{self, Disk, Folder, Monotonic};
-use crate::interpreter::{self, Error, Host, Interpreter, LIMIT, PoolPlace};
+use crate::interpreter::{self, Background, Error, Host, Interpreter, LIMIT, PoolPlace};
 use crate::transport::Transport;
 use crate::transport::outside::{self, Outside};
 use crate::transport::radiosity::Radiosity;
 
 use self::argument::{Arguments, Task};
+use self::prompt::Threads;
 use self::screen::Screen;
+
+/// The exit code of what the user stopped.
+const STOPPED: u8 = 130;
 
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
 /// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user.
@@ -48,7 +54,7 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             let mut interpreter = open(Some(show), arguments, screen)?;
             let reply = interpreter.call(call)?;
             screen.reply(&reply);
-            Ok(0)
+            Ok(if reply.stopped { STOPPED } else { 0 })
         }
         Task::Format { files, check } => paper::format(files, *check),
         Task::Difference {
@@ -76,11 +82,17 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             Ok(0)
         }
         Task::Prompt { show, commands } => {
-            let mut interpreter = open(show.as_deref(), arguments, screen)?;
+            let (wake, events) = channel();
+            let background: Box<dyn Background> = Box::new(Threads::new(wake.clone()));
+            let host = Host {
+                background: Some(background),
+                ..host(show.as_deref(), arguments, screen)
+            };
+            let mut interpreter = load(show.as_deref(), host)?;
             if !commands.is_empty() {
                 prompt::batch(&mut interpreter, commands.join("\n").as_bytes(), screen)
             } else if io::stdin().is_terminal() {
-                prompt::converse(&mut interpreter, screen)
+                prompt::converse(&mut interpreter, screen, (wake, &events))
             } else {
                 prompt::batch(&mut interpreter, io::stdin().lock(), screen)
             }
@@ -92,11 +104,11 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
 fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != "-").map(Path::new);
     let folder = file.map_or(Path::new("."), folder_of);
-    let transport: Box<dyn Transport> = match &arguments.renderer {
-        None => Box::new(Radiosity),
+    let transport: Arc<dyn Transport> = match &arguments.renderer {
+        None => Arc::new(Radiosity),
         Some(call) => {
             let show = path.filter(|p| *p != "-").map(std::path::absolute);
-            Box::new(Outside::new(outside::Call {
+            Arc::new(Outside::new(outside::Call {
                 show: show.and_then(Result::ok),
                 ..call.clone()
             }))
@@ -115,12 +127,16 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         pool: pool_place(path, folder, arguments),
         pipe: pipe(),
         canvas: screen.canvas(),
+        background: None,
     }
 }
 
 /// Opens a show with the terminal's means.
 fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
-    let host = host(path, arguments, screen);
+    load(path, host(path, arguments, screen))
+}
+
+fn load(path: Option<&str>, host: Host) -> Result<Interpreter, Error> {
     match path {
         None => Interpreter::empty(host),
         Some("-") => {

@@ -7,6 +7,7 @@
 //! goes through the [`Host`] that the embedding program gives.
 
 mod answer;
+mod beside;
 mod compare;
 mod desk;
 mod economy;
@@ -32,6 +33,7 @@ mod vocabulary;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::check;
 use crate::diagnostic::{Severity, Sources, Style};
@@ -47,6 +49,7 @@ use crate::transport::radiosity::Radiosity;
 use crate::units::Time;
 use crate::work::{Progress, Silent, Work};
 
+pub use self::beside::{Background, Status};
 pub use self::compare::Compared;
 pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
@@ -76,7 +79,7 @@ pub struct Host {
     /// Takes progress, gives cancel.
     pub progress: Box<dyn Progress + Send + Sync>,
     /// The operator G.
-    pub transport: Box<dyn Transport>,
+    pub transport: Arc<dyn Transport>,
     /// Threads for rendering; results do not depend on it.
     pub threads: usize,
     /// Bytes that rendering may hold.
@@ -91,6 +94,8 @@ pub struct Host {
     pub pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
     /// Shows frames as `play` makes them; without it `play` only tells how fast it is.
     pub canvas: Option<Box<dyn Canvas>>,
+    /// Runs what goes on beside the prompt (`refine … &`); without it that is refused.
+    pub background: Option<Box<dyn Background>>,
 }
 
 /// Where a sequence is seen while it plays.
@@ -124,7 +129,7 @@ impl Default for Host {
             store: Box::new(Disk),
             clock: Box::new(Monotonic::default()),
             progress: Box::new(Silent),
-            transport: Box::new(Radiosity),
+            transport: Arc::new(Radiosity),
             threads: 1,
             memory: 4 << 30,
             processor: None,
@@ -132,6 +137,7 @@ impl Default for Host {
             pool: None,
             pipe: None,
             canvas: None,
+            background: None,
         }
     }
 }
@@ -192,6 +198,8 @@ pub struct Reply {
     pub quit: bool,
     /// The host's pipe carries a file: the words go elsewhere.
     pub beside: bool,
+    /// The user stopped it before its end; what is told of was done.
+    pub stopped: bool,
 }
 
 impl Reply {
@@ -248,6 +256,10 @@ pub struct Interpreter {
     warned: bool,
     /// Remarks that were made, each once.
     told: BTreeSet<String>,
+    /// The refinement that goes on beside the prompt.
+    beside: Option<beside::Beside>,
+    /// What is to be told with the next reply.
+    unheard: Vec<String>,
 }
 
 impl std::fmt::Debug for Interpreter {
@@ -299,6 +311,8 @@ impl Interpreter {
             brightness: None,
             warned: false,
             told: BTreeSet::new(),
+            beside: None,
+            unheard: Vec::new(),
         })
     }
 
@@ -354,7 +368,10 @@ impl Interpreter {
             return Ok(Reply::default());
         }
         if lang::is_declaration(line) {
-            return self.edit(line);
+            let mut notes = self.attend();
+            let mut reply = self.edit(line)?;
+            notes.append(&mut reply.notes);
+            return Ok(Reply { notes, ..reply });
         }
         let call = Call::parse(line)?;
         self.call(&call)
@@ -365,8 +382,11 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; nothing has changed then, but for refined pictures finished before it.
     pub fn call(&mut self, call: &Call) -> Result<Reply, Error> {
+        let notes = self.attend();
+        self.unheard.extend(notes);
         let mut reply = self.answer(call)?;
-        reply.notes = self.news();
+        reply.notes = std::mem::take(&mut self.unheard);
+        reply.notes.extend(self.news());
         Ok(reply)
     }
 
@@ -415,6 +435,9 @@ impl Interpreter {
             Verb::Plan => self.answer_plan(call),
             Verb::Picture => self.answer_picture(call),
             Verb::Refine => self.answer_refine(call),
+            Verb::Status => Ok(self.answer_status()),
+            Verb::Wait => self.answer_wait(),
+            Verb::Stop => self.answer_stop(call),
             Verb::Play => self.answer_play(call),
             Verb::Plot => self.answer_plot(call),
             Verb::Run => self.answer_run(call),
@@ -484,6 +507,7 @@ impl Interpreter {
         let results = self.host.transport.results();
         let old = self.stage.take();
         self.stage = Stage::renew(old, fresh, results.as_deref(), &mut self.archive);
+        self.drop_useless();
         let (start, end) = (compiled.timeline.start(), compiled.timeline.end());
         self.now = self.now.clamp(start, end);
         if text != self.source {

@@ -101,7 +101,7 @@ pub enum TransportError {
 }
 
 /// A light-transport operator, before it knows a scene.
-pub trait Transport: Sync {
+pub trait Transport: Send + Sync {
     /// A short name for reports.
     fn name(&self) -> &str;
 

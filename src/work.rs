@@ -17,6 +17,25 @@ pub trait Progress: Sync {
     fn cancelled(&self) -> bool {
         false
     }
+
+    /// True once the task should stop even where what is in hand is lost with it: asked a second
+    /// time, where somebody can ask twice.
+    fn insisted(&self) -> bool {
+        self.cancelled()
+    }
+}
+
+/// Progress for a step that is worth finishing: the first cancel lets it end, the second does not.
+pub struct Patient<'a>(pub &'a dyn Progress);
+
+impl Progress for Patient<'_> {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        self.0.report(task, done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.insisted()
+    }
 }
 
 /// Progress that nobody watches and nobody cancels.

@@ -6,6 +6,7 @@
 )]
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use footlight::diagnostic::Style;
 use footlight::files::{Clock, Folder, Shelf, Store};
@@ -78,7 +79,7 @@ fn first(cost: Cost) -> (Interpreter, Shelf) {
         files: Box::new(Folder::new(&examples, 1 << 20)),
         store: Box::new(shelf.clone()),
         clock: Box::new(Stopped),
-        transport: Box::new(Priced(cost)),
+        transport: Arc::new(Priced(cost)),
         ..Host::default()
     };
     let show = Interpreter::from_text("first.lxq", text.as_bytes(), host).unwrap();

@@ -8,6 +8,7 @@
 )]
 
 use std::path::Path;
+use std::sync::Arc;
 
 use assert_cmd::Command;
 use footlight::files::{Memory, Shelf};
@@ -108,7 +109,7 @@ fn host(transport: Outside) -> Host {
                 .with("floor.mtl", wood),
         ),
         store: Box::new(Shelf::default()),
-        transport: Box::new(transport),
+        transport: Arc::new(transport),
         ..Host::default()
     }
 }

@@ -122,7 +122,7 @@ impl Session {
             files: Box::new(files.with("room.mtl", MATERIALS)),
             store: Box::new(store),
             clock: Box::new(Ticking(AtomicUsize::new(0), seconds)),
-            transport: Box::new(Counting(Arc::clone(&rendered))),
+            transport: Arc::new(Counting(Arc::clone(&rendered))),
             pool: limit.map(|limit| PoolPlace {
                 folder: PathBuf::from(POOL),
                 limit,

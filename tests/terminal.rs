@@ -170,3 +170,39 @@ fn ctrl_c_stops_the_rendering_and_not_the_program() {
     terminal.press("quit\r");
     assert_eq!(terminal.code(), 0);
 }
+
+#[test]
+fn refinement_goes_on_beside_the_prompt() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history");
+    let mut terminal = Terminal::open(&example("first.lxq"), &history);
+    terminal.wait("lxq> ");
+    terminal.press("refine 1 &\r");
+    terminal.wait("beside the prompt");
+    terminal.wait("lxq> ");
+    // Told above the line that is being typed, which stays as it is.
+    terminal.press("goto 2");
+    terminal.wait("refine 1 &: error");
+    terminal.wait("goto 2");
+    terminal.press("\r");
+    terminal.wait("at 3.5s");
+    terminal.wait("lxq> ");
+
+    terminal.press("quit\r");
+    assert_eq!(terminal.code(), 0);
+
+    // Long work: the prompt is served while it goes on.
+    let mut terminal = Terminal::open(&example("tavern/tavern.lxq"), &history);
+    terminal.wait("lxq> ");
+    terminal.press("refine 20 &\r");
+    terminal.wait("tells how far");
+    terminal.wait("lxq> ");
+    terminal.press("status\r");
+    terminal.wait("coarse pictures at quality 1");
+    terminal.wait("lxq> ");
+    terminal.press("stop now\r");
+    terminal.wait("it stops");
+    terminal.wait("stopped; what is finished is kept");
+    terminal.press("quit\r");
+    assert_eq!(terminal.code(), 0);
+}

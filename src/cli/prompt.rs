@@ -1,56 +1,190 @@
 //! The prompt: a line editor on a terminal, plain lines from anywhere else.
 
 use std::io::{BufRead, BufReader, Read};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
 
 use rustyline::error::ReadlineError;
 use rustyline::history::{DefaultHistory, History};
-use rustyline::{CompletionType, Config, Editor};
+use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 
 use super::editor::{self, Reader};
 use super::screen::Screen;
-use super::{complain, print};
-use crate::interpreter::{Error, Interpreter, LIMIT, finished};
+use super::{STOPPED, complain, print};
+use crate::interpreter::{Background, Error, Interpreter, LIMIT, Vocabulary, finished};
 
-/// Talks with a person until they leave; the exit code.
-///
-/// # Errors
-/// [`Error::Device`] when the terminal cannot be used.
-pub fn converse(interpreter: &mut Interpreter, screen: &Screen) -> Result<u8, Error> {
-    let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
+/// What the prompt waits for.
+pub enum Event {
+    /// A line was entered, or the terminal failed.
+    Line(Result<String, ReadlineError>),
+    /// Something ended that went on beside the prompt.
+    Finished,
+}
+
+/// Threads for what goes on beside the prompt.
+pub struct Threads(Sender<Event>);
+
+impl Threads {
+    /// That tell `wake` of each end.
+    pub fn new(wake: Sender<Event>) -> Threads {
+        Threads(wake)
+    }
+}
+
+/// Tells of the end even where it is a panic.
+struct Bell(Sender<Event>);
+
+impl Drop for Bell {
+    fn drop(&mut self) {
+        // Nobody waits any more once the program leaves.
+        let _ = self.0.send(Event::Finished);
+    }
+}
+
+impl Background for Threads {
+    fn start(&self, task: Box<dyn FnOnce() + Send>) {
+        let bell = Bell(self.0.clone());
+        // Where there are no threads to be had the task is dropped, and found out to have ended.
+        let _ = thread::Builder::new().spawn(move || {
+            let _bell = bell;
+            task();
+        });
+    }
+}
+
+/// The line editor on its own thread, so that the prompt can be served while somebody types.
+struct Typist {
+    ask: Sender<(Vocabulary, String)>,
+    /// Prints above the line that is being typed.
+    printer: Option<Box<dyn ExternalPrinter + Send>>,
+    thread: JoinHandle<()>,
+}
+
+impl Typist {
+    /// Sends a line to `send` each time that it is asked.
+    fn new(coloured: bool, send: Sender<Event>) -> Result<Typist, ReadlineError> {
+        let (ask, asked) = channel::<(Vocabulary, String)>();
+        let (ready, begun) = channel();
+        let thread = thread::Builder::new().spawn(move || {
+            let mut line_editor = match line_editor(coloured) {
+                Ok(line_editor) => line_editor,
+                Err(error) => {
+                    let _ = ready.send(Err(error));
+                    return;
+                }
+            };
+            let printer = line_editor.create_external_printer().ok();
+            let printer = printer.map(|p| Box::new(p) as Box<dyn ExternalPrinter + Send>);
+            let _ = ready.send(Ok(printer));
+            type_lines(&mut line_editor, &asked, &send);
+        })?;
+        let printer = begun.recv().unwrap_or(Ok(None))?;
+        Ok(Typist {
+            ask,
+            printer,
+            thread,
+        })
+    }
+
+    /// Asks for a line.
+    fn ask(&self, interpreter: &Interpreter) {
+        // A typist who has left has said why.
+        let _ = self
+            .ask
+            .send((interpreter.vocabulary(), prompt(interpreter)));
+    }
+
+    /// Tells something while a line is being typed.
+    fn tell(&mut self, notes: &[String]) {
+        if notes.is_empty() {
+            return;
+        }
+        let text: String = notes.iter().map(|note| format!("{note}\n")).collect();
+        let told = self.printer.as_mut().map(|p| p.print(text.clone()));
+        if !matches!(told, Some(Ok(()))) {
+            print(&text);
+        }
+    }
+}
+
+fn line_editor(coloured: bool) -> Result<Editor<Reader, DefaultHistory>, ReadlineError> {
     let config = Config::builder()
         .completion_type(CompletionType::List)
         .build();
-    let mut line_editor: Editor<Reader, DefaultHistory> =
-        Editor::with_config(config).map_err(device)?;
-    line_editor.set_helper(Some(Reader::new(screen.is_coloured())));
+    let mut line_editor = Editor::with_config(config)?;
+    line_editor.set_helper(Some(Reader::new(coloured)));
+    Ok(line_editor)
+}
+
+/// Reads a line each time that one is asked for, until nobody asks any more.
+fn type_lines(
+    line_editor: &mut Editor<Reader, DefaultHistory>,
+    asked: &Receiver<(Vocabulary, String)>,
+    send: &Sender<Event>,
+) {
     let history = editor::history_file();
     for line in history.iter().flat_map(|file| editor::remembered(file)) {
         let _ = line_editor.add_history_entry(line);
     }
     let known = line_editor.history().len();
-    print(&interpreter.greeting());
-    let code = loop {
+    for (vocabulary, prompt) in asked {
         if let Some(reader) = line_editor.helper_mut() {
-            reader.vocabulary = interpreter.vocabulary();
+            reader.vocabulary = vocabulary;
         }
-        let line = match line_editor.readline(&prompt(interpreter)) {
-            Ok(line) => {
-                // A full history only forgets; that is no reason to stop.
-                let _ = line_editor.add_history_entry(line.as_str());
-                line
-            }
-            Err(ReadlineError::Interrupted) => continue,
-            Err(ReadlineError::Eof) => "quit".to_owned(),
-            Err(error) => break Err(device(error)),
-        };
-        screen.rearm();
-        if !each(interpreter, &line, screen) {
-            break Ok(0);
+        let line = line_editor.readline(&prompt);
+        if let Ok(line) = &line {
+            // A full history only forgets; that is no reason to stop.
+            let _ = line_editor.add_history_entry(line.as_str());
         }
-    };
+        if send.send(Event::Line(line)).is_err() {
+            break;
+        }
+    }
     if let Some(file) = &history {
         editor::remember(file, line_editor.history(), known);
     }
+}
+
+/// Talks with a person until they leave; the exit code.
+///
+/// # Errors
+/// [`Error::Device`] when the terminal cannot be used.
+pub fn converse(
+    interpreter: &mut Interpreter,
+    screen: &Screen,
+    (wake, events): (Sender<Event>, &Receiver<Event>),
+) -> Result<u8, Error> {
+    let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
+    let mut typist = Typist::new(screen.is_coloured(), wake).map_err(device)?;
+    print(&interpreter.greeting());
+    typist.ask(interpreter);
+    let mut code = Ok(0);
+    for event in events {
+        let line = match event {
+            Event::Finished => {
+                typist.tell(&interpreter.attend());
+                continue;
+            }
+            Event::Line(Ok(line)) => line,
+            Event::Line(Err(ReadlineError::Interrupted)) => {
+                typist.ask(interpreter);
+                continue;
+            }
+            Event::Line(Err(ReadlineError::Eof)) => "quit".to_owned(),
+            Event::Line(Err(error)) => {
+                code = Err(device(error));
+                break;
+            }
+        };
+        screen.rearm();
+        if !each(interpreter, &line, screen) {
+            break;
+        }
+        typist.ask(interpreter);
+    }
+    drop(typist.ask);
+    // It writes the history before it leaves.
+    let _ = typist.thread.join();
     code
 }
 
@@ -88,7 +222,12 @@ impl Pending {
     /// Runs what waits, finished or not; false to leave.
     fn run(&mut self, interpreter: &mut Interpreter, screen: &Screen) -> bool {
         match interpreter.execute(&std::mem::take(&mut self.text)) {
-            Ok(reply) => screen.reply(&reply) && !reply.quit,
+            Ok(reply) => {
+                if reply.stopped {
+                    self.worst = self.worst.max(STOPPED);
+                }
+                screen.reply(&reply) && !reply.quit
+            }
             Err(error) => {
                 self.worst = self.worst.max(screen.fail(&error));
                 true
@@ -131,6 +270,9 @@ pub fn batch(
         }
     }
     pending.run(interpreter, screen);
+    for note in interpreter.wait()? {
+        print(&format!("{note}\n"));
+    }
     if interpreter.unsaved() {
         complain("note: the edits were not saved; `save` writes them\n");
     }

@@ -37,7 +37,7 @@ impl Screen {
         let of_handler = Arc::clone(&bars);
         // Without a handler Ctrl-C ends the process at once, which loses nothing but the wait.
         let _ = ctrlc::set_handler(move || {
-            if of_handler.stops.fetch_add(1, Ordering::SeqCst) > 0 {
+            if of_handler.stops.fetch_add(1, Ordering::SeqCst) > 1 {
                 std::process::exit(130);
             }
         });
@@ -168,11 +168,18 @@ impl Progress for Watch {
         if let Some((_, bar)) = held.as_ref() {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
+            if self.cancelled() && !self.insisted() {
+                bar.set_message("ends after this (Ctrl-C: now)");
+            }
         }
     }
 
     fn cancelled(&self) -> bool {
         self.0.stops.load(Ordering::SeqCst) > 0
+    }
+
+    fn insisted(&self) -> bool {
+        self.0.stops.load(Ordering::SeqCst) > 1
     }
 }
 

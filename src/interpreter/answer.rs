@@ -218,7 +218,16 @@ impl Interpreter {
     }
 
     pub(super) fn answer_refine(&mut self, call: &Call) -> Result<Reply, Error> {
-        let goal = goal(call)?;
+        let mut call = call.clone();
+        if let Some(words) = beside(&mut call) {
+            let notes = self.refine_beside(goal(&call)?, &words)?;
+            return Ok(Reply::text(match notes.is_empty() {
+                true => "refining beside the prompt: `status` tells how far it is".to_owned(),
+                false => notes.join("\n"),
+            }));
+        }
+        let goal = goal(&call)?;
+        self.idle()?;
         self.coarse()?;
         let before = self.steps().len();
         let done = self.refine_watched(goal, &mut |_| Ok(()))?;
@@ -233,13 +242,11 @@ impl Interpreter {
         for remark in done.remarks {
             let _ = writeln!(text, "{remark}");
         }
-        text.push_str(match done.ended {
-            Ended::Reached => "the error asked for is reached",
-            Ended::Counted => "",
-            Ended::Spent => "the time is used up",
-            Ended::Complete => "every direction that the show needs is refined",
-        });
-        Ok(Reply::text(text))
+        text.push_str(done.ended.words());
+        Ok(Reply {
+            stopped: done.ended == Ended::Stopped,
+            ..Reply::text(text)
+        })
     }
 
     pub(super) fn answer_save(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -286,6 +293,8 @@ impl Interpreter {
             self.warned = true;
             return Reply::text("the edits are not saved: `save`, or `quit` again to drop them");
         }
+        // What is in hand beside the prompt is given up with it.
+        self.beside = None;
         Reply {
             quit: true,
             ..Reply::default()
@@ -336,6 +345,19 @@ impl Interpreter {
     }
 }
 
+/// Takes the `&` off that asks for work beside the prompt; the line without its options, if it was
+/// there.
+fn beside(call: &mut Call) -> Option<String> {
+    let last = call.words.last_mut()?;
+    *last = last.strip_suffix('&')?.to_owned();
+    call.words.retain(|w| !w.is_empty());
+    let words = call.words.join(" ");
+    Some(match words.is_empty() {
+        true => "refine &".to_owned(),
+        false => format!("refine {words} &"),
+    })
+}
+
 /// What `refine` is asked for.
 pub(super) fn goal(call: &Call) -> Result<Goal, Error> {
     let words: Vec<&str> = call.words.iter().map(String::as_str).collect();
@@ -355,7 +377,7 @@ pub(super) fn goal(call: &Call) -> Result<Goal, Error> {
         },
         _ => {
             return Err(Error::Usage(
-                "usage: refine [N | until X% | for TIME]".to_owned(),
+                "usage: refine [N | until X% | for TIME] [&]".to_owned(),
             ));
         }
     })

@@ -61,6 +61,11 @@ impl Default for Pace {
 }
 
 impl Pace {
+    /// Seconds of what is predicted to take one.
+    pub fn seconds(self) -> f64 {
+        self.0
+    }
+
     /// Takes what was predicted, this pace in it, against what it took. Only the last counts: the
     /// machine may have other work now than it had before.
     pub fn learn(&mut self, predicted: f64, measured: f64) {

@@ -6,6 +6,7 @@ use super::{Error, Interpreter, stage};
 use crate::plan;
 use crate::pool::{Pool, Projection};
 use crate::transport::Quality;
+use crate::work::Patient;
 
 /// Refined pictures that must have confirmed an estimated error before it is believed. After one
 /// the tavern's prediction was a quarter of the truth, after two seven tenths.
@@ -47,6 +48,21 @@ pub enum Ended {
     Spent,
     /// Nothing is left that another picture would improve.
     Complete,
+    /// The user stopped it.
+    Stopped,
+}
+
+impl Ended {
+    /// Why, for people; empty where it goes without saying.
+    pub(super) fn words(self) -> &'static str {
+        match self {
+            Ended::Reached => "the error asked for is reached",
+            Ended::Counted => "",
+            Ended::Spent => "the time is used up",
+            Ended::Complete => "every direction that the show needs is refined",
+            Ended::Stopped => "stopped; what is finished is kept",
+        }
+    }
 }
 
 /// What a refinement did.
@@ -55,9 +71,9 @@ pub(super) struct Refined {
     pub ended: Ended,
     /// What is to be said of its economy.
     pub remarks: Vec<String>,
-    rendered: usize,
+    pub rendered: usize,
     /// Computing alone, what watching took left out.
-    seconds: f64,
+    pub seconds: f64,
 }
 
 impl Default for Refined {
@@ -79,7 +95,14 @@ impl Interpreter {
     /// # Errors
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
-        let begin = self.host.clock.seconds();
+        if self.is_busy() && self.pool().is_none() {
+            self.wait_for_coarse()?;
+        }
+        self.coarse_since(self.host.clock.seconds())
+    }
+
+    /// The same, with rendering begun at this time.
+    pub(super) fn coarse_since(&mut self, begin: f64) -> Result<(), Error> {
         let means = self.host.means();
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
         let before = stage.archive.tally();
@@ -220,6 +243,8 @@ impl Interpreter {
     /// call, where their cost says that it pays; see [`Interpreter::outlook`]. The predicted
     /// seconds decide whether another picture still fits into a time; one is always rendered.
     ///
+    /// A cancel ends it after the call in hand, a second one at once.
+    ///
     /// # Errors
     /// [`Error`]; pictures finished before it are kept.
     pub fn refine(&mut self, goal: Goal) -> Result<Ended, Error> {
@@ -234,10 +259,17 @@ impl Interpreter {
         goal: Goal,
         watch: &mut dyn FnMut(&mut Interpreter) -> Result<(), Error>,
     ) -> Result<Refined, Error> {
+        self.idle()?;
         self.coarse()?;
         let goal = goal.or_one();
         let mut done = Refined::default();
         loop {
+            if done.rendered > 0 && self.host.progress.cancelled() {
+                return Ok(Refined {
+                    ended: Ended::Stopped,
+                    ..done
+                });
+            }
             if let Some(ended) = self.ended(&goal, &done)? {
                 return Ok(Refined { ended, ..done });
             }
@@ -274,7 +306,7 @@ impl Interpreter {
     }
 
     /// Why no picture is to be rendered after what is done; `None` if one is.
-    fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
+    pub(super) fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
         // As it is now: an edit changes it without a picture.
         let error = self.predicted_error()?;
         let reached = |wanted: f64| self.refined() >= CONFIRMED && error <= wanted;
@@ -291,8 +323,10 @@ impl Interpreter {
     /// Renders settings in one call, or finds their pictures, and adds them to the pool, in their
     /// order.
     fn render_refined(&mut self, steps: Vec<Ahead>, begin: f64) -> Result<(), Error> {
-        let means = self.host.means();
-        means.work.check()?;
+        self.host.work().check()?;
+        let patient = Patient(self.host.progress.as_ref());
+        let mut means = self.host.means();
+        means.work.progress = &patient;
         let predicted: f64 = steps.iter().map(|s| s.seconds).sum();
         let settings: Vec<Vec<f64>> = steps.into_iter().map(|s| s.setting).collect();
         let quality = self.refined_step();
@@ -316,7 +350,7 @@ impl Interpreter {
     }
 
     /// Adds pictures to the pool and records where the sequence stands after each.
-    fn add_refined(&mut self, pictures: Vec<Again>, begin: f64) -> Result<(), Error> {
+    pub(super) fn add_refined(&mut self, pictures: Vec<Again>, begin: f64) -> Result<(), Error> {
         let mut begin = begin;
         for picture in pictures {
             let work = self.host.work();
@@ -333,7 +367,7 @@ impl Interpreter {
 
 impl Goal {
     /// One picture where nothing is said.
-    fn or_one(self) -> Goal {
+    pub(super) fn or_one(self) -> Goal {
         match self == Goal::default() {
             true => Goal {
                 count: Some(1),

@@ -11,6 +11,7 @@ use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
 use crate::pool::archive::Tally;
+use crate::work::Cancelled;
 
 /// What `run` did, and what it took.
 #[derive(Clone, Debug)]
@@ -67,6 +68,7 @@ impl Interpreter {
     /// [`Error`]; refined pictures finished before it stay in the pool.
     pub fn run(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
         let before = self.tally();
+        self.idle()?;
         let mut marks = vec![self.host.clock.seconds()];
         self.coarse()?;
         marks.push(self.host.clock.seconds());
@@ -80,6 +82,9 @@ impl Interpreter {
         let plan = self.plan(metric, tolerance)?;
         marks.push(self.host.clock.seconds());
         let ended = self.refine(goal)?;
+        if ended == Ended::Stopped {
+            return Err(Cancelled.into());
+        }
         marks.push(self.host.clock.seconds());
         let playback = self.playback()?;
         marks.push(self.host.clock.seconds());
@@ -150,6 +155,7 @@ impl Interpreter {
             Ended::Counted => "as many as asked for",
             Ended::Spent => "budget used up",
             Ended::Complete => "nothing left to refine",
+            Ended::Stopped => "stopped",
         };
         line(
             "refine",

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::output::{ending, unknown_ending};
-use super::refine::no_stage;
+use super::refine::{Ended, no_stage};
 use super::{Call, Error, Interpreter, LIMIT, Reply, Verb, answer, finished};
 use crate::chart::Theme;
 use crate::lang;
@@ -18,6 +18,7 @@ use crate::pool::archive::Archive;
 use crate::scene::{Rig, Scene, View};
 use crate::study::session::{self, Errors, Event, Moment};
 use crate::transport::Quality;
+use crate::work::Cancelled;
 
 /// A command of the file.
 struct Line {
@@ -144,10 +145,13 @@ impl Interpreter {
             )));
         }
         let goal = answer::goal(&call)?;
-        self.refine_watched(goal, &mut |show| {
+        let done = self.refine_watched(goal, &mut |show| {
             show.measure(replay, Event::Refined, &label)
         })?;
-        Ok(())
+        match done.ended {
+            Ended::Stopped => Err(Cancelled.into()),
+            _ => Ok(()),
+        }
     }
 
     /// Adds a moment; the clock stands still meanwhile.

@@ -2,8 +2,10 @@
 //! still means the same by them.
 
 mod again;
+mod loan;
 
 pub(super) use self::again::Again;
+pub(super) use self::loan::{Footing, Returned};
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -72,6 +74,8 @@ pub(super) struct Stage {
     pub view: scene::View,
     steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
+    /// The step of quality whose operator is at work elsewhere.
+    lent: Option<u8>,
     /// The rig as addresses see it.
     lights: Lights,
     /// Where its pictures belong; `None` when the operator's pictures are not to be kept.
@@ -174,7 +178,7 @@ impl Stage {
             *archive = Some(std::mem::take(&mut old.archive));
         }
         let fresh = fresh?;
-        let (operators, pool) = match old {
+        let (operators, lent, pool) = match old {
             Some(old)
                 if (Arc::ptr_eq(&old.scene, &fresh.scene) || old.scene == fresh.scene)
                     && old.rig == fresh.rig
@@ -182,9 +186,9 @@ impl Stage {
             {
                 // A pool's coarse pictures are of one step; operators are kept by step anyway.
                 let pool = old.pool.filter(|_| old.steps == fresh.steps);
-                (old.operators, pool)
+                (old.operators, old.lent, pool)
             }
-            _ => (BTreeMap::new(), None),
+            _ => (BTreeMap::new(), None, None),
         };
         // Banks given as images are pictures already: nothing is gained by keeping them twice.
         let results = results.filter(|_| !only_images(&fresh.rig));
@@ -199,6 +203,7 @@ impl Stage {
             view: fresh.view,
             steps: fresh.steps,
             operators,
+            lent,
             archive: archive.take().unwrap_or_default(),
             near_copies: 0,
             pool,
@@ -227,9 +232,9 @@ impl Stage {
         layered.cost(&self.scene, &self.rig, &self.view, quality)
     }
 
-    /// True when the operator of this step of quality is at hand.
+    /// True when the operator of this step of quality is at hand, or will be given back.
     pub fn is_prepared(&self, quality: Quality) -> bool {
-        self.operators.contains_key(&quality.0)
+        self.operators.contains_key(&quality.0) || self.lent == Some(quality.0)
     }
 
     /// The operator at a step of quality, prepared on first use.
@@ -264,15 +269,7 @@ impl Stage {
             let images = operator.render(settings, means.work)?;
             return Ok(images.into_iter().map(Arc::new).collect());
         };
-        let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
-            address: self.lights.address(ground, quality, setting),
-            words: self.words(setting),
-            refined: refined.map(|first| Place {
-                order: first + i,
-                setting: setting.clone(),
-            }),
-        };
-        let wanted: Vec<Wanted> = settings.iter().enumerate().map(want).collect();
+        let wanted = self.wanted(ground, quality, settings, refined);
         let size = (self.view.width, self.view.height);
         // Taken out while the operator, which the stage holds too, is at work.
         let mut archive = std::mem::take(&mut self.archive);
@@ -285,6 +282,25 @@ impl Stage {
         });
         self.archive = archive;
         done
+    }
+
+    /// Pictures of settings as the archive knows them; `refined` as in [`Stage::pictures`].
+    fn wanted(
+        &self,
+        ground: Ground,
+        quality: Quality,
+        settings: &[Vec<f64>],
+        refined: Option<usize>,
+    ) -> Vec<Wanted> {
+        let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
+            address: self.lights.address(ground, quality, setting),
+            words: self.words(setting),
+            refined: refined.map(|first| Place {
+                order: first + i,
+                setting: setting.clone(),
+            }),
+        };
+        settings.iter().enumerate().map(want).collect()
     }
 
     /// A setting for people: the sources that are lit, by name.

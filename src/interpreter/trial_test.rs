@@ -1,5 +1,7 @@
 //! Two random shows with the real G, and a renderer that ignores quality.
 
+use std::sync::Arc;
+
 use crate::files::Memory;
 use crate::interpreter::{Ended, Goal, Host, Interpreter};
 use crate::picture::Image;
@@ -15,7 +17,7 @@ use crate::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
 
-fn show(seed: u64, transport: Box<dyn Transport>) -> Interpreter {
+fn show(seed: u64, transport: Arc<dyn Transport>) -> Interpreter {
     let made = random_show(seed);
     let files = Memory::default()
         .with("room.obj", made.stage)
@@ -31,7 +33,7 @@ fn show(seed: u64, transport: Box<dyn Transport>) -> Interpreter {
 }
 
 fn trial(seed: u64) -> (Interpreter, Trial) {
-    let mut show = show(seed, Box::new(Radiosity));
+    let mut show = show(seed, Arc::new(Radiosity));
     let trial = show.trial().unwrap();
     (show, trial)
 }
@@ -154,7 +156,7 @@ impl Transport for Stubborn {
 
 #[test]
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
-    let mut show = show(1, Box::new(Stubborn));
+    let mut show = show(1, Arc::new(Stubborn));
     let goal = Goal {
         until: Some(0.01),
         ..Goal::default()

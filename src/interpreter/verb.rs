@@ -25,6 +25,12 @@ pub enum Verb {
     Picture,
     /// Render more refined pictures.
     Refine,
+    /// How far the refinement beside the prompt is.
+    Status,
+    /// Wait for it.
+    Wait,
+    /// End it.
+    Stop,
     /// Play the sequence.
     Play,
     /// Draw the banks' curves.

@@ -143,11 +143,7 @@ impl Archive {
         (store, budget): (&dyn Store, usize),
         render: impl FnOnce(&[usize]) -> Result<Vec<Image>, E>,
     ) -> Result<Vec<Arc<Image>>, E> {
-        let mut out: Vec<Option<Arc<Image>>> = Vec::with_capacity(wanted.len());
-        for one in wanted {
-            out.push(self.same(one, size, store));
-        }
-        self.add_up(wanted, &mut out, size, store);
+        let mut out = self.find(wanted, size, store);
         let missing: Vec<usize> = (0..wanted.len())
             .filter(|i| out.get(*i).is_some_and(Option::is_none))
             .collect();
@@ -156,20 +152,36 @@ impl Archive {
                 let (Some(one), Some(place)) = (wanted.get(*i), out.get_mut(*i)) else {
                     continue;
                 };
-                self.tally.rendered += 1;
-                if let Some(depot) = &mut self.depot {
-                    depot.keep(
-                        store,
-                        &one.address,
-                        (&one.words, one.refined.as_ref()),
-                        &image,
-                    );
-                }
-                *place = Some(self.keep(one, Arc::new(image)));
+                *place = Some(self.take_in(one, image, store));
             }
         }
         self.trim(budget);
         Ok(out.into_iter().flatten().collect())
+    }
+
+    /// The pictures of `wanted` that need no rendering.
+    pub fn find(
+        &mut self,
+        wanted: &[Wanted],
+        size: (usize, usize),
+        store: &dyn Store,
+    ) -> Vec<Option<Arc<Image>>> {
+        let mut out: Vec<Option<Arc<Image>>> = Vec::with_capacity(wanted.len());
+        for one in wanted {
+            out.push(self.same(one, size, store));
+        }
+        self.add_up(wanted, &mut out, size, store);
+        out
+    }
+
+    /// Keeps and stores a picture that was rendered.
+    pub fn take_in(&mut self, wanted: &Wanted, image: Image, store: &dyn Store) -> Arc<Image> {
+        self.tally.rendered += 1;
+        if let Some(depot) = &mut self.depot {
+            let about = (wanted.words.as_str(), wanted.refined.as_ref());
+            depot.keep(store, &wanted.address, about, &image);
+        }
+        self.keep(wanted, Arc::new(image))
     }
 
     /// The picture of the very address.
@@ -333,8 +345,9 @@ impl Archive {
         Some(image)
     }
 
-    /// Drops what was used least recently of what nobody else holds, until the budget is kept.
-    fn trim(&mut self, budget: usize) {
+    /// Drops what was used least recently of what nobody else holds, until the budget in bytes is
+    /// kept.
+    pub fn trim(&mut self, budget: usize) {
         let idle = |kept: &Kept| match Arc::strong_count(&kept.image) {
             1 => size_of_val(kept.image.data()),
             _ => 0,

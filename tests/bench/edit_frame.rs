@@ -1,5 +1,6 @@
 //! From a cue typed anew to the bytes of the picture at the current time.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use footlight::files::Memory;
@@ -102,7 +103,7 @@ fn opened(exposure: &str, threads: usize) -> Interpreter {
     let files = files.with("room.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n");
     let host = Host {
         files: Box::new(files),
-        transport: Box::new(Painter),
+        transport: Arc::new(Painter),
         threads,
         ..Host::default()
     };

@@ -96,6 +96,9 @@ const fn spec(
             Verb::Show
                 | Verb::At
                 | Verb::Refine
+                | Verb::Status
+                | Verb::Wait
+                | Verb::Stop
                 | Verb::Method
                 | Verb::View
                 | Verb::Go
@@ -197,10 +200,34 @@ pub const VERBS: &[VerbSpec] = &[
     spec(
         Verb::Refine,
         "refine",
-        "[N | until X% | for TIME]",
+        "[N | until X% | for TIME] [&]",
         &[VIEW, METRIC, PROJECTION],
-        "render refined pictures in the order of the plan, one if nothing is said",
-        "refine until 2%",
+        "render refined pictures in the order of the plan, one if nothing is said; `&`: beside the prompt",
+        "refine until 2% &",
+    ),
+    spec(
+        Verb::Status,
+        "status",
+        "",
+        &[],
+        "how far the refinement beside the prompt is, and when it will end",
+        "status",
+    ),
+    spec(
+        Verb::Wait,
+        "wait",
+        "",
+        &[],
+        "wait for the refinement beside the prompt; Ctrl-C ends the waiting alone",
+        "wait",
+    ),
+    spec(
+        Verb::Stop,
+        "stop",
+        "[now]",
+        &[],
+        "end the refinement beside the prompt after what is in hand, or now",
+        "stop",
     ),
     spec(
         Verb::Play,
