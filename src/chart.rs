@@ -1,6 +1,6 @@
 //! Charts: what was measured or written, drawn as PNG and SVG from one list of marks.
 //!
-//! A chart function ([`curves`], [`panels`], [`sheet`]) takes plain data and lays out a
+//! A chart function ([`curves`], [`grid()`], [`panels`], [`sheet`]) takes plain data and lays out a
 //! [`Drawing`]: a flat list of rectangles, paths, texts and pictures with absolute places. The
 //! list is then painted (tiny-skia, glyph outlines through skrifa from an embedded subset of
 //! DejaVu Sans) or written as SVG, so that both show the same thing.
@@ -17,6 +17,8 @@ mod colour;
 mod curves;
 mod drawing;
 mod font;
+mod grid;
+mod lane;
 mod marker;
 mod paint;
 mod panels;
@@ -29,8 +31,9 @@ mod trace;
 
 pub use axis::{Axis, Scale};
 pub use colour::{Colour, Theme};
-pub use curves::{Curves, Row, curves};
+pub use curves::{Curves, Knot, Row, curves};
 pub use drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
+pub use grid::{Grid, Stand, Tie, grid};
 pub use marker::Marker;
 pub use panels::{Panel, Series, panels};
 pub use sheet::{Sheet, Tile, sheet};

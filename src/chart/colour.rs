@@ -32,7 +32,7 @@ impl Colour {
     }
 
     /// `share` of the way to `other`, in display-coded values.
-    fn toward(self, other: Colour, share: f32) -> Colour {
+    pub(super) fn toward(self, other: Colour, share: f32) -> Colour {
         let mut rgb = self.rgb;
         for (channel, goal) in rgb.iter_mut().zip(other.rgb) {
             let (from, to) = (f32::from(*channel), f32::from(goal));

@@ -4,6 +4,7 @@ use super::axis::{Ruler, Scale, clock};
 use super::colour::{Colour, Palette, Theme};
 use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
 use super::font;
+use super::lane;
 use super::trace::{Point, cut, thinned};
 
 /// Levels over time, with the moments that matter.
@@ -21,6 +22,17 @@ pub struct Curves {
     pub cues: Vec<(f64, String)>,
     /// Seconds of the present moment.
     pub playhead: Option<f64>,
+    /// What stands in a lane of its own under the rows; none without any.
+    pub knots: Vec<Knot>,
+}
+
+/// Where the curves' pieces meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Knot {
+    /// Seconds.
+    pub time: f64,
+    /// It was put in between: told apart by shape and colour.
+    pub inserted: bool,
 }
 
 /// One curve.
@@ -35,15 +47,17 @@ pub struct Row {
     pub points: Vec<(f64, f64)>,
     /// What the curve was before a change, drawn dashed; empty for none.
     pub before: Vec<(f64, f64)>,
+    /// Seconds of the beginning and the end of each move, drawn as bars under the curve.
+    pub moves: Vec<(f64, f64)>,
 }
 
 /// Rows beyond this are counted, not drawn.
 const MOST_ROWS: usize = 512;
-const WIDTH: f32 = 840.0;
-const MARGIN: f32 = 16.0;
+pub(super) const WIDTH: f32 = 840.0;
+pub(super) const MARGIN: f32 = 16.0;
 const TITLE: f32 = 17.0;
 const NAME: f32 = 12.0;
-const SMALL: f32 = 11.0;
+pub(super) const SMALL: f32 = 11.0;
 /// The height of one line of cue names.
 const TIER: f32 = 15.0;
 
@@ -83,7 +97,9 @@ pub fn curves(data: &Curves, theme: Theme) -> Drawing {
         let strip = layout.strip(index);
         name(&mut drawing, &layout, row, strip, &palette);
         curve(&mut drawing, row, strip, &ruler, span, &palette);
+        lane::moves(&mut drawing, &row.moves, strip, &ruler, &palette);
     }
+    lane::knots(&mut drawing, &data.knots, field, &ruler, &palette);
     cue_lines(&mut drawing, &data.cues, &ruler, field, &palette);
     let playhead = data
         .playhead
@@ -92,6 +108,7 @@ pub fn curves(data: &Curves, theme: Theme) -> Drawing {
     if let Some(playhead) = playhead {
         playhead.draw(&mut drawing, field, &palette);
     }
+    lane::legend(&mut drawing, data, field, &palette);
     remarks(&mut drawing, data, &layout, count, &palette);
     drawing
 }
@@ -107,11 +124,16 @@ fn layout(data: &Curves, count: usize) -> (Layout, f32) {
     let widest = data.rows.iter().take(count);
     let widest = widest
         .map(|row| font::width(&row.name, NAME))
-        .fold(0.0, f32::max);
+        .fold(lane::name_width(data), f32::max);
     let names = widest.min(WIDTH / 5.0).ceil();
     // Few rows are tall enough to read levels from; many keep the page short.
     let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
-    let gap = if pitch >= 48.0 { 8.0 } else { 4.0 };
+    let moves = data.rows.iter().any(|row| !row.moves.is_empty());
+    let gap = match (pitch >= 48.0, moves) {
+        (true, _) => 8.0,
+        (false, true) => lane::BAR,
+        (false, false) => 4.0,
+    };
     let cues = if data.cues.is_empty() {
         6.0
     } else {
@@ -121,9 +143,11 @@ fn layout(data: &Curves, count: usize) -> (Layout, f32) {
     let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
     let right = WIDTH - MARGIN - font::width("100", 10.0).ceil() - 6.0;
     let top = (MARGIN + title + cues).ceil();
-    let field = Frame::new(left, top, right - left, pitch * count.max(1) as f32 - gap);
+    let strips = pitch * count.max(1) as f32 - gap;
+    let field = Frame::new(left, top, right - left, strips + lane::height(data));
     let remark = if data.rows.len() > count { 18.0 } else { 0.0 };
-    let height = (field.bottom() + 24.0 + remark + MARGIN / 2.0).ceil();
+    let below = 24.0 + lane::legend_height(data) + remark;
+    let height = (field.bottom() + below + MARGIN / 2.0).ceil();
     let layout = Layout {
         field,
         pitch,
@@ -272,7 +296,7 @@ fn cue_lines(
 }
 
 /// The cues inside the field from left to right, those of one pixel under one name.
-fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
+pub(super) fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
     let mut placed: Vec<(f32, &str)> = cues
         .iter()
         .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
@@ -370,13 +394,14 @@ fn padded(frame: Frame) -> Frame {
 fn remarks(drawing: &mut Drawing, data: &Curves, layout: &Layout, count: usize, palette: &Palette) {
     let field = layout.field;
     if count == 0 {
-        let at = (field.x + field.width / 2.0, field.y + field.height / 2.0);
+        let strip = layout.strip(0);
+        let at = (field.x + field.width / 2.0, strip.y + strip.height / 2.0);
         let label = Label::new("no curves", at, NAME, palette.quiet);
         drawing.text(label.anchored(Anchor::Middle).centred());
     }
     if data.rows.len() > count {
         let text = format!("and {} more rows", data.rows.len() - count);
-        let at = (field.x, field.bottom() + 38.0);
+        let at = (field.x, field.bottom() + 38.0 + lane::legend_height(data));
         drawing.text(Label::new(&text, at, SMALL, palette.quiet));
     }
 }

@@ -47,41 +47,101 @@ const PLOT_HEIGHT: f32 = 250.0;
 const MOST_MARKERS: usize = 80;
 /// With more points the markers are smaller, to leave line between them.
 const CROWD: usize = 14;
+/// The room under a plot for the words of its axis.
+const FOOT: f32 = 42.0;
+/// Panels in a row.
+const PAIR: usize = 2;
 /// Series after these repeat the hues, with dashes.
 const HUES: usize = 7;
 
-/// Draws panels side by side: 420 units for each, 640 for one alone.
+/// Where a panel stands.
+struct Place<'a> {
+    panel: &'a Panel,
+    /// The plot with the room left and right of it.
+    frame: Frame,
+    /// The baseline of its title.
+    title: f32,
+    /// The series that share its colours.
+    names: Vec<&'a str>,
+}
+
+/// Draws panels side by side: 420 units for each, 640 for one alone. Of more than two, two stand in
+/// a row and each has a legend and colours of its own.
 pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     let palette = theme.palette();
     let each = if data.len() <= 1 { 640.0 } else { 420.0 };
-    let width = each * data.len().max(1) as f32;
-    let names = names(data);
+    let width = each * data.len().clamp(1, PAIR) as f32;
     let shown = font::fit(title, TITLE, width - 2.0 * MARGIN);
-    let below_title = MARGIN + if shown.is_empty() { 0.0 } else { 26.0 };
-    let (legend, below_legend) = legend(data, &names, width, below_title);
-    let headed = data.iter().any(|panel| !panel.title.is_empty());
-    let top = below_legend + if headed { 20.0 } else { 0.0 };
-    let plot_top = top + 28.0;
-    let height = plot_top + PLOT_HEIGHT + 42.0 + MARGIN / 2.0;
-    let mut drawing = Drawing::new(width, height.ceil(), palette.ground);
+    let top = MARGIN + if shown.is_empty() { 0.0 } else { 26.0 };
+    let (entries, places, foot) = match data.len() > PAIR {
+        true => gallery(data, each, top),
+        false => {
+            let names = names(data);
+            let (entries, below) = legend(data, Frame::new(0.0, top, width, 0.0), HEADING);
+            let row = row(data, each, below, below, |_| names.clone());
+            (entries, row, plot_top(data, below) + PLOT_HEIGHT + FOOT)
+        }
+    };
+    let mut drawing = Drawing::new(width, (foot + MARGIN / 2.0).ceil(), palette.ground);
     drawing.text(Label::new(
         &shown,
         (MARGIN, MARGIN + 14.0),
         TITLE,
         palette.ink,
     ));
-    for entry in &legend {
+    for entry in &entries {
         entry.draw(&mut drawing, &palette);
     }
-    for (index, panel) in data.iter().enumerate() {
-        let frame = Frame::new(index as f32 * each, plot_top, each, PLOT_HEIGHT);
-        draw_panel(&mut drawing, panel, frame, &names, &palette);
+    for place in &places {
+        draw_panel(&mut drawing, place, &palette);
     }
     if data.is_empty() {
-        let at = (width / 2.0, plot_top + PLOT_HEIGHT / 2.0);
+        let at = (width / 2.0, foot - FOOT - PLOT_HEIGHT / 2.0);
         drawing.text(Label::new("no data", at, HEADING, palette.quiet).anchored(Anchor::Middle));
     }
     drawing
+}
+
+/// Where a row's plots begin, its titles and what stands between them and the plots over them.
+fn plot_top(row: &[Panel], below: f32) -> f32 {
+    let headed = row.iter().any(|panel| !panel.title.is_empty());
+    below + if headed { 48.0 } else { 28.0 }
+}
+
+/// Panels side by side, the titles from `top` down, the plots under what ends at `below`.
+fn row<'a>(
+    panels: &'a [Panel],
+    each: f32,
+    top: f32,
+    below: f32,
+    names: impl Fn(&'a [Panel]) -> Vec<&'a str>,
+) -> Vec<Place<'a>> {
+    let y = plot_top(panels, below);
+    let place = |(index, panel): (usize, &'a Panel)| Place {
+        panel,
+        frame: Frame::new(index as f32 * each, y, each, PLOT_HEIGHT),
+        title: top + 17.0,
+        names: names(std::slice::from_ref(panel)),
+    };
+    panels.iter().enumerate().map(place).collect()
+}
+
+/// Two panels in a row, each with its own legend between title and plot; the foot of all.
+fn gallery(data: &[Panel], each: f32, top: f32) -> (Vec<Entry>, Vec<Place<'_>>, f32) {
+    let (mut entries, mut places, mut top) = (Vec::new(), Vec::new(), top);
+    for pair in data.chunks(PAIR) {
+        let mut below = top;
+        for (index, panel) in pair.iter().enumerate() {
+            let room = Frame::new(index as f32 * each, top + 26.0, each, 0.0);
+            let (more, under) = legend(std::slice::from_ref(panel), room, SMALL);
+            entries.extend(more);
+            // The title's own room is counted where the plots begin.
+            below = below.max(under - 24.0);
+        }
+        places.extend(row(pair, each, top, below, names));
+        top = plot_top(pair, below) + PLOT_HEIGHT + FOOT + 14.0;
+    }
+    (entries, places, top - 14.0)
 }
 
 /// The names of all series in the order of their first appearance.
@@ -109,35 +169,35 @@ fn stroke(name: &str, names: &[&str], palette: &Palette) -> Stroke {
 struct Entry {
     at: (f32, f32),
     name: String,
+    size: f32,
     marker: Marker,
     index: usize,
 }
 
-/// The legend's names in lines, and the y below them.
-fn legend(data: &[Panel], names: &[&str], width: f32, top: f32) -> (Vec<Entry>, f32) {
-    let (mut x, mut y) = (MARGIN, top);
+/// The legend's names in lines across `room`, and the y below them.
+fn legend(data: &[Panel], room: Frame, size: f32) -> (Vec<Entry>, f32) {
+    let (left, right) = (room.x + MARGIN, room.right() - MARGIN);
+    let (mut x, mut y) = (left, room.y);
     let mut entries = Vec::new();
     let series = || data.iter().flat_map(|panel| &panel.series);
-    for (index, name) in names
-        .iter()
-        .enumerate()
-        .filter(|(_, name)| !name.is_empty())
-    {
-        let name = font::fit(name, HEADING, width - 2.0 * MARGIN - 34.0);
-        let room = 30.0 + font::width(&name, HEADING);
-        if x > MARGIN && x + room > width - MARGIN {
-            (x, y) = (MARGIN, y + 20.0);
+    let all = names(data).into_iter().enumerate();
+    for (index, full) in all.filter(|(_, name)| !name.is_empty()) {
+        let name = font::fit(full, size, right - left - 34.0);
+        let wanted = 30.0 + font::width(&name, size);
+        if x > left && x + wanted > right {
+            (x, y) = (left, y + 20.0);
         }
-        let marker = series().find(|series| series.name == names.get(index).copied().unwrap_or(""));
+        let marker = series().find(|series| series.name == full);
         entries.push(Entry {
             at: (x, y + 8.0),
             name,
+            size,
             marker: marker.map_or(Marker::None, |series| series.marker),
             index,
         });
-        x += room + 22.0;
+        x += wanted + 22.0;
     }
-    let below = if entries.is_empty() { top } else { y + 26.0 };
+    let below = if entries.is_empty() { room.y } else { y + 26.0 };
     (entries, below)
 }
 
@@ -152,7 +212,7 @@ impl Entry {
         drawing.line((x, y), (x + 24.0, y), line);
         self.marker
             .draw(drawing, (x + 12.0, y), 1.0, line.colour, palette.ground);
-        let label = Label::new(&self.name, (x + 30.0, y), HEADING, palette.ink);
+        let label = Label::new(&self.name, (x + 30.0, y), self.size, palette.ink);
         drawing.text(label.centred());
     }
 }
@@ -164,20 +224,16 @@ struct Plot {
     y: Ruler,
 }
 
-fn draw_panel(
-    drawing: &mut Drawing,
-    panel: &Panel,
-    frame: Frame,
-    names: &[&str],
-    palette: &Palette,
-) {
+fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
+    let Place { panel, frame, .. } = *place;
+    let names = place.names.as_slice();
     let plot = Plot::new(panel, frame);
     let left = frame.x + MARGIN;
     let room = frame.width - 2.0 * MARGIN;
     let title = font::fit(&panel.title, HEADING, room);
     drawing.text(Label::new(
         &title,
-        (left, frame.y - 31.0),
+        (left, place.title),
         HEADING,
         palette.ink,
     ));

@@ -62,6 +62,9 @@ fn show(rows: usize, cues: usize) -> Curves {
             .map(|k| (k as f64 * 20.0, ((index + k * 5) % 11) as f64 / 10.0))
             .collect(),
         before: Vec::new(),
+        moves: (0..index % 5)
+            .map(|k| (k as f64 * 30.0, k as f64 * 40.0))
+            .collect(),
     };
     let cue = |index: usize| {
         let time = (index * index) as f64 * 160.0 / (cues * cues).max(1) as f64;
@@ -74,6 +77,12 @@ fn show(rows: usize, cues: usize) -> Curves {
         rows: (0..rows).map(row).collect(),
         cues: (0..=cues).map(cue).collect(),
         playhead: Some(61.7),
+        knots: (0..rows)
+            .map(|k| Knot {
+                time: k as f64 * 7.3,
+                inserted: k % 4 == 3,
+            })
+            .collect(),
     }
 }
 
@@ -110,6 +119,21 @@ fn measured(scale: Scale, count: usize) -> Panel {
     }
 }
 
+#[test]
+fn many_panels_stand_in_pairs_each_with_its_legend() {
+    for theme in [Theme::Light, Theme::Dark] {
+        for count in 3..=7 {
+            let all: Vec<Panel> = (0..count).map(|_| measured(Scale::Whole, 9)).collect();
+            let drawing = panels("Many panels", &all, theme);
+            assert_eq!(drawing.size().0, 840.0);
+            assert_clear(&drawing);
+            let named = drawing.text_boxes();
+            let own = named.iter().filter(|(text, _)| text == "SVD").count();
+            assert_eq!(own, count);
+        }
+    }
+}
+
 fn tile(width: usize, height: usize, caption: &str) -> Tile {
     Tile {
         size: (width, height),
@@ -137,6 +161,89 @@ fn the_playheads_time_takes_the_place_of_a_tick() {
         let mut data = show(2, 3);
         data.playhead = Some(f64::from(tenth) / 10.0);
         assert_clear(&curves(&data, Theme::Dark));
+    }
+}
+
+fn keys(rows: usize, columns: usize) -> Grid {
+    let value = |row: usize, column: usize| ((row * 7 + column * 3) % 16) as f64 / 10.0 - 0.2;
+    let stand = |column: usize| match column % 3 {
+        0 => Stand::Met,
+        1 => Stand::Near,
+        _ => Stand::Inserted,
+    };
+    let tie = |column: usize| Tie {
+        column,
+        time: (column * 37 % 160) as f64,
+        stand: stand(column),
+    };
+    Grid {
+        title: "Keys".repeat(40),
+        column: "key".to_owned(),
+        rows: (0..rows).map(|row| format!("bank {row} <a&b>")).collect(),
+        columns: (0..columns)
+            .map(|column| (0..rows).map(|row| value(row, column)).collect())
+            .collect(),
+        ties: (0..columns).map(tie).collect(),
+        start: 0.0,
+        end: 160.0,
+        cues: show(1, 20).cues,
+    }
+}
+
+#[test]
+fn no_text_of_a_grid_meets_another_or_leaves_the_page() {
+    for theme in [Theme::Light, Theme::Dark] {
+        for rows in [0, 1, 3, 22, 40, 300] {
+            for columns in [0, 1, 2, 6, 30, 75, 128, 999, 3000] {
+                let drawing = grid(&keys(rows, columns), theme);
+                assert_clear(&drawing);
+                assert_well_formed(&drawing.svg());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cell_is_as_dark_as_its_value_and_columns_that_share_one_show_the_largest() {
+    let data = |columns: Vec<Vec<f64>>| Grid {
+        rows: vec![String::new()],
+        columns,
+        end: 1.0,
+        ..Grid::default()
+    };
+    // Cells begin at x = 16, y = 16 + 42; four of 160 units.
+    let shade = |data: &Grid, x: usize| {
+        let (width, _, rgb) = grid(data, Theme::Light).rgb8().unwrap();
+        i32::from(rgb[((16 + 42 + 10) * width + 16 + x) * 3])
+    };
+    let four = data([0.0, 0.2, 0.6, 1.0].map(|v| vec![v]).to_vec());
+    let reds = [80, 240, 400, 560].map(|x| shade(&four, x));
+    assert!(
+        reds.windows(2).all(|pair| pair[0] > pair[1] + 20),
+        "{reds:?}"
+    );
+    let mut many = vec![vec![0.0]; 3000];
+    many[1501] = vec![1.0];
+    let most = data(many);
+    let darkest = (0..808).map(|x| shade(&most, x)).min().unwrap();
+    assert_eq!(darkest, reds[3]);
+}
+
+#[test]
+fn a_grid_bears_bad_numbers() {
+    let mut data = keys(3, 5);
+    data.columns[0] = vec![f64::NAN, f64::INFINITY, 1e300];
+    data.columns[1].clear();
+    data.ties[0].time = f64::NAN;
+    data.ties[1].column = 99;
+    for (start, end) in [
+        (0.0, 0.0),
+        (5.0, 1.0),
+        (f64::NAN, 1.0),
+        (0.0, f64::INFINITY),
+    ] {
+        (data.start, data.end) = (start, end);
+        assert_well_formed(&grid(&data, Theme::Dark).svg());
     }
 }
 
@@ -170,7 +277,7 @@ fn a_strip_is_filled_as_high_as_its_level() {
         name: String::new(),
         colour: Some([255, 0, 0]),
         points: vec![(0.0, 0.5)],
-        before: Vec::new(),
+        ..Row::default()
     };
     let data = Curves {
         end: 10.0,

@@ -7,6 +7,7 @@ mod curve;
 mod film;
 mod layer;
 mod page;
+mod plot;
 mod result;
 mod still;
 mod target;
@@ -20,6 +21,7 @@ use crate::picture::tone::{self, Curve, Tone};
 pub use self::film::Animation;
 
 pub(super) use self::curve::{hue, points};
+pub(super) use self::plot::SUBJECTS;
 
 impl Interpreter {
     /// One exposure for the whole sequence: the show's own, or from all key images.

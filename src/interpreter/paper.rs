@@ -232,6 +232,7 @@ impl Comparison {
                     before: points(&self.old.timeline, k),
                     colour: hue(&coordinate),
                     name: coordinate.name,
+                    ..chart::Row::default()
                 });
             }
         }
@@ -245,7 +246,7 @@ impl Comparison {
             cues: cues
                 .map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
                 .collect(),
-            playhead: None,
+            ..chart::Curves::default()
         };
         let drawing = chart::curves(&curves, Theme::Dark);
         match ending(path).as_str() {

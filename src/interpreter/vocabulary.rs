@@ -172,6 +172,10 @@ impl Vocabulary {
             Verb::Help => Offer::of(VERBS.iter().map(|spec| spec.name)),
             Verb::Explain => Offer::of(codes::TABLE.iter().map(|row| row.code)),
             Verb::Set => Offer::of(self.movable().chain(["full", "out", "to"])),
+            Verb::Plot => {
+                let banks = strings(&self.banks).chain(strings(&self.groups));
+                Offer::of(banks.chain(super::output::SUBJECTS))
+            }
             Verb::Refine => Offer::of(["until", "for"]),
             Verb::Pool => Offer::of(["drop", "unused", "all"]),
             Verb::Blind => Offer::of(["off"]),
@@ -304,6 +308,8 @@ mod tests {
         offers("light k like la", &["lamp1"]);
         offers("light k panel bo", &["boards"]);
         offers("set wa", &["warm"]);
+        offers("plot la", &["lamps", "late"]);
+        offers("plot sp", &["spectrum"]);
         assert!(vocabulary().complete("picture -o ", 11).files);
         assert!(vocabulary().complete("save ", 5).files);
         assert_eq!(vocabulary().complete("bank é = m", 11).start, 10);

@@ -38,6 +38,8 @@ pub struct Segment {
     pub(super) start: f64,
     /// Last instant, microseconds; equal to the first only in a last look without length.
     pub(super) end: f64,
+    /// It begins at a knot that positivity inserted.
+    pub(super) inserted: bool,
     /// Its degree, 0 to 3.
     pub degree: usize,
     /// Its `degree + 1` control points, as indices of keys.
@@ -53,6 +55,12 @@ impl Segment {
     /// Last instant, seconds.
     pub fn end(&self) -> f64 {
         self.end / 1e6
+    }
+
+    /// Whether it begins at a knot that is none of the curves', but was inserted so that no key
+    /// needs negative light.
+    pub fn is_inserted(&self) -> bool {
+        self.inserted
     }
 
     /// Length, seconds.

@@ -49,6 +49,7 @@ pub struct Timeline {
     end: Time,
     cues: Vec<CueTime>,
     curves: Vec<Vec<Piece>>,
+    moves: Vec<Vec<(Time, Time)>>,
     last: Vec<f64>,
     warnings: Vec<Warning>,
     joined: usize,
@@ -101,6 +102,7 @@ impl Timeline {
             end,
             cues,
             curves,
+            moves: tracks.iter().map(track::moves).collect(),
             last,
             warnings,
             joined: dropped,
@@ -136,6 +138,12 @@ impl Timeline {
     /// (or there is no such coordinate).
     pub fn curve(&self, coordinate: usize) -> &[Piece] {
         self.curves.get(coordinate).map_or(&[], Vec::as_slice)
+    }
+
+    /// When each move of a coordinate begins and ends, in time; one that another overtakes ends
+    /// there.
+    pub fn moves(&self, coordinate: usize) -> &[(Time, Time)] {
+        self.moves.get(coordinate).map_or(&[], Vec::as_slice)
     }
 
     /// The settings at the end, after whatever jumps there.

@@ -132,7 +132,7 @@ impl<'a> Sweep<'a> {
             .collect();
         let (from, to) = (start.micros() as f64, end.micros() as f64);
         if self.options.signed_keys || degree < 2 {
-            return self.segment(from, to, degree, &curves);
+            return self.segment((from, to, false), degree, &curves);
         }
         let inner = positivity::knots(&curves);
         self.inserted += inner.len();
@@ -143,16 +143,16 @@ impl<'a> Sweep<'a> {
         for w in parameters.windows(2) {
             let &[s, e] = w else { continue };
             let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e)).collect();
-            self.segment(instant(s), instant(e), degree, &parts)?;
+            self.segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
         }
         Ok(())
     }
 
-    /// A segment on which the moving coordinates, in their order, run along `curves`.
+    /// A segment on which the moving coordinates, in their order, run along `curves`; whether its
+    /// start was inserted.
     fn segment(
         &mut self,
-        start: f64,
-        end: f64,
+        (start, end, inserted): (f64, f64, bool),
         degree: usize,
         curves: &[Bernstein],
     ) -> Result<(), TooManyKeys> {
@@ -171,6 +171,7 @@ impl<'a> Sweep<'a> {
         self.segments.push(Segment {
             start,
             end,
+            inserted,
             degree,
             keys,
         });
@@ -208,7 +209,7 @@ impl<'a> Sweep<'a> {
         self.hash = shares.fold(0, u64::wrapping_add);
         self.current = last;
         let at = self.timeline.end().micros() as f64;
-        self.segment(at, at, 0, &[])
+        self.segment((at, at, false), 0, &[])
     }
 }
 

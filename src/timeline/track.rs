@@ -54,6 +54,8 @@ pub(super) struct Motions<'a> {
 pub(super) struct Stretch {
     pub piece: Piece,
     pub by: Option<(NodeId, usize)>,
+    /// The move has arrived.
+    pub holds: bool,
 }
 
 /// A coordinate's stretches; the last is a hold for ever.
@@ -164,6 +166,7 @@ pub(super) fn tracks(
             polynomial: Bernstein::constant(0.0),
         },
         by: None,
+        holds: true,
     };
     let mut tracks: Vec<Track> = vec![vec![dark]; show.coordinates().len()];
     let fades = Fades::new(show);
@@ -189,7 +192,11 @@ pub(super) fn tracks(
             };
             watch.played(cue, m, run);
             let by = Some((m.id, m.coordinate));
-            track.extend(pieces.into_iter().map(|piece| Stretch { piece, by }));
+            track.extend(pieces.into_iter().map(|piece| Stretch {
+                piece,
+                by,
+                holds: false,
+            }));
             track.push(Stretch {
                 piece: Piece {
                     start: end,
@@ -197,6 +204,7 @@ pub(super) fn tracks(
                     polynomial: Bernstein::constant(level),
                 },
                 by,
+                holds: true,
             });
         }
     }
@@ -217,6 +225,25 @@ fn cut(track: &mut Track, time: Time) -> f64 {
         last.piece.end = time.min(last.piece.end);
     }
     level
+}
+
+/// When each move of a track begins, and when it has arrived or another takes over. One that takes
+/// no time and changes nothing is none.
+pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
+    let mut level = 0.0;
+    let of = |stretches: &[Stretch]| {
+        let (first, last) = (stretches.first()?, stretches.last()?);
+        let end = if last.holds {
+            last.piece.start
+        } else {
+            last.piece.end
+        };
+        let still = first.holds && first.piece.polynomial.first() == level;
+        level = last.piece.polynomial.last();
+        let moves = first.by.is_some() && !still;
+        moves.then_some((first.piece.start, end))
+    };
+    track.chunk_by(|a, b| a.by == b.by).filter_map(of).collect()
 }
 
 /// The level at a time; at a jump the later one.

@@ -1,11 +1,7 @@
-//! Curves: every bank's level over time, as a drawing.
+//! Curves: the light of banks over time, as a drawing.
 
-use std::path::Path;
-
-use super::{ending, unknown_ending};
-use crate::chart::{self, Drawing, Theme};
-use crate::interpreter::answer::count;
-use crate::interpreter::{Call, Error, Interpreter, Reply, Shown};
+use crate::chart::{self, Drawing, Knot, Theme};
+use crate::interpreter::Interpreter;
 use crate::show::Coordinate;
 use crate::timeline::Timeline;
 use crate::units::Time;
@@ -17,54 +13,67 @@ const POINTS_A_SECOND: f64 = 8.0;
 const MOST_POINTS: f64 = 2000.0;
 
 impl Interpreter {
-    /// Every bank's level over time, cues marked.
-    pub(in crate::interpreter) fn curves(&self, playhead: Option<Time>) -> Drawing {
-        let (start, end) = (self.timeline().start(), self.timeline().end());
-        let banks = self.show().coordinates().into_iter().enumerate();
-        let rows = banks
-            .filter(|(_, c)| c.bank.is_some())
-            .map(|(i, coordinate)| chart::Row {
-                points: points(self.timeline(), i),
-                before: Vec::new(),
-                colour: hue(&coordinate),
-                name: coordinate.name,
-            });
-        let cues = self.show().cues.iter().zip(self.timeline().cues());
-        let curves = chart::Curves {
-            title: self.show().title.clone(),
-            start: start.seconds(),
-            end: end.seconds(),
-            rows: rows.collect(),
-            cues: cues
-                .map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
-                .collect(),
-            playhead: playhead.map(Time::seconds),
+    /// Light over time of the coordinates that are `wanted`, in their order: cues, moves and knots
+    /// marked.
+    pub(in crate::interpreter) fn curves(
+        &self,
+        wanted: &[usize],
+        playhead: Option<Time>,
+        theme: Theme,
+    ) -> Drawing {
+        let coordinates = self.show().coordinates();
+        let seconds = |(a, b): &(Time, Time)| (a.seconds(), b.seconds());
+        let row = |i: &usize| {
+            let coordinate = coordinates.get(*i)?;
+            Some(chart::Row {
+                points: points(self.timeline(), *i),
+                moves: self.timeline().moves(*i).iter().map(seconds).collect(),
+                colour: hue(coordinate),
+                name: coordinate.name.clone(),
+                ..chart::Row::default()
+            })
         };
-        chart::curves(&curves, Theme::Dark)
+        let curves = chart::Curves {
+            title: format!(
+                "{}: light of the banks over time, % of full",
+                self.show().title
+            ),
+            start: self.timeline().start().seconds(),
+            end: self.timeline().end().seconds(),
+            rows: wanted.iter().filter_map(row).collect(),
+            cues: self.cues_in_time(),
+            playhead: playhead.map(Time::seconds),
+            knots: self.knots(),
+        };
+        chart::curves(&curves, theme)
     }
 
-    pub(in crate::interpreter) fn answer_plot(&mut self, call: &Call) -> Result<Reply, Error> {
-        let drawing = self.curves(Some(self.now));
-        let text = format!(
-            "{} of {}",
-            count(self.show().banks.len(), "bank"),
-            self.show().title
-        );
-        let Some(path) = call.option("output").map(Path::new) else {
-            let (width, height, rgb) = drawing.rgb8()?;
-            return Ok(Reply {
-                picture: Some(Shown {
-                    size: (width, height),
-                    rgb,
-                }),
-                ..Reply::text(text)
-            });
+    /// The coordinates of all banks.
+    pub(super) fn moving(&self) -> Vec<usize> {
+        let coordinates = self.show().coordinates().into_iter().enumerate();
+        let banks = coordinates.filter(|(_, c)| c.bank.is_some());
+        banks.map(|(i, _)| i).collect()
+    }
+
+    /// Seconds and number of each cue.
+    pub(super) fn cues_in_time(&self) -> Vec<(f64, String)> {
+        let cues = self.show().cues.iter().zip(self.timeline().cues());
+        cues.map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
+            .collect()
+    }
+
+    /// Where the key sequence's segments meet, its ends among them.
+    fn knots(&self) -> Vec<Knot> {
+        let segments = self.keys().segments();
+        let last = segments.last().map(|s| Knot {
+            time: s.end(),
+            inserted: false,
+        });
+        let of = |s: &crate::timeline::Segment| Knot {
+            time: s.start(),
+            inserted: s.is_inserted(),
         };
-        match ending(path).as_str() {
-            "png" => self.write_reply(Some(path), &drawing.png()?, text),
-            "svg" => self.write_reply(Some(path), drawing.svg().as_bytes(), text),
-            _ => Err(unknown_ending(path, ".png or .svg")),
-        }
+        segments.iter().map(of).chain(last).collect()
     }
 }
 

@@ -15,6 +15,9 @@ use crate::playback::key::Format;
 /// Errors below this are rounding.
 const ROUNDING: f64 = 1e-7;
 
+/// What is ahead is drawn down to this share of the tolerance: further down nobody goes.
+const FAR: f64 = 0.01;
+
 impl Interpreter {
     /// Writes everything that `run` leaves behind, and measures playback on the way.
     pub(in crate::interpreter) fn write_results(
@@ -26,12 +29,15 @@ impl Interpreter {
         let store = &self.host.store;
         store.write(&folder.join("plan.json"), json(plan)?.as_bytes())?;
         self.write_keys(playback, &folder.join("keys"))?;
-        store.write(&folder.join("curves.png"), &self.curves(None).png()?)?;
+        store.write(
+            &folder.join("curves.png"),
+            &self.curves(&self.moving(), None, Theme::Dark).png()?,
+        )?;
         store.write(
             &folder.join("error.png"),
-            &self.error_chart(plan.tolerance).png()?,
+            &self.error_chart(plan.tolerance, Theme::Light)?.png()?,
         )?;
-        if let Some(sheet) = self.basis_sheet(plan)? {
+        if let Some(sheet) = self.basis_sheet(Theme::Dark)? {
             store.write(&folder.join("basis.png"), &sheet.png()?)?;
         }
         let tone = self.tone(playback.images());
@@ -59,8 +65,9 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Predicted error against refined pictures and against seconds.
-    fn error_chart(&self, tolerance: f64) -> Drawing {
+    /// Predicted error against refined pictures and against seconds, so far and as it would go on.
+    pub(super) fn error_chart(&self, tolerance: f64, theme: Theme) -> Result<Drawing, Error> {
+        let ahead = self.onward()?;
         let steps = self.steps();
         let calibration = self.calibration();
         // What is left when everything is refined is rounding; it has no place on a log axis.
@@ -87,14 +94,22 @@ impl Interpreter {
                 series("as known at the end", Marker::Square, of, &|s| {
                     s.forecast * calibration
                 }),
+                Series {
+                    name: "if it went on".to_owned(),
+                    points: (ahead.iter().filter(|s| s.error > FAR * tolerance))
+                        .map(|s| (of(s), shown(s.error)))
+                        .collect(),
+                    marker: Marker::Triangle,
+                    labels: Vec::new(),
+                },
             ],
             reference: Some((
                 tolerance * 100.0,
                 format!("asked for: {} %", percent(tolerance)),
             )),
         };
-        chart::panels(
-            &format!("{}: error of the sequence", self.show().title),
+        Ok(chart::panels(
+            &format!("{}: error of the sequence, as predicted", self.show().title),
             &[
                 panel(
                     "by refined pictures",
@@ -106,16 +121,42 @@ impl Interpreter {
                     s.seconds
                 }),
             ],
-            Theme::Light,
-        )
+            theme,
+        ))
+    }
+
+    /// The sequence as it stands and after each picture that is left to refine, predicted; nothing
+    /// where none is left.
+    fn onward(&self) -> Result<Vec<Step>, Error> {
+        let outlook = self.outlook()?;
+        let Some(now) = self.steps().last().filter(|_| !outlook.steps.is_empty()) else {
+            return Ok(Vec::new());
+        };
+        let mut out = vec![Step {
+            error: outlook.error,
+            ..*now
+        }];
+        let (mut refined, mut seconds) = (now.refined, now.seconds);
+        for ahead in outlook.steps {
+            refined += 1;
+            seconds += ahead.seconds;
+            out.push(Step {
+                refined,
+                seconds,
+                error: ahead.error,
+                forecast: ahead.error,
+            });
+        }
+        Ok(out)
     }
 
     /// The refined pictures, signed: light amber, negative light blue.
-    fn basis_sheet(&self, plan: &PlanReport) -> Result<Option<Drawing>, Error> {
+    pub(super) fn basis_sheet(&self, theme: Theme) -> Result<Option<Drawing>, Error> {
         let Some(pool) = self.pool() else {
             return Ok(None);
         };
         let mut tiles = Vec::new();
+        let mut title = "basis pictures, and the error that each leaves";
         for (i, refined) in pool.refined().iter().enumerate() {
             let error = self
                 .steps()
@@ -128,24 +169,23 @@ impl Interpreter {
             });
         }
         if tiles.is_empty() {
-            for (i, image) in pool.coarse().iter().enumerate() {
+            title = "each bank alone, coarse: nothing is refined yet";
+            let names = self.show().coordinates().into_iter().map(|c| c.name);
+            for (image, caption) in pool.coarse().iter().zip(names) {
                 tiles.push(chart::Tile {
                     size: pool.size(),
                     rgb: signed::encode(image, signed::scale(image)),
-                    caption: plan.coordinates.get(i).cloned().unwrap_or_default(),
+                    caption,
                 });
             }
         }
         let sheet = chart::Sheet {
-            title: format!(
-                "{}: basis pictures, and the error that each leaves",
-                self.show().title
-            ),
+            title: format!("{}: {title}", self.show().title),
             tiles,
             columns: None,
             legend: "amber: light added; blue: negative light; each picture scaled by itself"
                 .to_owned(),
         };
-        Ok(Some(chart::sheet(&sheet, Theme::Dark)?))
+        Ok(Some(chart::sheet(&sheet, theme)?))
     }
 }

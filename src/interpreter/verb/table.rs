@@ -47,6 +47,13 @@ const PROJECTION: OptionSpec = value(
      corrections",
 );
 
+const DARK: OptionSpec = OptionSpec {
+    name: "dark",
+    letter: None,
+    value: None,
+    about: "light lines on a dark ground, in a file too",
+};
+
 const FLOAT: OptionSpec = OptionSpec {
     name: "float",
     letter: None,
@@ -261,9 +268,18 @@ pub const VERBS: &[VerbSpec] = &[
     spec(
         Verb::Plot,
         "plot",
-        "",
-        &[output("write a .png or an .svg")],
-        "draw every bank's curve with the cues marked",
+        "[BANK… | keys | spectrum | basis | error]",
+        &[
+            METRIC,
+            value(
+                "tolerance",
+                "X",
+                "of spectrum, the error allowed, such as 2% (default: the show's preview)",
+            ),
+            DARK,
+            output("write a .png or an .svg"),
+        ],
+        "draw curves of banks and groups, or keys, spectrum, basis, error (`bank keys`: the bank)",
         "plot -o curves.svg",
     ),
     spec(
@@ -343,12 +359,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
                  displayed (8 bits blended as displayed)",
             ),
-            OptionSpec {
-                name: "dark",
-                letter: None,
-                value: None,
-                about: "light lines on a dark ground",
-            },
+            DARK,
             output("write a .png, an .svg, or the figures as .csv or .json"),
         ],
         "draw error against time: `transport` by step of quality, `playback` by format of keys",

@@ -1,0 +1,347 @@
+//! Values in a grid whose columns are tied to moments on an axis of time: key settings, say, each
+//! of which may serve several moments.
+
+use super::axis::{Ruler, Scale};
+use super::colour::{Colour, Palette, Theme};
+use super::curves::{MARGIN, SMALL, WIDTH, merged};
+use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::font;
+use super::lane::diamond;
+
+/// Numbers by rows and columns, and when each column counts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grid {
+    /// Over everything; empty for none.
+    pub title: String,
+    /// What a column is, such as `key`; its numbers from 1 stand over the grid.
+    pub column: String,
+    /// Names of the rows, from the top down.
+    pub rows: Vec<String>,
+    /// The columns from the left, a number for each row; 1 is the full scale, more is drawn beyond
+    /// it, less than nothing in another hue.
+    pub columns: Vec<Vec<f64>>,
+    /// Moments of the columns.
+    pub ties: Vec<Tie>,
+    /// Seconds at the left end of the axis.
+    pub start: f64,
+    /// Seconds at its right end.
+    pub end: f64,
+    /// Seconds and name of what stands under the axis.
+    pub cues: Vec<(f64, String)>,
+}
+
+/// A moment of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tie {
+    /// Which column, from 0.
+    pub column: usize,
+    /// Seconds.
+    pub time: f64,
+    /// How it stands there.
+    pub stand: Stand,
+}
+
+/// How a column stands at its moment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stand {
+    /// The values are met there.
+    Met,
+    /// The same, at a moment put in between.
+    Inserted,
+    /// They draw the curve towards themselves and are not met.
+    Near,
+}
+
+const TITLE: f32 = 17.0;
+const NAME: f32 = 12.0;
+/// Rows beyond this are counted, not drawn.
+const MOST_ROWS: usize = 256;
+/// Narrower cells could not be told apart: columns then share one, which shows the largest.
+const NARROWEST: f32 = 3.0;
+const WIDEST: f32 = 160.0;
+/// The height in which ties run from the grid to the axis.
+const TIES: f32 = 96.0;
+
+/// Where things are.
+struct Layout {
+    field: Frame,
+    pitch: f32,
+    /// Columns in a cell.
+    share: usize,
+    /// Width of a cell.
+    cell: f32,
+    names: f32,
+    axis: f32,
+}
+
+impl Layout {
+    fn new(data: &Grid) -> Layout {
+        let rows = data.rows.len().clamp(1, MOST_ROWS);
+        let widest = data.rows.iter().take(MOST_ROWS);
+        let widest = widest.map(|r| font::width(r, NAME)).fold(0.0, f32::max);
+        let names = widest.min(WIDTH / 5.0).ceil();
+        let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
+        let room = WIDTH - MARGIN - left;
+        let count = data.columns.len().max(1);
+        let share = count.div_ceil((room / NARROWEST) as usize).max(1);
+        let cell = (room / count.div_ceil(share) as f32).min(WIDEST);
+        let pitch = (440.0 / rows as f32).floor().clamp(14.0, 24.0);
+        let title = if data.title.is_empty() { 0.0 } else { 26.0 };
+        let top = MARGIN + title + 42.0;
+        let field = Frame::new(left, top, room, pitch * rows as f32);
+        Layout {
+            pitch,
+            share,
+            cell,
+            names,
+            axis: field.bottom() + TIES,
+            field,
+        }
+    }
+
+    /// The left edge of a column's cell.
+    fn left(&self, column: usize) -> f32 {
+        self.field.x + (column / self.share) as f32 * self.cell
+    }
+}
+
+/// Draws the grid, 840 units wide and as high as the rows need.
+pub fn grid(data: &Grid, theme: Theme) -> Drawing {
+    let palette = theme.palette();
+    let layout = Layout::new(data);
+    let cues = if data.cues.is_empty() { 0.0 } else { 20.0 };
+    let more = data.rows.len() > MOST_ROWS || layout.share > 1;
+    let below = 42.0 + cues + if more { 18.0 } else { 0.0 };
+    let mut drawing = Drawing::new(WIDTH, (layout.axis + below).ceil(), palette.ground);
+    let title = font::fit(&data.title, TITLE, WIDTH - 2.0 * MARGIN);
+    let at = (MARGIN, MARGIN + 14.0);
+    drawing.text(Label::new(&title, at, TITLE, palette.ink));
+    legend(&mut drawing, data, &layout, &palette);
+    cells(&mut drawing, data, &layout, &palette);
+    numbers(&mut drawing, data, &layout, &palette);
+    ties(&mut drawing, data, &layout, &palette);
+    remark(&mut drawing, data, &layout, cues, &palette);
+    drawing
+}
+
+/// The colour of a value; nothing at all is the field's own, anything is told from it.
+fn shade(value: f64, palette: &Palette) -> Colour {
+    let strength = |v: f64| (0.12 + 0.88 * v.clamp(0.0, 1.0)) as f32;
+    match value {
+        v if v.abs() < 0.5e-3 || v.is_nan() => palette.field,
+        v if v < 0.0 => palette.field.toward(palette.hue(1), strength(-v)),
+        v if v <= 1.0 => palette.field.toward(palette.hue(0), strength(v)),
+        v => palette.hue(0).toward(palette.ink, strength(v - 1.0)),
+    }
+}
+
+fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
+    drawing.rectangle(layout.field, palette.field);
+    let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+    for (row, name) in data.rows.iter().take(MOST_ROWS).enumerate() {
+        let y = layout.field.y + row as f32 * layout.pitch;
+        let shown = font::fit(name, NAME, layout.names);
+        let at = (layout.field.x - 10.0, y + layout.pitch / 2.0);
+        let label = Label::new(&shown, at, NAME, palette.ink);
+        drawing.text(label.anchored(Anchor::End).centred());
+        for (index, group) in data.columns.chunks(layout.share).enumerate() {
+            let values = group.iter().filter_map(|c| c.get(row).copied());
+            let colour = shade(values.fold(0.0, larger), palette);
+            if colour != palette.field {
+                let x = layout.field.x + index as f32 * layout.cell;
+                let gap = if layout.cell > 6.0 { 1.0 } else { 0.0 };
+                let cell = Frame::new(x, y, layout.cell - gap, layout.pitch - 1.0);
+                drawing.rectangle(cell, colour);
+            }
+        }
+    }
+    if data.columns.is_empty() || data.rows.is_empty() {
+        let field = layout.field;
+        let at = (field.x + field.width / 2.0, field.y + field.height / 2.0);
+        let label = Label::new("nothing to show", at, NAME, palette.quiet);
+        drawing.text(label.anchored(Anchor::Middle).centred());
+    }
+}
+
+/// The columns' numbers where there is room.
+fn numbers(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
+    let y = layout.field.y - 6.0;
+    let at = (layout.field.x - 10.0, y);
+    let name = Label::new(&data.column, at, SMALL, palette.quiet).anchored(Anchor::End);
+    if name.frame().x >= 0.0 {
+        drawing.text(name);
+    }
+    let count = data.columns.len();
+    let room = (font::width(&count.to_string(), SMALL) + 6.0) / (layout.cell / layout.share as f32);
+    let steps = [
+        1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 5000, 10_000, 100_000,
+    ];
+    let step = steps
+        .into_iter()
+        .find(|s| *s as f32 >= room)
+        .unwrap_or(1_000_000);
+    for column in (0..count).filter(|c| c + 1 == 1 || (c + 1) % step == 0) {
+        let x = layout.left(column) + layout.cell / 2.0;
+        let text = (column + 1).to_string();
+        let label = Label::new(&text, (x, y), SMALL, palette.quiet).anchored(Anchor::Middle);
+        // The first number gives way to the next round one.
+        if column > 0 || step == 1 || room < step as f32 - 1.0 {
+            drawing.text(label);
+        }
+    }
+}
+
+/// The axis of time, and lines to it from the columns.
+fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
+    let field = layout.field;
+    let bad = !(data.start.is_finite() && data.end.is_finite());
+    let span = if bad {
+        (0.0, 1.0)
+    } else {
+        (data.start, data.end)
+    };
+    let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
+    let y = layout.axis;
+    for stand in [Stand::Near, Stand::Met, Stand::Inserted] {
+        for tie in data.ties.iter().filter(|t| t.stand == stand) {
+            if let Some(x) = ruler
+                .place(tie.time)
+                .filter(|_| tie.column < data.columns.len())
+            {
+                let from = (
+                    layout.left(tie.column) + layout.cell / 2.0,
+                    field.bottom() + 1.0,
+                );
+                let x = x.clamp(field.x, field.right());
+                strand(drawing, from, (x, y), stand, palette);
+            }
+        }
+    }
+    let firm = Stroke::solid(palette.frame, 1.0);
+    drawing.line((field.x, crisp(y)), (field.right(), crisp(y)), firm);
+    let mut free = f32::MIN;
+    for tick in &ruler.ticks {
+        let Some(x) = ruler.place(tick.value) else {
+            continue;
+        };
+        drawing.line((crisp(x), y), (crisp(x), y + 4.0), firm);
+        let label = Label::new(&tick.label, (x, y + 18.0), SMALL, palette.quiet);
+        let label = label.anchored(Anchor::Middle);
+        if label.frame().x > free && label.frame().right() <= WIDTH {
+            free = label.frame().right() + 8.0;
+            drawing.text(label);
+        }
+    }
+    cues(drawing, data, &ruler, layout, palette);
+}
+
+fn strand(
+    drawing: &mut Drawing,
+    (a, top): (f32, f32),
+    (b, foot): (f32, f32),
+    stand: Stand,
+    palette: &Palette,
+) {
+    let middle = (top + foot) / 2.0;
+    let stroke = match stand {
+        Stand::Met => Stroke::solid(palette.quiet.faded(0.8), 1.0),
+        Stand::Inserted => Stroke::solid(palette.hue(1), 1.25),
+        Stand::Near => Stroke {
+            dash: Some((2.0, 3.0)),
+            ..Stroke::solid(palette.quiet.faded(0.7), 1.0)
+        },
+    };
+    drawing.push(Mark::Path {
+        steps: vec![
+            Step::Move(a, top),
+            Step::Cubic([a, middle, b, middle, b, foot]),
+        ],
+        fill: None,
+        stroke: Some(stroke),
+    });
+    if stand == Stand::Inserted {
+        diamond(drawing, (b, foot), palette.hue(1));
+    }
+}
+
+/// Names under the times, those that have room.
+fn cues(drawing: &mut Drawing, data: &Grid, ruler: &Ruler, layout: &Layout, palette: &Palette) {
+    let y = layout.axis + 38.0;
+    if data.cues.is_empty() {
+        return;
+    }
+    let name = Label::new("cue", (layout.field.x - 10.0, y), SMALL, palette.quiet);
+    let name = name.anchored(Anchor::End);
+    let mut free = 0.0;
+    if name.frame().x >= 0.0 {
+        free = name.frame().right() + 4.0;
+        drawing.text(name);
+    }
+    for (x, text) in merged(&data.cues, ruler, layout.field) {
+        let label = Label::new(&text, (x, y), SMALL, palette.ink).anchored(Anchor::Middle);
+        if label.frame().x > free && label.frame().right() <= WIDTH {
+            free = label.frame().right() + 6.0;
+            drawing.text(label);
+        }
+    }
+}
+
+/// What colours and lines mean, in a line over the grid.
+fn legend(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
+    let y = layout.field.y - 30.0;
+    let mut x = MARGIN;
+    let values = || data.columns.iter().flatten();
+    let word = |drawing: &mut Drawing, x: &mut f32, text: &str| {
+        drawing.text(Label::new(text, (*x, y), SMALL, palette.quiet).centred());
+        *x += font::width(text, SMALL) + 16.0;
+    };
+    for step in 1..=5 {
+        let colour = shade(f64::from(step) / 5.0, palette);
+        drawing.rectangle(Frame::new(x, y - 6.0, 14.0, 12.0), colour);
+        x += 14.0;
+    }
+    x += 6.0;
+    word(drawing, &mut x, "20 to 100 %");
+    let scale = [
+        (values().any(|v| *v > 1.001), 1.5, "beyond full"),
+        (values().any(|v| *v < -1e-3), -0.7, "negative"),
+    ];
+    for (_, value, text) in scale.into_iter().filter(|(there, ..)| *there) {
+        drawing.rectangle(Frame::new(x, y - 6.0, 14.0, 12.0), shade(value, palette));
+        x += 20.0;
+        word(drawing, &mut x, text);
+    }
+    let stands = [
+        (Stand::Met, "shown then"),
+        (Stand::Near, "bends the curve"),
+        (Stand::Inserted, "put in so that no key is negative"),
+    ];
+    for (stand, text) in stands {
+        if data.ties.iter().any(|t| t.stand == stand) {
+            strand(
+                drawing,
+                (x + 8.0, y - 7.0),
+                (x + 8.0, y + 5.0),
+                stand,
+                palette,
+            );
+            x += 20.0;
+            word(drawing, &mut x, text);
+        }
+    }
+}
+
+fn remark(drawing: &mut Drawing, data: &Grid, layout: &Layout, cues: f32, palette: &Palette) {
+    let mut parts = Vec::new();
+    if layout.share > 1 {
+        parts.push(format!(
+            "{} columns share a cell, which shows the largest",
+            layout.share
+        ));
+    }
+    if data.rows.len() > MOST_ROWS {
+        parts.push(format!("and {} more rows", data.rows.len() - MOST_ROWS));
+    }
+    let at = (layout.field.x, layout.axis + 36.0 + cues);
+    drawing.text(Label::new(&parts.join("; "), at, SMALL, palette.quiet));
+}

@@ -1,0 +1,174 @@
+//! What stands beside the curves: the bars of their moves, the lane of knots, and what these marks
+//! mean.
+
+use super::axis::Ruler;
+use super::colour::{Colour, Palette};
+use super::curves::{Curves, Knot, MARGIN, SMALL, WIDTH};
+use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::font;
+
+/// The gap under a strip that its moves' bars need.
+pub(super) const BAR: f32 = 7.0;
+/// The height of the lane of knots.
+const LANE: f32 = 14.0;
+const GAP: f32 = 9.0;
+const NAME: &str = "knots";
+
+/// What the knots add to the field.
+pub(super) fn height(data: &Curves) -> f32 {
+    match data.knots.is_empty() {
+        true => 0.0,
+        false => GAP + LANE,
+    }
+}
+
+/// What the lane's name needs.
+pub(super) fn name_width(data: &Curves) -> f32 {
+    match data.knots.is_empty() {
+        true => 0.0,
+        false => font::width(NAME, SMALL),
+    }
+}
+
+/// What the legend needs under the times.
+pub(super) fn legend_height(data: &Curves) -> f32 {
+    if entries(data).is_empty() { 0.0 } else { 20.0 }
+}
+
+/// A bar with firm ends for each move, in the gap under a strip.
+pub(super) fn moves(
+    drawing: &mut Drawing,
+    moves: &[(f64, f64)],
+    strip: Frame,
+    ruler: &Ruler,
+    palette: &Palette,
+) {
+    let y = strip.bottom() + 1.0;
+    for (begin, end) in moves {
+        let (Some(from), Some(to)) = (ruler.place(*begin), ruler.place(*end)) else {
+            continue;
+        };
+        let clamp = |x: f32| x.clamp(strip.x, strip.right());
+        bar(drawing, (clamp(from), clamp(to)), y, palette);
+    }
+}
+
+fn bar(drawing: &mut Drawing, (from, to): (f32, f32), y: f32, palette: &Palette) {
+    let colour = palette.quiet;
+    let width = (to - from).max(1.0);
+    drawing.rectangle(Frame::new(from, y + 1.5, width, 1.5), colour.faded(0.75));
+    for x in [from, to] {
+        drawing.line(
+            (crisp(x), y),
+            (crisp(x), y + 4.5),
+            Stroke::solid(colour, 1.0),
+        );
+    }
+}
+
+/// The lane at the foot of the field.
+pub(super) fn knots(
+    drawing: &mut Drawing,
+    knots: &[Knot],
+    field: Frame,
+    ruler: &Ruler,
+    palette: &Palette,
+) {
+    if knots.is_empty() {
+        return;
+    }
+    let lane = Frame::new(field.x, field.bottom() - LANE, field.width, LANE);
+    drawing.rectangle(lane, palette.field);
+    let middle = lane.y + LANE / 2.0;
+    let label = Label::new(NAME, (lane.x - 10.0, middle), SMALL, palette.quiet);
+    drawing.text(label.anchored(Anchor::End).centred());
+    // Those put in between lie over the others.
+    let ordered = [false, true].map(|i| knots.iter().filter(move |k| k.inserted == i));
+    for knot in ordered.into_iter().flatten() {
+        let Some(x) = ruler.place(knot.time) else {
+            continue;
+        };
+        if (lane.x - 0.5..=lane.right() + 0.5).contains(&x) {
+            sign(
+                drawing,
+                (x.min(lane.right() - 1.0), middle),
+                knot.inserted,
+                palette,
+            );
+        }
+    }
+}
+
+/// An upright line, or for a knot put in between a diamond.
+fn sign(drawing: &mut Drawing, (x, y): (f32, f32), inserted: bool, palette: &Palette) {
+    if !inserted {
+        let stroke = Stroke::solid(palette.quiet, 1.0);
+        drawing.line((crisp(x), y - 5.0), (crisp(x), y + 5.0), stroke);
+        return;
+    }
+    diamond(drawing, (x, y), palette.hue(1));
+}
+
+/// A small square on its corner.
+pub(super) fn diamond(drawing: &mut Drawing, (x, y): (f32, f32), colour: Colour) {
+    drawing.push(Mark::Path {
+        steps: vec![
+            Step::Move(x, y - 5.0),
+            Step::Line(x + 4.0, y),
+            Step::Line(x, y + 5.0),
+            Step::Line(x - 4.0, y),
+            Step::Close,
+        ],
+        fill: Some(colour),
+        stroke: None,
+    });
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Sign {
+    Move,
+    Knot(bool),
+    Playhead,
+}
+
+/// The signs that the chart has, with their meaning.
+fn entries(data: &Curves) -> Vec<(Sign, &'static str)> {
+    let knot = |inserted| data.knots.iter().any(|k| k.inserted == inserted);
+    let moves = data.rows.iter().any(|row| !row.moves.is_empty());
+    // The playhead explains itself; it is named where the rest is.
+    let rest = moves || !data.knots.is_empty();
+    let all = [
+        (moves, Sign::Move, "a part's move"),
+        (knot(false), Sign::Knot(false), "knot"),
+        (
+            knot(true),
+            Sign::Knot(true),
+            "knot put in so that no key is negative",
+        ),
+        (data.playhead.is_some() && rest, Sign::Playhead, "now"),
+    ];
+    let there = all.into_iter().filter(|(there, ..)| *there);
+    there.map(|(_, sign, words)| (sign, words)).collect()
+}
+
+/// What the signs mean, in a line under the times.
+pub(super) fn legend(drawing: &mut Drawing, data: &Curves, field: Frame, palette: &Palette) {
+    let y = field.bottom() + 35.0;
+    let mut x = field.x;
+    for (sign_of, words) in entries(data) {
+        let width = font::width(words, SMALL);
+        if x + 28.0 + width > WIDTH - MARGIN {
+            return;
+        }
+        match sign_of {
+            Sign::Move => bar(drawing, (x, x + 20.0), y - 2.0, palette),
+            Sign::Knot(inserted) => sign(drawing, (x + 10.0, y), inserted, palette),
+            Sign::Playhead => {
+                let stroke = Stroke::solid(palette.playhead, 1.5);
+                drawing.line((x + 10.0, y - 6.0), (x + 10.0, y + 6.0), stroke);
+            }
+        }
+        drawing.text(Label::new(words, (x + 26.0, y), SMALL, palette.quiet).centred());
+        x += 26.0 + width + 20.0;
+    }
+}
