@@ -328,6 +328,11 @@ pub fn command() -> Command {
         .subcommand(
             Command::new("repl")
                 .about("open the prompt on a show")
+                .after_help(
+                    "`help` at the prompt lists what can be typed there.\n\n\
+                     Example:\n  footlight repl show.lxq\n  \
+                     footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save",
+                )
                 .arg(show_argument().required(false))
                 .arg(commands_argument()),
         )

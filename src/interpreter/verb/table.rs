@@ -210,7 +210,7 @@ pub const VERBS: &[VerbSpec] = &[
         "[N | until X% | for TIME] [&]",
         &[VIEW, METRIC, PROJECTION],
         "render refined pictures in the order of the plan, one if nothing is said; `&`: beside the prompt",
-        "refine until 2% &",
+        "refine until 2%",
     ),
     spec(
         Verb::Status,
