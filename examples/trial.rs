@@ -23,7 +23,7 @@ fn random(seed: u64) -> Result<Verdict, Box<dyn Error>> {
         ..Host::default()
     };
     let show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host);
-    let mut show = show.map_err(|e| e.to_string())?;
+    let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of(
         &format!("random {seed}"),
         &show.trial()?,
@@ -44,7 +44,7 @@ fn tavern(full: bool) -> Result<Verdict, Box<dyn Error>> {
         ..Host::default()
     };
     let show = Interpreter::from_text("tavern.lxq", text.as_bytes(), host);
-    let mut show = show.map_err(|e| e.to_string())?;
+    let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of("tavern", &show.trial()?, 0)?)
 }
 

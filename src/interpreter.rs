@@ -8,6 +8,7 @@
 
 mod answer;
 mod beside;
+mod chart;
 mod compare;
 mod desk;
 mod economy;

@@ -42,7 +42,7 @@
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | transport, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 6 | `sheet` | the show on paper: track sheet, cue sheet, difference | lang, timeline, show, linalg, units, diagnostic | - |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | multiversion, serde_json |
-//! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data | linalg, transport, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
+//! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data, where methods fail | linalg, geometry, transport, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
 //! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, transport, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 

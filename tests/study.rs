@@ -207,3 +207,149 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
         "{words}"
     );
 }
+
+/// A random show, small, in a file of its own on the shelf.
+fn random(shelf: &Shelf) -> Interpreter {
+    let made = footlight::study::random_show(7);
+    let files = footlight::files::Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let host = Host {
+        files: Box::new(files),
+        store: Box::new(shelf.clone()),
+        clock: Box::new(Ticking::default()),
+        ..Host::default()
+    };
+    let text = made.show.replace("size 96x54", "size 32x18");
+    let path = Path::new("set/random.lxq");
+    shelf.write(path, text.as_bytes()).unwrap();
+    Interpreter::open(path, host).unwrap()
+}
+
+fn record(show: &mut Interpreter, shelf: &Shelf, line: &str) -> (String, Record) {
+    let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
+    let bytes = shelf.read(Path::new("chart.json"), 1 << 24).unwrap();
+    (said, serde_json::from_slice(&bytes).unwrap())
+}
+
+#[test]
+fn the_chart_of_the_plan_has_every_order_both_bounds_and_six_previews() {
+    let shelf = Shelf::default();
+    let mut show = random(&shelf);
+    let (said, record) = record(&mut show, &shelf, "chart plan");
+    assert_eq!(record.kind, Kind::Plan);
+    let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
+    let count = |kind: &str| names.iter().filter(|n| n.starts_with(kind)).count();
+    let kinds = ["order: ", "preview: ", "looks: "].map(count);
+    assert_eq!(kinds, [5, 6, 6], "{names:?}");
+    let curve = |name: &str, x: &str| {
+        let series = record.series.iter().find(|s| s.name == name).unwrap();
+        record.curve(series, x, "true error of the sequence")
+    };
+    let shipped = "order: estimated error (shipped)";
+    let start = curve(shipped, "refined pictures")[0].1;
+    for name in names.iter().filter(|n| n.starts_with("order: ")) {
+        let points = curve(name, "refined pictures");
+        assert_eq!(points[0], (0.0, start), "{name}");
+        assert!(
+            points.last().unwrap().1 < 1e-3 * start,
+            "{name}: {points:?}"
+        );
+        for time in ["predicted time", "real time"] {
+            let times: Vec<f64> = curve(name, time).iter().map(|p| p.0).collect();
+            assert!(
+                times.windows(2).all(|w| w[0] <= w[1]),
+                "{name} {time}: {times:?}"
+            );
+            assert!(times[0] > 0.0);
+        }
+    }
+    // The shipped preview of the shipped order is one and the same.
+    let preview = curve("preview: extrapolated (shipped)", "refined pictures");
+    assert_eq!(preview, curve(shipped, "refined pictures"));
+    // A prediction that mixes banks is ahead of bank by bank.
+    let at = |name: &str| curve(name, "refined pictures")[4].1;
+    assert!(at(shipped) < at("order: one picture for each bank"));
+    for word in [
+        "true error: an oracle",
+        "influence, the paper's",
+        "corrections",
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+    for file in ["plan.svg", "plan.png", "plan.csv"] {
+        show.execute(&format!("chart plan -o {file} --dark"))
+            .unwrap();
+        assert!(!shelf.read(Path::new(file), 1 << 24).unwrap().is_empty());
+    }
+    let svg = shelf.read(Path::new("plan.svg"), 1 << 24).unwrap();
+    let svg = String::from_utf8(svg).unwrap();
+    assert!(svg.contains("bank by bank") && !svg.contains("no data"));
+}
+
+#[test]
+fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
+    let made = footlight::study::random_show(7);
+    let files = footlight::files::Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let host = Host {
+        files: Box::new(files),
+        memory: 1 << 20,
+        ..Host::default()
+    };
+    let mut show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host).unwrap();
+    let error = show.execute("chart plan").unwrap_err().to_string();
+    assert!(error.contains("every source at three qualities"), "{error}");
+}
+
+#[test]
+fn a_session_beside_the_show_is_charted() {
+    let shelf = Shelf::default();
+    let mut show = random(&shelf);
+    let missing = show.execute("chart session").unwrap_err();
+    assert!(missing.to_string().contains("session.txt"), "{missing}");
+    assert_eq!(missing.exit_code(), 3);
+    let commands = b"refine 1\npreview { gap 3 }\nrefine 1\n";
+    shelf.write(Path::new("set/session.txt"), commands).unwrap();
+    let (said, usual) = record(&mut show, &shelf, "chart session --truth");
+    assert_eq!(usual.kind, Kind::Session);
+    let points = &usual.series[0].points;
+    assert_eq!(points.len(), 4, "{said}");
+    let known = points.iter().all(|p| p.values.iter().all(Option::is_some));
+    assert!(known, "{points:?}");
+    shelf.write(Path::new("other.txt"), b"refine 1\n").unwrap();
+    let (_, other) = record(&mut show, &shelf, "chart session --commands other.txt");
+    assert_eq!(other.series[0].points.last().unwrap().values[5], None);
+}
+
+#[test]
+fn options_of_one_chart_are_refused_on_another() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    for (line, said) in [
+        ("chart", "say what to draw"),
+        ("chart plan session", "say what to draw"),
+        ("chart plan --truth", "`--truth` is for `chart session`"),
+        (
+            "chart stability --commands x",
+            "`--commands` is for `chart session`",
+        ),
+        (
+            "chart session --reference refs",
+            "`--reference` is for `chart transport`",
+        ),
+        (
+            "chart plan --where f16",
+            "`--where` is for `chart playback`",
+        ),
+        (
+            "chart stability -o chart.gif",
+            "use .png, .svg, .csv or .json",
+        ),
+    ] {
+        let error = show.execute(line).unwrap_err();
+        assert!(error.to_string().contains(said), "{line}: {error}");
+        assert_eq!(error.exit_code(), 2);
+    }
+}

@@ -1,8 +1,8 @@
-//! `quality` and `chart`: measurements of the show itself.
+//! `quality`, and `chart transport`: measurements of the operator on the show.
 
 use std::path::Path;
 
-use super::output::{ending, unknown_ending};
+use super::output::ending;
 use super::{Call, Error, Interpreter, Reply, Shown, refine};
 use crate::chart::{Drawing, Theme};
 use crate::picture::Image;
@@ -146,37 +146,6 @@ impl Interpreter {
             }
         }
         best.ok_or_else(refine::no_stage)
-    }
-
-    pub(super) fn answer_chart(&mut self, call: &Call) -> Result<Reply, Error> {
-        match call.words.iter().map(String::as_str).collect::<Vec<_>>()[..] {
-            ["transport" | "playback"] => {}
-            _ => {
-                return Err(Error::Usage(
-                    "say what to draw: `chart transport` draws error against time over the scale \
-                     of quality, `chart playback` over the formats of key images"
-                        .to_owned(),
-                ));
-            }
-        }
-        let path = call.option("output").map(Path::new);
-        let known = ["png", "svg", "csv", "json"];
-        if let Some(p) = path.filter(|p| !known.contains(&ending(p).as_str())) {
-            return Err(unknown_ending(p, ".png, .svg, .csv or .json"));
-        }
-        let theme = match call.option("dark") {
-            Some(_) => Theme::Dark,
-            None => Theme::Light,
-        };
-        if call.words.iter().any(|word| word == "playback") {
-            return self.answer_chart_playback(call, path, theme);
-        }
-        if call.option("where").is_some() {
-            return Err(Error::Usage("`--where` is for `chart playback`".to_owned()));
-        }
-        let record = self.chart_transport(call.option("reference").map(Path::new))?;
-        let text = tradeoff::describe(&record);
-        self.deliver(&record, &tradeoff::drawing, text, path, theme)
     }
 
     /// Error against time over the scale of quality, every bank alone: against the pictures in

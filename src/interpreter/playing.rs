@@ -106,13 +106,6 @@ impl Interpreter {
         path: Option<&Path>,
         theme: Theme,
     ) -> Result<Reply, Error> {
-        if call.option("reference").is_some() {
-            return Err(Error::Usage(
-                "`--reference` is for `chart transport`: playback is held against its own blends \
-                 in double precision"
-                    .to_owned(),
-            ));
-        }
         if let Some(way) = call.option("where") {
             return self.where_off(way, path);
         }

@@ -60,9 +60,21 @@ impl Interpreter {
         if let Some(p) = output.filter(|p| !known.contains(&ending(p).as_str())) {
             return Err(unknown_ending(p, ".png, .svg, .csv or .json"));
         }
-        let (moments, mistake) = self.session(Path::new(path), call.option("truth").is_some())?;
-        // What is finished is kept and written even where a later line is wrong.
-        let reply = self.session_reply(&moments, call.option("truth").is_some(), output)?;
+        let truth = call.option("truth").is_some();
+        self.replayed(Path::new(path), truth, output, Theme::Light)
+    }
+
+    /// Replays a file and hands over what was measured. What is finished is kept and written even
+    /// where a later line is wrong.
+    pub(super) fn replayed(
+        &mut self,
+        path: &Path,
+        truth: bool,
+        output: Option<&Path>,
+        theme: Theme,
+    ) -> Result<Reply, Error> {
+        let (moments, mistake) = self.session(path, truth)?;
+        let reply = self.session_reply(&moments, truth, output, theme)?;
         match mistake {
             None => Ok(reply),
             Some(Error::Session {
@@ -233,6 +245,7 @@ impl Interpreter {
         moments: &[Moment],
         truth: bool,
         output: Option<&Path>,
+        theme: Theme,
     ) -> Result<Reply, Error> {
         let step = self.refined_step().0;
         let method = match truth {
@@ -242,7 +255,7 @@ impl Interpreter {
         let method = method + &self.method().aside();
         let record = session::record(&self.show().title, self.machine(), &method, moments);
         let text = session::describe(moments);
-        self.deliver(&record, &session::drawing, text, output, Theme::Light)
+        self.deliver(&record, &session::drawing, text, output, theme)
     }
 }
 

@@ -1,37 +1,130 @@
-//! A show put on trial: every source rendered at all qualities that a pool deals with.
+//! A show put on trial: every source rendered at all qualities that a pool deals with, and what that
+//! takes.
 
 use super::{Error, Interpreter, refine};
 use crate::picture::Image;
-use crate::study::Trial;
-use crate::transport::Quality;
+use crate::plan::Metric;
+use crate::pool::Pool;
+use crate::study::refinement::{self, Seconds};
+use crate::study::{Record, Trial};
+use crate::transport::layered::Layered;
+use crate::transport::{Cost, Quality, Transport as _, TransportError};
+
+/// The looks that previews are tried on are drawn by this.
+const SEED: u64 = 0;
 
 impl Interpreter {
     /// Renders every source alone at both coarse qualities and the refined one.
     ///
     /// # Errors
     /// [`Error::Usage`] when the show has no stage or view, or its operator has one quality only,
-    /// so that there is nothing to try; else what rendering says.
-    pub fn trial(&mut self) -> Result<Trial, Error> {
+    /// so that there is nothing to try; [`TransportError::Memory`] where all these pictures do not
+    /// fit; else what rendering says.
+    pub fn trial(&self) -> Result<Trial, Error> {
+        Ok(self.tried()?.0)
+    }
+
+    /// The true error of the sequence against refined pictures and seconds, by order and preview.
+    ///
+    /// # Errors
+    /// As [`Interpreter::trial`].
+    pub fn chart_plan(&self) -> Result<Record, Error> {
+        let (trial, mut seconds) = self.tried()?;
+        let order = trial.order(&trial.weighting(Metric::Error)?)?;
+        (seconds.prepare, seconds.mixed) =
+            self.one_by_one("mixed pictures", &order, &mut |_| ())?;
+        self.foretell(&mut seconds)?;
+        let subject = &self.show().title;
+        let record = refinement::record(subject, self.machine(), &trial, &seconds, SEED);
+        Ok(record?)
+    }
+
+    /// The trial, and the real seconds of its pictures.
+    fn tried(&self) -> Result<(Trial, Seconds), Error> {
         let [cheap, fine] = self.coarse_steps();
-        let keys = self.keys().clone();
-        let n = keys.coordinates();
-        let mut pictures = Vec::new();
-        for quality in [Quality(cheap), Quality(fine), self.refined_step()] {
-            let unit =
-                |i: usize| -> Vec<f64> { (0..n).map(|j| f64::from(u8::from(i == j))).collect() };
-            let images: Result<Vec<Image>, Error> =
-                (0..n).map(|i| self.render(&unit(i), quality)).collect();
-            pictures.push(images?);
-        }
-        let [coarser, coarse, refined] = pictures.as_slice() else {
-            return Err(refine::no_stage());
-        };
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
         if cheap == fine {
             let why = "there is one quality only, so that nothing can be tried";
             return Err(Error::Usage(why.to_owned()));
         }
-        Trial::new(keys, [coarser, coarse, refined], self.host.threads)
-            .ok_or_else(|| Error::Usage("the show has no source to try".to_owned()))
+        let keys = self.keys().clone();
+        let units = Pool::unit_settings(keys.coordinates());
+        let pixels = stage.view.width.saturating_mul(stage.view.height);
+        let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
+        if needed > self.host.memory {
+            return Err(Error::Render(TransportError::Memory {
+                what: "every source at three qualities",
+                needed,
+                budget: self.host.memory,
+            }));
+        }
+        let mut seconds = Seconds::default();
+        let mut coarse = Vec::new();
+        for quality in [cheap, fine] {
+            let (images, [prepare, render]) = self.banks_anew(&units, Quality(quality))?;
+            seconds.coarse[1] += prepare + render;
+            coarse.push(images);
+        }
+        let mut refined: Vec<Image> = Vec::new();
+        let mut keep = |image| refined.push(image);
+        (_, seconds.alone) = self.one_by_one("sources alone", &units, &mut keep)?;
+        let [coarser, coarse] = coarse.as_slice() else {
+            return Err(refine::no_stage());
+        };
+        let trial = Trial::new(keys, [coarser, coarse, &refined], self.host.threads);
+        let trial =
+            trial.ok_or_else(|| Error::Usage("the show has no source to try".to_owned()))?;
+        Ok((trial, seconds))
+    }
+
+    /// Renders settings one by one at the refined quality, from nothing prepared: the seconds to
+    /// prepare and those of each.
+    fn one_by_one(
+        &self,
+        task: &str,
+        settings: &[Vec<f64>],
+        take: &mut dyn FnMut(Image),
+    ) -> Result<(f64, Vec<f64>), Error> {
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let begin = clock.seconds();
+        let transport = self.host.transport.as_ref();
+        let mut operator = stage.prepare(transport, self.refined_step(), work)?;
+        let prepare = clock.seconds() - begin;
+        let mut each = Vec::new();
+        for (done, setting) in settings.iter().enumerate() {
+            work.check()?;
+            let begin = clock.seconds();
+            let images = operator.render(std::slice::from_ref(setting), work)?;
+            each.push(clock.seconds() - begin);
+            images.into_iter().for_each(&mut *take);
+            work.progress.report(task, done + 1, settings.len());
+        }
+        Ok((prepare, each))
+    }
+
+    /// What the operator predicts, at the pace of this machine now.
+    fn foretell(&self, seconds: &mut Seconds) -> Result<(), Error> {
+        let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
+        let transport = self.host.transport.as_ref();
+        let clock = || self.host.clock.seconds();
+        let pace = Layered::new(&stage.rig, transport).pace(&clock, self.host.work())?;
+        let sources = stage.rig.sources.len() as f64;
+        let of = |quality: Quality| {
+            let cost = stage.cost(transport, quality);
+            Cost {
+                prepare: cost.prepare * pace,
+                per_source: cost.per_source * pace,
+                per_image: cost.per_image * pace,
+            }
+        };
+        let all = |step: u8| {
+            let cost = of(Quality(step));
+            cost.prepare + sources * (cost.per_source + cost.per_image)
+        };
+        seconds.coarse[0] = self.coarse_steps().map(all).iter().sum();
+        seconds.cost = of(self.refined_step());
+        Ok(())
     }
 }
 

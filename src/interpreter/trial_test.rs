@@ -33,7 +33,7 @@ fn show(seed: u64, transport: Arc<dyn Transport>) -> Interpreter {
 }
 
 fn trial(seed: u64) -> (Interpreter, Trial) {
-    let mut show = show(seed, Arc::new(Radiosity));
+    let show = show(seed, Arc::new(Radiosity));
     let trial = show.trial().unwrap();
     (show, trial)
 }

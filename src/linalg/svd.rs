@@ -7,7 +7,7 @@
 //! values to relative accuracy, and converges on all of them. Whatever comes out is checked against
 //! the definition; a second attempt without the preparation follows, then an error.
 //!
-//! On the 1,739 matrices of the hard list (`--example svd_study`, `tests/peers/svd`): here none
+//! On the 1,739 matrices of the hard list (`tests/peers/svd`): here none
 //! fails, and every value is within 1e-15 of the largest; nalgebra 0.35 misses the residual on 249
 //! (231 of 841 all-ones, by as much as the matrix itself) and panics on empty ones; faer 0.24 fails
 //! on 6 of 8 at the ends of the doubles' range, which it does not scale.

@@ -24,6 +24,8 @@ pub enum Kind {
     Session,
     /// Metrics, previews and predictions against the truth.
     Trial,
+    /// Refinement: the sequence's error against pictures and time, by order and preview.
+    Plan,
     /// Where methods fail: one against another on hard inputs.
     Stability,
 }

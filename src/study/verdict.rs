@@ -139,7 +139,8 @@ fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
     out
 }
 
-fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
+/// Every preview of [`REFINED`] pictures in the shipped order, on random looks.
+pub(super) fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
     let order = trial.order(&trial.weighting(Metric::Error)?)?;
     let settings = order.get(..REFINED).unwrap_or(&order);
     let dice = &mut Dice::new(seed);

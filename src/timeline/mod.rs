@@ -38,6 +38,7 @@ pub use curve::Piece;
 pub use dimmer::settings;
 pub use error::{TimelineError, Warning};
 pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
+pub use positivity::knots as fewest_knots;
 
 use crate::show::{Dimmer, Show};
 use crate::units::Time;

@@ -1,9 +1,11 @@
 //! Singular values and orthogonal bases where the usual methods fail.
 
-use crate::failures::{nalgebra, ours};
-use crate::gram_schmidt::{WAYS, condition, families, loss, near_copies, shipped};
-use crate::hard::{Hard, Verdict, judge, list};
 use footlight::linalg::svd;
+use footlight::study::stability::decomposition::{nalgebra, ours};
+use footlight::study::stability::hard::{Hard, Verdict, judge, list};
+use footlight::study::stability::orthogonality::{
+    WAYS, condition, families, loss, near_copies, shipped,
+};
 
 #[test]
 fn every_hard_matrix_is_decomposed_to_rounding() {

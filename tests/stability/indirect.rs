@@ -1,107 +1,30 @@
 //! Reflected light: hemicubes, rows of form factors, bounces, memory.
 
 use crate::reference::{render, stage};
-use footlight::geometry::{Vec3, vec3};
-use footlight::scene::{Material, Polygon, Scene};
-use footlight::transport::direct::Setting;
-use footlight::transport::form::{BLOCK, Block, Bounces, Rows};
+use footlight::geometry::vec3;
+pub use footlight::study::stability::furnace::scene;
+use footlight::study::stability::furnace::{self, Furnace, room, rows};
+use footlight::transport::form::Bounces;
 use footlight::transport::hemicube::{Hemicube, Row, Table, scatter};
-use footlight::transport::mesh::{Layout, Mesh};
+use footlight::transport::mesh::Mesh;
 use footlight::transport::panorama::Outline;
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
 use footlight::transport::{Quality, Transport};
-use footlight::units::Rgb;
 use footlight::work::Work;
 
-/// A closed box of 2 x 2 x 1 metres seen from inside.
-fn room() -> Surfaces {
-    let (x, y, z) = (
-        vec3(2.0, 0.0, 0.0),
-        vec3(0.0, 2.0, 0.0),
-        vec3(0.0, 0.0, 1.0),
-    );
-    let o = vec3(-1.0, -1.0, 0.0);
-    let walls = [
-        (o, x, y),
-        (o + z, y, x),
-        (o, z, x),
-        (o + y, x, z),
-        (o, y, z),
-        (o + x, z, y),
-    ];
-    let quads = walls.map(|(a, u, v)| vec![a, a + u, a + u + v, a + v]);
-    Surfaces::new(&scene(&quads)).unwrap()
-}
-
-/// Grey polygons.
-pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
-    let polygon = |vertices: &Vec<Vec3>| Polygon {
-        vertices: vertices.clone(),
-        material: 0,
-    };
-    Scene {
-        materials: vec![Material {
-            name: "wall".into(),
-            reflectance: Rgb([0.5; 3]),
-            emission: Rgb::default(),
-        }],
-        polygons: polygons.iter().map(polygon).collect(),
-    }
-}
-
+/// About so many elements of what is open half a metre over the floor.
 pub fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
-    let hierarchy = Hierarchy::new(surfaces);
-    let setting = Setting {
-        surfaces,
-        hierarchy: &hierarchy,
-    };
-    let layout = Layout::of_elements(surfaces, elements);
-    let all = vec![true; layout.cells()];
-    layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all)
-}
-
-fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
-    let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
-    let mut cube = Hemicube::new(surfaces, &outline, mesh, &table);
-    let mut blocks = Vec::new();
-    for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
-        let mut block = Block::default();
-        for (i, e) in elements.iter().enumerate() {
-            let turn = scatter((at * BLOCK + i) as u64);
-            cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
-            block.end_row();
-        }
-        blocks.push(block);
-    }
-    Rows::of(blocks)
-}
-
-/// Sweeps of Jacobi and Gauss-Seidel until the furnace is right to 1e-3: hundreds and thousands.
-fn sweeps(rows: &Rows, n: usize, rho: f32, in_place: bool) -> usize {
-    let exact = 1.0 / (1.0 - rho);
-    let mut b = vec![1.0_f32; n];
-    for sweep in 1..20_000 {
-        let old = b.clone();
-        for i in 0..n {
-            let from = if in_place { &b } else { &old };
-            let seen: f32 = rows.row(i).map(|(c, f)| f * from[c as usize]).sum();
-            b[i] = 1.0 + rho * seen;
-        }
-        if b.iter().all(|x| (x / exact - 1.0).abs() < 1e-3) {
-            return sweep;
-        }
-    }
-    20_000
+    furnace::mesh(surfaces, elements, vec3(0.0, 0.0, 0.5))
 }
 
 #[test]
 fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here() {
-    let surfaces = room();
+    let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
     let rows = rows(&surfaces, &mesh, 16);
     let n = mesh.elements.len();
+    let furnace = Furnace::new(60).unwrap();
     for (rho, jacobi, ours) in [
         (0.5_f32, 9, 10),
         (0.9, 60, 24),
@@ -118,9 +41,9 @@ fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here(
             assert!((x / exact - 1.0).abs() < 1e-3, "rho {rho}: {x} for {exact}");
         }
         assert!(bounces.steps() <= ours, "rho {rho}: {}", bounces.steps());
-        let naive = sweeps(&rows, n, rho, false);
+        let naive = furnace.sweeps(rho, false);
         assert!(naive >= jacobi, "rho {rho}: {naive} sweeps");
-        let better = sweeps(&rows, n, rho, true);
+        let better = furnace.sweeps(rho, true);
         assert!(better > naive / 4, "rho {rho}: {better} sweeps in place");
     }
 }
@@ -128,7 +51,7 @@ fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here(
 /// Two bounces look like many where walls are dark; where they are bright most light is missing.
 #[test]
 fn a_few_bounces_lose_light_and_ours_go_on_until_it_is_all_there() {
-    let surfaces = room();
+    let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
     let rows = rows(&surfaces, &mesh, 16);
     let n = mesh.elements.len();
@@ -161,7 +84,7 @@ fn a_few_bounces_lose_light_and_ours_go_on_until_it_is_all_there() {
 /// what is then lost or made at each bounce adds up where walls are bright.
 #[test]
 fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
-    let surfaces = room();
+    let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
     let rows = rows(&surfaces, &mesh, 16);
     let n = mesh.elements.len();
@@ -200,7 +123,7 @@ fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
 /// aligned cubes err alike, turned ones apart, so that their sum is right.
 #[test]
 fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
-    let surfaces = room();
+    let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
     let (outline, table) = (Outline::new(&surfaces), Table::new(16));
     let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);

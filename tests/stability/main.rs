@@ -1,7 +1,7 @@
 //! Where the usual methods fail, and what is done here instead: each test shows both.
 //!
-//! `data` holds what the studies found: `svd_peers` (the program in `tests/peers/svd`),
-//! `orthogonality` (`--example svd_study`) and `positivity` (`--example positivity`).
+//! The naive methods stand in `footlight::study::stability`, from where `chart stability` draws them.
+//! `data` holds what only other programs can find: `svd_peers` (the one in `tests/peers/svd`).
 
 #![allow(
     clippy::unwrap_used,
@@ -11,14 +11,6 @@
     reason = "test; its figures are for whoever runs it with --nocapture"
 )]
 
-#[path = "../reference/extended.rs"]
-mod extended;
-#[path = "../reference/failures.rs"]
-mod failures;
-#[path = "../reference/gram_schmidt.rs"]
-mod gram_schmidt;
-#[path = "../reference/hard.rs"]
-mod hard;
 #[path = "../exact/meter.rs"]
 #[allow(dead_code, reason = "not all of it is wanted here")]
 mod meter;
@@ -30,3 +22,4 @@ mod decomposition;
 mod hostile;
 mod indirect;
 mod sampling;
+mod study;

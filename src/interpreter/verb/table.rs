@@ -71,7 +71,7 @@ const KEYS: OptionSpec = value(
 );
 
 /// What can be charted.
-const CHARTS: &[&str] = &["transport", "playback"];
+const CHARTS: &[&str] = &["plan", "session", "transport", "playback", "stability"];
 
 const QUALITY: OptionSpec = value(
     "quality",
@@ -351,7 +351,8 @@ pub const VERBS: &[VerbSpec] = &[
             value(
                 "reference",
                 "DIR",
-                "the folder of reference pictures (default: the finest step is the reference)",
+                "of transport, the folder of reference pictures (default: the finest step is the \
+                 reference)",
             ),
             value(
                 "where",
@@ -359,10 +360,21 @@ pub const VERBS: &[VerbSpec] = &[
                 "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
                  displayed (8 bits blended as displayed)",
             ),
+            value(
+                "commands",
+                "FILE",
+                "of session, the file to replay (default: session.txt beside the show)",
+            ),
+            OptionSpec {
+                name: "truth",
+                letter: None,
+                value: None,
+                about: "of session, also against every source at the refined quality",
+            },
             DARK,
             output("write a .png, an .svg, or the figures as .csv or .json"),
         ],
-        "draw error against time: `transport` by step of quality, `playback` by format of keys",
+        "draw error against time by plan, session, quality or key format; or where methods fail",
         "chart transport -o transport.png",
     ),
     spec(

@@ -9,27 +9,22 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../../../reference/extended.rs"]
-mod extended;
-#[path = "../../../reference/failures.rs"]
-mod failures;
-#[path = "../../../reference/hard.rs"]
-mod hard;
 #[path = "../../../reference/results.rs"]
 mod results;
 
-use failures::{failures, nalgebra, ours};
 use footlight::linalg::Matrix;
-use hard::Found;
+use footlight::study::stability::decomposition::{Solver, failures, nalgebra, ours};
+use footlight::study::stability::hard::Found;
 use std::path::Path;
 
 fn main() {
     let solvers = [
-        ("footlight", ours as failures::Solver),
+        ("footlight", ours as Solver),
         ("nalgebra", nalgebra),
         ("faer", faer),
     ];
     let record = failures(&solvers);
+    println!("{}", record.csv());
     if let Some(folder) = std::env::args().nth(1) {
         results::write(Path::new(&folder), "svd_peers", &record, None);
     }

@@ -1,16 +1,13 @@
 //! Counts of what fails where singular value decompositions are given the hard list of matrices.
 
 #![allow(
-    dead_code,
     clippy::indexing_slicing,
-    clippy::print_stdout,
-    reason = "each program that includes this uses a part of it, and some report to a reader"
+    reason = "rows are arrays of the length of what is counted"
 )]
 
-use footlight::linalg::{Matrix, svd};
-use footlight::study::{Kind, Machine, Quantity, Record};
-
-use crate::hard::{Found, Hard, Verdict, judge, list};
+use super::hard::{Found, Hard, Verdict, judge, list};
+use crate::linalg::{Matrix, svd};
+use crate::study::{Kind, Machine, Quantity, Record};
 
 /// A decomposition on trial; `None` where it has no answer.
 pub type Solver = fn(&Matrix) -> Option<Found>;
@@ -48,7 +45,7 @@ pub fn nalgebra(a: &Matrix) -> Option<Found> {
     })
 }
 
-/// Prints and returns the failures of every solver by family.
+/// The failures of every solver by family.
 pub fn failures(solvers: &[(&str, Solver)]) -> Record {
     let mut quantities = vec![Quantity::new("matrices", "")];
     quantities.extend(FAILURES.map(|name| Quantity::new(name, "failures")));
@@ -56,26 +53,29 @@ pub fn failures(solvers: &[(&str, Solver)]) -> Record {
     quantities.push(Quantity::new("worst value", "of the largest"));
     let method = "failure: beyond 16 eps sqrt(mn); truth planted or in double-double arithmetic";
     let machine = Machine::here(1, None);
-    let mut record = Record::new(
-        Kind::Stability,
-        "Hard matrices",
-        machine,
-        method,
-        quantities,
-    );
+    let subject = "Hard matrices";
+    let mut record = Record::new(Kind::Stability, subject, machine, method, quantities);
     let all = list(400);
     for (solver, solve) in solvers {
-        println!(
-            "\n{solver:<27} matrices  {}  worst residual  worst value",
-            FAILURES.join("  ")
-        );
         for same in all.chunk_by(|a, b| a.family == b.family) {
             let row = count(same, *solve);
-            print(same[0].family, &row);
             record.add(solver, same[0].family, &[], &row.map(Some));
         }
     }
     record
+}
+
+/// Residuals of every matrix, ‖A − UΣVᵀ‖ / ‖A‖ as a multiple of what rounding may explain, the
+/// largest first; infinite where there is no answer.
+pub fn residuals(matrices: &[Hard], solve: Solver) -> Vec<f64> {
+    let of = |hard: &Hard| {
+        let found = solve(&hard.matrix);
+        let residual = found.map(|f| judge(hard, &f).residual);
+        residual.filter(|r| !r.is_nan()).unwrap_or(f64::INFINITY)
+    };
+    let mut out: Vec<f64> = matrices.iter().map(of).collect();
+    out.sort_by(|a, b| b.total_cmp(a));
+    out
 }
 
 /// How many, each failure, worst residual and worst value (both finite ones).
@@ -108,12 +108,4 @@ fn count(matrices: &[Hard], solve: Solver) -> [f64; 9] {
         }
     }
     out
-}
-
-fn print(family: &str, row: &[f64; 9]) {
-    let mut line = format!("{family:<27} {:>8}", row[0]);
-    for (count, name) in row[1..7].iter().zip(FAILURES) {
-        line += &format!("  {:>width$}", count, width = name.len());
-    }
-    println!("{line}  {:>14.1e}  {:>11.1e}", row[7], row[8]);
 }

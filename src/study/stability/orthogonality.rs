@@ -2,15 +2,14 @@
 //! where doubles end.
 
 #![allow(
-    dead_code,
-    reason = "each program that includes this uses a part of it"
+    clippy::indexing_slicing,
+    reason = "matrices are indexed within the shapes that they are made with"
 )]
 
-use footlight::linalg::{Matrix, Orthonormal};
-use footlight::study::Dice;
-
-use crate::extended::singular_values;
-use crate::hard::{hilbert, lauchli};
+use super::hard::{hilbert, lauchli};
+use super::wide::singular_values;
+use crate::linalg::{Matrix, Orthonormal};
+use crate::study::Dice;
 
 /// Makes the columns of a matrix orthonormal.
 pub type Way = fn(&Matrix) -> Matrix;

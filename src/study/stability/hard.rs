@@ -3,16 +3,16 @@
 //! double-double arithmetic).
 
 #![allow(
-    dead_code,
-    reason = "each program that includes this uses a part of it"
+    clippy::indexing_slicing,
+    reason = "matrices are indexed within the shapes that they are made with"
 )]
 
-use footlight::linalg::{Matrix, Orthonormal};
-use footlight::study::Dice;
-
-use crate::extended::singular_values;
+use super::wide::singular_values;
+use crate::linalg::{Matrix, Orthonormal};
+use crate::study::Dice;
 
 /// A matrix and its singular values.
+#[derive(Clone, Debug)]
 pub struct Hard {
     /// What kind of matrix.
     pub family: &'static str,
@@ -260,6 +260,7 @@ fn trivial() -> Vec<Hard> {
 }
 
 /// A decomposition to be judged.
+#[derive(Clone, Debug)]
 pub struct Found {
     /// Left vectors, as columns.
     pub u: Matrix,

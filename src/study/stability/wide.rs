@@ -5,7 +5,10 @@
 //! Jacobi needs only sums, products, quotients and roots, and keeps small singular values to
 //! relative accuracy where the columns are graded; elsewhere they are right to 1e-31 of the largest.
 
-#![allow(dead_code, reason = "each test that includes this uses a part of it")]
+#![allow(
+    clippy::indexing_slicing,
+    reason = "columns are split where there are columns"
+)]
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,0 +1,197 @@
+//! What points of a floor see of a lamp over them: in the pixels of a hemicube, taken for a point,
+//! and by the closed form that direct light is shipped with.
+
+use std::f64::consts::{PI, TAU};
+
+use super::furnace::{mesh, scene};
+use crate::geometry::{Vec3, vec3};
+use crate::transport::TransportError;
+use crate::transport::cluster::{Receiver, Receivers};
+use crate::transport::direct::{Luminaire, Setting, irradiance};
+use crate::transport::hemicube::{Hemicube, Table, scatter};
+use crate::transport::panorama::Outline;
+use crate::transport::surface::Surfaces;
+use crate::transport::visibility::Hierarchy;
+use crate::work::Work;
+
+/// A lamp's rectangle, parallel to the floor and looking down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// Along x, metres.
+    pub width: f64,
+    /// Along y, metres.
+    pub depth: f64,
+    /// Over the floor, metres.
+    pub height: f64,
+}
+
+/// Relative root mean square errors of form factors over the points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// In the pixels of a hemicube.
+    pub hemicube: f64,
+    /// The lamp taken for a point: cos² A / (π d²).
+    pub point: f64,
+    /// The closed form's.
+    pub ours: f64,
+}
+
+/// Mean errors of hemicubes over many points, relative, which is what a sum over elements keeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aliasing {
+    /// All cubes turned alike.
+    pub aligned: f64,
+    /// Each turned by chance, as shipped.
+    pub turned: f64,
+}
+
+impl Lamp {
+    fn polygon(&self) -> Vec<Vec3> {
+        let (a, b) = (0.5 * self.width, 0.5 * self.depth);
+        [(-a, b), (a, b), (a, -b), (-a, -b)]
+            .map(|(x, y)| vec3(x, y, self.height))
+            .to_vec()
+    }
+
+    /// The exact form factor from a point of the floor: the rectangle is the signed sum of four
+    /// that have a corner over the point.
+    pub fn exact(&self, p: Vec3) -> f64 {
+        let (a, b) = (0.5 * self.width, 0.5 * self.depth);
+        let over = |x: f64, y: f64| corner((x - p.x) / self.height, (y - p.y) / self.height);
+        over(a, b) - over(-a, b) - over(a, -b) + over(-a, -b)
+    }
+
+    /// With a floor that reaches beyond all points.
+    fn room(&self, reach: f64) -> Result<Room, TransportError> {
+        let h = 2.0 * reach + self.width + self.depth;
+        let floor = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, y)| vec3(x, y, 0.0));
+        let surfaces = Surfaces::new(&scene(&[floor.to_vec(), self.polygon()]))?;
+        let floor = surfaces.facets.iter().position(|f| f.normal.z > 0.9);
+        Ok(Room {
+            floor: floor.unwrap_or(0),
+            between: vec3(0.0, 0.0, 0.5 * self.height),
+            surfaces,
+        })
+    }
+
+    /// Errors at `count` points within `reach` of below the lamp's middle.
+    ///
+    /// # Errors
+    /// None in practice but cancel.
+    pub fn seen(
+        &self,
+        resolution: usize,
+        reach: f64,
+        count: u64,
+        work: Work<'_>,
+    ) -> Result<Seen, TransportError> {
+        let room = self.room(reach)?;
+        let points = points(reach, count);
+        let closed = room.closed(&points, work)?;
+        let cubes = room.hemicubes(&points, resolution, &scatter)?;
+        let (mut square, mut errors) = (0.0, [0.0; 3]);
+        for ((p, closed), cube) in points.iter().zip(closed).zip(cubes) {
+            let truth = self.exact(*p);
+            square += truth * truth;
+            let distance = self.height * self.height + p.x * p.x + p.y * p.y;
+            let area = self.width * self.depth;
+            let point = area * self.height * self.height / (PI * distance * distance);
+            for (error, found) in errors.iter_mut().zip([cube, point, closed]) {
+                *error += (found - truth) * (found - truth);
+            }
+        }
+        let [hemicube, point, ours] = errors.map(|e| (e / square).sqrt());
+        Ok(Seen {
+            hemicube,
+            point,
+            ours,
+        })
+    }
+
+    /// What adds up and what cancels where many points see the lamp nearly alike.
+    ///
+    /// # Errors
+    /// None in practice.
+    pub fn aliasing(&self, resolution: usize, count: u64) -> Result<Aliasing, TransportError> {
+        let reach = 0.01 * self.height;
+        let room = self.room(reach)?;
+        let points = points(reach, count);
+        let mean = |turn: &dyn Fn(u64) -> f64| -> Result<f64, TransportError> {
+            let cubes = room.hemicubes(&points, resolution, turn)?;
+            let off = points
+                .iter()
+                .zip(cubes)
+                .map(|(p, f)| f / self.exact(*p) - 1.0);
+            Ok((off.sum::<f64>() / count as f64).abs())
+        };
+        Ok(Aliasing {
+            aligned: mean(&|_| 0.0)?,
+            turned: mean(&scatter)?,
+        })
+    }
+}
+
+/// The form factor from a point to a rectangle in a parallel plane at distance 1, one corner over
+/// the point, the other at (a, b); odd in both.
+fn corner(a: f64, b: f64) -> f64 {
+    let (p, q) = ((1.0 + a * a).sqrt(), (1.0 + b * b).sqrt());
+    (a / p * (b / p).atan() + b / q * (a / q).atan()) / TAU
+}
+
+/// Points of the floor that look random.
+fn points(reach: f64, count: u64) -> Vec<Vec3> {
+    let at = |i: u64| reach * (2.0 * scatter(i) - 1.0);
+    (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
+}
+
+/// The floor and the lamp.
+struct Room {
+    surfaces: Surfaces,
+    /// Which facet is the floor; the other one is the lamp.
+    floor: usize,
+    between: Vec3,
+}
+
+impl Room {
+    fn closed(&self, points: &[Vec3], work: Work<'_>) -> Result<Vec<f64>, TransportError> {
+        let hierarchy = Hierarchy::new(&self.surfaces);
+        let setting = Setting {
+            surfaces: &self.surfaces,
+            hierarchy: &hierarchy,
+        };
+        let receiver = |point: &Vec3| Receiver {
+            point: *point,
+            facet: self.floor,
+        };
+        let receivers: Vec<Receiver> = points.iter().map(receiver).collect();
+        let receivers = Receivers::new(&self.surfaces, &receivers);
+        let lamp = self.surfaces.facets.get(1 - self.floor.min(1));
+        let pieces = lamp.map(|f| f.pieces.clone().collect());
+        let light = Luminaire::Panel(pieces.unwrap_or_default());
+        let lit = irradiance(setting, &light, &receivers, None, 0.0, work)?;
+        Ok(lit.into_iter().map(|e| f64::from(e) / PI).collect())
+    }
+
+    fn hemicubes(
+        &self,
+        points: &[Vec3],
+        resolution: usize,
+        turn: &dyn Fn(u64) -> f64,
+    ) -> Result<Vec<f64>, TransportError> {
+        let mesh = mesh(&self.surfaces, 60, self.between);
+        let (outline, table) = (Outline::new(&self.surfaces), Table::new(resolution));
+        let mut cube = Hemicube::new(&self.surfaces, &outline, &mesh, &table);
+        let mut out = Vec::new();
+        for (i, p) in points.iter().enumerate() {
+            let mut seen = 0.0;
+            cube.visit(self.floor, *p, turn(i as u64), |element, share| {
+                let facet = mesh.elements.get(element as usize).map(|e| e.facet);
+                if facet.is_some_and(|f| f != self.floor) {
+                    seen += f64::from(share);
+                }
+            });
+            out.push(seen);
+        }
+        Ok(out)
+    }
+}
