@@ -65,6 +65,8 @@ pub struct Preview {
     pub rate: f64,
     /// Exposure in stops; `None` = automatic over the whole sequence.
     pub exposure: Option<f64>,
+    /// How light becomes a displayed brightness.
+    pub tone: ToneCurve,
     /// Quality of coarse pictures, a step of G's scale.
     pub coarse: u8,
     /// Quality of refined pictures, a step of G's scale.
@@ -78,10 +80,21 @@ impl Default for Preview {
             gap: Time::from_micros(5_000_000),
             rate: 25.0,
             exposure: None,
+            tone: ToneCurve::default(),
             coarse: 1,
             refined: 4,
         }
     }
+}
+
+/// How light becomes a displayed brightness.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ToneCurve {
+    /// With a shoulder, so that bright light pales as on film.
+    #[default]
+    Filmic,
+    /// As it is, cut at white.
+    Plain,
 }
 
 /// A geometry file beside the show.

@@ -17,6 +17,7 @@ use std::path::Path;
 use super::{Error, Interpreter, Reply};
 use crate::picture::Image;
 use crate::picture::tone::{self, Curve, Tone};
+use crate::show::ToneCurve;
 
 pub use self::film::Animation;
 
@@ -29,7 +30,15 @@ impl Interpreter {
         let exposure = self.show().preview.exposure;
         Tone {
             exposure: exposure.unwrap_or_else(|| tone::auto_exposure(images.iter())),
-            curve: Curve::Filmic,
+            curve: self.tone_curve(),
+        }
+    }
+
+    /// The show's own curve.
+    fn tone_curve(&self) -> Curve {
+        match self.show().preview.tone {
+            ToneCurve::Filmic => Curve::Filmic,
+            ToneCurve::Plain => Curve::Plain,
         }
     }
 

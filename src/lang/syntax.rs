@@ -173,6 +173,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::comma => "`,`",
         Rule::plus => "`+`",
         Rule::slash => "`/`",
+        Rule::tone_curve => "`filmic` or `plain`",
         Rule::preview_entry | Rule::preview_key => "a setting (like `tolerance 2%`)",
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
@@ -232,7 +233,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 70] = [
+pub const INNER_WORDS: [&str; 73] = [
     "aim",
     "assert",
     "at",
@@ -256,6 +257,7 @@ pub const INNER_WORDS: [&str; 70] = [
     "ease",
     "exposure",
     "field",
+    "filmic",
     "follow",
     "fov",
     "from",
@@ -276,6 +278,7 @@ pub const INNER_WORDS: [&str; 70] = [
     "panel",
     "part",
     "photometric",
+    "plain",
     "project",
     "quad",
     "radius",
@@ -298,6 +301,7 @@ pub const INNER_WORDS: [&str; 70] = [
     "time",
     "to",
     "tolerance",
+    "tone",
     "turn",
     "two-sided",
     "up",

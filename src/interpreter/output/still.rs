@@ -7,7 +7,7 @@ use super::{described, ending, unknown_ending};
 use crate::interpreter::answer::count;
 use crate::interpreter::{Call, Error, Interpreter, Reply, Shown, refine};
 use crate::picture::exr;
-use crate::picture::tone::{self, Curve, Tone};
+use crate::picture::tone::{self, Tone};
 use crate::picture::{Image, png};
 use crate::transport::Quality;
 
@@ -90,14 +90,14 @@ impl Interpreter {
         {
             return Ok(Tone {
                 exposure,
-                curve: Curve::Filmic,
+                curve: self.tone_curve(),
             });
         }
         let exposure = self.auto_exposure()?;
         self.exposure = Some((exposure, made_by));
         Ok(Tone {
             exposure,
-            curve: Curve::Filmic,
+            curve: self.tone_curve(),
         })
     }
 

@@ -10,7 +10,7 @@ use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
 use crate::lang::unquoted;
 use crate::scene;
-use crate::show::{Stage, View};
+use crate::show::{Stage, ToneCurve, View};
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this room.
@@ -74,6 +74,20 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn preview_entry(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
+        let curve = match value.text {
+            "filmic" => Some(ToneCurve::Filmic),
+            "plain" => Some(ToneCurve::Plain),
+            _ => None,
+        };
+        if (key.text == "tone") != curve.is_some() {
+            let message = match curve {
+                Some(_) => format!("`{}` is a tone, not a number", value.text),
+                None => format!("`{}` is no tone: it is `filmic` or `plain`", value.text),
+            };
+            return self
+                .report
+                .error(codes::DOES_NOT_FIT, message, (value.span, "not here"), "");
+        }
         if value.text == "auto" {
             if key.text == "exposure" {
                 self.show.preview.exposure = None;
@@ -102,6 +116,7 @@ impl<'a> Lower<'a, '_> {
                 let stops = self.within(value, Wanted::Number, (-30.0, 30.0), range)?;
                 self.show.preview.exposure = Some(stops);
             }
+            "tone" => self.show.preview.tone = curve?,
             "coarse" => self.show.preview.coarse = self.step(value, quality)?,
             _ => self.show.preview.refined = self.step(value, quality)?,
         }
