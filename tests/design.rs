@@ -199,7 +199,12 @@ fn a_session_is_drawn_and_told() {
     let reply = show.execute("session c.txt --truth -o s.svg").unwrap();
     assert!(reply.text.ends_with("wrote s.svg\n"), "{}", reply.text);
     let svg = String::from_utf8(shelf.read(Path::new("s.svg"), 1 << 24).unwrap()).unwrap();
-    for words in ["as predicted", "true", "after an edit", "a design session"] {
+    for words in [
+        "as predicted",
+        "true",
+        "after an edit",
+        "how good was the sequence",
+    ] {
         assert!(svg.contains(words), "{words}");
     }
     let error = show

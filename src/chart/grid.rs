@@ -1,6 +1,8 @@
 //! Values in a grid whose columns are tied to moments on an axis of time: key settings, say, each
 //! of which may serve several moments.
 
+use std::collections::BTreeSet;
+
 use super::axis::{Ruler, Scale};
 use super::colour::{Colour, Palette, Theme};
 use super::curves::{MARGIN, SMALL, WIDTH, merged};
@@ -59,6 +61,8 @@ const MOST_ROWS: usize = 256;
 /// Narrower cells could not be told apart: columns then share one, which shows the largest.
 const NARROWEST: f32 = 3.0;
 const WIDEST: f32 = 160.0;
+/// Of more ties than this only some are drawn: they would hide each other.
+const MOST_TIES: usize = 4000;
 /// The height in which ties run from the grid to the axis.
 const TIES: f32 = 96.0;
 
@@ -202,17 +206,18 @@ fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) 
     };
     let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
     let y = layout.axis;
+    let mut drawn = BTreeSet::new();
+    let stride = data.ties.len().div_ceil(MOST_TIES).max(1);
     for stand in [Stand::Near, Stand::Met, Stand::Inserted] {
-        for tie in data.ties.iter().filter(|t| t.stand == stand) {
-            if let Some(x) = ruler
-                .place(tie.time)
-                .filter(|_| tie.column < data.columns.len())
-            {
-                let from = (
-                    layout.left(tie.column) + layout.cell / 2.0,
-                    field.bottom() + 1.0,
-                );
-                let x = x.clamp(field.x, field.right());
+        let ties = data.ties.iter().filter(|t| t.stand == stand);
+        for tie in ties.step_by(stride) {
+            let Some(x) = ruler.place(tie.time) else {
+                continue;
+            };
+            let (left, x) = (layout.left(tie.column), x.clamp(field.x, field.right()));
+            let fresh = drawn.insert((stand as u8, left as i32, x as i32));
+            if fresh && tie.column < data.columns.len() {
+                let from = (left + layout.cell / 2.0, field.bottom() + 1.0);
                 strand(drawing, from, (x, y), stand, palette);
             }
         }

@@ -44,12 +44,19 @@ pub(super) fn moves(
     palette: &Palette,
 ) {
     let y = strip.bottom() + 1.0;
+    let mut before = None;
     for (begin, end) in moves {
         let (Some(from), Some(to)) = (ruler.place(*begin), ruler.place(*end)) else {
             continue;
         };
         let clamp = |x: f32| x.clamp(strip.x, strip.right());
-        bar(drawing, (clamp(from), clamp(to)), y, palette);
+        let ends = (clamp(from), clamp(to));
+        // However many moves there are, those of the same pixels are one bar.
+        let pixels = Some((ends.0.floor(), ends.1.floor()));
+        if pixels != before {
+            bar(drawing, ends, y, palette);
+        }
+        before = pixels;
     }
 }
 
@@ -84,18 +91,18 @@ pub(super) fn knots(
     drawing.text(label.anchored(Anchor::End).centred());
     // Those put in between lie over the others.
     let ordered = [false, true].map(|i| knots.iter().filter(move |k| k.inserted == i));
+    let mut before = None;
     for knot in ordered.into_iter().flatten() {
         let Some(x) = ruler.place(knot.time) else {
             continue;
         };
-        if (lane.x - 0.5..=lane.right() + 0.5).contains(&x) {
-            sign(
-                drawing,
-                (x.min(lane.right() - 1.0), middle),
-                knot.inserted,
-                palette,
-            );
+        let pixel = Some((x.floor(), knot.inserted));
+        let inside = (lane.x - 0.5..=lane.right() + 0.5).contains(&x);
+        if inside && pixel != before {
+            let at = (x.min(lane.right() - 1.0), middle);
+            sign(drawing, at, knot.inserted, palette);
         }
+        before = pixel;
     }
 }
 

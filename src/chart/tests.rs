@@ -230,6 +230,26 @@ fn a_cell_is_as_dark_as_its_value_and_columns_that_share_one_show_the_largest() 
 }
 
 #[test]
+fn what_lies_on_the_same_pixels_is_drawn_once() {
+    let mut data = show(1, 0);
+    let many = |count: usize| (0..count).map(move |k| k as f64 * 160.0 / count as f64);
+    data.rows[0].moves = many(100_000).map(|t| (t, t + 1e-3)).collect();
+    let knot = |time| Knot {
+        time,
+        inserted: false,
+    };
+    data.knots = many(100_000).map(knot).collect();
+    let marks = curves(&data, Theme::Dark).marks().len();
+    assert!(marks < 10_000, "{marks}");
+    let mut data = keys(3, 3000);
+    let ties = data.ties.clone();
+    let all = ties.iter().cycle().zip(many(200_000));
+    data.ties = all.map(|(tie, time)| Tie { time, ..*tie }).collect();
+    let marks = grid(&data, Theme::Dark).marks().len();
+    assert!(marks < 10_000, "{marks}");
+}
+
+#[test]
 fn a_grid_bears_bad_numbers() {
     let mut data = keys(3, 5);
     data.columns[0] = vec![f64::NAN, f64::INFINITY, 1e300];

@@ -162,7 +162,7 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
             Scale::Whole,
         ),
     ];
-    let title = format!("{}: a design session", record.subject);
+    let title = format!("{}: how good was the sequence, and when?", record.subject);
     chart::panels(&title, &panels, theme)
 }
 
