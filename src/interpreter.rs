@@ -28,6 +28,7 @@ mod run;
 mod session;
 mod stage;
 mod trial;
+mod tune;
 mod verb;
 mod vocabulary;
 
@@ -57,8 +58,10 @@ pub use self::error::{Error, Report};
 pub use self::method::Method;
 pub use self::output::Animation;
 pub use self::paper::{Comparison, Formatted, explain, format, formatted};
+pub use self::playing::KeyFormat;
 pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
+pub use self::tune::Tuned;
 pub use self::vocabulary::{Completion, Vocabulary};
 pub use crate::lang::{Token, tokens};
 
@@ -444,6 +447,7 @@ impl Interpreter {
             Verb::Run => self.answer_run(call),
             Verb::Quality => self.answer_quality(call),
             Verb::Chart => self.answer_chart(call),
+            Verb::Tune => self.answer_tune(call),
             Verb::Session => self.answer_session(call),
             Verb::Compare => self.answer_compare(call),
             Verb::Pool => self.answer_pool(call),

@@ -19,6 +19,7 @@ pub mod session;
 pub mod stability;
 pub mod tradeoff;
 pub mod trial;
+pub mod tune;
 pub mod verdict;
 
 pub use comparison::{BankError, Comparison};
@@ -27,3 +28,4 @@ pub use random::{Dice, RandomShow, random_show};
 pub use record::{Kind, Machine, Point, Quantity, Record, Series};
 pub use reference::{Reference, ReferenceError};
 pub use trial::{Foretold, Shown, Trial};
+pub use tune::{Candidate, Tuner};

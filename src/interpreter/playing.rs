@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use serde::Serialize;
+
 use super::{Call, Error, Interpreter, Reply};
 use crate::chart::Theme;
 use crate::picture::tone::Tone;
@@ -20,6 +22,19 @@ const ROUNDS: usize = 5;
 const FRAMES: usize = 20;
 /// What the paper's hardware did, as `--where` and the chart call it.
 const DISPLAYED: &str = "displayed";
+
+/// What keeping the keys in a format takes and loses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyFormat {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of all keys.
+    pub bytes: usize,
+    /// How far a frame is off at most, in steps of 8 bits on the display.
+    pub error: f64,
+    /// Whether `play` takes it by itself.
+    pub chosen: bool,
+}
 
 impl Interpreter {
     /// A player with keys in the format that `--keys` names, or else in the fastest that is good
@@ -45,8 +60,7 @@ impl Interpreter {
     /// 8 bits are never the default: they err by more, and take longer to decode than to read.
     fn default_player<'p>(&self, playback: &'p Playback, tone: Tone) -> Result<Player<'p>, Error> {
         let half = Player::new(playback, Format::Half, tone, self.host.work())?;
-        let stride = (playback.size().0 * playback.size().1 * 3).div_ceil(SAMPLE);
-        if self.judge(playback, tone, stride, &half)?.most < UNSEEN {
+        if self.sampled(playback, tone, &half)? < UNSEEN {
             return Ok(half);
         }
         Ok(Player::new(
@@ -55,6 +69,32 @@ impl Interpreter {
             tone,
             self.host.work(),
         )?)
+    }
+
+    /// The largest error of some channels, in steps of 8 bits.
+    fn sampled(&self, playback: &Playback, tone: Tone, player: &Player<'_>) -> Result<f64, Error> {
+        let stride = (playback.size().0 * playback.size().1 * 3).div_ceil(SAMPLE);
+        Ok(self.judge(playback, tone, stride, player)?.most)
+    }
+
+    /// All formats, judged as the default is.
+    pub(super) fn key_formats(
+        &self,
+        playback: &Playback,
+        tone: Tone,
+    ) -> Result<Vec<KeyFormat>, Error> {
+        let chosen = self.default_player(playback, tone)?.format();
+        let mut out = Vec::new();
+        for format in Format::ALL {
+            let player = Player::new(playback, format, tone, self.host.work())?;
+            out.push(KeyFormat {
+                name: format.name(),
+                bytes: player.bytes(),
+                error: self.sampled(playback, tone, &player)?,
+                chosen: format == chosen,
+            });
+        }
+        Ok(out)
     }
 
     fn judge(

@@ -237,6 +237,11 @@ impl Stage {
         self.operators.contains_key(&quality.0) || self.lent == Some(quality.0)
     }
 
+    /// Lets go of all operators but those of some steps.
+    pub fn keep_operators(&mut self, steps: &[u8]) {
+        self.operators.retain(|step, _| steps.contains(step));
+    }
+
     /// The operator at a step of quality, prepared on first use.
     pub fn operator(
         &mut self,

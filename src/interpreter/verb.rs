@@ -43,6 +43,8 @@ pub enum Verb {
     Quality,
     /// Draw measurements.
     Chart,
+    /// Choose what is good enough.
+    Tune,
     /// Replay a design session and measure it.
     Session,
     /// What pictures there are, and freeing them.

@@ -88,6 +88,18 @@ pub struct Shown {
     extrapolation: f64,
 }
 
+impl Shown {
+    /// H: what coarse pictures show of each source's light.
+    pub(super) fn rest(&self) -> &Matrix {
+        &self.rest
+    }
+
+    /// a
+    pub(super) fn extrapolation(&self) -> f64 {
+        self.extrapolation
+    }
+}
+
 /// Predicted and true error of a sequence, relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foretold {
@@ -117,17 +129,23 @@ impl Trial {
                 .collect()
         };
         let (d, k) = (minus(coarse, coarser), minus(refined, coarse));
-        let gram = between(coarse, coarse);
+        let products = [between(&d, &d), between(&k, &d), between(&k, &k)];
+        Some(Trial::of_products(keys, &between(coarse, coarse), products))
+    }
+
+    /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
+    pub(super) fn of_products(keys: KeySequence, coarse: &Matrix, known: [Matrix; 3]) -> Trial {
         let moment = plan::second_moment(&keys);
-        Some(Trial {
-            norm: plan::sequence_norm(&gram, &moment),
-            norms: (0..coarse.len()).map(|i| gram[(i, i)].sqrt()).collect(),
-            dd: between(&d, &d),
-            kd: between(&k, &d),
-            kk: between(&k, &k),
+        let [dd, kd, kk] = known;
+        Trial {
+            norm: plan::sequence_norm(coarse, &moment),
+            norms: roots(coarse),
+            dd,
+            kd,
+            kk,
             keys,
             moment,
-        })
+        }
     }
 
     /// The show's keys.

@@ -41,7 +41,7 @@ fn house(set: &mut Set, at: Frame) {
             false => column(set, foot, "lacquer", &[[0.15, 0.0], [0.13, 2.5]]),
         }
     }
-    let beam = ([-1.95, -1.95, 2.75], [1.95, 1.95, 3.14]);
+    let beam = ([-1.95, -1.95, 2.75], [1.95, 1.95, 3.02 + 0.12]);
     set.block(at, "beam", beam.0, beam.1, &[Side::Top]);
     // A wall behind, which takes the lanterns' light.
     set.block(

@@ -378,6 +378,28 @@ pub const VERBS: &[VerbSpec] = &[
         "chart transport -o transport.png",
     ),
     spec(
+        Verb::Tune,
+        "tune",
+        "",
+        &[
+            value(
+                "until",
+                "X",
+                "error allowed, such as 2% (default: the show's preview)",
+            ),
+            value(
+                "budget",
+                "TIME",
+                "leave out fine steps that are not measured within this time; the finest measured \
+                 is the truth",
+            ),
+            JSON,
+            VIEW,
+        ],
+        "measure every step of quality, and choose the cheapest that is good enough",
+        "tune --until 2%",
+    ),
+    spec(
         Verb::Session,
         "session",
         "COMMANDS",

@@ -1,0 +1,267 @@
+//! What a method costs until the sequence is good enough: pictures and seconds to 10, 5, 2 and 1 % of
+//! the error that coarse pictures alone leave, for the tavern and Turandot.
+//! `cargo run --release --example economy [RECORD.csv | RECORD.json]` prints the table and writes
+//! the record; `full` before it takes the shows at their full size.
+//!
+//! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised by
+//! time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors are
+//! exact, against every source refined ([`footlight::study::Trial`]). Three operators: radiosity as it is
+//! shipped, its seconds measured here; and two outside renderers whose pictures share no work, at the
+//! paper's costs, of which one renders negative light in the same run and one needs a second. Ours
+//! renders the coarse pictures at two qualities, for the estimate; the others at one.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use footlight::files::Folder;
+use footlight::interpreter::{Host, Interpreter};
+use footlight::plan::Metric;
+use footlight::pool::Projection;
+use footlight::study::forecast::Seconds;
+use footlight::study::{Kind, Machine, Quantity, Record, Shown, Trial};
+
+/// Shares of the start's error.
+const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
+/// Minutes of the paper's coarse and refined pictures of its tavern; a coarse one of half the quality
+/// is taken to cost half.
+const PAPER: [f64; 2] = [3.0, 120.0];
+/// Settings have 1 for their largest number; below this it is rounding of the decomposition.
+const ROUNDING: f64 = 1e-9;
+
+/// What an operator takes, in one unit of time.
+struct Operator {
+    name: &'static str,
+    unit: &'static str,
+    /// Every source alone at the cheaper and at the finer coarse quality.
+    coarse: [f64; 2],
+    /// Before the first refined picture.
+    prepare: f64,
+    /// For each source that a refined picture lights for the first time.
+    source: f64,
+    /// For each refined picture.
+    picture: f64,
+    /// A picture with light of both signs is two.
+    twice: bool,
+}
+
+/// Settings in the order in which they are refined, and the error after each number of them.
+struct Method {
+    name: &'static str,
+    order: Vec<Vec<f64>>,
+    errors: Vec<f64>,
+    /// Needs coarse pictures of two qualities.
+    estimates: bool,
+}
+
+impl Method {
+    fn new(
+        name: &'static str,
+        trial: &Trial,
+        order: Vec<Vec<f64>>,
+        show: impl Fn(&[Vec<f64>]) -> Result<Shown, footlight::plan::PlanError>,
+    ) -> Result<Method, Box<dyn Error>> {
+        let mut errors = Vec::new();
+        for count in 0..=order.len() {
+            let shown = show(order.get(..count).unwrap_or_default())?;
+            errors.push(trial.error(&shown));
+        }
+        Ok(Method {
+            name,
+            order,
+            errors,
+            estimates: name == "ours",
+        })
+    }
+
+    /// How many pictures bring the error within a share of the start's for good.
+    fn needed(&self, share: f64) -> usize {
+        let start = self.errors.first().copied().unwrap_or_default();
+        let over = self.errors.iter().rposition(|e| *e > share * start);
+        over.map_or(0, |last| (last + 1).min(self.order.len()))
+    }
+
+    /// What that many take with an operator, from nothing.
+    fn takes(&self, operator: &Operator, pictures: usize) -> f64 {
+        let [cheap, fine] = operator.coarse;
+        let coarse = fine + if self.estimates { cheap } else { 0.0 };
+        let settings = self.order.get(..pictures).unwrap_or_default();
+        let runs = |s: &Vec<f64>| {
+            let both = s.iter().any(|x| *x > ROUNDING) && s.iter().any(|x| *x < -ROUNDING);
+            if operator.twice && both { 2.0 } else { 1.0 }
+        };
+        let lit = |i: &usize| {
+            settings
+                .iter()
+                .any(|s| s.get(*i).is_some_and(|x| *x != 0.0))
+        };
+        let sources = self.order.first().map_or(0, Vec::len);
+        let lit = (0..sources).filter(lit).count() as f64;
+        let prepare = if pictures > 0 { operator.prepare } else { 0.0 };
+        coarse
+            + prepare
+            + lit * operator.source
+            + operator.picture * settings.iter().map(runs).sum::<f64>()
+    }
+}
+
+fn open(name: &str, full: bool) -> Result<Interpreter, Box<dyn Error>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("examples")
+        .join(name);
+    let file = format!("{name}.lxq");
+    let mut text = std::fs::read_to_string(folder.join(&file))?;
+    if !full {
+        text = text.replace("size 640x360", "size 160x90");
+    }
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 26)),
+        threads: 2,
+        ..Host::default()
+    };
+    Interpreter::from_text(&file, text.as_bytes(), host).map_err(|e| e.to_string().into())
+}
+
+/// Our operator as measured, and the two outside ones.
+fn operators(show: &Interpreter, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
+    let forecast = show.forecast_quality(true)?;
+    let banks = show.show().banks.len() as f64;
+    let measured = |quality: u8| {
+        let step = forecast.steps.iter().find(|s| s.quality == quality);
+        step.and_then(|s| s.measured)
+            .ok_or("a step was not measured")
+    };
+    // The record has the banks, each one picture; an rgb bank is three sources.
+    let source = |s: &Seconds| ((s.banks - banks * s.picture) / sources).max(0.0);
+    let all = |s: &Seconds| s.prepare + sources * (source(s) + s.picture);
+    let coarse = show.show().preview.coarse;
+    let (cheap, fine) = (measured(coarse)?, measured(coarse + 1)?);
+    let refined = measured(show.show().preview.refined)?;
+    let [minutes, refining] = PAPER;
+    let outside = |name, twice| Operator {
+        name,
+        unit: "min",
+        coarse: [0.5 * minutes * sources, minutes * sources],
+        prepare: 0.0,
+        source: 0.0,
+        picture: refining,
+        twice,
+    };
+    Ok(vec![
+        Operator {
+            name: "radiosity",
+            unit: "s",
+            coarse: [all(&cheap), all(&fine)],
+            prepare: refined.prepare,
+            source: source(&refined),
+            picture: refined.picture,
+            twice: false,
+        },
+        outside("outside, signed light", false),
+        outside("outside, two runs for it", true),
+    ])
+}
+
+fn methods(trial: &Trial) -> Result<Vec<Method>, Box<dyn Error>> {
+    let plain = trial.weighting(Metric::Settings)?;
+    let influence = trial.weighting(Metric::Influence)?.timeless();
+    let error = trial.weighting(Metric::Error)?;
+    Ok(vec![
+        Method::new("one a bank", trial, trial.banks_in_best_order(), |s| {
+            trial.shown_in(&plain, s)
+        })?,
+        Method::new("the paper's", trial, trial.order(&influence)?, |s| {
+            trial.shown_in(&influence, s)
+        })?,
+        Method::new("ours", trial, trial.order(&error)?, |s| {
+            trial.shown(Projection::default(), s)
+        })?,
+    ])
+}
+
+fn record(full: bool) -> Result<Record, Box<dyn Error>> {
+    let mut quantities = Vec::new();
+    for what in ["pictures", "time"] {
+        for goal in GOALS {
+            let name = format!("{what} to {} %", 100.0 * goal);
+            quantities.push(Quantity::new(
+                &name,
+                if what == "time" { "s or min" } else { "" },
+            ));
+        }
+    }
+    let size = if full { "640x360" } else { "160x90" };
+    let method = format!(
+        "{size}; true error of the sequence as a share of that of coarse pictures alone; outside \
+         renderers at the paper's {} and {} minutes a picture",
+        PAPER[0], PAPER[1]
+    );
+    let machine = Machine::here(2, None);
+    let mut out = Record::new(
+        Kind::Trial,
+        "tavern, turandot",
+        machine,
+        &method,
+        quantities,
+    );
+    for name in ["tavern", "turandot"] {
+        let mut show = open(name, full)?;
+        let trial = show.trial()?;
+        let sources = trial.keys().coordinates();
+        for operator in operators(&show, sources as f64)? {
+            for method in methods(&trial)? {
+                let pictures = GOALS.map(|goal| method.needed(goal));
+                let times = pictures.map(|count| method.takes(&operator, count));
+                let values = pictures.map(|n| n as f64).into_iter().chain(times);
+                let values: Vec<Option<f64>> = values.map(Some).collect();
+                let series = format!("{name}: {}", operator.name);
+                out.add(&series, method.name, &[operator.unit], &values);
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// As Markdown.
+fn table(record: &Record) -> String {
+    let mut out =
+        "| show and operator | method | 10 % | 5 % | 2 % | 1 % |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    for series in &record.series {
+        for point in &series.points {
+            let value = |i: usize| point.values.get(i).copied().flatten().unwrap_or(f64::NAN);
+            let unit = point.marks.first().map_or("", String::as_str);
+            let _ = write!(out, "| {} | {} |", series.name, point.label);
+            for goal in 0..GOALS.len() {
+                let (pictures, time) = (value(goal), value(goal + GOALS.len()));
+                let time = match unit {
+                    "min" => format!("{:.1} h", time / 60.0),
+                    _ => format!("{time:.1} s"),
+                };
+                let _ = write!(out, " {pictures}: {time} |");
+            }
+            out.push('\n');
+        }
+    }
+    out
+}
+
+#[allow(clippy::print_stdout, reason = "an example shows what it found")]
+fn main() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let record = record(words.iter().any(|w| w == "full"))?;
+    println!(
+        "{}; {}\n\n{}",
+        record.machine.describe(),
+        record.method,
+        table(&record)
+    );
+    for path in &words {
+        match Path::new(path).extension().and_then(|e| e.to_str()) {
+            Some("json") => std::fs::write(path, record.json()?)?,
+            Some("csv") => std::fs::write(path, record.csv())?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
