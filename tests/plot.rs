@@ -174,3 +174,11 @@ fn files_are_light_unless_dark_is_asked_for_and_the_terminal_is_dark() {
     let png = shelf.read(Path::new("keys.png"), 1 << 24).unwrap();
     assert_eq!(&png[1..4], b"PNG");
 }
+
+#[test]
+fn a_last_picture_that_leaves_nothing_is_seen_on_the_spectrum() {
+    let (mut show, shelf) = open(SHOW);
+    let (said, svg) = drawn(&mut show, &shelf, "spectrum --tolerance 0.01%");
+    assert!(said.starts_with("3 refined pictures of 3 reach"), "{said}");
+    assert!(svg.contains("3 pictures: nothing left"), "{svg}");
+}

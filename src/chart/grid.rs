@@ -152,9 +152,11 @@ fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette)
             let values = group.iter().filter_map(|c| c.get(row).copied());
             let colour = shade(values.fold(0.0, larger), palette);
             if colour != palette.field {
-                let x = layout.field.x + index as f32 * layout.cell;
+                // On whole units, so that cells without a gap leave no seams.
+                let edge = |index: usize| (layout.field.x + index as f32 * layout.cell).floor();
                 let gap = if layout.cell > 6.0 { 1.0 } else { 0.0 };
-                let cell = Frame::new(x, y, layout.cell - gap, layout.pitch - 1.0);
+                let (x, right) = (edge(index), edge(index + 1));
+                let cell = Frame::new(x, y, right - x - gap, layout.pitch - 1.0);
                 drawing.rectangle(cell, colour);
             }
         }

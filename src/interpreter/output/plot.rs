@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::result::ROUNDING;
 use super::{ending, unknown_ending};
 use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
 use crate::interpreter::answer::{count, fraction, percent};
@@ -242,12 +243,19 @@ fn spectrum(plan: &PlanReport) -> Panel {
     let start = plan.predicted.first().map_or(1.0, |p| p.error);
     let scale = if total > 0.0 { start / total } else { 0.0 };
     let values = plan.singular_values.iter().enumerate();
-    // What is left when everything is refined is rounding; it has no place on a log axis.
-    let shown = |x: f64| if x > 1e-7 { 100.0 * x } else { f64::NAN };
+    let shown = |x: f64| {
+        if x > ROUNDING { 100.0 * x } else { f64::NAN }
+    };
     let left = plan.predicted.iter();
-    let used = |refined: usize, error: f64| match refined == plan.used {
-        true => format!("{}: {} %", count(refined, "picture"), percent(error)),
-        false => String::new(),
+    let used = |refined: usize, error: f64| match (refined == plan.used, error > ROUNDING) {
+        (true, true) => format!("{}: {} %", count(refined, "picture"), percent(error)),
+        (true, false) => format!("{}: nothing left", count(refined, "picture")),
+        (false, _) => String::new(),
+    };
+    // The picture that leaves nothing is seen under the tolerance, at the foot.
+    let after = |refined: usize, error: f64| match used(refined, error).ends_with("left") {
+        true => 25.0 * plan.tolerance,
+        false => shown(error),
     };
     Panel {
         title: format!("metric {}", plan.metric),
@@ -258,7 +266,7 @@ fn spectrum(plan: &PlanReport) -> Panel {
                 name: "error predicted after so many pictures".to_owned(),
                 points: left
                     .clone()
-                    .map(|p| (p.refined as f64, shown(p.error)))
+                    .map(|p| (p.refined as f64, after(p.refined, p.error)))
                     .collect(),
                 marker: Marker::Square,
                 labels: left.map(|p| used(p.refined, p.error)).collect(),

@@ -12,8 +12,8 @@ use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
 
-/// Errors below this are rounding.
-const ROUNDING: f64 = 1e-7;
+/// Errors below this are rounding; they have no place on a log axis.
+pub(super) const ROUNDING: f64 = 1e-7;
 
 /// What is ahead is drawn down to this share of the tolerance: further down nobody goes.
 const FAR: f64 = 0.01;
