@@ -205,7 +205,7 @@ fn record(full: bool) -> Result<Record, Box<dyn Error>> {
         quantities,
     );
     for name in ["tavern", "turandot"] {
-        let mut show = open(name, full)?;
+        let show = open(name, full)?;
         let trial = show.trial()?;
         let sources = trial.keys().coordinates();
         for operator in operators(&show, sources as f64)? {
