@@ -13,8 +13,12 @@ use footlight::files::{Clock, Folder, Shelf, Store};
 use footlight::interpreter::{Call, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
+use footlight::scene::{Rig, Scene, View};
 use footlight::study::{Kind, Record};
-use footlight::transport::Quality;
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::work::Work;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Time that passes by a quarter of a second whenever someone looks.
@@ -301,6 +305,52 @@ fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
     let mut show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host).unwrap();
     let error = show.execute("chart plan").unwrap_err().to_string();
     assert!(error.contains("every source at three qualities"), "{error}");
+}
+
+/// Radiosity at its cheapest whatever it is asked for.
+struct Stubborn;
+
+impl Transport for Stubborn {
+    fn name(&self) -> &str {
+        "stubborn"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(4)
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        _quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Radiosity.prepare(scene, rig, view, Quality(1), work)
+    }
+
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, _quality: Quality) -> Cost {
+        Radiosity.cost(scene, rig, view, Quality(1))
+    }
+}
+
+#[test]
+fn a_plan_without_errors_has_no_chart_and_says_why() {
+    let made = footlight::study::random_show(7);
+    let files = footlight::files::Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let host = Host {
+        files: Box::new(files),
+        transport: Arc::new(Stubborn),
+        ..Host::default()
+    };
+    let text = made.show.replace("size 96x54", "size 16x9");
+    let mut show = Interpreter::from_text("random.lxq", text.as_bytes(), host).unwrap();
+    let error = show.execute("chart plan").unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("nothing to refine"), "{error}");
 }
 
 #[test]

@@ -3,12 +3,15 @@
 
 use super::{Error, Interpreter, refine};
 use crate::picture::Image;
-use crate::plan::Metric;
+use crate::plan::{Metric, PlanError};
 use crate::pool::Pool;
 use crate::study::refinement::{self, Seconds};
 use crate::study::{Record, Trial};
 use crate::transport::layered::Layered;
 use crate::transport::{Cost, Quality, Transport as _, TransportError};
+
+const FLAWLESS: &str = "the coarse pictures of both qualities are the same: nothing is wrong with \
+    them as far as can be told, and nothing to refine";
 
 /// The looks that previews are tried on are drawn by this.
 const SEED: u64 = 0;
@@ -27,10 +30,16 @@ impl Interpreter {
     /// The true error of the sequence against refined pictures and seconds, by order and preview.
     ///
     /// # Errors
-    /// As [`Interpreter::trial`].
+    /// As [`Interpreter::trial`]; [`Error::Usage`] where both coarse pictures of every source are the
+    /// same, so that there is no error to refine.
     pub fn chart_plan(&self) -> Result<Record, Error> {
         let (trial, mut seconds) = self.tried()?;
-        let order = trial.order(&trial.weighting(Metric::Error)?)?;
+        let weighting = trial.weighting(Metric::Error);
+        let weighting = weighting.map_err(|error| match error {
+            PlanError::NoWeight => Error::Usage(FLAWLESS.to_owned()),
+            other => other.into(),
+        })?;
+        let order = trial.order(&weighting)?;
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
         self.foretell(&mut seconds)?;
