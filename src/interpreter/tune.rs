@@ -125,9 +125,8 @@ impl Interpreter {
         let stage = self.stage.as_ref().ok_or_else(no_stage)?;
         if finest < LEAST {
             return Err(Error::Usage(format!(
-                "the scale of the {} has {}: tune needs {LEAST}, two for coarse pictures and a finer one \
-                 to hold them against",
-                self.host.transport.name(),
+                "the pictures of this show have {} of quality: tune needs {LEAST}, two for coarse \
+                 pictures and a finer one to hold them against",
                 count(finest.into(), "step"),
             )));
         }

@@ -1,14 +1,18 @@
 //! What `tune` says, held against what the interpreter then does.
 
+use std::sync::Arc;
+
 use crate::files::Memory;
 use crate::interpreter::{Error, Goal, Host, Interpreter};
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
+use crate::scene::{Rig, Scene, View};
 use crate::study::random_show;
 use crate::study::session::sequence_error;
 use crate::study::tune::{Candidate, Tuner};
-use crate::transport::Quality;
+use crate::transport::radiosity::Radiosity;
+use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
 
 fn show(steps: Option<(u8, u8)>) -> Interpreter {
@@ -148,6 +152,34 @@ fn what_is_out_of_reach_says_what_is_not() {
     assert!(text.contains("<- chosen"), "{text}");
 }
 
+/// Radiosity with a scale of two steps.
+struct Short;
+
+impl Transport for Short {
+    fn name(&self) -> &str {
+        "short"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(2)
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Radiosity.prepare(scene, rig, view, quality, work)
+    }
+
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
+        Radiosity.cost(scene, rig, view, quality)
+    }
+}
+
 #[test]
 fn a_show_that_cannot_be_tuned_says_why() {
     let mut empty = Interpreter::empty(Host::default()).unwrap();
@@ -156,6 +188,10 @@ fn a_show_that_cannot_be_tuned_says_why() {
     let mut show = show(None);
     let said = show.execute("tune 2%").unwrap_err().to_string();
     assert!(said.contains("tune --until 2%"), "{said}");
+    show.host.transport = Arc::new(Short);
+    let said = show.execute("tune").unwrap_err().to_string();
+    assert!(said.contains("2 steps of quality: tune needs 3"), "{said}");
+    show.host.transport = Arc::new(Radiosity);
     show.host.memory = 1 << 16;
     let said = show.execute("tune").unwrap_err().to_string();
     assert!(said.contains("MB"), "{said}");
