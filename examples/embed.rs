@@ -1,15 +1,23 @@
-//! Footlight inside another program: a show from a string, files from memory, progress and cancel
-//! of one's own. Run it with `cargo run --release --example embed`.
+//! Footlight inside another program: a show from a string, files from memory and into memory,
+//! progress, cancel and limits of one's own, mistakes as data, refinement beside everything else,
+//! and frames as bytes. Run it with `cargo run --release --example embed`.
 
 use std::error::Error;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
 
-use footlight::files::Memory;
-use footlight::interpreter::{Host, Interpreter};
+use footlight::diagnostic::Style;
+use footlight::files::{Memory, Shelf, Store};
+use footlight::interpreter::{self, Background, Goal, Host, Interpreter, LIMIT};
+use footlight::picture::tone::{self, Tone};
 use footlight::plan::Metric;
+use footlight::playback::Player;
+use footlight::playback::key::Format;
 use footlight::units::Time;
-use footlight::work::Progress;
+use footlight::work::{Progress, Work};
 
 const SHOW: &str = r#"
 show "Embedded"
@@ -77,17 +85,30 @@ impl Progress for Counter {
     }
 }
 
+/// Work beside the program's own, on threads of the standard library.
+struct Threads;
+
+impl Background for Threads {
+    fn start(&self, task: Box<dyn FnOnce() + Send>) {
+        thread::spawn(task);
+    }
+}
+
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Box<dyn Error>> {
     let reports = Arc::new(AtomicUsize::new(0));
+    let shelf = Shelf::default();
     let host = Host {
         files: Box::new(
             Memory::default()
                 .with("room.obj", ROOM)
                 .with("room.mtl", MATERIALS),
         ),
+        store: Box::new(shelf.clone()),
         progress: Box::new(Counter(Arc::clone(&reports))),
+        background: Some(Box::new(Threads)),
         threads: 2,
+        memory: 1 << 30,
         ..Host::default()
     };
     let mut show = Interpreter::from_text("embedded.lxq", SHOW.as_bytes(), host)?;
@@ -106,19 +127,69 @@ fn main() -> Result<(), Box<dyn Error>> {
         "5 s into the show the brightest channel is {:.1} cd/m2",
         brightest(before.data())
     );
-
     show.edit("cue 2 at 0:02 { time 6  warm 15  cool 40 }")?;
     let after = show.preview(middle)?;
     println!("after the edit it is {:.1} cd/m2", brightest(after.data()));
 
-    show.refine(footlight::interpreter::Goal {
-        count: Some(1),
-        ..Default::default()
-    })?;
+    // A mistake is data; the show is as it was.
+    if let Err(interpreter::Error::Mistakes(report)) = show.edit("cue 3 { wram 50 }") {
+        print!("{}", report.render(Style::Plain));
+    }
+
+    beside(&mut show)?;
+    println!("{} progress reports", reports.load(Ordering::Relaxed));
+    frames(&mut show)?;
+
+    // Every verb of the prompt; files go where the host says.
+    let reply = show.execute("picture 0:05 -o five.png")?;
+    print!("{}", reply.text);
+    show.execute("save embedded.lxq")?;
+    for path in shelf.paths() {
+        let bytes = shelf.read(&path, LIMIT)?.len();
+        println!("  {} holds {bytes} bytes", path.display());
+    }
+    assert!(shelf.read(Path::new("five.png"), LIMIT).is_ok());
+    Ok(())
+}
+
+/// Refines while the program goes on looking at pictures, each better than the one before.
+#[allow(clippy::print_stdout, reason = "an example shows what it found")]
+fn beside(show: &mut Interpreter) -> Result<(), Box<dyn Error>> {
+    let goal = Goal {
+        count: Some(2),
+        ..Goal::default()
+    };
+    show.refine_beside(goal, "two pictures more")?;
+    while show.is_busy() {
+        // Whatever the program does meanwhile; this could be an edit.
+        show.preview(Time::ZERO)?;
+        thread::sleep(Duration::from_millis(5));
+        for note in show.attend() {
+            println!("{note}");
+        }
+    }
+    Ok(())
+}
+
+/// The sequence as display bytes, at most three blends a frame.
+#[allow(clippy::print_stdout, reason = "an example shows what it found")]
+fn frames(show: &mut Interpreter) -> Result<(), Box<dyn Error>> {
+    let playback = show.playback()?;
+    let tone = Tone {
+        exposure: tone::auto_exposure(playback.images().iter()),
+        ..Tone::default()
+    };
+    let player = Player::new(&playback, Format::Half, tone, Work::silent())?;
+    let mut frame = Vec::new();
+    let mut shown = 0;
+    for tenth in 0..80 {
+        player.show(Time::from_micros(tenth * 100_000), &mut frame);
+        shown += frame.len();
+    }
+    let (width, height) = player.size();
     println!(
-        "one refined picture later the predicted error is {:.2} %; {} progress reports",
-        100.0 * show.predicted_error()?,
-        reports.load(Ordering::Relaxed)
+        "80 frames of {width}x{height} from {} keys, {shown} bytes",
+        player.keys()
     );
     Ok(())
 }

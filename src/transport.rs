@@ -22,6 +22,7 @@ pub mod hemicube;
 pub mod lambert;
 pub mod layered;
 pub mod mesh;
+mod near;
 pub mod outside;
 mod panel;
 pub mod panorama;

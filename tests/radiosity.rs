@@ -159,11 +159,17 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
     let beam = Profile::new(spot.beam, spot.field).unwrap();
     for y in 0..4 {
         for x in 0..4 {
-            let (px, py) = (f64::from(x) - 1.5, f64::from(y) - 1.5);
-            let square = px * px + py * py + 9.0;
-            let angle = px.hypot(py).atan2(3.0);
-            let lux = 1000.0 * beam.share(angle) * (3.0 / square.sqrt()) / square;
-            let expected = lux * 0.5 / std::f64::consts::PI;
+            let lux = |px: f64, py: f64| {
+                let square = px * px + py * py + 9.0;
+                let angle = px.hypot(py).atan2(3.0);
+                1000.0 * beam.share(angle) * (3.0 / square.sqrt()) / square
+            };
+            // A pixel is a square metre: it shows the mean of many points.
+            let n = 200;
+            let place = |at: i32, k: i32| f64::from(at) - 2.0 + (f64::from(k) + 0.5) / f64::from(n);
+            let points = (0..n * n).map(|k| lux(place(x, k % n), place(y, k / n)));
+            let mean = points.sum::<f64>() / f64::from(n * n);
+            let expected = mean * 0.5 / std::f64::consts::PI;
             let got = f64::from(image.pixel(x as usize, y as usize).unwrap()[0]);
             assert!(
                 (got / expected - 1.0).abs() < 1e-5,

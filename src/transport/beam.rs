@@ -116,7 +116,7 @@ impl Beam {
     }
 
     /// Intensity towards `d`, of any length.
-    fn share(&self, d: Vec3) -> f64 {
+    pub fn share(&self, d: Vec3) -> f64 {
         match &self.law {
             Law::Round(profile) => {
                 profile.share(self.axis.cross(d).length().atan2(self.axis.dot(d)))

@@ -18,6 +18,7 @@ use crate::transport::beam::Beam;
 use crate::transport::cluster::Receivers;
 pub use crate::transport::cluster::frame;
 use crate::transport::eye::Fragments;
+use crate::transport::near::Picture;
 use crate::transport::panel::Panel;
 use crate::transport::sheet::Sheet;
 use crate::transport::spot::Spot;
@@ -113,7 +114,10 @@ pub fn irradiance(
             let mut sheet = Sheet::new(&receivers.points, cluster, own.normal, allowed);
             match light {
                 Luminaire::Panel(pieces) => {
-                    Panel::new(setting, own.normal, *facet).shine(pieces, cluster, &mut sheet);
+                    let picture =
+                        fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
+                    let mut panel = Panel::new(setting, own.normal, *facet);
+                    panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
                 }
                 Luminaire::Spot(beam) => {
                     let mut spot = Spot::new(setting, beam, own.normal);

@@ -14,6 +14,7 @@ use crate::geometry::Vec3;
 use crate::transport::cluster::{Cluster, PATCH};
 use crate::transport::direct::Setting;
 use crate::transport::lambert::{Clipper, halved};
+use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
 use crate::transport::visibility::Shaft;
 use std::ops::Range;
@@ -25,10 +26,16 @@ const CHEAP: usize = 200;
 /// How often an emitter is halved at most.
 const HALVINGS: usize = 4;
 
+/// Distance of an emitter from a point, in footprints of the point's pixel, within which several
+/// points stand for one; and within which more do.
+const NEAR: [f64; 2] = [8.0, 2.0];
+
 /// A convex polygon of the light.
 struct Emitter {
     corners: Vec<Vec3>,
     normal: Vec3,
+    /// A ball around it.
+    ball: (Vec3, f64),
     /// How often it may still be halved.
     halvings: usize,
 }
@@ -53,6 +60,28 @@ pub struct Panel<'a> {
     lists: Vec<usize>,
 }
 
+impl Emitter {
+    fn new(corners: Vec<Vec3>, normal: Vec3, halvings: usize) -> Emitter {
+        let count = corners.len().max(1) as f64;
+        let middle = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) * (1.0 / count);
+        let radius = corners.iter().map(|c| (*c - middle).length());
+        Emitter {
+            ball: (middle, radius.fold(0.0, f64::max)),
+            corners,
+            normal,
+            halvings,
+        }
+    }
+
+    /// How far it is from a point, or some less.
+    fn distance(&self, point: Vec3) -> f64 {
+        let (middle, radius) = self.ball;
+        let way = point - middle;
+        let height = self.normal.dot(way).abs();
+        (way.length() - radius).max(height)
+    }
+}
+
 impl<'a> Panel<'a> {
     /// The way to a facet of unit `normal`.
     pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize) -> Panel<'a> {
@@ -68,7 +97,13 @@ impl<'a> Panel<'a> {
     }
 
     /// Adds the light of these pieces to a chunk.
-    pub fn shine(&mut self, pieces: &[usize], chunk: &Cluster, sheet: &mut Sheet<'_>) {
+    pub fn shine(
+        &mut self,
+        pieces: &[usize],
+        picture: Option<&Picture<'_>>,
+        chunk: &Cluster,
+        sheet: &mut Sheet<'_>,
+    ) {
         let Setting {
             surfaces,
             hierarchy,
@@ -79,11 +114,7 @@ impl<'a> Panel<'a> {
             if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
                 continue;
             }
-            let emitter = Emitter {
-                corners: piece.vertices.clone(),
-                normal: piece.normal,
-                halvings: HALVINGS,
-            };
+            let emitter = Emitter::new(piece.vertices.clone(), piece.normal, HALVINGS);
             if is_behind(&emitter, chunk) {
                 continue;
             }
@@ -98,7 +129,7 @@ impl<'a> Panel<'a> {
             self.emitters.push(emitter);
             self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
         }
-        self.settle(chunk, 0..self.pairs.len(), sheet);
+        self.settle(picture, chunk, 0..self.pairs.len(), sheet);
     }
 
     /// Do these points lie on the plane of a cluster or below it?
@@ -129,11 +160,8 @@ impl<'a> Panel<'a> {
         }
         for corners in halved(&self.emitters[emitter].corners) {
             if corners.len() >= 3 && !self.is_below(&corners, cluster) {
-                self.emitters.push(Emitter {
-                    corners,
-                    normal,
-                    halvings: halvings - 1,
-                });
+                let half = Emitter::new(corners, normal, halvings - 1);
+                self.emitters.push(half);
                 self.narrow(self.emitters.len() - 1, occluders.clone(), cluster);
             }
         }
@@ -167,7 +195,13 @@ impl<'a> Panel<'a> {
     }
 
     /// Interpolates where that is allowed, else evaluates the points of the smallest clusters.
-    fn settle(&mut self, cluster: &Cluster, pairs: Range<usize>, sheet: &mut Sheet<'_>) {
+    fn settle(
+        &mut self,
+        picture: Option<&Picture<'_>>,
+        cluster: &Cluster,
+        pairs: Range<usize>,
+        sheet: &mut Sheet<'_>,
+    ) {
         if pairs.is_empty() {
             return;
         }
@@ -175,15 +209,15 @@ impl<'a> Panel<'a> {
             .iter()
             .all(|p| p.occluders.is_empty());
         let most = if clear { PATCH } else { SHADED };
-        if sheet.interpolated(cluster, most, |_, p| self.at(pairs.clone(), p)) {
+        if sheet.interpolated(cluster, most, |i, p| self.on(picture, pairs.clone(), i, p)) {
             return;
         }
         let Some(halves) = cluster.halves.as_deref() else {
-            sheet.evaluate(cluster, |_, p| self.at(pairs.clone(), p));
+            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
             return;
         };
         if clear && sheet.allowed <= 0.0 {
-            sheet.evaluate(cluster, |_, p| self.at(pairs.clone(), p));
+            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
             return;
         }
         for half in halves {
@@ -193,10 +227,32 @@ impl<'a> Panel<'a> {
                 self.narrow(emitter, occluders, half);
             }
             let own = marks.1..self.pairs.len();
-            self.settle(half, own, sheet);
+            self.settle(picture, half, own, sheet);
             self.emitters.truncate(marks.0);
             self.pairs.truncate(marks.1);
             self.lists.truncate(marks.2);
+        }
+    }
+
+    /// Irradiance at a receiver from some pairs: that at its point, or the mean over its outline in
+    /// the picture where one of them is near.
+    fn on(
+        &mut self,
+        picture: Option<&Picture<'_>>,
+        pairs: Range<usize>,
+        receiver: usize,
+        point: Vec3,
+    ) -> f64 {
+        let Some(picture) = picture else {
+            return self.at(pairs, point);
+        };
+        let far = |pair: &Pair| self.emitters[pair.emitter].distance(point);
+        let nearest = self.pairs[pairs.clone()].iter().map(far);
+        let nearest = nearest.fold(f64::INFINITY, f64::min) / picture.footprint(point);
+        let depth = NEAR.iter().filter(|n| nearest < **n).count() as u32;
+        match depth.checked_sub(1) {
+            None => self.at(pairs, point),
+            Some(depth) => picture.mean(receiver, depth + 1, |p| self.at(pairs.clone(), p)),
         }
     }
 

@@ -220,9 +220,9 @@ impl Stencil {
         if touched { Lit::Partly } else { Lit::Wholly }
     }
 
-    /// Area and centroid of each lit part.
-    pub fn lit(&self) -> impl Iterator<Item = (f64, Place)> {
-        self.parts.iter().map(|p| measured(&self.places[p.clone()]))
+    /// The outline of each lit part.
+    pub fn lit(&self) -> impl Iterator<Item = &[Place]> {
+        self.parts.iter().map(|p| &self.places[p.clone()])
     }
 
     fn subtract(&mut self, lines: &[Line]) {
@@ -342,7 +342,7 @@ mod tests {
         match stencil.shade(&shadows, &list) {
             Lit::Wholly => 1.0,
             Lit::Not => 0.0,
-            Lit::Partly => stencil.lit().map(|(a, _)| a).sum::<f64>() / stencil.whole,
+            Lit::Partly => stencil.lit().map(|p| measured(p).0).sum::<f64>() / stencil.whole,
         }
     }
 

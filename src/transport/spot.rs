@@ -11,9 +11,11 @@
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
 use crate::transport::cluster::{Cluster, PATCH, Receivers};
+use crate::transport::coverage::{Place, measured};
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
-use crate::transport::shadow::{Canvas, Lit, Meeting, Shadows, Stencil};
+use crate::transport::near::{Picture, is_near, mean};
+use crate::transport::shadow::{Lit, Meeting, Shadows, Stencil};
 use crate::transport::sheet::Sheet;
 use crate::transport::visibility::{Shaft, blocks};
 
@@ -65,24 +67,18 @@ impl<'a> Spot<'a> {
             self.points(chunk, &shaft, &list, sheet);
             return;
         };
-        let camera = &fragments.camera;
-        let canvas = Canvas {
-            camera,
-            normal: self.normal,
-            height: self.normal.dot(chunk.corners[0] - camera.origin),
-        };
+        let picture = Picture::new(receivers, fragments, self.normal, chunk);
         self.shadows.clear();
         let cast = |&i: &usize| {
             let piece = &surfaces.pieces[i];
-            self.shadows
-                .cast(&canvas, self.beam.position, piece, surfaces.touching())
+            self.shadows.cast(
+                &picture.canvas,
+                self.beam.position,
+                piece,
+                surfaces.touching(),
+            )
         };
         let shadows: Vec<usize> = list.iter().filter_map(cast).collect();
-        let picture = Picture {
-            receivers,
-            fragments,
-            canvas,
-        };
         self.outlines(&picture, chunk, &shadows, sheet);
     }
 
@@ -151,7 +147,7 @@ impl<'a> Spot<'a> {
                 Meeting::Crosses => kept.push(shadow),
             }
         }
-        let open = |_, p| self.beam.irradiance(p, self.normal);
+        let open = |i, p| self.open(picture, i, p);
         let clear = kept.is_empty();
         if clear && sheet.interpolated(cluster, PATCH, open) {
             return;
@@ -167,35 +163,42 @@ impl<'a> Spot<'a> {
         }
     }
 
-    /// Mean irradiance on one fragment's outline.
+    /// Mean irradiance on one fragment's outline where nothing is in the way: that at its point,
+    /// unless the source is near.
+    fn open(&self, picture: &Picture<'_>, i: usize, point: Vec3) -> f64 {
+        if !is_near(self.beam, picture, point) {
+            return self.beam.irradiance(point, self.normal);
+        }
+        let mut parts: Vec<Vec<Place>> = Vec::new();
+        picture.outline(i, |part| parts.push(part.to_vec()));
+        let parts = parts.iter().map(Vec::as_slice);
+        mean(self.beam, &picture.canvas, parts)
+    }
+
+    /// Mean irradiance on what shadows leave of one fragment's outline, over all of it.
     fn cut(&mut self, picture: &Picture<'_>, i: usize, point: Vec3, shadows: &[usize]) -> f64 {
-        let open = self.beam.irradiance(point, self.normal);
+        let open = self.open(picture, i, point);
         if open <= 0.0 {
             return open;
         }
         self.stencil.clear();
-        let fragment = picture.receivers.origin[i];
-        picture
-            .fragments
-            .outline(fragment, |part| self.stencil.add(part));
+        picture.outline(i, |part| self.stencil.add(part));
         match self.stencil.shade(&self.shadows, shadows) {
             Lit::Wholly => open,
             Lit::Not => 0.0,
             Lit::Partly => {
-                let at = |place| {
-                    self.beam
-                        .irradiance(picture.canvas.point(place), self.normal)
+                let near = is_near(self.beam, picture, point);
+                let light = |part: &[Place]| {
+                    let (area, centre) = measured(part);
+                    let centre = picture.canvas.point(centre);
+                    area * match near {
+                        true => mean(self.beam, &picture.canvas, [part].into_iter()),
+                        false => self.beam.irradiance(centre, self.normal),
+                    }
                 };
-                let lit: f64 = self.stencil.lit().map(|(a, c)| a * at(c)).sum();
+                let lit: f64 = self.stencil.lit().map(light).sum();
                 lit / self.stencil.whole
             }
         }
     }
-}
-
-/// Where the outlines are.
-struct Picture<'a> {
-    receivers: &'a Receivers,
-    fragments: &'a Fragments,
-    canvas: Canvas<'a>,
 }

@@ -4,14 +4,17 @@
 use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use footlight::geometry::{Vec3, vec3};
-use footlight::scene::Light;
+use footlight::scene::{Light, Spot, View};
+use footlight::transport::beam::Beam;
 use footlight::transport::cluster::{Receiver, Receivers};
 use footlight::transport::direct::{Luminaire, Setting, irradiance};
+use footlight::transport::eye::camera;
 use footlight::transport::hemicube::{Hemicube, Table, scatter};
 use footlight::transport::panorama::Outline;
 use footlight::transport::sample::kept_inside;
 use footlight::transport::surface::Surfaces;
 use footlight::transport::visibility::Hierarchy;
+use footlight::units::Rgb;
 use footlight::work::Work;
 use std::f64::consts::PI;
 
@@ -247,5 +250,116 @@ fn four_samples_beside_a_lamp_miss_its_flux_and_more_find_it() {
         let ours = mean(&reflected.collect::<Vec<_>>()) / (flux / 96.0 * rho / (1.0 - rho));
         println!("quality {quality} reflects {ours:.4} of what it should");
         assert!((ours - 1.0).abs() < 0.015, "quality {quality}: {ours}");
+    }
+}
+
+/// Radiance of each of 9 x 9 pixels that show a floor from 4 m in the light of the room, at a quality;
+/// and the same by brute force from the irradiance at points, in as many points a pixel (1: its
+/// middle).
+fn pixels(
+    room: &mut Room,
+    view: &View,
+    quality: u8,
+    irradiance: impl Fn(Vec3) -> f64,
+) -> (Vec<f64>, impl Fn(usize) -> Vec<f64>) {
+    room.scene.materials[0].reflectance = Rgb([0.5; 3]);
+    let ours = room.radiances(view, quality);
+    let camera = camera(view).unwrap();
+    let at = move |x: f64, y: f64| {
+        let ray = camera.ray(x, y);
+        0.5 / PI * irradiance(camera.origin + ray * (camera.origin.z / -ray.z))
+    };
+    let pixel = move |i: usize, n: usize| {
+        let (x, y, step) = ((i % 9) as f64, (i / 9) as f64, 1.0 / n as f64);
+        let point = |k: usize| {
+            let (a, b) = ((k % n) as f64 + 0.5, (k / n) as f64 + 0.5);
+            at(x + a * step, y + b * step)
+        };
+        (0..n * n).map(point).sum::<f64>() * step * step
+    };
+    (ours, move |n: usize| (0..81).map(|i| pixel(i, n)).collect())
+}
+
+fn floor_of_8_metres() -> Vec<Vec3> {
+    let floor = [(-4.0, -4.0), (4.0, -4.0), (4.0, 4.0), (-4.0, 4.0)];
+    floor.map(|(x, y)| vec3(x, y, 0.0)).to_vec()
+}
+
+/// Root mean square of what is wrong, against that of the truth.
+fn relative(of: &[f64], truth: &[f64]) -> f64 {
+    let squares = of.iter().zip(truth).map(|(a, t)| (a - t) * (a - t));
+    (squares.sum::<f64>() / truth.iter().map(|t| t * t).sum::<f64>()).sqrt()
+}
+
+fn from_above(x: f64) -> View {
+    View {
+        from: vec3(x, 0.0, 4.0),
+        to: vec3(0.0, 0.0, 0.0),
+        fov: 20.0,
+        width: 9,
+        height: 9,
+    }
+}
+
+/// Step 5 interpolates nothing, so that what is left of the error is that of the means themselves;
+/// the steps before it add what they are allowed.
+#[test]
+fn one_point_a_pixel_beside_a_spot_is_wrong_and_its_solid_angle_is_not() {
+    for (height, quality, most) in [
+        (0.2, 1, 0.02),
+        (0.05, 1, 0.02),
+        (0.05, 5, 0.002),
+        (0.01, 5, 0.002),
+    ] {
+        let spot = Spot {
+            position: vec3(0.013, -0.021, height),
+            aim: vec3(0.4, 0.1, 0.0),
+            intensity: Rgb([1.0; 3]),
+            beam: 90.0,
+            field: 170.0,
+        };
+        let beam = Beam::new(&spot).unwrap();
+        let mut room = Room {
+            scene: scene(&[floor_of_8_metres()]),
+            lights: vec![Light::Spot(spot)],
+        };
+        let up = vec3(0.0, 0.0, 1.0);
+        let view = from_above(-0.5);
+        let (ours, brute) = pixels(&mut room, &view, quality, |p| beam.irradiance(p, up));
+        let truth = brute(300);
+        let (naive, ours) = (relative(&brute(1), &truth), relative(&ours, &truth));
+        println!("{height} m, step {quality}: one point {naive:.4}, ours {ours:.5}");
+        assert!(naive > 0.05 && ours < most);
+    }
+}
+
+/// A panel that stands on the floor, seen edge on: beside it the floor's light falls from half its
+/// radiosity to little within a pixel of 16 cm.
+#[test]
+fn one_point_a_pixel_beside_a_panel_is_wrong_and_many_are_not() {
+    for (height, quality) in [(0.3, 1), (0.1, 1), (0.1, 5), (0.02, 5)] {
+        let panel: Vec<Vec3> = [(-0.3, 0.0), (-0.3, height), (0.3, height), (0.3, 0.0)]
+            .map(|(x, z)| vec3(x, 0.013, z))
+            .to_vec();
+        let mut room = Room {
+            scene: scene(&[floor_of_8_metres()]),
+            lights: Vec::new(),
+        };
+        room.wall(&panel, 0.0);
+        room.lights.push(Light::Panel {
+            material: 1,
+            radiance: Rgb([1.0; 3]),
+        });
+        // Not the floor, which is material 0, and black from behind.
+        let seen = |p: Vec3| match p.y > 0.013 {
+            true => PI * exact(&panel, p),
+            false => 0.0,
+        };
+        let view = from_above(-0.5);
+        let (ours, brute) = pixels(&mut room, &view, quality, seen);
+        let truth = brute(100);
+        let (naive, ours) = (relative(&brute(1), &truth), relative(&ours, &truth));
+        println!("panel of {height} m, step {quality}: one point {naive:.4}, ours {ours:.5}");
+        assert!(naive > 0.1 && ours < 0.1 * naive);
     }
 }
