@@ -5,25 +5,16 @@ use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use footlight::geometry::{Vec3, vec3};
 use footlight::scene::{Light, Spot, View};
+use footlight::study::stability::lamp::Lamp;
 use footlight::transport::beam::Beam;
-use footlight::transport::cluster::{Receiver, Receivers};
-use footlight::transport::direct::{Luminaire, Setting, irradiance};
 use footlight::transport::eye::camera;
 use footlight::transport::hemicube::{Hemicube, Table, scatter};
 use footlight::transport::panorama::Outline;
 use footlight::transport::sample::kept_inside;
 use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
 use footlight::units::Rgb;
 use footlight::work::Work;
 use std::f64::consts::PI;
-
-/// A floor of 8 x 8 m and above its middle what looks down at it.
-fn under(above: &[Vec3]) -> Surfaces {
-    let h = 4.0;
-    let floor = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, y)| vec3(x, y, 0.0));
-    Surfaces::new(&scene(&[floor.to_vec(), above.to_vec()])).unwrap()
-}
 
 /// A rectangle around (0, 0, z) that looks down.
 fn lid(width: f64, depth: f64, z: f64) -> Vec<Vec3> {
@@ -44,56 +35,21 @@ fn exact(above: &[Vec3], p: Vec3) -> f64 {
     contour(&above.iter().map(|v| *v - p).collect::<Vec<_>>())
 }
 
-/// Relative root mean square error of what floor points see of the lid: in the pixels of a
-/// hemicube, and by the closed form of the shipped direct light.
-fn errors_of_a_lamp(above: &[Vec3], resolution: usize) -> [f64; 2] {
-    let surfaces = under(above);
-    let hierarchy = Hierarchy::new(&surfaces);
-    let setting = Setting {
-        surfaces: &surfaces,
-        hierarchy: &hierarchy,
+/// Relative root mean square errors of what 200 points of the floor see of a lamp.
+fn errors_of_a_lamp([width, depth, height]: [f64; 3], resolution: usize) -> [f64; 2] {
+    let lamp = Lamp {
+        width,
+        depth,
+        height,
     };
-    let mesh = mesh(&surfaces, 60);
-    let (outline, table) = (Outline::new(&surfaces), Table::new(resolution));
-    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
-    let floor = surfaces
-        .facets
-        .iter()
-        .position(|f| f.normal.z > 0.9)
-        .unwrap();
-    let lamp = 1 - floor;
-    let points = points(200);
-    let receivers: Vec<Receiver> = points
-        .iter()
-        .map(|&point| Receiver {
-            point,
-            facet: floor,
-        })
-        .collect();
-    let receivers = Receivers::new(&surfaces, &receivers);
-    let pieces = surfaces.facets[lamp].pieces.clone().collect();
-    let light = Luminaire::Panel(pieces);
-    let closed = irradiance(setting, &light, &receivers, None, 0.0, Work::silent()).unwrap();
-    let (mut square, mut naive, mut ours) = (0.0, 0.0, 0.0);
-    for (i, (p, closed)) in points.iter().zip(closed).enumerate() {
-        let truth = exact(above, *p);
-        let row = cube.row(floor, *p, scatter(i as u64));
-        let of_lamp = row
-            .iter()
-            .filter(|r| mesh.elements[r.0 as usize].facet == lamp);
-        let seen: f64 = of_lamp.map(|r| f64::from(r.1)).sum();
-        assert!(seen.is_finite() && seen >= 0.0);
-        square += truth * truth;
-        naive += (seen - truth).powi(2);
-        ours += (f64::from(closed) / PI - truth).powi(2);
-    }
-    [naive, ours].map(|e| (e / square).sqrt())
+    let seen = lamp.seen(resolution, 3.0, 200, Work::silent()).unwrap();
+    [seen.hemicube, seen.ours]
 }
 
 #[test]
 fn a_small_lamp_is_lost_between_pixels_and_exact_in_closed_form() {
     for (size, resolution, least) in [(0.4, 32, 0.2), (0.05, 64, 1.0)] {
-        let [naive, ours] = errors_of_a_lamp(&lid(size, size, 5.0), resolution);
+        let [naive, ours] = errors_of_a_lamp([size, size, 5.0], resolution);
         println!("lamp of {size} m at 5 m: hemicube {resolution} {naive:.3}, ours {ours:.1e}");
         assert!(naive > least, "{size}: the naive way errs by {naive} only");
         assert!(ours < 1e-5, "{size}: {ours}");
@@ -102,7 +58,7 @@ fn a_small_lamp_is_lost_between_pixels_and_exact_in_closed_form() {
 
 #[test]
 fn a_sliver_is_noise_to_pixels_and_exact_if_it_shines() {
-    let [naive, ours] = errors_of_a_lamp(&lid(1e-3, 1.0, 1.0), 32);
+    let [naive, ours] = errors_of_a_lamp([1e-3, 1.0, 1.0], 32);
     println!("sliver: hemicube {naive:.3}, ours {ours:.1e}");
     assert!(naive > 1.0, "the naive way errs by {naive} only");
     assert!(ours < 1e-5, "{ours}");
