@@ -26,9 +26,9 @@ const CHEAP: usize = 200;
 /// How often an emitter is halved at most.
 const HALVINGS: usize = 4;
 
-/// Distance of an emitter from a point, in footprints of the point's pixel, within which several
-/// points stand for one; and within which more do.
-const NEAR: [f64; 2] = [8.0, 2.0];
+/// Distance of an emitter from a point, in footprints of the point's pixel, within which 4 points
+/// stand for one, within which 16, and within which 64.
+const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
 
 /// A convex polygon of the light.
 struct Emitter {
@@ -252,7 +252,7 @@ impl<'a> Panel<'a> {
         let depth = NEAR.iter().filter(|n| nearest < **n).count() as u32;
         match depth.checked_sub(1) {
             None => self.at(pairs, point),
-            Some(depth) => picture.mean(receiver, depth + 1, |p| self.at(pairs.clone(), p)),
+            Some(depth) => picture.mean(receiver, depth, |p| self.at(pairs.clone(), p)),
         }
     }
 
