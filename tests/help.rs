@@ -1,5 +1,5 @@
-//! The help keeps its word: every example of every `--help` runs in a shell, and every verb's
-//! example at the prompt.
+//! The help keeps its word: every example of every `--help`, and every line of the README that calls
+//! the program, runs in a shell, and every verb's example at the prompt.
 #![cfg(unix)]
 #![allow(
     clippy::unwrap_used,
@@ -17,7 +17,7 @@ use footlight::interpreter::{Background, Host, Interpreter, VERBS, Verb};
 
 /// With all that the examples name.
 const SHOW: &str = r#"show "Examples"
-preview { tolerance 2%  coarse 1  refined 2  rate 2 }
+preview { tolerance 2%  coarse 1  refined 3  rate 2 }
 view house   from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 64x36
 view stalls  from 2, -4, 1.2  to 0, 0, 1.2  fov 45  size 64x36
 
@@ -107,7 +107,17 @@ fn every_example_of_the_help_runs() {
     }
     let shown = root.split("Examples:").nth(1).unwrap().lines();
     examples.extend(shown.filter_map(|l| l.strip_prefix("  footlight ").map(str::to_owned)));
-    assert!(examples.len() >= 20, "{examples:?}");
+    // Those of the README too, but for the one that needs another program.
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(readme).unwrap();
+    let before = examples.len();
+    let lines = readme.lines().filter_map(|l| l.strip_prefix("footlight "));
+    let lines = lines.filter(|l| !l.contains("ffmpeg"));
+    examples.extend(lines.map(|l| l.split(" #").next().unwrap().trim_end().to_owned()));
+    assert!(
+        before >= 20 && examples.len() >= before + 10,
+        "{examples:?}"
+    );
     for example in examples {
         // It goes on until it is stopped; `tests/watch.rs` is its test.
         if example.starts_with("watch") {
@@ -128,6 +138,17 @@ fn every_example_of_the_help_runs() {
             assert!(place.path().join(file).exists(), "{example}");
         }
     }
+}
+
+#[test]
+fn a_show_that_refines_to_its_coarse_quality_is_told_so() {
+    let place = Place::new();
+    let text = SHOW.replace("refined 3", "refined 2");
+    fs::write(place.path().join("show.lxq"), text).unwrap();
+    let output = place.shell("footlight --quiet chart plan show.lxq -o plan.png");
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("nothing changes by refining"), "{said}");
 }
 
 /// Work beside the prompt, done at once.

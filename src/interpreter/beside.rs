@@ -222,7 +222,13 @@ impl Interpreter {
                         beside.hand = Some(hand);
                         return Ok(None);
                     }
-                    Some(false) => return Err(Error::Device("the rendering broke off".to_owned())),
+                    Some(false) => {
+                        // Its operator is lost with it.
+                        if let Some(stage) = self.stage.as_mut() {
+                            stage.give_back(hand.quality, None);
+                        }
+                        return Err(Error::Device("the rendering broke off".to_owned()));
+                    }
                     Some(true) => self.bring_home(beside, hand)?,
                 }
             }

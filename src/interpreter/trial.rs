@@ -10,6 +10,11 @@ use crate::study::{Record, Trial};
 use crate::transport::layered::Layered;
 use crate::transport::{Cost, Quality, Transport as _, TransportError};
 
+/// Why there is nothing to try where refined pictures are of the coarse ones' own quality.
+const ALIKE: &str = "coarse pictures are what refined ones would be: nothing changes by refining; a \
+    higher `refined` in the show's `preview` does";
+
+/// Why there is nothing to try where both coarse qualities are alike.
 const FLAWLESS: &str = "the coarse pictures of both qualities are the same: nothing is wrong with \
     them as far as can be told, and nothing to refine";
 
@@ -34,11 +39,14 @@ impl Interpreter {
     /// same, so that there is no error to refine.
     pub fn chart_plan(&self) -> Result<Record, Error> {
         let (trial, mut seconds) = self.tried()?;
-        let weighting = trial.weighting(Metric::Error);
-        let weighting = weighting.map_err(|error| match error {
-            PlanError::NoWeight => Error::Usage(FLAWLESS.to_owned()),
-            other => other.into(),
-        })?;
+        let said = |words: &'static str| {
+            move |error| match error {
+                PlanError::NoWeight => Error::Usage(words.to_owned()),
+                other => other.into(),
+            }
+        };
+        let weighting = trial.weighting(Metric::Error).map_err(said(FLAWLESS))?;
+        trial.oracle().map_err(said(ALIKE))?;
         let order = trial.order(&weighting)?;
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
