@@ -15,6 +15,7 @@ mod economy;
 mod error;
 mod exposure;
 mod fitting;
+mod host;
 mod look;
 mod measure;
 mod method;
@@ -33,28 +34,25 @@ mod verb;
 mod vocabulary;
 
 use std::collections::BTreeSet;
-use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use serde::Serialize;
+
+use crate::chart::Drawing;
 use crate::check;
-use crate::diagnostic::{Severity, Sources, Style};
-use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
+use crate::diagnostic::{Severity, Sources};
 use crate::lang;
 use crate::pool::archive::{Archive, Tally};
-use crate::pool::depot::Depot;
 use crate::pool::{Pool, Projection};
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
-use crate::transport::Transport;
-use crate::transport::radiosity::Radiosity;
 use crate::units::Time;
-use crate::work::{Progress, Silent, Work};
 
 pub use self::beside::{Background, Status};
 pub use self::compare::Compared;
 pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
+pub use self::host::{Canvas, Host, POOL_LIMIT, PoolPlace};
 pub use self::method::Method;
 pub use self::output::Animation;
 pub use self::paper::{Comparison, Formatted, explain, format, formatted};
@@ -67,118 +65,10 @@ pub use crate::lang::{Token, tokens};
 
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 
-use self::stage::{Means, Stage};
+use self::stage::Stage;
 
 /// The largest text the interpreter reads, in bytes: a show, a stage file, piped commands.
 pub const LIMIT: u64 = 64 << 20;
-
-/// The means an embedding program gives.
-pub struct Host {
-    /// Reads the show's own files (stage, materials).
-    pub files: Box<dyn Files>,
-    /// Takes results and saved shows.
-    pub store: Box<dyn Store>,
-    /// Measures the seconds reported for each step.
-    pub clock: Box<dyn Clock>,
-    /// Takes progress, gives cancel.
-    pub progress: Box<dyn Progress + Send + Sync>,
-    /// The operator G.
-    pub transport: Arc<dyn Transport>,
-    /// Threads for rendering; results do not depend on it.
-    pub threads: usize,
-    /// Bytes that rendering may hold.
-    pub memory: usize,
-    /// The processor's name, for the records of measurements; `None` leaves it out.
-    pub processor: Option<String>,
-    /// How diagnostics are written into replies.
-    pub style: Style,
-    /// Where pictures are stored from session to session, if anywhere.
-    pub pool: Option<PoolPlace>,
-    /// Opens what `-o -` writes to, such as standard output; without it that is refused.
-    pub pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
-    /// Shows frames as `play` makes them; without it `play` only tells how fast it is.
-    pub canvas: Option<Box<dyn Canvas>>,
-    /// Runs what goes on beside the prompt (`refine … &`); without it that is refused.
-    pub background: Option<Box<dyn Background>>,
-}
-
-/// Where a sequence is seen while it plays.
-pub trait Canvas {
-    /// Shows a frame in place of the one before, and takes as long as it wants to; false when
-    /// nobody looks any more.
-    fn frame(&self, picture: &Shown) -> bool;
-
-    /// No more frames come.
-    fn end(&self);
-}
-
-/// A folder for pictures, reached by the host's store.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct PoolPlace {
-    /// The folder; made when it is missing.
-    pub folder: PathBuf,
-    /// The most bytes that it may hold.
-    pub limit: u64,
-}
-
-/// Bytes that pictures may take on disk unless something else is said.
-pub const POOL_LIMIT: u64 = 2_000_000_000;
-
-impl Default for Host {
-    /// No files, the disk as store, the machine's clock, silence, radiosity, one thread, four
-    /// gigabytes, plain text, pictures kept in memory only.
-    fn default() -> Host {
-        Host {
-            files: Box::new(Memory::default()),
-            store: Box::new(Disk),
-            clock: Box::new(Monotonic::default()),
-            progress: Box::new(Silent),
-            transport: Arc::new(Radiosity),
-            threads: 1,
-            memory: 4 << 30,
-            processor: None,
-            style: Style::Plain,
-            pool: None,
-            pipe: None,
-            canvas: None,
-            background: None,
-        }
-    }
-}
-
-impl std::fmt::Debug for Host {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Host")
-            .field("transport", &self.transport.name())
-            .field("threads", &self.threads)
-            .field("memory", &self.memory)
-            .finish_non_exhaustive()
-    }
-}
-
-impl Host {
-    fn means(&self) -> Means<'_> {
-        Means {
-            transport: self.transport.as_ref(),
-            store: self.store.as_ref(),
-            work: self.work(),
-        }
-    }
-
-    fn archive(&self) -> Archive {
-        let operator = self.transport.results().unwrap_or_default();
-        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit, &operator);
-        Archive::new(self.pool.as_ref().map(depot))
-    }
-
-    fn work(&self) -> Work<'_> {
-        Work {
-            progress: self.progress.as_ref(),
-            threads: self.threads,
-            memory: self.memory,
-        }
-    }
-}
 
 /// A display-coded picture that belongs to a reply.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -207,6 +97,22 @@ pub struct Reply {
 }
 
 impl Reply {
+    /// Data instead of words.
+    fn json(data: &impl Serialize) -> Result<Reply, Error> {
+        let json = serde_json::to_string_pretty(data).map_err(no_json)?;
+        Ok(Reply::text(json))
+    }
+
+    /// A drawing beside words.
+    fn drawn(drawing: &Drawing, text: String) -> Result<Reply, Error> {
+        let (width, height, rgb) = drawing.rgb8()?;
+        let size = (width, height);
+        Ok(Reply {
+            picture: Some(Shown { size, rgb }),
+            ..Reply::text(text)
+        })
+    }
+
     fn text(text: impl Into<String>) -> Reply {
         let mut text = text.into();
         if !text.is_empty() && !text.ends_with('\n') {
@@ -217,6 +123,10 @@ impl Reply {
             ..Reply::default()
         }
     }
+}
+
+fn no_json(error: serde_json::Error) -> Error {
+    Error::Usage(format!("no JSON can be made of it: {error}"))
 }
 
 /// Everything that follows from the text alone.
@@ -372,10 +282,7 @@ impl Interpreter {
             return Ok(Reply::default());
         }
         if lang::is_declaration(line) {
-            let mut notes = self.attend();
-            let mut reply = self.edit(line)?;
-            notes.append(&mut reply.notes);
-            return Ok(Reply { notes, ..reply });
+            return self.serve(|show| show.edit(line));
         }
         let call = Call::parse(line)?;
         self.call(&call)
@@ -386,12 +293,25 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; nothing has changed then, but for refined pictures finished before it.
     pub fn call(&mut self, call: &Call) -> Result<Reply, Error> {
+        self.serve(|show| {
+            let mut reply = show.answer(call)?;
+            reply.notes = show.news();
+            Ok(reply)
+        })
+    }
+
+    /// Does something for the user, who is told before of what ended beside the prompt: with the
+    /// next reply where there is none now.
+    fn serve(
+        &mut self,
+        something: impl FnOnce(&mut Interpreter) -> Result<Reply, Error>,
+    ) -> Result<Reply, Error> {
         let notes = self.attend();
         self.unheard.extend(notes);
-        let mut reply = self.answer(call)?;
-        reply.notes = std::mem::take(&mut self.unheard);
-        reply.notes.extend(self.news());
-        Ok(reply)
+        let mut reply = something(self)?;
+        let mut notes = std::mem::take(&mut self.unheard);
+        notes.append(&mut reply.notes);
+        Ok(Reply { notes, ..reply })
     }
 
     /// Remarks on the operator and the stored pictures that were not made before.

@@ -59,6 +59,13 @@ pub struct Cost {
     pub per_image: f64,
 }
 
+impl Cost {
+    /// Of so many sources, each lit alone, from nothing prepared.
+    pub fn alone(self, sources: f64) -> f64 {
+        self.prepare + sources * (self.per_source + self.per_image)
+    }
+}
+
 /// What a step of quality sets on a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expense {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use footlight::diagnostic::Style;
 use footlight::files::{Clock, Folder, Shelf, Store};
-use footlight::interpreter::{Call, Host, Interpreter, Verb};
+use footlight::interpreter::{Call, Ended, Goal, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::scene::{Rig, Scene, View};
@@ -214,19 +214,27 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
 
 /// A random show, small, in a file of its own on the shelf.
 fn random(shelf: &Shelf) -> Interpreter {
+    let host = Host {
+        clock: Box::new(Ticking::default()),
+        ..Host::default()
+    };
+    random_of("size 32x18", shelf, host)
+}
+
+/// The same with pictures of a size and other means.
+fn random_of(size: &str, shelf: &Shelf, host: Host) -> Interpreter {
     let made = footlight::study::random_show(7);
     let files = footlight::files::Memory::default()
         .with("room.obj", made.stage)
         .with("room.mtl", made.materials);
+    let text = made.show.replace("size 96x54", size);
+    let path = Path::new("set/random.lxq");
+    shelf.write(path, text.as_bytes()).unwrap();
     let host = Host {
         files: Box::new(files),
         store: Box::new(shelf.clone()),
-        clock: Box::new(Ticking::default()),
-        ..Host::default()
+        ..host
     };
-    let text = made.show.replace("size 96x54", "size 32x18");
-    let path = Path::new("set/random.lxq");
-    shelf.write(path, text.as_bytes()).unwrap();
     Interpreter::open(path, host).unwrap()
 }
 
@@ -293,16 +301,11 @@ fn the_chart_of_the_plan_has_every_order_both_bounds_and_six_previews() {
 
 #[test]
 fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
-    let made = footlight::study::random_show(7);
-    let files = footlight::files::Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
     let host = Host {
-        files: Box::new(files),
         memory: 1 << 20,
         ..Host::default()
     };
-    let mut show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host).unwrap();
+    let mut show = random_of("size 96x54", &Shelf::default(), host);
     let error = show.execute("chart plan").unwrap_err().to_string();
     assert!(error.contains("every source at three qualities"), "{error}");
 }
@@ -335,22 +338,33 @@ impl Transport for Stubborn {
     }
 }
 
-#[test]
-fn a_plan_without_errors_has_no_chart_and_says_why() {
-    let made = footlight::study::random_show(7);
-    let files = footlight::files::Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
+fn stubborn() -> Interpreter {
     let host = Host {
-        files: Box::new(files),
         transport: Arc::new(Stubborn),
         ..Host::default()
     };
-    let text = made.show.replace("size 96x54", "size 16x9");
-    let mut show = Interpreter::from_text("random.lxq", text.as_bytes(), host).unwrap();
+    random_of("size 16x9", &Shelf::default(), host)
+}
+
+#[test]
+fn a_plan_without_errors_has_no_chart_and_says_why() {
+    let mut show = stubborn();
     let error = show.execute("chart plan").unwrap_err();
     assert_eq!(error.exit_code(), 2);
     assert!(error.to_string().contains("nothing to refine"), "{error}");
+}
+
+#[test]
+fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
+    let mut show = stubborn();
+    let goal = Goal {
+        until: Some(0.01),
+        ..Goal::default()
+    };
+    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
+    assert_eq!(show.refined(), 0);
+    assert_eq!(show.predicted_error().unwrap(), 0.0);
+    assert!(show.pool().unwrap().flawless());
 }
 
 #[test]

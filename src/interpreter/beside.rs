@@ -261,6 +261,7 @@ impl Interpreter {
         let seconds = self.host.clock.seconds() - hand.begin;
         self.pace.learn(hand.predicted, seconds);
         let kept = stage.take_in(hand.wanted.as_deref(), images, means);
+        stage.trim(means.work.memory);
         if !hand.refined {
             beside.held.extend(kept);
             return Ok(());
@@ -271,14 +272,8 @@ impl Interpreter {
         if !same || stage.pool.is_none() {
             return Ok(());
         }
-        let pairs = std::mem::take(&mut hand.settings).into_iter().zip(kept);
-        let quality = hand.quality;
-        let again = pairs.map(|(setting, image)| Again {
-            setting,
-            image,
-            quality,
-        });
-        self.add_refined(again.collect(), hand.begin)
+        let settings = std::mem::take(&mut hand.settings);
+        self.add_refined(Again::of(settings, kept, hand.quality), hand.begin)
     }
 
     /// Starts the next call of the operator, or takes up pictures that are at hand; why nothing is
@@ -312,14 +307,9 @@ impl Interpreter {
             self.launch(beside, quality, call, next.seconds)?;
             return Ok(None);
         }
-        let pairs = settings.into_iter().zip(found.into_iter().flatten());
-        let again = pairs.map(|(setting, image)| Again {
-            setting,
-            image,
-            quality,
-        });
         beside.done.rendered += 1;
-        self.add_refined(again.collect(), begin)?;
+        let found = found.into_iter().flatten();
+        self.add_refined(Again::of(settings, found, quality), begin)?;
         Ok(None)
     }
 
@@ -337,7 +327,7 @@ impl Interpreter {
             beside.held.extend(found.into_iter().flatten());
             if !missing.settings.is_empty() {
                 let pictures = missing.settings.len();
-                let cost = stage.cost_of_all(transport.as_ref(), quality, pictures);
+                let cost = stage.cost_of_units(transport.as_ref(), quality, pictures);
                 let predicted = cost * self.pace.seconds();
                 let call = (missing.settings, missing.wanted, false);
                 return self.launch(beside, quality, call, predicted);

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::no_json;
 use super::output::{ending, unknown_ending};
 use super::{Call, Error, Interpreter, Reply, refine};
 use crate::chart::Drawing;
@@ -45,8 +46,7 @@ impl Interpreter {
         }
         let compared = self.compare(Path::new(folder), quality)?;
         let text = match call.option("json") {
-            Some(_) => serde_json::to_string_pretty(&compared.comparison)
-                .map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?,
+            Some(_) => serde_json::to_string_pretty(&compared.comparison).map_err(no_json)?,
             None => describe(&compared.comparison),
         };
         let Some(path) = path else {

@@ -195,10 +195,8 @@ impl Interpreter {
         let Some(stage) = &self.stage else { return };
         let sources = stage.rig.sources.len() as f64;
         let [cheap, fine] = self.coarse_steps();
-        let all = |step: u8| {
-            let cost = stage.cost(self.host.transport.as_ref(), Quality(step));
-            cost.prepare + sources * (cost.per_source + cost.per_image)
-        };
+        let transport = self.host.transport.as_ref();
+        let all = |step: u8| stage.cost(transport, Quality(step)).alone(sources);
         let other = if fine > cheap { all(cheap) } else { 0.0 };
         self.pace.learn((all(fine) + other) * self.pace.0, measured);
     }
@@ -227,10 +225,7 @@ impl Interpreter {
         let cost = self.refined_cost()?;
         outlook.steps.truncate(told);
         if call.option("json").is_some() {
-            let json = serde_json::to_string_pretty(&outlook);
-            return Ok(Reply::text(json.map_err(|e| {
-                Error::Usage(format!("no JSON can be made of it: {e}"))
-            })?));
+            return Reply::json(&outlook);
         }
         Ok(Reply::text(self.describe_next(&outlook, all, cost)))
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::output::ending;
-use super::{Call, Error, Interpreter, Reply, Shown, refine};
+use super::{Call, Error, Interpreter, Reply, no_json, refine};
 use crate::chart::{Drawing, Theme};
 use crate::picture::Image;
 use crate::study::forecast::{Forecast, Seconds};
@@ -29,20 +29,11 @@ impl Interpreter {
         theme: Theme,
     ) -> Result<Reply, Error> {
         let Some(path) = path else {
-            let (width, height, rgb) = drawing(record, Theme::Dark).rgb8()?;
-            let size = (width, height);
-            return Ok(Reply {
-                picture: Some(Shown { size, rgb }),
-                ..Reply::text(text)
-            });
+            return Reply::drawn(&drawing(record, Theme::Dark), text);
         };
         let bytes = match ending(path).as_str() {
             "csv" => record.csv().into_bytes(),
-            "json" => {
-                let json = record.json();
-                json.map_err(|e| Error::Usage(format!("no JSON can be made of it: {e}")))?
-                    .into_bytes()
-            }
+            "json" => record.json().map_err(no_json)?.into_bytes(),
             "svg" => drawing(record, theme).svg().into_bytes(),
             _ => drawing(record, theme).magnified(2.0).png()?,
         };
@@ -62,10 +53,7 @@ impl Interpreter {
         }
         let forecast = self.forecast_quality(call.option("measure").is_some())?;
         if call.option("json").is_some() {
-            let json = serde_json::to_string_pretty(&forecast);
-            return Ok(Reply::text(json.map_err(|e| {
-                Error::Usage(format!("no JSON can be made of it: {e}"))
-            })?));
+            return Reply::json(&forecast);
         }
         Ok(Reply::text(forecast.describe()))
     }

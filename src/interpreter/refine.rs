@@ -340,13 +340,7 @@ impl Interpreter {
         if found == 0 {
             self.pace.learn(predicted, seconds);
         }
-        let pairs = settings.into_iter().zip(pictures);
-        let again = pairs.map(|(setting, image)| Again {
-            setting,
-            image,
-            quality,
-        });
-        self.add_refined(again.collect(), begin)
+        self.add_refined(Again::of(settings, pictures, quality), begin)
     }
 
     /// Adds pictures to the pool and records where the sequence stands after each.

@@ -269,24 +269,17 @@ impl Stage {
         settings: &[Vec<f64>],
         refined: Option<usize>,
     ) -> Result<Vec<Arc<Image>>, TransportError> {
-        let Some(ground) = self.ground else {
+        let (found, missing) = self.find(quality, settings, refined, means.store);
+        let mut rendered = Vec::new();
+        if !missing.settings.is_empty() {
             let operator = self.operator(means.transport, quality, means.work)?;
-            let images = operator.render(settings, means.work)?;
-            return Ok(images.into_iter().map(Arc::new).collect());
-        };
-        let wanted = self.wanted(ground, quality, settings, refined);
-        let size = (self.view.width, self.view.height);
-        // Taken out while the operator, which the stage holds too, is at work.
-        let mut archive = std::mem::take(&mut self.archive);
-        let budget = means.work.memory / KEPT_SHARE;
-        let done = archive.pictures(&wanted, size, (means.store, budget), |missing| {
-            let of = |i: &usize| settings.get(*i).cloned();
-            let settings: Vec<Vec<f64>> = missing.iter().filter_map(of).collect();
-            let operator = self.operator(means.transport, quality, means.work)?;
-            operator.render(&settings, means.work)
-        });
-        self.archive = archive;
-        done
+            let images = operator.render(&missing.settings, means.work)?;
+            rendered = self.take_in(missing.wanted.as_deref(), images, means);
+        }
+        self.trim(means.work.memory);
+        let mut rendered = rendered.into_iter();
+        let each = found.into_iter();
+        Ok(each.filter_map(|f| f.or_else(|| rendered.next())).collect())
     }
 
     /// Pictures of settings as the archive knows them; `refined` as in [`Stage::pictures`].

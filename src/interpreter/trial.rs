@@ -135,10 +135,7 @@ impl Interpreter {
                 per_image: cost.per_image * pace,
             }
         };
-        let all = |step: u8| {
-            let cost = of(Quality(step));
-            cost.prepare + sources * (cost.per_source + cost.per_image)
-        };
+        let all = |step: u8| of(Quality(step)).alone(sources);
         seconds.coarse[0] = self.coarse_steps().map(all).iter().sum();
         seconds.cost = of(self.refined_step());
         Ok(())

@@ -1,18 +1,17 @@
-//! Two random shows with the real G, and a renderer that ignores quality.
+//! Two random shows with the real G.
 
 use std::sync::Arc;
 
 use crate::files::Memory;
-use crate::interpreter::{Ended, Goal, Host, Interpreter};
+use crate::interpreter::{Host, Interpreter};
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric};
 use crate::pool::{Pool, Projection};
-use crate::scene::{Rig, Scene, View};
 use crate::study::verdict::Verdict;
 use crate::study::{Trial, random_show};
+use crate::transport::Transport;
 use crate::transport::radiosity::Radiosity;
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
@@ -124,45 +123,4 @@ fn the_trial_foretells_what_the_pool_shows() {
             by.name()
         );
     }
-}
-
-/// Radiosity at its cheapest whatever it is asked for.
-struct Stubborn;
-
-impl Transport for Stubborn {
-    fn name(&self) -> &str {
-        "stubborn"
-    }
-
-    fn finest(&self) -> Quality {
-        Quality(4)
-    }
-
-    fn prepare(
-        &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
-        _quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(scene, rig, view, Quality(1), work)
-    }
-
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, _quality: Quality) -> Cost {
-        Radiosity.cost(scene, rig, view, Quality(1))
-    }
-}
-
-#[test]
-fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
-    let mut show = show(1, Arc::new(Stubborn));
-    let goal = Goal {
-        until: Some(0.01),
-        ..Goal::default()
-    };
-    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
-    assert_eq!(show.refined(), 0);
-    assert_eq!(show.predicted_error().unwrap(), 0.0);
-    assert!(show.pool().unwrap().flawless());
 }

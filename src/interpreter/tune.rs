@@ -72,10 +72,7 @@ impl Interpreter {
         let budget = call.option("budget").map(duration).transpose()?;
         let tuned = self.tune(until, budget.map(|t| t.seconds()))?;
         if call.option("json").is_some() {
-            let json = serde_json::to_string_pretty(&tuned);
-            return Ok(Reply::text(json.map_err(|e| {
-                Error::Usage(format!("no JSON can be made of it: {e}"))
-            })?));
+            return Reply::json(&tuned);
         }
         Ok(Reply::text(describe(&tuned)))
     }

@@ -131,34 +131,6 @@ impl Archive {
         self.depot.as_mut().map(Depot::notes).unwrap_or_default()
     }
 
-    /// A picture for each of `wanted`, all of one size; `render` makes those at the indices it is
-    /// given. Memory for pictures that are used nowhere else is kept within `budget` bytes.
-    ///
-    /// # Errors
-    /// Those of `render`; nothing is kept then.
-    pub fn pictures<E>(
-        &mut self,
-        wanted: &[Wanted],
-        size: (usize, usize),
-        (store, budget): (&dyn Store, usize),
-        render: impl FnOnce(&[usize]) -> Result<Vec<Image>, E>,
-    ) -> Result<Vec<Arc<Image>>, E> {
-        let mut out = self.find(wanted, size, store);
-        let missing: Vec<usize> = (0..wanted.len())
-            .filter(|i| out.get(*i).is_some_and(Option::is_none))
-            .collect();
-        if !missing.is_empty() {
-            for (i, image) in missing.iter().zip(render(&missing)?) {
-                let (Some(one), Some(place)) = (wanted.get(*i), out.get_mut(*i)) else {
-                    continue;
-                };
-                *place = Some(self.take_in(one, image, store));
-            }
-        }
-        self.trim(budget);
-        Ok(out.into_iter().flatten().collect())
-    }
-
     /// The pictures of `wanted` that need no rendering.
     pub fn find(
         &mut self,

@@ -79,19 +79,18 @@ impl<'a> Picture<'a> {
     /// Mean of what is found at points all over a receiver's outline: those in the middle of
     /// `4^depth` triangles for each side of it.
     pub fn mean(&self, receiver: usize, depth: u32, mut at: impl FnMut(Vec3) -> f64) -> f64 {
-        let (mut sum, mut area) = (0.0, 0.0);
+        let (mut sum, mut whole) = (0.0, 0.0);
         self.outline(receiver, |part| {
             let (_, middle) = measured(part);
             let next = part.iter().skip(1).chain(part.first());
             for (a, b) in part.iter().zip(next) {
-                let [u, v] = [a, b].map(|p| [p[0] - middle[0], p[1] - middle[1]]);
-                let own = 0.5 * (u[0] * v[1] - u[1] * v[0]).abs();
-                area += own;
+                let own = area([middle, *a, *b]);
+                whole += own;
                 let point = |place| self.canvas.point(place);
                 sum += own * quartered([middle, *a, *b], depth, &mut |place| at(point(place)));
             }
         });
-        if area > 0.0 { sum / area } else { 0.0 }
+        if whole > 0.0 { sum / whole } else { 0.0 }
     }
 }
 
@@ -116,26 +115,30 @@ pub fn is_near(beam: &Beam, picture: &Picture<'_>, point: Vec3) -> bool {
     picture.footprint(point) > NEAR * d.length()
 }
 
-/// Mean irradiance on a facet within convex outlines of a picture, per unit of the light's own
-/// intensity, nothing in the way; each part of a pixel counts alike. 0 for an outline of no area.
-pub fn mean<'a>(beam: &Beam, canvas: &Canvas<'_>, parts: impl Iterator<Item = &'a [Place]>) -> f64 {
-    let (mut light, mut area) = (0.0, 0.0);
+/// Irradiance on a facet within a convex outline of a picture, per unit of the light's own
+/// intensity, nothing in the way: its mean times the outline's area, each part of a pixel counting
+/// alike, and that area.
+pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[Place]) -> (f64, f64) {
+    let (mut light, mut whole) = (0.0, 0.0);
     let corner = |place: &Place| Corner::new(*place, beam, canvas);
-    for part in parts {
-        let Some((first, rest)) = part.split_first() else {
-            continue;
-        };
-        for pair in rest.windows(2) {
-            if let [a, b] = pair {
-                let [u, v] = [a, b].map(|p| [p[0] - first[0], p[1] - first[1]]);
-                let own = 0.5 * (u[0] * v[1] - u[1] * v[0]).abs();
-                let corners = [corner(first), corner(a), corner(b)];
-                area += own;
-                light += own * over((beam, canvas), corners, DEPTH);
-            }
+    let Some((first, rest)) = part.split_first() else {
+        return (0.0, 0.0);
+    };
+    for pair in rest.windows(2) {
+        if let [a, b] = pair {
+            let own = area([*first, *a, *b]);
+            let corners = [corner(first), corner(a), corner(b)];
+            whole += own;
+            light += own * over((beam, canvas), corners, DEPTH);
         }
     }
-    if area > 0.0 { light / area } else { 0.0 }
+    (light, whole)
+}
+
+/// Of a triangle in the picture.
+fn area([a, b, c]: [Place; 3]) -> f64 {
+    let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
+    0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
 }
 
 /// A corner in the picture, and from the source.

@@ -14,7 +14,7 @@ use crate::transport::cluster::{Cluster, PATCH, Receivers};
 use crate::transport::coverage::{Place, measured};
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
-use crate::transport::near::{Picture, is_near, mean};
+use crate::transport::near::{self, Picture, is_near};
 use crate::transport::shadow::{Lit, Meeting, Shadows, Stencil};
 use crate::transport::sheet::Sheet;
 use crate::transport::visibility::{Shaft, blocks};
@@ -169,10 +169,13 @@ impl<'a> Spot<'a> {
         if !is_near(self.beam, picture, point) {
             return self.beam.irradiance(point, self.normal);
         }
-        let mut parts: Vec<Vec<Place>> = Vec::new();
-        picture.outline(i, |part| parts.push(part.to_vec()));
-        let parts = parts.iter().map(Vec::as_slice);
-        mean(self.beam, &picture.canvas, parts)
+        let (mut sum, mut whole) = (0.0, 0.0);
+        picture.outline(i, |part| {
+            let (light, area) = near::light(self.beam, &picture.canvas, part);
+            sum += light;
+            whole += area;
+        });
+        if whole > 0.0 { sum / whole } else { 0.0 }
     }
 
     /// Mean irradiance on what shadows leave of one fragment's outline, over all of it.
@@ -189,12 +192,12 @@ impl<'a> Spot<'a> {
             Lit::Partly => {
                 let near = is_near(self.beam, picture, point);
                 let light = |part: &[Place]| {
+                    if near {
+                        return near::light(self.beam, &picture.canvas, part).0;
+                    }
                     let (area, centre) = measured(part);
                     let centre = picture.canvas.point(centre);
-                    area * match near {
-                        true => mean(self.beam, &picture.canvas, [part].into_iter()),
-                        false => self.beam.irradiance(centre, self.normal),
-                    }
+                    area * self.beam.irradiance(centre, self.normal)
                 };
                 let lit: f64 = self.stencil.lit().map(light).sum();
                 lit / self.stencil.whole

@@ -7,7 +7,7 @@ use super::result::ROUNDING;
 use super::{ending, unknown_ending};
 use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
 use crate::interpreter::answer::{count, fraction, percent};
-use crate::interpreter::{Call, Error, Interpreter, Reply, Shown};
+use crate::interpreter::{Call, Error, Interpreter, Reply};
 use crate::lang::nearest;
 use crate::plan::{Metric, PlanReport};
 
@@ -59,12 +59,7 @@ impl Interpreter {
     /// Into a file by its ending, or beside the words.
     fn draw(&self, drawing: &Drawing, path: Option<&Path>, text: String) -> Result<Reply, Error> {
         let Some(path) = path else {
-            let (width, height, rgb) = drawing.rgb8()?;
-            let size = (width, height);
-            return Ok(Reply {
-                picture: Some(Shown { size, rgb }),
-                ..Reply::text(text)
-            });
+            return Reply::drawn(drawing, text);
         };
         let bytes = match ending(path).as_str() {
             "svg" => drawing.svg().into_bytes(),

@@ -37,6 +37,23 @@ pub struct Again {
     pub quality: Quality,
 }
 
+impl Again {
+    /// Pictures of settings, as many of either.
+    pub fn of(
+        settings: impl IntoIterator<Item = Vec<f64>>,
+        images: impl IntoIterator<Item = Arc<Image>>,
+        quality: Quality,
+    ) -> Vec<Again> {
+        let pairs = settings.into_iter().zip(images);
+        let again = pairs.map(|(setting, image)| Again {
+            setting,
+            image,
+            quality,
+        });
+        again.collect()
+    }
+}
+
 impl Stage {
     /// Refined pictures in memory, and with `store` also on disk, of at least this quality, that
     /// the sources can express: in the order in which they were refined, so that a pool made anew

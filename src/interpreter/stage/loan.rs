@@ -150,10 +150,14 @@ impl Stage {
             return images.into_iter().map(Arc::new).collect();
         };
         let pairs = wanted.iter().zip(images);
-        let kept = pairs.map(|(w, image)| self.archive.take_in(w, image, means.store));
-        let kept = kept.collect();
-        self.archive.trim(means.work.memory / KEPT_SHARE);
-        kept
+        pairs
+            .map(|(w, image)| self.archive.take_in(w, image, means.store))
+            .collect()
+    }
+
+    /// Lets go of pictures that nothing uses, beyond their share of the memory, bytes.
+    pub fn trim(&mut self, memory: usize) {
+        self.archive.trim(memory / KEPT_SHARE);
     }
 
     /// True when coarse pictures rendered elsewhere find their way into the pool.
@@ -161,17 +165,19 @@ impl Stage {
         self.ground.is_some()
     }
 
-    /// What rendering `pictures` pictures of all sources takes from nothing, in the operator's
-    /// units.
-    pub fn cost_of_all(&self, transport: &dyn Transport, quality: Quality, pictures: usize) -> f64 {
-        let Cost {
-            prepare,
-            per_source,
-            per_image,
-        } = self.cost(transport, quality);
-        let ready = self.is_prepared(quality);
-        let fixed = if ready { 0.0 } else { prepare };
-        fixed + (per_source + per_image) * pictures as f64
+    /// What rendering so many sources alone takes, in the operator's units.
+    pub fn cost_of_units(
+        &self,
+        transport: &dyn Transport,
+        quality: Quality,
+        pictures: usize,
+    ) -> f64 {
+        let cost = self.cost(transport, quality);
+        let prepare = match self.is_prepared(quality) {
+            true => 0.0,
+            false => cost.prepare,
+        };
+        Cost { prepare, ..cost }.alone(pictures as f64)
     }
 
     /// The settings of coarse pictures.
