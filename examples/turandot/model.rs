@@ -33,7 +33,7 @@ mod wavefront;
 
 pub use material::MATERIALS;
 pub use slide::{HEIGHT, WIDTH, dusk, night};
-pub use solid::{Point, Set};
+pub use solid::Set;
 
 /// The whole set, from the ground up.
 pub fn turandot() -> Set {

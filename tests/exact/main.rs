@@ -13,7 +13,9 @@ mod cie;
 mod form_factor;
 mod furnace;
 mod invariance;
+mod luminaires;
 mod meter;
+mod radiosity;
 #[path = "../reference/mod.rs"]
 mod reference;
 mod superposition;

@@ -1,0 +1,247 @@
+//! G against closed forms and reference pictures.
+
+use crate::reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
+use footlight::geometry::vec3;
+use footlight::picture::Image;
+use footlight::scene::profile::Profile;
+use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
+use footlight::units::Rgb;
+
+/// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is
+/// direct light between its samples: with planes alone it was 0.8 % at the worst pixel.
+#[test]
+fn the_furnace_is_even_at_every_step_and_reflectance() {
+    for rho in [0.5, 0.9, 0.99, 0.999] {
+        let mut case = furnace();
+        (case.view.width, case.view.height) = (96, 96);
+        for material in &mut case.scene.materials {
+            material.reflectance = Rgb([rho; 3]);
+        }
+        let exact = 1.0 / (1.0 - rho);
+        for quality in 1..=5 {
+            let image = &render(&case, quality, &[vec![1.0; 6]], 2)[0];
+            let off = |v: &f32| (f64::from(*v) / exact - 1.0).abs();
+            let worst = image.data().iter().map(off).fold(0.0, f64::max);
+            let square: f64 = image.data().iter().map(|v| off(v).powi(2)).sum();
+            let mean = (square / image.data().len() as f64).sqrt();
+            let told = format!("{rho} at quality {quality}: {mean} worst {worst}");
+            assert!(mean < 1e-3 && worst < 5e-3, "{told}");
+        }
+    }
+}
+
+/// A small picture of the stage with a spot added, at every quality.
+fn small() -> Case {
+    let mut case = stage();
+    (case.view.width, case.view.height) = (40, 24);
+    case.rig.lights.push(Light::Spot(Spot {
+        position: vec3(-4.0, -6.0, 6.0),
+        aim: vec3(1.0, 1.0, 0.0),
+        beam: 18.0,
+        field: 30.0,
+        intensity: Rgb([900.0, 700.0, 400.0]),
+    }));
+    let light = case.rig.lights.len() - 1;
+    let filter = Rgb([0.9, 0.2, 0.5]);
+    case.rig.sources[1].emitters.push(Emitter { light, filter });
+    case
+}
+
+/// Two lights on one material are the same light, each at its own strength.
+#[test]
+fn panels_of_one_material_shine_alike() {
+    let mut case = small();
+    let Light::Panel { material, radiance } = case.rig.lights[0] else {
+        unreachable!("the stage is lit by panels")
+    };
+    case.rig.lights.push(Light::Panel {
+        material,
+        radiance: Rgb(radiance.0.map(|c| c * 0.5)),
+    });
+    let light = case.rig.lights.len() - 1;
+    let filter = Rgb::WHITE;
+    case.rig.sources[2].emitters = vec![Emitter { light, filter }];
+    let n = case.rig.sources.len();
+    let setting = |on: &[usize]| -> Vec<f64> {
+        let level = |i| f64::from(u8::from(on.contains(&i)));
+        (0..n).map(level).collect()
+    };
+    let settings = [setting(&[0]), setting(&[2]), setting(&[0, 2])];
+    let [one, half, both] = &render(&case, 1, &settings, 2)[..] else {
+        unreachable!("three settings are three pictures")
+    };
+    assert!(one.data().iter().any(|v| *v > 0.0));
+    for ((one, half), both) in one.data().iter().zip(half.data()).zip(both.data()) {
+        assert_eq!(*half, one * 0.5);
+        assert!(
+            (both - one * 1.5).abs() <= 1e-6 * one,
+            "{both} for 1.5 times {one}"
+        );
+    }
+}
+
+#[test]
+fn light_adds_and_scales_whatever_its_sign() {
+    let case = small();
+    let n = case.rig.sources.len();
+    let mix = [0.8, -1.7, 0.0, 2.5, -0.3, 1e-3, 40.0, -12.0];
+    let mut settings: Vec<Vec<f64>> = (0..n)
+        .map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect())
+        .collect();
+    settings.push(mix.to_vec());
+    for quality in 1..=5 {
+        let images = render(&case, quality, &settings, 2);
+        let peak = |i: &Image| i.data().iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+        let largest = f64::from(images[..n].iter().map(peak).fold(0.0, f32::max));
+        let allowed = 1e-6 * mix.iter().map(|c| c.abs()).sum::<f64>() * largest;
+        for (at, together) in images[n].data().iter().enumerate() {
+            let sum: f64 = (0..n)
+                .map(|i| mix[i] * f64::from(images[i].data()[at]))
+                .sum();
+            let off = (sum - f64::from(*together)).abs();
+            assert!(off <= allowed, "quality {quality}: {off} > {allowed}");
+        }
+    }
+}
+
+#[test]
+fn the_same_bits_for_any_threads_and_any_batch() {
+    let case = small();
+    let others: Vec<f64> = (0..case.mix.len()).map(|i| i as f64 - 3.5).collect();
+    for quality in [1, 3] {
+        let one = render(&case, quality, &[case.mix.clone(), others.clone()], 1);
+        let two = render(&case, quality, &[case.mix.clone(), others.clone()], 2);
+        let alone = render(&case, quality, std::slice::from_ref(&others), 2);
+        let bits = |i: &Image| i.data().iter().map(|x| x.to_bits()).collect::<Vec<u32>>();
+        assert_eq!(bits(&one[0]), bits(&two[0]), "quality {quality}");
+        assert_eq!(bits(&one[1]), bits(&two[1]), "quality {quality}");
+        assert_eq!(bits(&one[1]), bits(&alone[0]), "quality {quality}");
+    }
+}
+
+#[test]
+fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
+    let floor = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+    let spot = Spot {
+        position: vec3(0.0, 0.0, 3.0),
+        aim: vec3(0.0, 0.0, 0.0),
+        beam: 170.0,
+        field: 179.0,
+        intensity: Rgb([1000.0; 3]),
+    };
+    let mut case = stage();
+    case.scene = Scene {
+        materials: vec![Material {
+            name: "floor".into(),
+            reflectance: Rgb([0.5; 3]),
+            emission: Rgb::default(),
+        }],
+        polygons: vec![Polygon {
+            vertices: floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
+            material: 0,
+        }],
+    };
+    case.rig.lights = vec![Light::Spot(spot.clone())];
+    case.rig.sources.truncate(1);
+    // Straight down on the floor: pixel (x, y) shows the floor there.
+    case.view = View {
+        from: vec3(0.0, 0.0, 2.0),
+        to: vec3(0.0, 0.0, 0.0),
+        fov: 90.0,
+        width: 4,
+        height: 4,
+    };
+    let image = &render(&case, 1, &[vec![1.0]], 1)[0];
+    let beam = Profile::new(spot.beam, spot.field).unwrap();
+    for y in 0..4 {
+        for x in 0..4 {
+            let lux = |px: f64, py: f64| {
+                let square = px * px + py * py + 9.0;
+                let angle = px.hypot(py).atan2(3.0);
+                1000.0 * beam.share(angle) * (3.0 / square.sqrt()) / square
+            };
+            // A pixel is a square metre: it shows the mean of many points.
+            let n = 200;
+            let place = |at: i32, k: i32| f64::from(at) - 2.0 + (f64::from(k) + 0.5) / f64::from(n);
+            let points = (0..n * n).map(|k| lux(place(x, k % n), place(y, k / n)));
+            let mean = points.sum::<f64>() / f64::from(n * n);
+            let expected = mean * 0.5 / std::f64::consts::PI;
+            let got = f64::from(image.pixel(x as usize, y as usize).unwrap()[0]);
+            assert!(
+                (got / expected - 1.0).abs() < 1e-5,
+                "{x} {y}: {got} {expected}"
+            );
+        }
+    }
+}
+
+/// Pixels without an edge between walls beside them: these references are values at the pixels'
+/// centres, ours are means over the pixels.
+fn smooth(image: &Image) -> Vec<bool> {
+    let (w, h) = (image.width(), image.height());
+    let at = |x: usize, y: usize| image.pixel(x.min(w - 1), y.min(h - 1)).unwrap()[0];
+    let around = |x: usize, y: usize| {
+        let (left, above) = (x.saturating_sub(1), y.saturating_sub(1));
+        [
+            at(x, y),
+            at(left, y),
+            at(x + 1, y),
+            at(x, above),
+            at(x, y + 1),
+        ]
+    };
+    (0..w * h)
+        .map(|i| around(i % w, i / w))
+        .map(|v| {
+            let (low, high) = v
+                .iter()
+                .fold((f32::MAX, 0.0_f32), |(l, h), x| (l.min(*x), h.max(*x)));
+            high < 1.05 * low
+        })
+        .collect()
+}
+
+#[test]
+fn single_walls_of_the_furnace() {
+    let case = furnace();
+    let on = |wall: usize| {
+        (0..6)
+            .map(|i| f64::from(u8::from(i == wall)))
+            .collect::<Vec<f64>>()
+    };
+    for (quality, most) in [(1, 0.03), (4, 0.01)] {
+        let images = render(&case, quality, &[on(0), on(4)], 2);
+        for (image, file) in images.iter().zip(["det_xneg.exr", "det_zneg.exr"]) {
+            let exact = picture("furnace", file);
+            let (error, _) = errors(image, [&exact, &exact], &smooth(&exact));
+            assert!(error < most, "quality {quality}, {file}: {error}");
+        }
+    }
+}
+
+#[test]
+fn cornell_and_stage_meet_their_references_better_with_quality() {
+    for (case, most) in [
+        (cornell(), [0.05, 0.03, 0.016, 0.014, 0.012]),
+        (stage(), [0.03, 0.02, 0.015, 0.012, 0.008]),
+    ] {
+        let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
+        let counted = counted(&case, &halves[0]);
+        let mut last = f64::INFINITY;
+        for (quality, most) in (1..).zip(most) {
+            let image = &render(&case, quality, std::slice::from_ref(&case.mix), 2)[0];
+            let (plain, fair) = errors(image, [&halves[0], &halves[1]], &counted);
+            assert!(
+                plain < most,
+                "{} at quality {quality}: {plain} ({fair})",
+                case.name
+            );
+            assert!(
+                fair < last,
+                "{} at quality {quality}: {fair} after {last}",
+                case.name
+            );
+            last = fair;
+        }
+    }
+}

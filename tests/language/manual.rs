@@ -1,0 +1,72 @@
+//! Every example of the manual and every show among the examples is read; none has a mistake,
+//! except where the manual names its code (```lxq,E032).
+
+use std::fs;
+use std::path::PathBuf;
+
+use footlight::diagnostic::{Sources, Style, render};
+use footlight::files::{Files, Folder, Memory};
+use footlight::{check, lang};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn complaints(files: &dyn Files, name: &str, text: &str) -> (Vec<&'static str>, String) {
+    let (mut known, mut sources) = (lang::Known::default(), Sources::default());
+    let parsed = lang::parse_again(&mut known, files, &mut sources, name, text);
+    let mut found = parsed.diagnostics;
+    if let Some(show) = parsed.show {
+        found.extend(check::check(&show, &parsed.spans).diagnostics);
+    }
+    let codes = found.iter().map(|d| d.code).collect();
+    (codes, render(&found, &sources, Style::Plain))
+}
+
+#[test]
+fn the_manuals_examples_are_shows() {
+    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    let rig = "light key spot at 0, -3, 4  aim 0, 0, 1  beam 24  field 40  1200 cd\n";
+    let files = Memory::default().with("rig.lxq", rig);
+    let mut count = 0;
+    for block in manual.split("```lxq").skip(1) {
+        let (wanted, rest) = block.split_once('\n').unwrap();
+        let (codes, text) = complaints(&files, "README.md", rest.split("```").next().unwrap());
+        let errors: Vec<&str> = codes.into_iter().filter(|c| c.starts_with('E')).collect();
+        let wanted: Vec<&str> = wanted.split(',').skip(1).collect();
+        assert_eq!(errors, wanted, "{text}");
+        count += 1;
+    }
+    assert!(count >= 9);
+}
+
+/// The manual's list of words that cannot be names is complete and has none too many.
+#[test]
+fn the_manuals_reserved_words_are_the_reserved_words() {
+    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    let list = manual.split("these cannot be names: `").nth(1).unwrap();
+    let listed: Vec<&str> = list.split('`').next().unwrap().split_whitespace().collect();
+    for word in lang::keywords().iter().chain(lang::words()) {
+        let show = format!("light l panel m\nbank {word} = l\ncue 1 {{ blackout }}\n");
+        let refused = complaints(&Memory::default(), "names.lxq", &show)
+            .0
+            .contains(&"E013");
+        let said = listed.contains(word) || lang::keywords().contains(word);
+        assert_eq!(refused, said, "{word}");
+    }
+    assert!(listed.iter().all(|w| lang::words().contains(w)));
+}
+
+#[test]
+fn the_examples_are_shows_without_a_complaint() {
+    let mut found = crate::sheets(&root().join("examples"));
+    // What shows include is no show.
+    found.retain(|p| !p.components().any(|c| c.as_os_str() == "parts"));
+    assert!(!found.is_empty());
+    for path in found {
+        let text = fs::read_to_string(&path).unwrap();
+        let files = Folder::new(path.parent().unwrap(), 1 << 20);
+        let (_, complaints) = complaints(&files, &path.to_string_lossy(), &text);
+        assert_eq!(complaints, "");
+    }
+}

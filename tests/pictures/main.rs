@@ -1,0 +1,14 @@
+//! What is to be seen: files of pictures and frames, playback, the page in a browser, plots.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::print_stderr,
+    reason = "a test stops at its first surprise, and says what it skips"
+)]
+
+mod output;
+mod page;
+mod playback;
+mod plot;

@@ -1,0 +1,231 @@
+//! Formats of key images on a show of its own: their errors, their default, and the chart of them.
+
+use std::path::{Path, PathBuf};
+
+use footlight::files::{Folder, Shelf, Store};
+use footlight::interpreter::{Host, Interpreter};
+use footlight::picture::Image;
+use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
+use footlight::playback::key::Format;
+use footlight::playback::{Playback, Player};
+use footlight::study::playback::{Displayed, Frame, Judged, UNSEEN, judge};
+use footlight::study::{Kind, Record};
+use footlight::units::Time;
+use footlight::work::Work;
+
+/// The first show of another size, with a store of its own.
+fn first(shelf: &Shelf, size: &str) -> Interpreter {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
+    let text = text.replace("size 480x270", &format!("size {size}"));
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 20)),
+        store: Box::new(shelf.clone()),
+        ..Host::default()
+    };
+    Interpreter::from_text("first.lxq", text.as_bytes(), host).unwrap()
+}
+
+/// A show of cubics between two looks, its key images made up: `light` of the key's levels and of a
+/// number from 0 to 1 for each channel.
+fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Playback {
+    let text = b"show \"Made up\"\n\
+        light left  spot at -1, 0, 3 aim 0, 0, 0 beam 30 field 50 900 cd\n\
+        light right spot at  1, 0, 3 aim 0, 0, 0 beam 30 field 50 900 cd\n\
+        bank a = left\nbank b = right\n\
+        cue 1 at 0:00 { snap a full b 5 }\n\
+        cue 2 at 0:02 { time 4 curve ease a out b full }\n\
+        cue 3 at 0:08 { time 3 a 30 b out }\n";
+    let show = Interpreter::from_text("made.lxq", text, Host::default()).unwrap();
+    let image = |key: &Vec<f64>| {
+        let channel = |i: u32| light(key, f64::from(i) / 6000.0) as f32;
+        Image::from_data(50, 40, (0..6000).map(channel).collect()).unwrap()
+    };
+    let images = show.keys().keys().iter().map(image).collect();
+    Playback::of(show.keys(), images).unwrap()
+}
+
+fn judged(playback: &Playback, tone: Tone, format: Format) -> Judged {
+    let player = Player::new(playback, format, tone, Work::silent()).unwrap();
+    let mut frame = |time| {
+        let mut image = Image::new(0, 0);
+        player.light(time, &mut image);
+        Frame::Light(image)
+    };
+    judge(playback, tone, 1, &mut frame, Work::silent()).unwrap()
+}
+
+#[test]
+fn each_format_errs_as_much_as_it_must() {
+    for curve in [Curve::Filmic, Curve::Plain] {
+        let tone = Tone {
+            exposure: -1.0,
+            curve,
+        };
+        // One look falls, the other rises, over four decades up to twice white.
+        let white = tone.light(1.0);
+        let playback = made_up(|key, x| {
+            2.0 * white * (key[0] * 10f64.powf(-4.0 * x) + key[1] * 10f64.powf(-4.0 * (1.0 - x)))
+        });
+        let [float, half, byte] = Format::ALL.map(|format| judged(&playback, tone, format));
+        assert!(
+            float.most < 1e-3 && half.most < 0.07,
+            "{} {}",
+            float.most,
+            half.most
+        );
+        assert!(half.most > float.most, "a half is no float");
+        assert!((0.3..1.5).contains(&byte.most), "{}", byte.most);
+        assert!(byte.rms < 0.35 && byte.rms > half.rms);
+        // Blended as displayed: wrong where the keys differ, by a great deal.
+        let displayed = Displayed::new(&playback, tone);
+        let mut frame = |time| {
+            let mut bytes = Vec::new();
+            displayed.show(time, &mut bytes);
+            Frame::Bytes(bytes)
+        };
+        let paper = judge(&playback, tone, 1, &mut frame, Work::silent()).unwrap();
+        assert!(
+            paper.most > 20.0 && paper.rms > 5.0,
+            "{} {}",
+            paper.most,
+            paper.rms
+        );
+        assert!(paper.seen > 0.2 && half.seen == 0.0, "{}", paper.seen);
+        assert_eq!(paper.worst.len(), 6000);
+    }
+}
+
+/// Where halves fail: a sun in sight takes their whole range, and the room beside it drowns.
+#[test]
+fn a_sun_in_sight_is_too_much_for_halves() {
+    let tone = Tone {
+        exposure: -5.0,
+        curve: Curve::Filmic,
+    };
+    let lit = |sun: f64| {
+        let playback = made_up(move |key, x| {
+            let here = if x > 0.999 { sun } else { 4.0 * x * x };
+            here * (key[0] + 0.1 * key[1])
+        });
+        Format::ALL.map(|format| judged(&playback, tone, format))
+    };
+    let [float, half, byte] = lit(100.0);
+    assert!(float.most < 1e-3 && half.most < 0.1 && byte.most < 1.0);
+    let [float, half, byte] = lit(1.6e9);
+    assert!(float.most < 1e-3, "{}", float.most);
+    assert!(half.most > UNSEEN, "the limit is real: {}", half.most);
+    // 8 bits reach 512 knees and cut what is beyond, so that darks do not suffer.
+    assert!(byte.rms < 1.0, "{}", byte.rms);
+}
+
+#[test]
+fn a_player_shows_what_the_thresholds_say() {
+    let tone = Tone::default();
+    let playback = made_up(|key, x| key[0] * x + key[1] * (1.0 - x) - 0.02);
+    let player = Player::new(&playback, Format::Float, tone, Work::silent()).unwrap();
+    let (mut light, mut bytes) = (Image::new(0, 0), Vec::new());
+    for tenth in -5..130 {
+        let time = Time::from_seconds(f64::from(tenth) / 10.0).unwrap();
+        playback.frame(time, &mut light);
+        player.show(time, &mut bytes);
+        assert_eq!(bytes, tone.encode(&light));
+    }
+}
+
+#[test]
+fn the_chart_tells_speed_error_and_default() {
+    let shelf = Shelf::default();
+    let mut show = first(&shelf, "96x54");
+    let said = show.execute("chart playback -o chart.json").unwrap().text;
+    let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
+    let record: Record = serde_json::from_slice(&bytes).unwrap();
+    assert_eq!(record.kind, Kind::Playback);
+    let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["f32", "f16", "8-bit", "8-bit, blended as displayed"]
+    );
+    let of = |way: usize, what: &str| record.curve(&record.series[way], "time a frame", what)[0];
+    assert!(of(0, "largest error").1 < 1e-3 && of(1, "largest error").1 < 0.1);
+    assert!(of(2, "largest error").1 < of(3, "largest error").1);
+    assert!((0..4).all(|way| of(way, "RMS error").0 > 0.0));
+    let sizes = [0, 1, 2].map(|way| of(way, "key images").1);
+    assert!((sizes[0] / sizes[1] - 2.0).abs() < 1e-9 && sizes[1] / sizes[2] > 1.7);
+    assert_eq!(record.series[1].points[0].marks, ["default"]);
+    assert!(said.contains("(default)"), "{said}");
+    for file in ["chart.svg", "chart.png", "chart.csv"] {
+        show.execute(&format!("chart playback -o {file}")).unwrap();
+        assert!(!shelf.read(Path::new(file), 1 << 22).unwrap().is_empty());
+    }
+    let told = show
+        .execute("chart playback --where displayed -o where.png")
+        .unwrap();
+    assert!(told.text.contains("full amber is"), "{}", told.text);
+    assert!(
+        shelf
+            .read(Path::new("where.png"), 1 << 20)
+            .unwrap()
+            .starts_with(b"\x89PNG")
+    );
+    assert_eq!(
+        show.execute("chart playback --where f16")
+            .unwrap()
+            .picture
+            .unwrap()
+            .size,
+        (96, 54)
+    );
+    assert!(show.execute("play").unwrap().text.contains("in f16"));
+    assert!(
+        show.execute("play --keys 8-bit")
+            .unwrap()
+            .text
+            .contains("in 8-bit")
+    );
+    for wrong in [
+        "play --keys u8",
+        "chart playback --where f64",
+        "chart playback --where f16 -o where.svg",
+        "chart playback --reference refs",
+        "chart transport --where f16",
+    ] {
+        assert_eq!(show.execute(wrong).unwrap_err().exit_code(), 2, "{wrong}");
+    }
+}
+
+/// A picture after an edit looks at a part of the pixels of the changed keys alone; it must be the
+/// picture that all key images would have been exposed for.
+#[test]
+fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
+    let mut show = first(&Shelf::default(), "200x150");
+    assert_eq!(sampling(200, 150), 2);
+    let time = Time::from_seconds(9.0).unwrap();
+    show.execute("at 0:09").unwrap();
+    let mut exposures = Vec::new();
+    for line in [
+        "",
+        "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 40 }",
+        "refine 1",
+        "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 90 }",
+        "method projection corrections",
+    ] {
+        show.execute(line).unwrap();
+        let shown = show.execute("picture").unwrap().picture.unwrap().rgb;
+        let whole = show.playback().unwrap();
+        let exposure = auto_exposure(whole.images().iter());
+        let tone = Tone {
+            exposure,
+            curve: Curve::Filmic,
+        };
+        assert_eq!(shown, tone.encode(&show.preview(time).unwrap()), "{line}");
+        exposures.push(exposure);
+    }
+    assert!(exposures[0] != exposures[1] && exposures[1] != exposures[3]);
+    let setting = show.timeline().evaluate(time);
+    let pool = show.pool().unwrap();
+    let thin = pool.thinned(2).preview(&setting, Work::silent()).unwrap();
+    let whole = pool.preview(&setting, Work::silent()).unwrap();
+    assert_eq!((thin.width(), thin.height()), (100, 75));
+    assert_eq!(thin, whole.every(2));
+}

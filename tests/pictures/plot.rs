@@ -1,0 +1,179 @@
+//! What `plot` draws: curves with cues, moves and knots, key settings, spectrum, basis, error.
+
+use std::path::Path;
+
+use footlight::files::{Memory, Shelf, Store};
+use footlight::interpreter::{Host, Interpreter};
+
+/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put in.
+const SHOW: &str = "show \"Knots\"
+preview { tolerance 2% }
+stage \"room.obj\"
+view house  from 0, -3, 1  to 0, 1, 1  fov 40  size 32x18
+light a  spot at -1, 0, 2  aim -1, 1, 0  beam 30  field 50  900 cd
+light b  spot at 0, 0, 2   aim 0, 1, 0   beam 30  field 50  900 cd
+light c  spot at 1, 0, 2   aim 1, 1, 0   beam 30  field 50  900 cd
+bank keys = a
+bank warm = b  rgb
+bank cold = c
+group sides = keys cold
+cue 1 at 0:00 { keys hermite 0 4 slope -10, 4 64 slope 40, 8 20 slope 0  cold 50 time 6 }
+cue 2 at 0:05 { warm to #ff8040 time 5  cold 20 time 1 }
+cue 3 at 0:09 { keys hermite 0 20 slope -15, 4 16 slope 10 }
+cue 4 at 0:15 { snap blackout }
+";
+
+const ROOM: &str = "mtllib room.mtl\nusemtl wall\nv -2 0 0\nv 2 0 0\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n\
+                    v -2 0 -2\nv 2 0 -2\nv 2 2 -2\nv -2 2 -2\nf 5 6 7 8\n";
+
+fn open(text: &str) -> (Interpreter, Shelf) {
+    let shelf = Shelf::default();
+    let host = Host {
+        files: Box::new(
+            Memory::default()
+                .with("room.obj", ROOM)
+                .with("room.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n"),
+        ),
+        store: Box::new(shelf.clone()),
+        ..Host::default()
+    };
+    let show = Interpreter::from_text("knots.lxq", text.as_bytes(), host);
+    let show = show.map_err(|e| e.report(footlight::diagnostic::Style::Plain));
+    (show.unwrap(), shelf)
+}
+
+fn drawn(show: &mut Interpreter, shelf: &Shelf, words: &str) -> (String, String) {
+    let said = show
+        .execute(&format!("plot {words} -o drawn.svg"))
+        .unwrap()
+        .text;
+    let bytes = shelf.read(Path::new("drawn.svg"), 1 << 24).unwrap();
+    (said, String::from_utf8(bytes).unwrap())
+}
+
+#[test]
+fn moves_begin_and_end_where_they_do() {
+    let (show, _) = open(SHOW);
+    let moves = |coordinate: usize| -> Vec<(f64, f64)> {
+        let moves = show.timeline().moves(coordinate).iter();
+        moves.map(|(a, b)| (a.seconds(), b.seconds())).collect()
+    };
+    assert_eq!(moves(0), [(0.0, 8.0), (9.0, 13.0), (15.0, 15.0)]);
+    assert_eq!(moves(1), [(5.0, 10.0), (15.0, 15.0)]);
+    // Cue 2 overtakes cue 1.
+    assert_eq!(moves(4), [(0.0, 5.0), (5.0, 6.0), (15.0, 15.0)]);
+    assert!(show.timeline().moves(99).is_empty());
+}
+
+#[test]
+fn a_knot_put_in_is_told_from_the_curves_own() {
+    let (show, _) = open(SHOW);
+    let segments = show.keys().segments();
+    let inserted: Vec<f64> = (segments.iter().filter(|s| s.is_inserted()))
+        .map(|s| s.start())
+        .collect();
+    assert_eq!(inserted.len(), show.keys().inserted());
+    assert_eq!(inserted.len(), 1);
+    assert!((inserted[0] - 0.8).abs() < 1e-6, "{inserted:?}");
+}
+
+#[test]
+fn banks_are_drawn_by_name_and_groups_count() {
+    let (mut show, shelf) = open(SHOW);
+    let all = ["keys", "warm.r", "warm.g", "warm.b", "cold"];
+    let of = |drawn: &str| -> Vec<bool> {
+        let named = |name: &&str| drawn.contains(&format!(">{name}<"));
+        all.iter().map(named).collect()
+    };
+    let (said, svg) = drawn(&mut show, &shelf, "");
+    assert!(said.starts_with("3 banks of Knots"), "{said}");
+    assert_eq!(of(&svg), [true; 5]);
+    for word in ["move", "knot put in", ">now<", ">knots<", "over time"] {
+        assert!(svg.contains(word), "{word}");
+    }
+    let (said, svg) = drawn(&mut show, &shelf, "warm");
+    assert!(said.starts_with("1 bank of"), "{said}");
+    assert_eq!(of(&svg), [false, true, true, true, false]);
+    let (_, svg) = drawn(&mut show, &shelf, "sides cold");
+    assert_eq!(of(&svg), [true, false, false, false, true]);
+    // The word alone is the key settings; a bank so called is reached as `show` reaches it.
+    let (_, svg) = drawn(&mut show, &shelf, "keys");
+    assert!(svg.contains("24 key settings for 10 segments"), "{svg}");
+    assert!(svg.contains(">24<") && svg.contains("put in so that no key is negative"));
+    let (said, svg) = drawn(&mut show, &shelf, "bank keys");
+    assert!(said.starts_with("1 bank"), "{said}");
+    assert_eq!(of(&svg), [true, false, false, false, false]);
+}
+
+#[test]
+fn what_cannot_be_drawn_says_what_could() {
+    let (mut show, _) = open(SHOW);
+    for (line, said) in [
+        (
+            "plot wram",
+            "there is no bank or group `wram`; did you mean `warm`?",
+        ),
+        ("plot side", "did you mean `sides`?"),
+        ("plot spectrums", "did you mean `spectrum`?"),
+        ("plot moonlight", "`show` lists the banks"),
+        ("plot keys -o keys.gif", "use .png or .svg"),
+        (
+            "plot warm --tolerance 2%",
+            "`--tolerance` is for `plot spectrum`",
+        ),
+        (
+            "plot keys --metric error",
+            "`--metric` is for `plot spectrum`",
+        ),
+        ("plot spectrum --tolerance much", "is not an error"),
+    ] {
+        let error = show.execute(line).unwrap_err();
+        assert_eq!(error.exit_code(), 2);
+        assert!(error.to_string().contains(said), "{line}: {error}");
+    }
+}
+
+#[test]
+fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
+    let (mut show, shelf) = open(SHOW);
+    let (said, svg) = drawn(&mut show, &shelf, "spectrum --tolerance 10%");
+    assert!(said.contains("reach 10.0 % (metric settings)"), "{said}");
+    assert!(svg.contains("tolerance 10.0 %") && svg.contains("singular value"));
+    let (said, svg) = drawn(&mut show, &shelf, "basis");
+    assert!(said.contains("nothing is refined yet"), "{said}");
+    assert!(svg.contains("each bank alone") && svg.contains(">warm.g<"));
+    let (_, svg) = drawn(&mut show, &shelf, "error");
+    assert!(svg.contains("if it went on"));
+    show.execute("refine 2").unwrap();
+    let (said, svg) = drawn(&mut show, &shelf, "basis");
+    assert!(said.starts_with("2 basis pictures"), "{said}");
+    assert!(svg.contains("the error that each leaves"));
+    let (said, _) = drawn(&mut show, &shelf, "error");
+    assert!(
+        said.starts_with("2 refined pictures: predicted error"),
+        "{said}"
+    );
+    let (said, _) = drawn(&mut show, &shelf, "spectrum --metric error");
+    assert!(said.contains("(metric error)"), "{said}");
+}
+
+#[test]
+fn files_are_light_unless_dark_is_asked_for_and_the_terminal_is_dark() {
+    let (mut show, shelf) = open(SHOW);
+    let ground = |svg: &str| svg.contains("#ffffff");
+    assert!(ground(&drawn(&mut show, &shelf, "keys").1));
+    assert!(!ground(&drawn(&mut show, &shelf, "keys --dark").1));
+    let shown = show.execute("plot keys").unwrap().picture.unwrap();
+    assert!(shown.rgb[..3].iter().all(|c| *c < 64));
+    show.execute("plot keys -o keys.png").unwrap();
+    let png = shelf.read(Path::new("keys.png"), 1 << 24).unwrap();
+    assert_eq!(&png[1..4], b"PNG");
+}
+
+#[test]
+fn a_last_picture_that_leaves_nothing_is_seen_on_the_spectrum() {
+    let (mut show, shelf) = open(SHOW);
+    let (said, svg) = drawn(&mut show, &shelf, "spectrum --tolerance 0.01%");
+    assert!(said.starts_with("3 refined pictures of 3 reach"), "{said}");
+    assert!(svg.contains("3 pictures: nothing left"), "{svg}");
+}

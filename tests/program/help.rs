@@ -1,0 +1,193 @@
+//! The help keeps its word: every example of every `--help`, and every line of the README that calls
+//! the program, runs in a shell, and every verb's example at the prompt.
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use footlight::files::{Folder, Shelf};
+use footlight::interpreter::{Background, Host, Interpreter, VERBS, Verb};
+
+/// With all that the examples name.
+const SHOW: &str = r#"show "Examples"
+preview { tolerance 2%  coarse 1  refined 3  rate 2 }
+view house   from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 64x36
+view stalls  from 2, -4, 1.2  to 0, 0, 1.2  fov 45  size 64x36
+
+surface floor  reflectance 0.5  quad -3, -3, 0  3, -3, 0  3, 3, 0  -3, 3, 0
+surface wall   reflectance 0.6  quad -3, 3, 0  3, 3, 0  3, 3, 3  -3, 3, 3
+
+light left   spot at -2, -2, 3.5  aim -0.8, 0.5, 0.5  beam 30  field 50  900 cd  2700 K
+light cloth  spot at 0, -2, 3.5  aim 0, 3, 1.5  beam 60  field 80  400 cd
+bank lamps = left
+bank sky = cloth rgb
+
+cue 1 at 0:00 { snap  lamps 20  sky #102040 }
+cue 2 at 0:10 { time 6  lamps 80 }
+cue 3 at 1:30 { time 4  lamps 5  sky #403010 }
+"#;
+
+const SESSION: &str = "refine 1\ncue 2 at 0:10 { time 3  lamps 60 }\nrefine 1\n";
+
+/// The program in a folder that has all the examples name.
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Place {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
+        write("show.lxq", SHOW);
+        write("old.lxq", &SHOW.replace("lamps 80", "lamps 60"));
+        write("session.txt", SESSION);
+        fs::create_dir(folder.path().join("refs")).unwrap();
+        let place = Place(folder);
+        assert!(place.shell("footlight fmt old.lxq").status.success());
+        for bank in ["lamps", "sky"] {
+            let line =
+                format!("footlight picture show.lxq --bank {bank} --quality 2 -o refs/{bank}.exr");
+            assert_eq!(place.shell(&line).status.code(), Some(0), "{line}");
+        }
+        place
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Runs a line in a shell that finds the program.
+    fn shell(&self, line: &str) -> Output {
+        let program = Path::new(env!("CARGO_BIN_EXE_footlight"));
+        let path = std::env::var("PATH").unwrap_or_default();
+        let path = format!("{}:{path}", program.parent().unwrap().display());
+        let mut command = Command::new("sh");
+        command.args(["-c", line]).current_dir(self.path());
+        command.env("PATH", path).output().unwrap()
+    }
+
+    fn help(&self, command: &str) -> String {
+        let output = self.shell(&format!("footlight {command} --help"));
+        assert!(output.status.success(), "{command}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+}
+
+/// The lines below `Commands:` to the next blank one, their first words.
+fn commands(help: &str) -> Vec<String> {
+    let list = help.split("Commands:\n").nth(1).unwrap();
+    let lines = list.lines().take_while(|l| !l.is_empty());
+    let names = lines.filter(|l| l.starts_with("  ") && !l.starts_with("   "));
+    names
+        .map(|l| l.split_whitespace().next().unwrap().to_owned())
+        .collect()
+}
+
+#[test]
+fn every_example_of_the_help_runs() {
+    let place = Place::new();
+    let root = place.help("");
+    let mut examples: Vec<String> = Vec::new();
+    for command in commands(&root) {
+        let help = match command.as_str() {
+            "help" => continue,
+            _ => place.help(&command),
+        };
+        let own = help.split("Example").nth(1);
+        let own = own.unwrap_or_else(|| panic!("{command} has no example"));
+        let lines = own.lines().filter_map(|l| l.strip_prefix("  footlight "));
+        let before = examples.len();
+        examples.extend(lines.map(str::to_owned));
+        assert!(examples.len() > before, "{command}");
+    }
+    let shown = root.split("Examples:").nth(1).unwrap().lines();
+    examples.extend(shown.filter_map(|l| l.strip_prefix("  footlight ").map(str::to_owned)));
+    // Those of the README too, but for the one that needs another program.
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
+    let readme = fs::read_to_string(readme).unwrap();
+    let before = examples.len();
+    let lines = readme.lines().filter_map(|l| l.strip_prefix("footlight "));
+    let lines = lines.filter(|l| !l.contains("ffmpeg"));
+    examples.extend(lines.map(|l| l.split(" #").next().unwrap().trim_end().to_owned()));
+    assert!(
+        before >= 20 && examples.len() >= before + 10,
+        "{examples:?}"
+    );
+    for example in examples {
+        // It goes on until it is stopped; `watch.rs` is its test.
+        if example.starts_with("watch") {
+            continue;
+        }
+        let output = place.shell(&format!("footlight --quiet {example}"));
+        // A difference is what `diff` finds, and what `compare` may find too.
+        let fine = match example.starts_with("diff") {
+            true => Some(1),
+            false => Some(0),
+        };
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), fine, "footlight {example}\n{said}");
+        // What it says that it writes is there.
+        let words: Vec<&str> = example.split_whitespace().collect();
+        let named = words.windows(2).find(|w| w[0] == "-o" || w[0] == ">");
+        if let Some(file) = named.map(|w| w[1].trim_matches('\'')) {
+            assert!(place.path().join(file).exists(), "{example}");
+        }
+    }
+}
+
+#[test]
+fn a_show_that_refines_to_its_coarse_quality_is_told_so() {
+    let place = Place::new();
+    let text = SHOW.replace("refined 3", "refined 2");
+    fs::write(place.path().join("show.lxq"), text).unwrap();
+    let output = place.shell("footlight --quiet chart plan show.lxq -o plan.png");
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("nothing changes by refining"), "{said}");
+}
+
+/// Work beside the prompt, done at once.
+struct AtOnce;
+
+impl Background for AtOnce {
+    fn start(&self, task: Box<dyn FnOnce() + Send>) {
+        task();
+    }
+}
+
+#[test]
+fn every_verb_does_its_example_at_the_prompt() {
+    let place = Place::new();
+    for spec in VERBS {
+        let shelf = Shelf::default();
+        for name in ["show.lxq", "session.txt"] {
+            let bytes = fs::read(place.path().join(name)).unwrap();
+            footlight::files::Store::write(&shelf, Path::new(name), &bytes).unwrap();
+        }
+        for bank in ["lamps", "sky"] {
+            let name = format!("refs/{bank}.exr");
+            let bytes = fs::read(place.path().join(&name)).unwrap();
+            footlight::files::Store::write(&shelf, Path::new(&name), &bytes).unwrap();
+        }
+        let host = Host {
+            files: Box::new(Folder::new(place.path(), 1 << 20)),
+            store: Box::new(shelf),
+            background: Some(Box::new(AtOnce)),
+            ..Host::default()
+        };
+        let mut show = Interpreter::open(Path::new("show.lxq"), host).unwrap();
+        let before: &[&str] = match spec.verb {
+            Verb::Goto => &["set lamps 30", "record 2.5 \"Up\" --time 3"],
+            Verb::Release | Verb::Record => &["set lamps 30"],
+            Verb::Undo => &["cue 2 { lamps 10 }"],
+            Verb::Redo => &["cue 2 { lamps 10 }", "undo"],
+            Verb::Back => &["goto 3"],
+            _ => &[],
+        };
+        for line in before.iter().chain([&spec.example]) {
+            if let Err(error) = show.execute(line) {
+                let report = error.report(footlight::diagnostic::Style::Plain);
+                panic!("{line}: {report}");
+            }
+        }
+    }
+}

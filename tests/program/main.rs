@@ -1,0 +1,17 @@
+//! The program as a process among others: its help and the README in a shell, a terminal, a
+//! renderer that it calls, a file that is watched, a store that two share.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    clippy::print_stderr,
+    reason = "a test stops at its first surprise, and says what it skips"
+)]
+
+mod help;
+mod outside;
+mod readme;
+mod store_process;
+mod terminal;
+mod watch;

@@ -1,0 +1,288 @@
+//! An outside renderer through the whole loop. The renderer is this test program itself: called
+//! with a mode and two paths it renders one picture, well or badly.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use assert_cmd::Command;
+use footlight::files::{Memory, Shelf};
+use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter};
+use footlight::picture::Image;
+use footlight::picture::exr::{self, Precision};
+use footlight::transport::Quality;
+use footlight::transport::outside::{Call, Outside};
+use footlight::work::Progress;
+
+/// What one run of the renderer paints: each coordinate lights its own column, and step of quality
+/// `q` adds an error of 0.1/q of it to the next.
+fn painted(request: &serde_json::Value) -> Image {
+    let size = |name: &str| request["view"][name].as_u64().unwrap() as usize;
+    let (width, height) = (size("width"), size("height"));
+    let quality = request["quality"].as_f64().unwrap();
+    let mut image = Image::new(width, height);
+    let list = request["coordinates"].as_array().unwrap();
+    for (i, coordinate) in list.iter().enumerate() {
+        let value = coordinate["value"].as_f64().unwrap();
+        assert!(value >= 0.0 && !coordinate["name"].as_str().unwrap().is_empty());
+        for y in 0..height {
+            for (x, share) in [(i, 1.0), (i + 1, 0.1 / quality)] {
+                let at = (y * width + x % width) * 3;
+                image.data_mut()[at] += (value * share) as f32;
+            }
+        }
+    }
+    image
+}
+
+/// The name of the test below, for `--exact`.
+const RENDERER: &str = "outside::renderer";
+
+/// Not a test of its own: what the others call as the renderer. Without a mode it does nothing.
+#[test]
+fn renderer() {
+    let words: Vec<String> = std::env::args().collect();
+    let Some(mode) = words.iter().find_map(|w| w.strip_prefix("mode=")) else {
+        return;
+    };
+    let [.., settings, output] = words.as_slice() else {
+        panic!("two paths belong behind the mode");
+    };
+    let request = std::fs::read(settings).unwrap();
+    let mut image = painted(&serde_json::from_slice(&request).unwrap());
+    match mode {
+        "exit" => {
+            eprintln!("no licence for the renderer");
+            std::process::exit(7);
+        }
+        "hang" => std::thread::sleep(std::time::Duration::from_secs(600)),
+        "nothing" => return,
+        "size" => image = Image::new(image.width() + 1, image.height()),
+        "bias" => image.data_mut().iter_mut().for_each(|v| *v += 0.05),
+        _ => {}
+    }
+    let mut bytes = exr::encode(&image, Precision::Float, &[]).unwrap();
+    let end = bytes.len();
+    match mode {
+        "nan" => bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes()),
+        "garbage" => bytes = b"a picture, but of words".to_vec(),
+        _ => {}
+    }
+    std::fs::write(output, bytes).unwrap();
+}
+
+fn call(mode: &str, steps: u8) -> Call {
+    let program = std::env::current_exe().unwrap();
+    let mode = format!("mode={mode}");
+    let words = [
+        "--nocapture",
+        "--exact",
+        RENDERER,
+        &mode,
+        "{settings}",
+        "{output}",
+    ];
+    let words = std::iter::once(program.to_str().unwrap()).chain(words);
+    Call {
+        words: words.map(str::to_owned).collect(),
+        timeout: 120.0,
+        steps,
+        show: None,
+    }
+}
+
+const SHOW: &str = "stage \"floor.obj\"\nview house from 0, -4, 2 to 0, 0, 0 fov 40 size 4x2\n\
+    light one spot at 0, 0, 3 aim 0, 0, 0 beam 40 field 60 100 cd\nlight two like one\n\
+    bank a = one\nbank b = two\n\
+    cue 1 at 0:00 { snap a 100 b 20 }\ncue 2 at 0:02 { a 10 b full time 2 }\n";
+
+fn host(transport: Outside) -> Host {
+    let stage =
+        "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
+    let wood = "newmtl wood\nKd 0.5 0.4 0.3\n";
+    Host {
+        files: Box::new(
+            Memory::default()
+                .with("floor.obj", stage)
+                .with("floor.mtl", wood),
+        ),
+        store: Box::new(Shelf::default()),
+        transport: Arc::new(transport),
+        ..Host::default()
+    }
+}
+
+fn open(call: Call) -> Interpreter {
+    Interpreter::from_text("show.lxq", SHOW.as_bytes(), host(Outside::new(call))).unwrap()
+}
+
+#[test]
+fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
+    let mut show = open(call("linear", 3));
+    let before = show.execute("plan").unwrap();
+    assert!(before.text.contains("not measured yet"), "{}", before.text);
+    assert!(before.text.contains("several at once does not pay"));
+    // The show's default `refined 4` is beyond the scale: said once.
+    assert!(
+        before.notes.concat().contains("ends at 3"),
+        "{:?}",
+        before.notes
+    );
+    assert!(show.execute("plan").unwrap().notes.is_empty());
+
+    let ran = show.execute("run --until 0.1% --out out").unwrap();
+    assert!(ran.text.contains("at quality 3"), "{}", ran.text);
+    assert!(ran.notes.is_empty(), "{:?}", ran.notes);
+    assert!(show.refined() > 0 && show.predicted_error().unwrap() < 1e-3);
+    let measured = show.execute("plan").unwrap().text;
+    assert!(measured.contains("as measured"), "{measured}");
+
+    // The pool's picture of the first cue is the renderer's own at its finest step.
+    let start = show.timeline().start();
+    let pool = show.preview(start).unwrap();
+    let setting = show.timeline().evaluate(start);
+    let own = show.render(&setting, Quality(3)).unwrap();
+    for (a, b) in pool.data().iter().zip(own.data()) {
+        assert!((a - b).abs() < 1e-5, "{a} {b}");
+    }
+    // Negative settings are two runs, subtracted.
+    let signed = show.render(&[1.0, -2.0], Quality(1)).unwrap();
+    assert!((signed.data()[0] - 1.0).abs() < 1e-6);
+    assert!((signed.data()[3] - (0.1 - 2.0)).abs() < 1e-6);
+}
+
+#[test]
+fn a_renderer_without_a_scale_leaves_nothing_to_refine() {
+    let mut show = open(call("linear", 1));
+    assert_eq!(show.refine(Goal::default()).unwrap(), Ended::Complete);
+    assert_eq!(show.predicted_error().unwrap(), 0.0);
+}
+
+#[test]
+fn a_bias_is_warned_about_once_with_its_size() {
+    let mut show = open(call("bias", 1));
+    let reply = show.execute("picture").unwrap();
+    let warning = reply.notes.concat();
+    assert!(
+        warning.contains("not linear") && warning.contains('%'),
+        "{warning}"
+    );
+    assert!(show.execute("picture").unwrap().notes.is_empty());
+}
+
+#[test]
+fn every_failure_is_an_error_that_says_what_happened() {
+    let wanted = [
+        ("exit", "code 7; it said last:"),
+        ("exit", "no licence for the renderer"),
+        ("nothing", "wrote no file"),
+        ("size", "5x2 pixels, the view has 4x2"),
+        ("nan", "NaN"),
+        ("garbage", "not a readable OpenEXR file"),
+    ];
+    for (mode, words) in wanted {
+        let error = open(call(mode, 1)).execute("picture").unwrap_err();
+        assert_eq!(error.exit_code(), 3);
+        assert!(error.to_string().contains(words), "{mode}: {error}");
+    }
+    let mut hanging = call("hang", 1);
+    hanging.timeout = 0.5;
+    let error = open(hanging).execute("picture").unwrap_err();
+    assert!(error.to_string().contains("stopped after 0.5 s"), "{error}");
+    let mut missing = call("linear", 1);
+    missing.words[0] = "/none/such".to_owned();
+    let error = open(missing).execute("picture").unwrap_err();
+    assert!(error.to_string().contains("cannot be started"), "{error}");
+}
+
+#[test]
+fn a_cancel_ends_a_hanging_renderer() {
+    struct Soon(std::time::Instant);
+    impl Progress for Soon {
+        fn cancelled(&self) -> bool {
+            self.0.elapsed().as_millis() > 300
+        }
+    }
+    let host = Host {
+        progress: Box::new(Soon(std::time::Instant::now())),
+        ..host(Outside::new(call("hang", 1)))
+    };
+    let mut show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    let error = show.execute("picture").unwrap_err();
+    assert!(
+        matches!(&error, Error::Render(_)) && error.exit_code() == 130,
+        "{error}"
+    );
+}
+
+fn footlight(folder: &Path, arguments: &[&str]) -> (i32, String) {
+    let mut command = Command::cargo_bin("footlight").unwrap();
+    command
+        .current_dir(folder)
+        .args(arguments)
+        .env("NO_COLOR", "1");
+    let output = command.output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (
+        output.status.code().unwrap_or(-1),
+        String::from_utf8(said).unwrap(),
+    )
+}
+
+#[test]
+fn the_command_line_takes_a_renderer() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [
+        ("show.lxq", SHOW),
+        ("floor.mtl", "newmtl wood\nKd 0.5 0.4 0.3\n"),
+    ] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let stage =
+        "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
+    std::fs::write(folder.path().join("floor.obj"), stage).unwrap();
+    let program = std::env::current_exe().unwrap();
+    let line = |mode: &str| {
+        let program = program.display();
+        format!("'{program}' --nocapture --exact {RENDERER} mode={mode} {{settings}} {{output}}")
+    };
+    let run = ["run", "show.lxq", "--out", "out", "--renderer"];
+    let (code, said) = footlight(folder.path(), &[&run[..], &[&line("bias")]].concat());
+    assert_eq!(code, 0, "{said}");
+    assert!(said.contains("nothing left to refine") && said.contains("note: the outside renderer"));
+    assert!(folder.path().join("out/sequence.png").exists());
+    let (code, said) = footlight(folder.path(), &[&run[..], &[&line("exit")]].concat());
+    assert!(code == 3 && said.contains("no licence"), "{code} {said}");
+    let (code, said) = footlight(folder.path(), &[&run[..], &["render {settings}"]].concat());
+    assert!(code == 2 && said.contains("no `{output}`"), "{code} {said}");
+}
+
+/// The example's renderer, where there is Python.
+#[cfg(unix)]
+#[test]
+fn the_example_renders() {
+    let python = std::process::Command::new("python3")
+        .arg("-c")
+        .arg("0")
+        .output();
+    if !python.is_ok_and(|o| o.status.success()) {
+        eprintln!("skipped: there is no python3");
+        return;
+    }
+    let out = tempfile::tempdir().unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/outside");
+    let picture = out.path().join("picture.png");
+    let (code, said) = footlight(
+        &folder,
+        &[
+            "picture",
+            "outside.lxq",
+            "0:06",
+            "--renderer",
+            "python3 render.py {settings} {output}",
+            "-o",
+            picture.to_str().unwrap(),
+        ],
+    );
+    assert!(code == 0 && !said.contains("not linear"), "{code} {said}");
+    assert!(picture.exists());
+}

@@ -1,0 +1,66 @@
+//! `watch`: every save is told, a mistake leaves the last good show, the picture is rewritten.
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn examples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("examples")
+}
+
+#[test]
+fn every_save_is_told_and_a_mistake_leaves_the_last_good_show() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["first.lxq", "first.obj", "first.mtl"] {
+        fs::copy(examples().join(name), folder.path().join(name)).unwrap();
+    }
+    let show = folder.path().join("first.lxq");
+    let picture = folder.path().join("now.png");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_footlight"))
+        .args(["--quiet", "watch", "--count", "2", "-o"])
+        .arg(&picture)
+        .arg(&show)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let mut until = |text: &str| {
+        let mut before = String::new();
+        loop {
+            match lines.next() {
+                Some(line) => before += &(line.unwrap() + "\n"),
+                None => panic!("waited for `{text}`, and it said:\n{before}"),
+            }
+            if before.contains(text) {
+                return before;
+            }
+        }
+    };
+    until("watching");
+    let first = fs::read(&picture).unwrap();
+    assert_eq!(&first[1..4], b"PNG");
+
+    let text = fs::read_to_string(&show).unwrap();
+    fs::write(&show, text.replace("lamp 80", "lamp 40")).unwrap();
+    let told = until("wrote");
+    assert!(told.contains("cue 2: lamp 80 -> 40 at 0:02"), "{told}");
+    let second = fs::read(&picture).unwrap();
+    assert_ne!(first, second);
+
+    fs::write(&show, text.replace("lamp 80", "lmap 80")).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let mut said = String::new();
+    child
+        .stderr
+        .take()
+        .unwrap()
+        .read_to_string(&mut said)
+        .unwrap();
+    assert!(
+        said.contains("E010") && said.contains("the last good show is kept"),
+        "{said}"
+    );
+    assert_eq!(fs::read(&picture).unwrap(), second);
+}

@@ -1,0 +1,323 @@
+//! `refine … &`: what is rendered beside the prompt, while edits and pictures go on. The tasks are
+//! run by the tests, one when they say so, so that every order of events can be had.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use footlight::interpreter::{Background, Ended, Error, Goal, Host, Interpreter};
+use footlight::work::Progress;
+use proptest::prelude::*;
+
+/// Light from three panels with a box between, in text alone.
+const SHOW: &str = r#"show "Beside"
+preview { tolerance 1%  coarse 1  refined 3 }
+view house  from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 48x30
+view wing   from 3, -3, 1.6  to 0, 0, 1.2  fov 45  size 48x30
+
+surface floor  reflectance 0.5  quad -3, -3, 0  3, -3, 0  3, 3, 0  -3, 3, 0
+surface wall   reflectance 0.6  quad -3, 3, 0  3, 3, 0  3, 3, 3  -3, 3, 3
+surface block  reflectance 0.4  box from -0.5, -0.5, 0  to 0.5, 0.5, 1
+
+light left   spot  at -2, -2, 3.5  aim -0.8, 0.5, 0.5  beam 30  field 50  900 cd  2700 K
+light right  spot  at  2, -2, 3.5  aim  0.8, 0.5, 0.5  beam 30  field 50  900 cd  6500 K
+light over   spot  at  0,  0, 4.5  aim 0, 0, 0  beam 40  field 70  700 cd
+bank warm = left
+bank cool = right
+bank top  = over
+
+cue 1 at 0:00 { snap  warm 80  cool 10 }
+cue 2 at 0:02 { time 6  warm 15  cool 90 }
+cue 3 at 0:05 { time 3  curve ease  top 70 }
+"#;
+
+type Task = Box<dyn FnOnce() + Send>;
+
+/// Tasks that wait until the test runs them.
+#[derive(Clone, Default)]
+struct Queue(Arc<Mutex<VecDeque<Task>>>);
+
+impl Background for Queue {
+    fn start(&self, task: Task) {
+        self.0.lock().unwrap().push_back(task);
+    }
+}
+
+impl Queue {
+    /// Runs the task that waits; false where none does.
+    fn run(&self) -> bool {
+        let task = self.0.lock().unwrap().pop_front();
+        task.map(|task| task()).is_some()
+    }
+
+    fn waiting(&self) -> usize {
+        self.0.lock().unwrap().len()
+    }
+}
+
+fn open() -> (Interpreter, Queue) {
+    open_text(SHOW)
+}
+
+fn open_text(text: &str) -> (Interpreter, Queue) {
+    let queue = Queue::default();
+    let host = Host {
+        background: Some(Box::new(queue.clone())),
+        ..Host::default()
+    };
+    let show = Interpreter::from_text("b.lxq", text.as_bytes(), host).unwrap();
+    (show, queue)
+}
+
+fn say(show: &mut Interpreter, line: &str) -> String {
+    match show.execute(line) {
+        Ok(reply) => reply.notes.join("\n") + &reply.text,
+        Err(error) => error.report(footlight::diagnostic::Style::Plain),
+    }
+}
+
+fn settings(show: &Interpreter) -> Vec<Vec<f64>> {
+    show.pool().unwrap().settings()
+}
+
+fn picture(show: &mut Interpreter) -> Vec<u8> {
+    show.execute("picture 0:04").unwrap().picture.unwrap().rgb
+}
+
+/// Runs what waits until nothing does; what was told.
+fn finish(show: &mut Interpreter, queue: &Queue) -> Vec<String> {
+    let mut notes = show.attend();
+    while queue.run() {
+        notes.extend(show.attend());
+    }
+    assert!(!show.is_busy());
+    notes
+}
+
+#[test]
+fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_meanwhile() {
+    let (mut show, queue) = open();
+    let text = say(&mut show, "refine 2 &");
+    assert!(text.contains("beside the prompt"), "{text}");
+    // Both coarse steps first, each in one call.
+    assert!(say(&mut show, "status").contains("3 coarse pictures at quality 1"));
+    assert!(queue.run());
+    assert!(say(&mut show, "status").contains("3 coarse pictures at quality 2"));
+    assert!(queue.run());
+    let status = say(&mut show, "status");
+    assert!(status.contains("a picture at quality 3"), "{status}");
+    assert!(status.contains("to come: 2 pictures"), "{status}");
+    // The pool as it stands: coarse alone.
+    let (mut twin, _) = open();
+    twin.coarse().unwrap();
+    assert_eq!(picture(&mut show), picture(&mut twin));
+    assert_eq!(queue.waiting(), 1);
+    assert!(queue.run());
+    let first = picture(&mut show);
+    say(&mut twin, "refine 1");
+    assert_eq!(first, picture(&mut twin));
+    let notes = finish(&mut show, &queue);
+    assert_eq!(notes.len(), 1);
+    assert!(notes[0].starts_with("refine 2 &: error 0."), "{notes:?}");
+    say(&mut twin, "refine 1");
+    assert_eq!(settings(&show), settings(&twin));
+    assert_eq!(picture(&mut show), picture(&mut twin));
+    assert_eq!(show.steps().len(), twin.steps().len());
+}
+
+#[test]
+fn an_edit_plans_anew_what_is_still_to_come() {
+    let edit = "cue 3 { time 3  top 5  warm 100 }";
+    let (mut show, queue) = open();
+    show.coarse().unwrap();
+    say(&mut show, "refine 3 &");
+    let text = say(&mut show, edit);
+    assert!(text.contains("cue 3"), "{text}");
+    finish(&mut show, &queue);
+    // The first was in hand when the edit came; the others are those of the new text.
+    let (mut twin, _) = open();
+    say(&mut twin, "refine 1");
+    say(&mut twin, edit);
+    say(&mut twin, "refine 2");
+    assert_eq!(settings(&show), settings(&twin));
+    // Which are not those of the old one.
+    let (mut old, _) = open();
+    say(&mut old, "refine 3");
+    assert_ne!(settings(&show)[1], settings(&old)[1]);
+}
+
+#[test]
+fn another_place_to_look_from_gives_up_what_is_in_hand() {
+    let (mut show, queue) = open();
+    show.coarse().unwrap();
+    say(&mut show, "refine 2 &");
+    say(&mut show, "view wing");
+    let notes = finish(&mut show, &queue);
+    assert_eq!(notes.len(), 1, "{notes:?}");
+    assert_eq!(show.refined(), 2);
+    // Three coarse pictures at two steps and two refined ones for the second view: what was in
+    // hand was never rendered.
+    assert_eq!(show.tally().rendered, 6 + 6 + 2);
+    say(&mut show, "view house");
+    show.coarse().unwrap();
+    assert_eq!(show.refined(), 0);
+}
+
+#[test]
+fn a_bank_more_keeps_the_picture_in_hand() {
+    let (mut show, queue) = open();
+    show.coarse().unwrap();
+    say(&mut show, "refine 1 &");
+    say(
+        &mut show,
+        "light side spot at 3, 0, 2 aim 0, 0, 1 beam 20 field 40 500 cd",
+    );
+    say(&mut show, "bank wash = side");
+    let before = show.tally().rendered;
+    let notes = finish(&mut show, &queue);
+    assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
+    // It serves the pool of the new rig, whose other coarse pictures are at hand.
+    show.coarse().unwrap();
+    assert_eq!(show.refined(), 1);
+    assert_eq!(show.tally().rendered - before, 1 + 2);
+}
+
+#[test]
+fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
+    for (word, refined) in [("stop", 1), ("stop now", 0)] {
+        let (mut show, queue) = open();
+        show.coarse().unwrap();
+        say(&mut show, "refine until 0.001% &");
+        say(&mut show, word);
+        assert_eq!(queue.waiting(), 1);
+        let notes = finish(&mut show, &queue);
+        assert!(notes[0].ends_with("stopped; what is finished is kept"));
+        assert_eq!(show.refined(), refined, "{word}");
+        assert!(say(&mut show, word).contains("nothing is at work"));
+        // The operator came home: another refinement goes on with it.
+        say(&mut show, "refine 1");
+        assert_eq!(show.refined(), refined + 1);
+    }
+}
+
+#[test]
+fn two_at_once_and_a_host_without_threads_are_refused() {
+    let (mut show, queue) = open();
+    say(&mut show, "refine &");
+    for line in ["refine", "refine 2 &", "run"] {
+        let text = say(&mut show, line);
+        assert!(text.contains("`refine &` is at work"), "{line}: {text}");
+    }
+    finish(&mut show, &queue);
+    let mut alone = Interpreter::from_text("b.lxq", SHOW.as_bytes(), Host::default()).unwrap();
+    assert!(say(&mut alone, "refine &").contains("without `&`"));
+    let mut empty = Interpreter::empty(Host {
+        background: Some(Box::new(queue)),
+        ..Host::default()
+    })
+    .unwrap();
+    assert!(say(&mut empty, "refine &").contains("no stage"));
+    assert!(!empty.is_busy());
+}
+
+#[test]
+fn a_task_that_breaks_off_ends_the_refinement_and_nothing_else() {
+    let (mut show, queue) = open();
+    show.coarse().unwrap();
+    say(&mut show, "refine 5 &");
+    queue.0.lock().unwrap().clear();
+    let notes = show.attend();
+    assert!(notes[0].contains("broke off"), "{notes:?}");
+    assert!(!show.is_busy());
+    say(&mut show, "refine 1");
+    assert_eq!(show.refined(), 1);
+}
+
+#[test]
+fn leaving_gives_up_what_is_in_hand() {
+    let (mut show, queue) = open();
+    show.coarse().unwrap();
+    say(&mut show, "refine 5 &");
+    assert!(show.execute("quit").unwrap().quit);
+    let before = show.tally().rendered;
+    assert!(queue.run());
+    assert!(show.attend().is_empty());
+    assert_eq!(show.tally().rendered, before);
+}
+
+/// Cancelled while the second picture is being rendered; asked twice where `insist`.
+struct Impatient {
+    pictures: AtomicUsize,
+    insist: bool,
+}
+
+impl Progress for Impatient {
+    fn report(&self, task: &str, _: usize, _: usize) {
+        if task == "refined pictures" {
+            self.pictures.fetch_add(1, Ordering::SeqCst);
+        }
+    }
+
+    fn cancelled(&self) -> bool {
+        self.pictures.load(Ordering::SeqCst) > 0
+    }
+
+    fn insisted(&self) -> bool {
+        self.insist && self.cancelled()
+    }
+}
+
+#[test]
+fn the_first_cancel_lets_a_picture_end_and_keeps_all() {
+    let host = |insist| Host {
+        progress: Box::new(Impatient {
+            pictures: AtomicUsize::new(0),
+            insist,
+        }),
+        ..Host::default()
+    };
+    let goal = Goal {
+        count: Some(5),
+        ..Goal::default()
+    };
+    let mut show = Interpreter::from_text("b.lxq", SHOW.as_bytes(), host(false)).unwrap();
+    assert_eq!(show.refine(goal).unwrap(), Ended::Stopped);
+    assert_eq!(show.refined(), 1);
+    let reply = show.execute("refine 5");
+    assert!(matches!(reply, Err(Error::Cancelled(_))), "{reply:?}");
+    let mut show = Interpreter::from_text("b.lxq", SHOW.as_bytes(), host(true)).unwrap();
+    assert_eq!(show.refine(goal).unwrap(), Ended::Stopped);
+    assert_eq!(show.refined(), 1);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Whatever happens in whatever order, the prompt answers, the refinement ends, and the picture
+    /// is that of a session that only ever saw the last text.
+    #[test]
+    fn any_order_of_events_ends_well(events in prop::collection::vec(0..8_u8, 1..14)) {
+        let (mut show, queue) = open();
+        for event in events {
+            match event {
+                0 => drop(say(&mut show, "refine until 0.5% &")),
+                1 | 2 => drop(queue.run()),
+                3 => drop(say(&mut show, "cue 2 { time 4  warm 70  cool 20 }")),
+                4 => drop(say(&mut show, "undo")),
+                5 => drop(say(&mut show, "light right spot at 2, -2, 3.5 aim 0.8, 0.5, 0.5 beam 20 field 40 700 cd")),
+                6 => drop(say(&mut show, "stop")),
+                _ => prop_assert!(!say(&mut show, "status").is_empty()),
+            }
+        }
+        finish(&mut show, &queue);
+        show.coarse().unwrap();
+        let (mut twin, _) = open_text(show.source());
+        twin.coarse().unwrap();
+        if show.refined() == 0 {
+            prop_assert_eq!(picture(&mut show), picture(&mut twin));
+        }
+        say(&mut show, "refine until 0.5%");
+        prop_assert!(show.refined() >= 2);
+        prop_assert!(show.predicted_error().unwrap() <= 0.005);
+    }
+}

@@ -1,0 +1,257 @@
+//! Design sessions measured, and refinement that knows what its calls cost.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::Stopped;
+use footlight::diagnostic::Style;
+use footlight::files::{Folder, Shelf, Store};
+use footlight::interpreter::{Host, Interpreter};
+use footlight::picture::Image;
+use footlight::picture::combine::{combine, dot};
+use footlight::scene::{Rig, Scene, View};
+use footlight::study::session::{Event, Moment};
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::units::Time;
+use footlight::work::Work;
+
+/// Radiosity with costs of its own choice.
+struct Priced(Cost);
+
+impl Transport for Priced {
+    fn name(&self) -> &str {
+        "priced"
+    }
+
+    fn finest(&self) -> Quality {
+        Radiosity.finest()
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Radiosity.prepare(scene, rig, view, quality, work)
+    }
+
+    fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+        self.0
+    }
+}
+
+const SHARED: Cost = Cost {
+    prepare: 2.0,
+    per_source: 0.25,
+    per_image: 0.125,
+};
+
+const UNSHARED: Cost = Cost {
+    prepare: 0.0,
+    per_source: 0.0,
+    per_image: 3.0,
+};
+
+/// The smallest show there is, smaller.
+fn first(cost: Cost) -> (Interpreter, Shelf) {
+    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let text = std::fs::read_to_string(examples.join("first.lxq")).unwrap();
+    let text = text.replace("size 480x270", "size 32x18");
+    let shelf = Shelf::default();
+    let host = Host {
+        files: Box::new(Folder::new(&examples, 1 << 20)),
+        store: Box::new(shelf.clone()),
+        clock: Box::new(Stopped),
+        transport: Arc::new(Priced(cost)),
+        ..Host::default()
+    };
+    let show = Interpreter::from_text("first.lxq", text.as_bytes(), host).unwrap();
+    (show, shelf)
+}
+
+const COMMANDS: &str = "// on coarse pictures\n\
+    cue 2 \"Lamp lit\" at 0:02 { lamp 60  time 1.5 }\n\n\
+    refine   // one\n\
+    cue 3 \"Dawn\" at 0:06 {\n  time 8\n  day 70\n}\n\
+    refine 5\n";
+
+fn replay(commands: &str) -> (Interpreter, Shelf, Vec<Moment>) {
+    let (mut show, shelf) = first(SHARED);
+    let path = Path::new("commands.txt");
+    shelf.write(path, commands.as_bytes()).unwrap();
+    let (moments, mistake) = show.session(path, true).unwrap();
+    assert!(mistake.is_none(), "{mistake:?}");
+    (show, shelf, moments)
+}
+
+#[test]
+fn a_session_goes_from_coarse_to_true() {
+    let (show, _, moments) = replay(COMMANDS);
+    let events: Vec<Event> = moments.iter().map(|m| m.event).collect();
+    use Event::{Coarse, Edit, Refined};
+    assert_eq!(events, [Coarse, Edit, Refined, Edit, Refined]);
+    assert_eq!(moments[3].label, "line 5: cue 3 \"Dawn\" at 0:06 {");
+    assert_eq!(show.refined(), 2);
+
+    let quality = |m: &Moment| m.truth.unwrap().quality().unwrap();
+    assert_eq!(quality(&moments[0]), 0.0);
+    assert!(quality(&moments[2]) > 0.3, "{moments:?}");
+    // Two lights, two refined mixtures: nothing is left but rounding.
+    assert!(moments[4].truth.unwrap().now < 1e-6, "{moments:?}");
+    assert!(quality(&moments[4]) > 0.999);
+    let predicted = moments[4].predicted.quality().unwrap();
+    assert!(predicted > 0.999, "{predicted}");
+}
+
+/// The error of the sequence by looking at it, moment by moment.
+fn by_looking(show: &mut Interpreter) -> f64 {
+    let quality = Quality(show.show().preview.refined);
+    let units: [Image; 2] =
+        [[1.0, 0.0], [0.0, 1.0]].map(|unit| show.render(&unit, quality).unwrap());
+    let (start, end) = (show.timeline().start(), show.timeline().end());
+    let count = 400;
+    let (mut error, mut all) = (0.0, 0.0);
+    for i in 0..count {
+        let time: Time = start + (end - start).scaled((f64::from(i) + 0.5) / f64::from(count));
+        let levels = show.timeline().evaluate(time);
+        let size = (units[0].width(), units[0].height());
+        let truth = combine(size, &[(levels[0], &units[0]), (levels[1], &units[1])], 1);
+        let off = combine(
+            size,
+            &[(1.0, &show.preview(time).unwrap()), (-1.0, &truth)],
+            1,
+        );
+        error += dot(&off, &off);
+        all += dot(&truth, &truth);
+    }
+    (error / all).sqrt()
+}
+
+#[test]
+fn the_true_error_is_what_one_sees() {
+    for commands in ["", "refine\n"] {
+        let (mut show, _, moments) = replay(commands);
+        let exact = moments.last().unwrap().truth.unwrap().now;
+        let seen = by_looking(&mut show);
+        assert!((exact / seen - 1.0).abs() < 0.01, "{exact} against {seen}");
+    }
+}
+
+#[test]
+fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
+    let cases = [
+        (
+            "refine\n\nrefine sometimes\n",
+            3,
+            2,
+            "`sometimes` is not a whole number",
+        ),
+        ("refine\ncue 2 { lmap 5 }\nrefine\n", 2, 1, "no bank"),
+        (
+            "refine\nquit\n",
+            2,
+            2,
+            "a session holds declarations and `refine`; `quit` is neither",
+        ),
+        ("refine\nlook open { lamp 5\nrefine\n", 2, 1, "}"),
+    ];
+    for (commands, line, code, words) in cases {
+        let (mut show, shelf) = first(SHARED);
+        let path = Path::new("commands.txt");
+        shelf.write(path, commands.as_bytes()).unwrap();
+        let error = show.execute("session commands.txt -o out.csv").unwrap_err();
+        let text = error.report(Style::Plain);
+        assert!(text.contains(&format!("commands.txt:{line}: ")), "{text}");
+        assert!(text.contains(words), "{text}");
+        assert!(text.contains("line 1: refine"), "{text}");
+        assert_eq!((error.exit_code(), show.refined()), (code, 1), "{text}");
+        let csv = String::from_utf8(shelf.read(Path::new("out.csv"), 1 << 20).unwrap()).unwrap();
+        assert!(
+            csv.contains("# kind: session") && csv.contains("line 1: refine"),
+            "{csv}"
+        );
+    }
+}
+
+#[test]
+fn a_session_is_drawn_and_told() {
+    let (mut show, shelf) = first(SHARED);
+    shelf
+        .write(Path::new("c.txt"), COMMANDS.as_bytes())
+        .unwrap();
+    let reply = show.execute("session c.txt --truth -o s.svg").unwrap();
+    assert!(reply.text.ends_with("wrote s.svg\n"), "{}", reply.text);
+    let svg = String::from_utf8(shelf.read(Path::new("s.svg"), 1 << 24).unwrap()).unwrap();
+    for words in [
+        "as predicted",
+        "true",
+        "after an edit",
+        "how good was the sequence",
+    ] {
+        assert!(svg.contains(words), "{words}");
+    }
+    let error = show
+        .execute("session c.txt -o s.gif")
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains(".png, .svg, .csv or .json"), "{error}");
+    let error = show.execute("session").unwrap_err().to_string();
+    assert!(error.contains("session FILE"), "{error}");
+}
+
+#[test]
+fn the_next_steps_have_their_price() {
+    let (mut show, _) = first(SHARED);
+    show.execute("plan --next").unwrap();
+    let outlook = show.outlook().unwrap();
+    let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
+    // Preparation and both lights, then a picture alone.
+    assert_eq!(seconds, [2.625, 0.125]);
+    assert_eq!(outlook.fixed, 2.5);
+    assert!(outlook.error > outlook.steps[0].error);
+    let words = show.execute("plan --next 1").unwrap().text;
+    assert!(words.contains("2 directions left to refine"), "{words}");
+    assert!(
+        words.contains("the first costs 2.50 s before any picture"),
+        "{words}"
+    );
+    show.execute("refine").unwrap();
+    assert_eq!(show.outlook().unwrap().steps[0].seconds, 0.125);
+    for (line, words) in [
+        ("plan 3", "stands behind --next"),
+        ("plan --next 3 4", "`4` is left over"),
+        ("plan --next some", "not a whole number"),
+        (
+            "plan --next --tolerance 1%",
+            "belongs to the plan of the whole show",
+        ),
+    ] {
+        let error = show.execute(line).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn several_at_once_where_they_share_work_and_never_when_counted() {
+    let calls = |cost, goal: &str| {
+        let (mut show, _) = first(cost);
+        let text = show.execute(goal).unwrap().text;
+        (text.contains("2 pictures in one call"), show.refined())
+    };
+    assert_eq!(calls(SHARED, "refine until 0.1%"), (true, 2));
+    assert_eq!(calls(SHARED, "refine for 30s"), (true, 2));
+    assert_eq!(calls(SHARED, "refine 2"), (false, 2));
+    assert_eq!(calls(UNSHARED, "refine until 0.1%"), (false, 2));
+    // One is always rendered; the second is not predicted to fit.
+    let (mut show, _) = first(UNSHARED);
+    let text = show.execute("refine for 2s").unwrap().text;
+    assert_eq!(show.refined(), 1);
+    assert!(
+        text.contains("would take 3.00 s, which does not fit"),
+        "{text}"
+    );
+}

@@ -1,0 +1,295 @@
+//! Banks given as images: the whole loop on them, alone and beside lights, and every way in which
+//! an image can be unusable.
+
+use std::path::{Path, PathBuf};
+
+use footlight::diagnostic::Style;
+use footlight::files::{Folder, Memory, Shelf, Store};
+use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter, LIMIT};
+use footlight::picture::exr::{self, Precision};
+use footlight::picture::{Image, png};
+use footlight::plan::Metric;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A picture with a ramp over its columns, negative at the left.
+fn ramp(width: usize, height: usize, scale: f32) -> Image {
+    let value = |i: usize| scale * ((i / 3 % width) as f32 - 1.0) * [1.0, 0.5, 0.25][i % 3];
+    Image::from_data(width, height, (0..width * height * 3).map(value).collect()).unwrap()
+}
+
+fn coded(image: &Image) -> Vec<u8> {
+    exr::encode(image, Precision::Float, &[]).unwrap()
+}
+
+fn files() -> Memory {
+    Memory::default()
+        .with("a.exr", coded(&ramp(8, 4, 1.0)))
+        .with("b.exr", coded(&ramp(8, 4, -0.25)))
+        .with("wide.exr", coded(&ramp(9, 4, 1.0)))
+        .with("p.png", png::encode(8, 4, &[188; 96]).unwrap())
+        .with("text.exr", "no picture")
+}
+
+fn open(text: &str, files: Memory) -> Result<Interpreter, Error> {
+    let host = Host {
+        files: Box::new(files),
+        store: Box::new(Shelf::default()),
+        ..Host::default()
+    };
+    Interpreter::from_text("show.lxq", text.as_bytes(), host)
+}
+
+const CUES: &str = "cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:04 { a 25  b full  time 2 }\n";
+const PAIR: &str = "bank a image \"a.exr\"\nbank b image \"b.exr\"\n";
+
+#[test]
+fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine() {
+    let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
+    let plan = show.execute("plan").unwrap().text;
+    assert!(plan.contains("nothing is left to refine"), "{plan}");
+    let data = show.plan(Metric::Settings, 0.02).unwrap();
+    assert_eq!((data.used, data.predicted.len()), (0, 1));
+
+    // One sum at full precision: rendered and from the pool it is the same picture.
+    let summed = show
+        .render(&[1.0, 0.5], footlight::transport::Quality(1))
+        .unwrap();
+    assert_eq!((summed.width(), summed.height()), (8, 4));
+    for (x, a) in summed.data().iter().zip(ramp(8, 4, 1.0).data()) {
+        assert_eq!(*x, a * 0.875);
+    }
+    assert_eq!(show.preview(show.timeline().start()).unwrap(), summed);
+    assert_eq!(show.refine(Goal::default()).unwrap(), Ended::Complete);
+    let goal = Goal {
+        until: Some(1e-6),
+        ..Goal::default()
+    };
+    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
+    assert_eq!(show.predicted_error().unwrap(), 0.0);
+    assert_eq!(show.refined(), 0);
+
+    // The whole loop, and a step of quality that there is not.
+    let ran = show.execute("run --out out").unwrap().text;
+    assert!(ran.contains("nothing left to refine"), "{ran}");
+    for verb in [
+        "check",
+        "picture 0:05",
+        "play",
+        "plot",
+        "plan --metric error",
+    ] {
+        show.execute(verb).unwrap();
+    }
+    let fine = show.execute("picture --quality 2").unwrap_err();
+    assert!(fine.to_string().contains("1 to 1"), "{fine}");
+}
+
+#[test]
+fn an_image_is_kept_while_the_text_means_the_same_and_an_edit_replaces_it() {
+    let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
+    show.coarse().unwrap();
+    let reply = show.execute("cue 2 at 0:04 { a 30  b full }").unwrap();
+    assert!(reply.text.contains("replaced"), "{}", reply.text);
+    assert!(show.pool().is_some());
+    show.execute("bank b image \"p.png\"  channel 7").unwrap();
+    assert!(show.pool().is_none());
+    let all = show
+        .render(&[0.0, 2.0], footlight::transport::Quality(1))
+        .unwrap();
+    // 188/255 is half the light, to 0.3 %.
+    assert!((all.data()[0] - 1.0).abs() < 6e-3, "{}", all.data()[0]);
+    let told = show.execute("show").unwrap().text;
+    assert!(told.contains("image \"p.png\""), "{told}");
+}
+
+#[test]
+fn fixed_lights_and_rgb_banks_may_be_images() {
+    let text =
+        "bank a image \"a.exr\" rgb\nfixed b image \"b.exr\" level 50\ncue 1 { a #ff0000 }\n";
+    let mut show = open(text, files()).unwrap();
+    let setting = show.timeline().last().to_vec();
+    let found = show
+        .render(&setting, footlight::transport::Quality(1))
+        .unwrap();
+    for (i, (x, a)) in found.data().iter().zip(ramp(8, 4, 1.0).data()).enumerate() {
+        let wanted = if i % 3 == 0 {
+            a - 0.125 * a
+        } else {
+            -0.125 * a
+        };
+        assert!((x - wanted).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn images_add_to_lights_on_a_stage() {
+    let stage = "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nv 2 3 -2\nv -2 3 -2\n\
+                 f 1 2 3 4\nf 4 3 5 6\n";
+    let lamp = "stage \"floor.obj\"\nview house from 0, -4, 2 to 0, 0, 0 fov 40 size 8x4\n\
+                light lamp spot at 0, 0, 3 aim 0, 0, 0 beam 40 field 60 100 cd\n";
+    let cues = "cue 1 { snap lamps 60 a 40 }\ncue 2 { lamps full time 1 }\n";
+    let wood = "newmtl wood\nKd 0.5 0.4 0.3\n";
+    let files = || files().with("floor.obj", stage).with("floor.mtl", wood);
+    let mixed = format!("{lamp}bank lamps = lamp\nbank a image \"a.exr\"\n{cues}");
+    let mut both = open(&mixed, files()).unwrap();
+    let alone = format!("{lamp}bank lamps = lamp\ncue 1 {{ lamps full }}\n");
+    let mut alone = open(&alone, files()).unwrap();
+    for step in [1, 4] {
+        let quality = footlight::transport::Quality(step);
+        let found = both.render(&[1.5, -2.0], quality).unwrap();
+        let lamp = alone.render(&[1.5], quality).unwrap();
+        assert!(lamp.data().iter().any(|v| *v > 0.1));
+        let image = ramp(8, 4, -2.0);
+        for ((x, l), i) in found.data().iter().zip(lamp.data()).zip(image.data()) {
+            assert!((x - (l + i)).abs() <= 1e-5 * x.abs().max(1.0));
+        }
+    }
+    // What errs is the lamp alone, so that one refined picture is all that the plan finds.
+    assert!(!both.is_final());
+    both.refine(Goal::default()).unwrap();
+    let forecasts: Vec<f64> = both.steps().iter().map(|s| s.forecast).collect();
+    assert!(
+        forecasts[0] > 0.0 && forecasts[1] < 1e-5 * forecasts[0],
+        "{forecasts:?}"
+    );
+    both.execute("run --out out").unwrap();
+}
+
+/// The message about a show that cannot be used.
+fn mistake(text: &str, files: Memory) -> String {
+    match open(text, files) {
+        Ok(_) => panic!("no mistake in {text}"),
+        Err(error) => error.report(Style::Plain),
+    }
+}
+
+fn says(message: &str, words: &[&str]) {
+    for word in words {
+        assert!(message.contains(word), "`{word}` is missing:\n{message}");
+    }
+}
+
+#[test]
+fn an_image_that_cannot_be_used_is_named_with_its_place_and_a_way_out() {
+    let one = |file: &str| {
+        format!("view v from 0, -1, 0 to 0, 0, 0 fov 40 size 8x4\nbank x image {file}\n")
+    };
+    let found = mistake(&one("\"none.exr\""), files());
+    says(&found, &["E305", "show.lxq:2", "`none.exr` does not exist"]);
+    let found = mistake(&one("\"../a.exr\""), files());
+    says(&found, &["E305", "outside", "copy the file"]);
+    let found = mistake(&one("\"text.exr\""), files());
+    says(&found, &["E305", "`text.exr`", "OpenEXR"]);
+    let found = mistake(&one("\"a.exr\" layer \"Key\""), files());
+    says(&found, &["E306", "no layer `Key`", "leave `layer` out"]);
+    let found = mistake(&one("\"p.png\" layer \"Key\""), files());
+    says(&found, &["E306", "leave `layer` out"]);
+    let found = mistake(&one("\"wide.exr\""), files());
+    says(
+        &found,
+        &["E307", "9x4", "the view `v` has 8x4", "show.lxq:2"],
+    );
+    let found = mistake(
+        "bank x image \"a.exr\"\nbank y image \"wide.exr\"\n",
+        files(),
+    );
+    says(
+        &found,
+        &[
+            "E307",
+            "`wide.exr` has 9x4",
+            "`a.exr` has 8x4",
+            "show.lxq:2",
+        ],
+    );
+
+    let mut bytes = coded(&ramp(8, 4, 1.0));
+    let end = bytes.len();
+    bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
+    let found = mistake(&one("\"nan.exr\""), files().with("nan.exr", bytes.clone()));
+    says(&found, &["E305", "`nan.exr`", "NaN", "column 7, row 3"]);
+    bytes.truncate(end - 5);
+    let found = mistake(&one("\"cut.exr\""), files().with("cut.exr", bytes));
+    says(&found, &["E305", "`cut.exr`"]);
+}
+
+#[test]
+fn images_beyond_the_memory_are_refused() {
+    let host = Host {
+        files: Box::new(files()),
+        memory: 8 * 4 * 12 * 3 - 1,
+        ..Host::default()
+    };
+    let text = format!("{PAIR}{CUES}");
+    let refused = Interpreter::from_text("show.lxq", text.as_bytes(), host);
+    let message = refused.unwrap_err().report(Style::Plain);
+    says(&message, &["E305", "`b.exr`", "--memory"]);
+}
+
+/// The example show beside the repository's own images.
+#[test]
+fn the_example_runs() {
+    let folder = root().join("examples/images");
+    let host = Host {
+        files: Box::new(Folder::new(&folder, LIMIT)),
+        store: Box::new(Shelf::default()),
+        ..Host::default()
+    };
+    let text = std::fs::read(folder.join("images.lxq")).unwrap();
+    let mut show = Interpreter::from_text("images.lxq", &text, host).unwrap();
+    assert!(show.is_final() && show.warnings().diagnostics.is_empty());
+    show.execute("run --out out").unwrap();
+}
+
+/// A multi-layer file as a renderer writes it: eight light groups of the reference stage by
+/// Blender's Cycles. Its groups add up to its own picture of all lights.
+#[test]
+fn light_groups_of_a_renderer_add_up_to_its_picture() {
+    let path = root().join("../shared/refs/blender_lightgroups.exr");
+    if !path.exists() {
+        eprintln!("skipped: there is no blender_lightgroups.exr beside the repository");
+        return;
+    }
+    let folder = path.parent().unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    let layers = exr::layer::names(&bytes).unwrap();
+    let groups: Vec<&String> = layers.iter().filter(|l| l.contains("Combined_")).collect();
+    assert_eq!(groups.len(), 8, "{layers:?}");
+    let mut text = String::new();
+    for (i, group) in groups.iter().enumerate() {
+        text += &format!("bank b{i} image \"blender_lightgroups.exr\" layer \"{group}\"\n");
+    }
+    text += "cue 1 { snap b0 full }\n";
+    let host = |folder: &Path| Host {
+        files: Box::new(Folder::new(folder, LIMIT)),
+        store: Box::new(Shelf::default()) as Box<dyn Store>,
+        ..Host::default()
+    };
+    let wrong = text.replacen("Combined_ds_l_cool", "Combined_ds_l_cold", 1);
+    let error = Interpreter::from_text("s.lxq", wrong.as_bytes(), host(folder)).unwrap_err();
+    let said = error.report(Style::Plain);
+    says(
+        &said,
+        &[
+            "E306",
+            "did you mean `layer \"ViewLayer.Combined_ds_l_cool\"`?",
+        ],
+    );
+
+    let mut show = Interpreter::from_text("s.lxq", text.as_bytes(), host(folder)).unwrap();
+    let sum = show
+        .render(&[1.0; 8], footlight::transport::Quality(1))
+        .unwrap();
+    let all = exr::layer::decode(&bytes, &[Some("ViewLayer.Combined")], 1 << 30).unwrap();
+    let all = all[0].as_ref().unwrap();
+    let square = |v: f64| v * v;
+    let pairs = || sum.data().iter().zip(all.data());
+    let off: f64 = pairs().map(|(a, b)| square(f64::from(a - b))).sum();
+    let whole: f64 = all.data().iter().map(|b| square(f64::from(*b))).sum();
+    let relative = (off / whole).sqrt();
+    println!("eight groups against the picture of all: {relative:.2e}");
+    assert!(relative < 1e-6, "{relative}");
+}

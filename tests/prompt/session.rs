@@ -1,0 +1,533 @@
+//! Whole sessions with the interpreter, in memory: edits, refinement, pictures, results.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use footlight::files::{Memory, Shelf, Store};
+use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter, Method};
+use footlight::plan::Metric;
+use footlight::units::Time;
+use footlight::work::Progress;
+
+const SHOW: &str = r#"// a comment that must survive
+show "Session"
+preview { tolerance 1%  coarse 1  refined 3  rate 5 }
+stage "room.obj"
+view house  from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 64x40
+
+light left   spot  at -2, -2, 3.5  aim -0.8, 0.5, 0.5  beam 30  field 50  900 cd  2700 K
+light right  spot  at  2, -2, 3.5  aim  0.8, 0.5, 0.5  beam 30  field 50  900 cd  6500 K
+light top    panel lamp  400 cd/m2
+light exit   panel sign
+bank warm = left    channel 1
+bank cool = right   channel 2
+bank over = top     channel 3  dimmer square
+fixed exits = exit  level 20
+
+cue 1 "Preset" at 0:00 { snap  warm 80  cool 10 }   // keep me too
+cue 2 "Cross"  at 0:02 { time 6  warm 15  cool 90 }
+cue 3 "Top"    at 0:05 { time 3  curve ease  over 70 }
+"#;
+
+/// A floor, a back wall, a box, a lamp in the flies and a sign, Y up.
+const ROOM: &str = "mtllib room.mtl
+v -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nv 3 3.5 -2\nv -3 3.5 -2
+v -0.5 0 0.5\nv 0.5 0 0.5\nv 0.5 0 -0.5\nv -0.5 0 -0.5
+v -0.5 1 0.5\nv 0.5 1 0.5\nv 0.5 1 -0.5\nv -0.5 1 -0.5
+v -0.4 3.4 0.4\nv 0.4 3.4 0.4\nv 0.4 3.4 -0.4\nv -0.4 3.4 -0.4
+v 1.6 3 -1.98\nv 2 3 -1.98\nv 2 3.2 -1.98\nv 1.6 3.2 -1.98
+usemtl floor\nf 1 2 3 4\nusemtl wall\nf 4 3 5 6
+usemtl box\nf 7 8 12 11\nf 8 9 13 12\nf 9 10 14 13\nf 10 7 11 14\nf 11 12 13 14
+usemtl lamp\nf 18 17 16 15\nusemtl sign\nf 19 20 21 22
+";
+
+const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 0.6\n\
+    newmtl box\nKd 0.5 0.2 0.1\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\nnewmtl sign\nKd 0 0 0\nKe 5 30 8\n";
+
+fn host(shelf: &Shelf) -> Host {
+    Host {
+        files: Box::new(
+            Memory::default()
+                .with("room.obj", ROOM)
+                .with("room.mtl", MATERIALS),
+        ),
+        store: Box::new(shelf.clone()),
+        ..Host::default()
+    }
+}
+
+fn open() -> (Interpreter, Shelf) {
+    let shelf = Shelf::default();
+    shelf.write(Path::new("s.lxq"), SHOW.as_bytes()).unwrap();
+    (
+        Interpreter::open(Path::new("s.lxq"), host(&shelf)).unwrap(),
+        shelf,
+    )
+}
+
+fn seconds(s: f64) -> Time {
+    Time::from_seconds(s).unwrap()
+}
+
+fn largest_difference(a: &footlight::picture::Image, b: &footlight::picture::Image) -> f32 {
+    let pairs = a.data().iter().zip(b.data());
+    pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
+}
+
+#[test]
+fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them() {
+    let (mut show, _) = open();
+    show.refine(Goal {
+        count: Some(2),
+        ..Goal::default()
+    })
+    .unwrap();
+    let before = show.preview(seconds(6.0)).unwrap();
+    let reply = show
+        .execute("cue 2 \"Cross\"  at 0:02 { time 6  warm 15  cool 40 }")
+        .unwrap();
+    assert!(
+        reply.text.contains("2 refined pictures kept"),
+        "{}",
+        reply.text
+    );
+    assert_eq!(show.refined(), 2);
+    let after = show.preview(seconds(6.0)).unwrap();
+    assert!(largest_difference(&before, &after) > 0.1);
+
+    // The same show compiled from its new text, with nothing refined, previews differently: what
+    // was refined before the edit is at work.
+    let mut fresh =
+        Interpreter::from_text("t.lxq", show.source().as_bytes(), host(&Shelf::default())).unwrap();
+    let coarse = fresh.preview(seconds(6.0)).unwrap();
+    assert!(largest_difference(&coarse, &after) > 0.0);
+}
+
+#[test]
+fn moving_a_light_drops_what_no_longer_fits() {
+    let (mut show, _) = open();
+    show.refine(Goal {
+        count: Some(1),
+        ..Goal::default()
+    })
+    .unwrap();
+    show.execute("light left spot at -2, -2, 3 aim 0, 0, 0 beam 30 field 50 900 cd")
+        .unwrap();
+    assert_eq!(show.refined(), 0);
+}
+
+#[test]
+fn a_mistake_leaves_everything_as_it_was() {
+    let (mut show, _) = open();
+    show.refine(Goal {
+        count: Some(1),
+        ..Goal::default()
+    })
+    .unwrap();
+    let source = show.source().to_owned();
+    for bad in [
+        "cue 2 { wram 40 }",
+        "bank warm = nothing",
+        "stage \"../x.obj\"",
+        "cue 2 { warm 140 }",
+    ] {
+        let error = show.execute(bad).unwrap_err();
+        assert!(matches!(error, Error::Mistakes(_)), "{bad}: {error}");
+        assert_eq!(error.exit_code(), 1);
+        assert_eq!(
+            (show.source(), show.refined()),
+            (source.as_str(), 1),
+            "{bad}"
+        );
+    }
+}
+
+#[test]
+fn edits_change_only_their_own_lines_and_save_writes_them() {
+    let (mut show, shelf) = open();
+    show.execute("cue 2 \"Cross\" at 0:02 { time 6  warm 20  cool 90 }")
+        .unwrap();
+    show.execute("save").unwrap();
+    let saved = String::from_utf8(shelf.read(Path::new("s.lxq"), 1 << 20).unwrap()).unwrap();
+    let changed: Vec<(&str, &str)> = SHOW
+        .lines()
+        .zip(saved.lines())
+        .filter(|(a, b)| a != b)
+        .collect();
+    assert_eq!(changed.len(), 1, "{changed:?}");
+    assert!(changed[0].1.contains("warm 20"));
+    assert!(saved.contains("// keep me too"));
+}
+
+#[test]
+fn a_file_that_changed_meanwhile_is_not_overwritten() {
+    let (mut show, shelf) = open();
+    show.execute("cue 4 at 0:12 { blackout }").unwrap();
+    shelf
+        .write(Path::new("s.lxq"), b"show \"someone else's\"\n")
+        .unwrap();
+    let error = show.execute("save").unwrap_err().to_string();
+    assert!(
+        error.contains("changed on disk") && error.contains("save OTHER.lxq"),
+        "{error}"
+    );
+    let kept = shelf.read(Path::new("s.lxq"), 1 << 20).unwrap();
+    assert_eq!(kept, b"show \"someone else's\"\n");
+    show.execute("save other.lxq").unwrap();
+    assert!(!show.unsaved());
+}
+
+#[test]
+fn leaving_with_edits_asks_once() {
+    let (mut show, _) = open();
+    assert!(show.execute("quit").unwrap().quit);
+    show.execute("cue 4 at 0:12 { blackout }").unwrap();
+    assert!(!show.execute("quit").unwrap().quit);
+    assert!(show.execute("quit").unwrap().quit);
+}
+
+#[test]
+fn refining_everything_makes_previews_equal_to_rendering() {
+    let (mut show, _) = open();
+    let ended = show
+        .refine(Goal {
+            until: Some(0.0),
+            ..Goal::default()
+        })
+        .unwrap();
+    assert_eq!(ended, Ended::Complete);
+    for at in [0.0, 3.7, 7.5] {
+        let preview = show.preview(seconds(at)).unwrap();
+        let setting = show.timeline().evaluate(seconds(at));
+        let rendered = show
+            .render(&setting, footlight::transport::Quality(3))
+            .unwrap();
+        let peak = rendered.data().iter().copied().fold(0.0, f32::max);
+        let off = largest_difference(&preview, &rendered);
+        assert!(off <= 2e-5 * peak, "at {at}: {off} of {peak}");
+    }
+    let errors: Vec<f64> = show.steps().iter().map(|s| s.error).collect();
+    assert!(*errors.last().unwrap() < 1e-9, "{errors:?}");
+}
+
+#[test]
+fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
+    let (mut show, shelf) = open();
+    shelf.write(Path::new("o/keys/key999.exr"), b"old").unwrap();
+    let reply = show.execute("run --count 1 --out o").unwrap();
+    let keys = show.keys().keys().len();
+    let names: Vec<String> = shelf
+        .paths()
+        .iter()
+        .map(|p| p.to_string_lossy().into_owned())
+        .collect();
+    for name in [
+        "o/plan.json",
+        "o/curves.png",
+        "o/error.png",
+        "o/basis.png",
+        "o/sequence.png",
+    ] {
+        assert!(
+            names.iter().any(|n| n == name),
+            "{name} is missing: {names:?}"
+        );
+    }
+    let written = names.iter().filter(|n| n.starts_with("o/keys/")).count();
+    assert_eq!(written, keys, "{names:?}");
+    for word in ["3 banks", "1 picture at quality 3", "rank", "frames/s"] {
+        assert!(
+            reply.text.contains(word),
+            "`{word}` is missing from:\n{}",
+            reply.text
+        );
+    }
+    let key = shelf.read(Path::new("o/keys/key001.exr"), 1 << 24).unwrap();
+    let image = footlight::picture::exr::decode(&key, 1 << 24).unwrap();
+    assert_eq!((image.width(), image.height()), (64, 40));
+    let header = footlight::picture::exr::attributes(&key).unwrap();
+    assert!(
+        header
+            .iter()
+            .any(|(n, v)| n == "settings" && v.contains("warm 0.8")),
+        "{header:?}"
+    );
+    assert!(
+        header.iter().any(|(_, v)| v.contains("fixed 1")),
+        "{header:?}"
+    );
+}
+
+#[test]
+fn playback_shows_what_the_pool_previews() {
+    let (mut show, _) = open();
+    show.refine(Goal {
+        count: Some(2),
+        ..Goal::default()
+    })
+    .unwrap();
+    let playback = show.playback().unwrap();
+    let mut frame = footlight::picture::Image::new(0, 0);
+    for at in [0.5, 2.5, 4.1, 5.5, 7.9] {
+        playback.frame(seconds(at), &mut frame);
+        let preview = show.preview(seconds(at)).unwrap();
+        let peak = preview.data().iter().copied().fold(0.0, f32::max);
+        assert!(
+            largest_difference(&frame, &preview) <= 1e-5 * peak,
+            "at {at}"
+        );
+    }
+}
+
+#[test]
+fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
+    let json = |threads: usize, refine: bool| {
+        let host = Host {
+            threads,
+            ..host(&Shelf::default())
+        };
+        let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap();
+        if refine {
+            show.refine(Goal::default()).unwrap();
+        }
+        let plain = show.execute("plan --json").unwrap().text;
+        let error = show
+            .execute("plan --json --metric error --tolerance 0")
+            .unwrap()
+            .text;
+        (plain, error)
+    };
+    let first = json(1, false);
+    assert_eq!(first, json(2, true));
+    let plan: serde_json::Value = serde_json::from_str(&first.1).unwrap();
+    assert_eq!(plan["metric"], "error");
+    assert_eq!(plan["used"], plan["rank"]);
+    assert_eq!(
+        plan["coordinates"],
+        serde_json::json!(["warm", "cool", "over", "fixed"])
+    );
+    assert_eq!(
+        plan["banks"][3],
+        serde_json::json!({"name": "exits", "kind": "fixed", "channel": null})
+    );
+}
+
+/// Cancels after a number of questions.
+struct Impatient {
+    asked: AtomicUsize,
+    patience: usize,
+    stopped: Arc<AtomicBool>,
+}
+
+impl Progress for Impatient {
+    fn cancelled(&self) -> bool {
+        let stop = self.asked.fetch_add(1, Ordering::Relaxed) >= self.patience;
+        self.stopped.fetch_or(stop, Ordering::Relaxed);
+        stop
+    }
+}
+
+#[test]
+fn cancel_is_heard_and_nothing_is_half_done() {
+    for patience in [0, 1, 3, 10, 100] {
+        let stopped = Arc::new(AtomicBool::new(false));
+        let progress = Impatient {
+            asked: AtomicUsize::new(0),
+            patience,
+            stopped: Arc::clone(&stopped),
+        };
+        let host = Host {
+            progress: Box::new(progress),
+            ..host(&Shelf::default())
+        };
+        let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap();
+        let result = show.refine(Goal {
+            until: Some(0.0),
+            ..Goal::default()
+        });
+        if stopped.load(Ordering::Relaxed) {
+            assert_eq!(result.unwrap_err().exit_code(), 130);
+        }
+        assert_eq!(
+            show.steps().len(),
+            if show.steps().is_empty() {
+                0
+            } else {
+                show.refined() + 1
+            }
+        );
+    }
+}
+
+#[test]
+fn influence_and_error_metrics_render_coarse_pictures_and_settings_do_not() {
+    let (mut show, _) = open();
+    show.plan(Metric::Settings, 0.02).unwrap();
+    assert!(show.steps().is_empty());
+    show.plan(Metric::Influence, 0.02).unwrap();
+    assert_eq!(show.steps().len(), 1);
+}
+
+#[test]
+fn every_verb_has_help_and_an_example_that_is_understood() {
+    let (mut show, _) = open();
+    let list = show.execute("help").unwrap().text;
+    for spec in footlight::interpreter::VERBS {
+        assert!(list.contains(spec.name), "{list}");
+        let page = show.execute(&format!("help {}", spec.name)).unwrap().text;
+        assert!(page.contains(spec.example), "{page}");
+        footlight::interpreter::Call::parse(spec.example).unwrap();
+    }
+    let error = show.execute("picutre").unwrap_err().to_string();
+    assert!(error.contains("did you mean `picture`"), "{error}");
+}
+
+#[test]
+fn another_way_holds_for_a_call_or_from_now_on() {
+    let (mut show, shelf) = open();
+    show.execute("refine 2").unwrap();
+    let picture = |show: &mut Interpreter, words: &str| {
+        let line = format!("picture 0:06 {words} -o p.exr");
+        let text = show.execute(&line).unwrap().text;
+        (text, shelf.read(Path::new("p.exr"), 1 << 24).unwrap())
+    };
+    let (words, shipped) = picture(&mut show, "");
+    assert!(!words.contains("projection"), "{words}");
+    // Two refined pictures span this look in part only: every projection fills in otherwise.
+    for name in [
+        "settings",
+        "influence",
+        "full-error",
+        "error",
+        "corrections",
+    ] {
+        let (words, other) = picture(&mut show, &format!("--projection {name}"));
+        assert!(words.contains(&format!("projection {name}")), "{words}");
+        assert!(other != shipped, "{name}");
+    }
+    let (_, named) = picture(&mut show, "--projection extrapolated");
+    assert!(named == shipped, "by its name");
+    assert!(picture(&mut show, "").1 == shipped, "only for that call");
+
+    let words = show.execute("method projection settings metric influence");
+    let words = words.unwrap().text;
+    assert!(words.contains("metric: influence"), "{words}");
+    assert!(picture(&mut show, "").1 == picture(&mut show, "--projection settings").1);
+    assert!(
+        show.execute("plan")
+            .unwrap()
+            .text
+            .contains("metric influence")
+    );
+    show.execute("method default").unwrap();
+    assert!(picture(&mut show, "").1 == shipped);
+    for (line, words) in [
+        ("picture --projection eror", "did you mean `error`?"),
+        (
+            "picture --projection best",
+            "it is one of settings, influence",
+        ),
+        ("refine --metric light", "settings, influence or error"),
+        ("method metric", "usage: method"),
+        ("method colour red", "neither `metric` nor `projection`"),
+    ] {
+        let error = show.execute(line).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+    assert_eq!(
+        show.method(),
+        Method::default(),
+        "a mistake changes nothing"
+    );
+}
+
+/// The order of refinement follows the metric; what is foretold is always the error, so orders can
+/// be compared.
+#[test]
+fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
+    let ahead = |metric: &str| {
+        let (mut show, _) = open();
+        show.coarse().unwrap();
+        show.execute(&format!("method metric {metric}")).unwrap();
+        let outlook = show.outlook().unwrap();
+        show.execute("refine").unwrap();
+        assert_eq!(show.pool().unwrap().settings()[0], outlook.steps[0].setting);
+        outlook
+    };
+    let (ours, plain) = (ahead("error"), ahead("settings"));
+    assert_eq!(ours.error, plain.error);
+    assert_ne!(ours.steps[0].setting, plain.steps[0].setting);
+    for (ours, plain) in ours.steps.iter().zip(&plain.steps) {
+        assert!(ours.error <= plain.error * (1.0 + 1e-9) + 1e-12);
+    }
+}
+
+/// An edit changes the error without a picture: what was reached before it may not be any more.
+#[test]
+fn an_error_is_reached_by_the_show_as_it_is_now() {
+    let text = SHOW.replace("warm 15  cool 90", "warm 15");
+    let text = text.replace("over 70", "warm 10");
+    let host = host(&Shelf::default());
+    let mut show = Interpreter::from_text("t.lxq", text.as_bytes(), host).unwrap();
+    let until = |error: f64| Goal {
+        until: Some(error),
+        ..Goal::default()
+    };
+    show.refine(Goal {
+        count: Some(2),
+        ..Goal::default()
+    })
+    .unwrap();
+    let before = show.predicted_error().unwrap();
+    show.execute("cue 3 \"Top\" at 0:05 { time 3  over 100  cool 100 }")
+        .unwrap();
+    let after = show.predicted_error().unwrap();
+    assert!(after > 4.0 * before, "{before} {after}");
+    let refined = show.refined();
+    show.refine(until(after / 2.0)).unwrap();
+    assert!(
+        show.refined() > refined,
+        "nothing was refined for the new look"
+    );
+    assert!(show.predicted_error().unwrap() <= after / 2.0);
+}
+
+/// Whatever is refined next, planned or not, copies and near-copies among it: the forecast does not
+/// rise, and what adds nothing is refused with how much of it was outside.
+#[test]
+fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
+    let (mut show, _) = open();
+    show.coarse().unwrap();
+    let weighting = show.pool().unwrap().weighting();
+    let n = show.keys().coordinates();
+    let mut state = 7_u64;
+    let mut number = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
+    };
+    for _ in 0..50 {
+        let first: Vec<f64> = (0..n).map(|_| number()).collect();
+        let twice: Vec<f64> = first.iter().map(|x| 2.0 * x).collect();
+        let mut near = first.clone();
+        near[0] += 1e-9;
+        let mut known = vec![first, twice, near];
+        known.extend((0..n).map(|_| (0..n).map(|_| number()).collect::<Vec<f64>>()));
+        let forecast = |m: usize| {
+            footlight::plan::forecast(show.keys(), &known[..m], &weighting, None).unwrap()
+        };
+        let all: Vec<f64> = (0..=known.len()).map(forecast).collect();
+        assert!(
+            all.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-9)),
+            "{all:?}"
+        );
+        assert!(all[known.len()] < 1e-6 * all[0], "they span all: {all:?}");
+        let next = footlight::plan::next(show.keys(), &known[..3], &weighting, None).unwrap();
+        let refused: Vec<usize> = next.refused.iter().map(|r| r.index).collect();
+        assert_eq!(refused, [1], "the multiple, not what is new by a billionth");
+        let copy = &next.refused[0];
+        assert!(copy.after < 1e-14 * copy.before, "{copy:?}");
+    }
+}

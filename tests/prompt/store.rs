@@ -1,0 +1,644 @@
+//! The pool in memory and on disk: what is found again, what an edit keeps, and what faults do.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
+use footlight::interpreter::{Goal, Host, Interpreter, PoolPlace};
+use footlight::picture::Image;
+use footlight::scene::{Rig, Scene, View};
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::work::Work;
+
+const SHOW: &str = r#"show "Store"
+preview { tolerance 1%  coarse 1  refined 3  rate 5 }
+stage "room.obj"
+view house  from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 48x30
+
+light left   spot  at -2, -2, 3.5  aim -0.8, 0.5, 0.5  beam 30  field 50  900 cd  2700 K
+light right  spot  at  2, -2, 3.5  aim  0.8, 0.5, 0.5  beam 30  field 50  900 cd  6500 K
+light top    panel lamp  400 cd/m2
+bank warm = left
+bank cool = right
+bank over = top
+
+cue 1 at 0:00 { snap  warm 80  cool 10 }
+cue 2 at 0:02 { time 6  warm 15  cool 90 }
+cue 3 at 0:05 { time 3  curve ease  over 70 }
+"#;
+
+const ROOM: &str = "mtllib room.mtl
+v -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nv 3 3.5 -2\nv -3 3.5 -2
+v -0.4 3.4 0.4\nv 0.4 3.4 0.4\nv 0.4 3.4 -0.4\nv -0.4 3.4 -0.4
+v -0.5 1 0.5\nv 0.5 1 0.5\nv 0.5 1 -0.5\nv -0.5 1 -0.5
+usemtl floor\nf 1 2 3 4\nusemtl wall\nf 4 3 5 6\nusemtl lamp\nf 10 9 8 7
+usemtl floor\nf 11 12 13 14
+";
+
+const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 0.6\n\
+    newmtl lamp\nKd 0 0 0\nKe 1 1 1\n";
+
+const POOL: &str = "pool";
+
+/// Radiosity that counts the pictures it renders.
+struct Counting(Arc<AtomicUsize>);
+
+struct CountingPrepared(Box<dyn Prepared>, Arc<AtomicUsize>);
+
+impl Transport for Counting {
+    fn name(&self) -> &str {
+        Radiosity.name()
+    }
+
+    fn results(&self) -> Option<String> {
+        Radiosity.results()
+    }
+
+    fn finest(&self) -> Quality {
+        Radiosity.finest()
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        let inner = Radiosity.prepare(scene, rig, view, quality, work)?;
+        Ok(Box::new(CountingPrepared(inner, Arc::clone(&self.0))))
+    }
+
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
+        Radiosity.cost(scene, rig, view, quality)
+    }
+}
+
+impl Prepared for CountingPrepared {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        self.1.fetch_add(settings.len(), Ordering::Relaxed);
+        self.0.render(settings, work)
+    }
+}
+
+/// A clock that goes on by so many seconds whenever it is read.
+struct Ticking(AtomicUsize, f64);
+
+impl Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        self.0.fetch_add(1, Ordering::Relaxed) as f64 * self.1
+    }
+}
+
+/// A show, and how many pictures were rendered for it.
+struct Session {
+    show: Interpreter,
+    rendered: Arc<AtomicUsize>,
+}
+
+impl Session {
+    fn open(text: &str, store: impl Store + 'static, limit: Option<u64>) -> Session {
+        Session::timed(text, store, limit, 1e-3)
+    }
+
+    /// The same on a machine where every look at the clock takes so many seconds.
+    fn timed(text: &str, store: impl Store + 'static, limit: Option<u64>, seconds: f64) -> Session {
+        let rendered = Arc::new(AtomicUsize::new(0));
+        let files = Memory::default().with("room.obj", ROOM);
+        let host = Host {
+            files: Box::new(files.with("room.mtl", MATERIALS)),
+            store: Box::new(store),
+            clock: Box::new(Ticking(AtomicUsize::new(0), seconds)),
+            transport: Arc::new(Counting(Arc::clone(&rendered))),
+            pool: limit.map(|limit| PoolPlace {
+                folder: PathBuf::from(POOL),
+                limit,
+            }),
+            ..Host::default()
+        };
+        let show = Interpreter::from_text("s.lxq", text.as_bytes(), host).unwrap();
+        Session { show, rendered }
+    }
+
+    fn refine(&mut self, count: usize) {
+        let goal = Goal {
+            count: Some(count),
+            ..Goal::default()
+        };
+        self.show.refine(goal).unwrap();
+    }
+
+    /// Refines until there are so many pictures, stored ones included; what the user is told.
+    fn refine_to(&mut self, count: usize) -> Vec<String> {
+        self.show.coarse().unwrap();
+        let line = match count - self.show.refined() {
+            0 => "pool".to_owned(),
+            missing => format!("refine {missing}"),
+        };
+        self.show.execute(&line).unwrap().notes
+    }
+
+    /// Pictures rendered since the last call.
+    fn rendered(&self) -> usize {
+        self.rendered.swap(0, Ordering::Relaxed)
+    }
+
+    /// All key images.
+    fn keys(&mut self) -> Vec<Image> {
+        self.show.playback().unwrap().images().to_vec()
+    }
+}
+
+fn stored(shelf: &Shelf) -> Vec<PathBuf> {
+    let paths = shelf.paths().into_iter();
+    paths
+        .filter(|p| p.starts_with(Path::new(POOL).join("pictures")))
+        .collect()
+}
+
+const PLENTY: Option<u64> = Some(1 << 30);
+
+/// Largest difference of any number, relative to the largest number.
+fn difference(a: &[Image], b: &[Image]) -> f32 {
+    assert_eq!(a.len(), b.len());
+    let numbers =
+        |images: &[Image]| -> Vec<f32> { images.iter().flat_map(|i| i.data().to_vec()).collect() };
+    let (a, b) = (numbers(a), numbers(b));
+    let peak = a.iter().fold(0.0_f32, |m, x| m.max(x.abs()));
+    let off = a
+        .iter()
+        .zip(&b)
+        .fold(0.0_f32, |m, (x, y)| m.max((x - y).abs()));
+    off / peak
+}
+
+#[test]
+fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
+    let shelf = Shelf::default();
+    let run = |limit, out: &str| {
+        let mut session = Session::open(SHOW, shelf.clone(), limit);
+        let reply = session
+            .show
+            .execute(&format!("run --count 2 --out {out}"))
+            .unwrap();
+        (session.rendered(), reply)
+    };
+    assert_eq!(run(None, "without").0, 8);
+    assert!(stored(&shelf).is_empty());
+    assert_eq!(run(PLENTY, "first").0, 8);
+    assert_eq!(stored(&shelf).len(), 8);
+    let (rendered, reply) = run(PLENTY, "second");
+    assert_eq!(rendered, 0);
+    let words = "from the pool: 8 pictures, rendered: 0";
+    assert!(reply.text.contains(words), "{}", reply.text);
+    assert_eq!(reply.notes, [""; 0]);
+    let read = |path: &Path| shelf.read(path, 1 << 30).unwrap();
+    assert_eq!(read(Path::new("pool/.gitignore")), b"*\n");
+    let mut compared = 0;
+    for path in shelf.paths() {
+        // Charts against seconds differ from run to run.
+        let Ok(name) = path.strip_prefix("without") else {
+            continue;
+        };
+        if name == Path::new("error.png") {
+            continue;
+        }
+        for other in ["first", "second"] {
+            assert!(
+                read(&path) == read(&Path::new(other).join(name)),
+                "{name:?} of {other}"
+            );
+        }
+        compared += 1;
+    }
+    assert!(compared > 5, "{compared}");
+}
+
+#[test]
+fn grouping_banks_adds_up_what_is_there() {
+    for disk in [None, PLENTY] {
+        let shelf = Shelf::default();
+        let mut session = Session::open(SHOW, shelf.clone(), disk);
+        session.refine(2);
+        assert_eq!(session.rendered(), 8);
+        let grouped = "bank warm = left right\nbank cool = right";
+        if disk.is_some() {
+            // Another session, so that all comes from the store.
+            let text = SHOW.replace("bank warm = left", "bank warm = left right");
+            session = Session::open(&text, shelf, disk);
+        } else {
+            session.show.execute(grouped).unwrap();
+        }
+        session.show.coarse().unwrap();
+        assert_eq!(session.rendered(), 0);
+        assert_eq!(session.show.tally().summed, 2, "one at each coarse quality");
+        let text = session.show.source().to_owned();
+        let mut fresh = Session::open(&text, Shelf::default(), None);
+        let unit = [1.0, 0.0, 0.0];
+        fresh.show.coarse().unwrap();
+        let own = session.show.pool().unwrap().coarse()[0].as_ref().clone();
+        let other = fresh.show.pool().unwrap().coarse()[0].as_ref().clone();
+        let off = difference(&[own], &[other]);
+        assert!(off <= 3e-7, "{unit:?}: {off}");
+    }
+}
+
+#[test]
+fn refined_pictures_go_on_with_sources_that_can_express_them() {
+    let mut session = Session::open(SHOW, Shelf::default(), None);
+    session.refine(2);
+    session.rendered();
+    // The banks as they were, one of them under another name and in another order: same light.
+    let reply = session.show.execute("bank over = top right").unwrap();
+    assert!(
+        reply.text.contains("2 refined pictures kept"),
+        "{}",
+        reply.text
+    );
+    session.show.coarse().unwrap();
+    assert_eq!(session.rendered(), 0);
+    let pool = session.show.pool().unwrap();
+    assert_eq!(pool.refined().len(), 2);
+    for refined in pool.refined() {
+        let preview = pool.preview(&refined.setting, Work::silent()).unwrap();
+        let off = difference(&[refined.image.as_ref().clone()], &[preview]);
+        assert!(off <= 1e-6, "{off}");
+    }
+    // A joined bank cannot express them; undone, they are back.
+    session
+        .show
+        .execute("bank over = top left right\nbank warm = left right")
+        .unwrap();
+    session.show.execute("bank cool = top").unwrap();
+    assert!(session.show.refined() < 2);
+    let undone = "bank warm = left\nbank cool = right\nbank over = top";
+    session.show.execute(undone).unwrap();
+    assert_eq!(session.show.refined(), 2);
+    session.show.coarse().unwrap();
+    assert_eq!(session.rendered(), 0);
+}
+
+/// `diff` tells exactly how many refined pictures serve both versions: from this session, and from
+/// the store alone.
+#[test]
+fn a_difference_counts_the_pictures_that_serve_on() {
+    let shelf = Shelf::default();
+    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    session.refine(2);
+    let said = |session: &mut Session, old: &str| {
+        shelf.write(Path::new("old.lxq"), old.as_bytes()).unwrap();
+        let reply = session.show.execute("diff old.lxq").unwrap();
+        reply.text.lines().last().unwrap_or_default().to_owned()
+    };
+    let cues = SHOW.replace("warm 15", "warm 25");
+    let mut moved = 0;
+    for mut session in [session, Session::open(SHOW, shelf.clone(), PLENTY)] {
+        assert_eq!(
+            said(&mut session, &cues),
+            "pictures: every refined picture still serves (2 of 2)"
+        );
+        // Both are lit by all three lights: none is left when one of them moves.
+        session
+            .show
+            .execute("light top panel lamp 300 cd/m2")
+            .unwrap();
+        assert_eq!(
+            said(&mut session, SHOW),
+            "pictures: every refined picture still serves (2 of 2)",
+            "a strength only scales"
+        );
+        session
+            .show
+            .execute("light left spot at -2, -2, 3.6 aim -0.8, 0.5, 0.5 beam 30 field 50 900 cd")
+            .unwrap();
+        assert!(said(&mut session, SHOW).starts_with("pictures: 0 of 2 refined"));
+        moved += session.rendered();
+    }
+    assert_eq!(
+        moved, 8,
+        "nothing is rendered but the first session's pictures"
+    );
+}
+
+/// The text changed in an editor between two runs: every refined picture still tells what is wrong
+/// with the coarse ones.
+#[test]
+fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
+    let shelf = Shelf::default();
+    let mut first = Session::open(SHOW, shelf.clone(), PLENTY);
+    first.refine(2);
+    let text = SHOW.replace("warm 15  cool 90", "warm 45  cool 20  over 10");
+    let mut alone = Session::open(&text, Shelf::default(), None);
+    alone.show.coarse().unwrap();
+    let mut second = Session::open(&text, shelf.clone(), PLENTY);
+    second.show.coarse().unwrap();
+    assert_eq!(second.rendered(), 0);
+    let pool = second.show.pool().unwrap();
+    let settings = |session: &Session| session.show.pool().unwrap().settings();
+    assert_eq!(settings(&second), settings(&first), "in their order");
+    let forecast = |session: &Session| session.show.steps().last().unwrap().forecast;
+    assert!(
+        forecast(&second) < 0.7 * forecast(&alone),
+        "{} {}",
+        forecast(&second),
+        forecast(&alone)
+    );
+    for refined in pool.refined() {
+        let preview = pool.preview(&refined.setting, Work::silent()).unwrap();
+        let off = difference(&[refined.image.as_ref().clone()], &[preview]);
+        assert!(off <= 1e-6, "{off}");
+    }
+    // Only what is new is rendered, and the next session has all three.
+    second.refine(1);
+    assert_eq!(second.rendered(), 1);
+    let mut third = Session::open(&text, shelf, PLENTY);
+    third.show.coarse().unwrap();
+    assert_eq!(settings(&third), settings(&second));
+    assert!(third.keys() == second.keys(), "the same bits");
+    assert_eq!(third.rendered(), 0);
+}
+
+/// Two sessions that knew nothing of each other refined almost the same settings: their difference
+/// would be magnified, and the rounding of single precision with it.
+#[test]
+fn near_copies_of_refined_pictures_are_left_out() {
+    let one = Shelf::default();
+    Session::open(SHOW, one.clone(), PLENTY).refine(2);
+    let two = Shelf::default();
+    let text = SHOW.replace("warm 80", "warm 80.01");
+    Session::open(&text, two.clone(), PLENTY).refine(2);
+    for path in stored(&two) {
+        one.write(&path, &two.read(&path, 1 << 30).unwrap())
+            .unwrap();
+    }
+    assert_eq!(
+        stored(&one).len(),
+        10,
+        "the two sessions' refined pictures differ"
+    );
+    let mut both = Session::open(SHOW, one, PLENTY);
+    both.show.coarse().unwrap();
+    assert_eq!(both.show.refined(), 2);
+    assert_eq!(both.rendered(), 0);
+}
+
+#[test]
+fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
+    let told = |seconds| {
+        let shelf = Shelf::default();
+        let mut before = Session::open(SHOW, shelf.clone(), PLENTY);
+        before.show.coarse().unwrap();
+        let mut session = Session::timed(SHOW, shelf, PLENTY, seconds);
+        session.show.coarse().unwrap();
+        let first = session.show.outlook().unwrap().steps[0].seconds;
+        session.refine(1);
+        (first, session.show.outlook().unwrap().steps[0].seconds)
+    };
+    let (fast, slow) = (told(1e-3), told(1e3));
+    assert_eq!(fast.0, slow.0, "nothing was rendered yet");
+    assert!(slow.1 > 1e4 * fast.1, "{fast:?} {slow:?}");
+}
+
+#[test]
+fn an_edit_renders_only_what_depends_on_it() {
+    let mut session = Session::open(SHOW, Shelf::default(), None);
+    session.refine(1);
+    assert_eq!(session.rendered(), 7);
+    let mut after = |edit: &str| {
+        session.show.execute(edit).unwrap();
+        session.show.coarse().unwrap();
+        session.rendered()
+    };
+    assert_eq!(after("cue 2 at 0:02 { time 4  warm 25  cool 80 }"), 0);
+    let moved = "light left spot at -2, -2, 3 aim -0.8, 0.5, 0.5 beam 30 field 50 900 cd 2700 K";
+    assert_eq!(
+        after(moved),
+        2,
+        "the moved light's bank at both coarse qualities"
+    );
+    let back = moved.replace("-2, -2, 3 ", "-2, -2, 3.5 ");
+    assert_eq!(after(&back), 0, "as it was");
+    assert_eq!(after(&back.replace("900 cd", "300 cd")), 0, "a third of it");
+    assert_eq!(after(&back.replace("2700", "4000")), 0, "another colour");
+    assert_eq!(after("preview { coarse 1  refined 4 }"), 0);
+    assert_eq!(
+        after("preview { coarse 2  refined 4 }"),
+        3,
+        "quality 2 is there"
+    );
+    assert_eq!(after("preview { coarse 1  refined 3 }"), 0);
+    assert_eq!(after("surface floor reflectance 0.5"), 6, "everything");
+    let view = "view house from 0, -5, 1.6 to 0, 0, 1 fov 45 size 48x30";
+    assert_eq!(after(view), 6, "everything");
+}
+
+/// A store with a fault: what is done to pictures from the n-th on that is written.
+#[derive(Clone)]
+struct Faulty {
+    inner: Shelf,
+    fault: Fault,
+    from: usize,
+    written: Arc<AtomicUsize>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Fault {
+    Full,
+    Truncated,
+    Flipped,
+    Swapped,
+}
+
+impl Store for Faulty {
+    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        if path.extension().is_none_or(|e| e != "exr") || path.starts_with("out") {
+            return self.inner.write(path, content);
+        }
+        let count = self.written.fetch_add(1, Ordering::Relaxed);
+        if count < self.from {
+            return self.inner.write(path, content);
+        }
+        let mut content = content.to_vec();
+        match self.fault {
+            Fault::Full => {
+                return Err(FileError::Io {
+                    path: path.display().to_string(),
+                    source: std::io::Error::from(std::io::ErrorKind::StorageFull),
+                });
+            }
+            Fault::Truncated => content.truncate(content.len() * (count + 1) / 9),
+            Fault::Flipped => {
+                let at = content.len() * (count + 1) / 9;
+                content[at] ^= 1 << (count % 8);
+            }
+            Fault::Swapped => {
+                let mut others = stored(&self.inner).into_iter().rev();
+                content = match others.next() {
+                    Some(other) => self.inner.read(&other, 1 << 30)?,
+                    None => b"not a picture".to_vec(),
+                };
+            }
+        }
+        self.inner.write(path, &content)
+    }
+
+    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
+        self.inner.clear(folder, ending)
+    }
+
+    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
+        self.inner.list(folder, ending)
+    }
+
+    fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+        self.inner.read(path, limit)
+    }
+
+    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
+        self.inner.read_start(path, bytes)
+    }
+
+    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
+        self.inner.entries(folder)
+    }
+
+    fn touch(&self, path: &Path) -> Result<(), FileError> {
+        self.inner.touch(path)
+    }
+
+    fn remove(&self, path: &Path) -> Result<(), FileError> {
+        self.inner.remove(path)
+    }
+}
+
+#[test]
+fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
+    let mut clean = Session::open(SHOW, Shelf::default(), None);
+    clean.refine(2);
+    let truth = clean.keys();
+    for fault in [
+        Fault::Full,
+        Fault::Truncated,
+        Fault::Flipped,
+        Fault::Swapped,
+    ] {
+        for from in [0, 1, 5, 7] {
+            let what = format!("{fault:?} from {from}");
+            let inner = Shelf::default();
+            let faulty = Faulty {
+                inner: inner.clone(),
+                fault,
+                from,
+                written: Arc::default(),
+            };
+            let mut first = Session::open(SHOW, faulty, PLENTY);
+            let notes = first.refine_to(2);
+            assert!(first.keys() == truth, "{what}");
+            let full = matches!(fault, Fault::Full);
+            assert_eq!(notes.len(), usize::from(full), "{what}: {notes:?}");
+            assert!(
+                first.show.execute("at 0:01").unwrap().notes.is_empty(),
+                "{what}: told once"
+            );
+
+            let mut second = Session::open(SHOW, inner.clone(), PLENTY);
+            let notes = second.refine_to(2);
+            assert_eq!(
+                second.rendered(),
+                8 - from.min(8),
+                "{what}: all that is whole"
+            );
+            assert_eq!(
+                notes.len(),
+                usize::from(!full && from < 8),
+                "{what}: {notes:?}"
+            );
+            assert!(second.keys() == truth, "{what}");
+
+            // What was damaged has been replaced.
+            let mut third = Session::open(SHOW, inner, PLENTY);
+            third.refine_to(2);
+            assert_eq!(third.rendered(), 0, "{what}");
+            assert!(third.keys() == truth, "{what}");
+        }
+    }
+}
+
+#[test]
+fn the_limit_drops_what_was_used_least_recently() {
+    let shelf = Shelf::default();
+    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    session.refine(1);
+    let all = stored(&shelf);
+    let bytes = |paths: &[PathBuf]| -> u64 {
+        let length = |p: &PathBuf| shelf.read(p, 1 << 30).unwrap().len() as u64;
+        paths.iter().map(length).sum()
+    };
+    let total = bytes(&all);
+    // Another view, in a store that has room for one show and a bit.
+    let other = SHOW.replace("fov 45", "fov 40");
+    let limit = total + total / 5;
+    let mut second = Session::open(&other, shelf.clone(), Some(limit));
+    second.refine(1);
+    assert!(bytes(&stored(&shelf)) <= limit);
+    let mut again = Session::open(&other, shelf.clone(), Some(limit));
+    again.refine_to(1);
+    assert_eq!(again.rendered(), 0, "what was used last is there");
+    let left = all.iter().filter(|p| stored(&shelf).contains(p)).count();
+    assert_eq!(left, 1, "of the first show the last picture used");
+    // A limit below a single picture stores nothing, and says nothing wrong.
+    let tiny = Shelf::default();
+    Session::open(SHOW, tiny.clone(), Some(1000)).refine(1);
+    assert!(stored(&tiny).is_empty());
+}
+
+#[test]
+fn the_verb_tells_and_frees() {
+    let shelf = Shelf::default();
+    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    assert!(
+        session
+            .show
+            .execute("pool")
+            .unwrap()
+            .text
+            .contains("no coarse pictures")
+    );
+    session.refine(2);
+    let text = session.show.execute("pool").unwrap().text;
+    for words in [
+        "3 coarse pictures at quality 1 and 2",
+        "2 refined pictures",
+        "8 pictures",
+    ] {
+        assert!(text.contains(words), "`{words}` is missing from:\n{text}");
+    }
+    session
+        .show
+        .execute("view house from 0, -5, 1.6 to 0, 0, 1 fov 45 size 48x30")
+        .unwrap();
+    let text = session.show.execute("pool").unwrap().text;
+    assert!(
+        text.contains("0 pictures (0 kB) can serve this show"),
+        "{text}"
+    );
+    assert!(text.contains("8 pictures"), "{text}");
+    session.show.coarse().unwrap();
+    let text = session.show.execute("pool drop unused").unwrap().text;
+    assert!(
+        text.starts_with("8 pictures dropped from memory, 8 pictures"),
+        "{text}"
+    );
+    assert_eq!(stored(&shelf).len(), 6);
+    session.show.execute("pool drop all").unwrap();
+    assert!(stored(&shelf).is_empty());
+    assert!(session.show.pool().is_none());
+    assert!(session.show.execute("pool drop everything").is_err());
+}

@@ -1,0 +1,413 @@
+//! Comparisons with references, from the verb to the file.
+
+use std::path::{Path, PathBuf};
+
+use footlight::diagnostic::Style;
+use footlight::files::{Clock, Folder, Shelf, Store};
+use footlight::interpreter::{Call, Ended, Goal, Host, Interpreter, Verb};
+use footlight::picture::Image;
+use footlight::picture::exr::{self, Precision};
+use footlight::scene::{Rig, Scene, View};
+use footlight::study::{Kind, Record};
+use footlight::transport::radiosity::Radiosity;
+use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::work::Work;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// Time that passes by a quarter of a second whenever someone looks.
+#[derive(Default)]
+struct Ticking(AtomicU32);
+
+impl Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        f64::from(self.0.fetch_add(1, Ordering::Relaxed)) * 0.25
+    }
+}
+
+/// The furnace, small, with a store of its own.
+fn furnace(shelf: &Shelf) -> Interpreter {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/furnace");
+    let text = std::fs::read_to_string(folder.join("furnace.lxq")).unwrap();
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 20)),
+        store: Box::new(shelf.clone()),
+        clock: Box::new(Ticking::default()),
+        ..Host::default()
+    };
+    let text = text.replace("size 128x128", "size 32x32");
+    Interpreter::from_text("furnace.lxq", text.as_bytes(), host).unwrap()
+}
+
+const BANKS: [&str; 6] = ["xneg", "xpos", "yneg", "ypos", "zneg", "zpos"];
+
+fn keep(shelf: &Shelf, name: &str, image: &Image) {
+    let bytes = exr::encode(image, Precision::Float, &[]).unwrap();
+    shelf.write(&Path::new("refs").join(name), &bytes).unwrap();
+}
+
+/// Each bank as the show itself renders it at a quality.
+fn rendered(show: &mut Interpreter, quality: u8) -> Vec<Image> {
+    let unit = |i: usize| (0..6).map(|j| f64::from(u8::from(i == j))).collect();
+    let settings: Vec<Vec<f64>> = (0..6).map(unit).collect();
+    let image = |s: &Vec<f64>| show.render(s, Quality(quality)).unwrap();
+    settings.iter().map(image).collect()
+}
+
+fn scaled(image: &Image, factor: f32) -> Image {
+    let data = image.data().iter().map(|v| v * factor).collect();
+    Image::from_data(image.width(), image.height(), data).unwrap()
+}
+
+fn compare(show: &mut Interpreter) -> serde_json::Value {
+    let call = Call::new(Verb::Compare).with("reference", "refs");
+    let call = call.with("quality", "2").with("json", "");
+    serde_json::from_str(&show.call(&call).unwrap().text).unwrap()
+}
+
+#[test]
+fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    for (name, image) in BANKS.iter().zip(rendered(&mut show, 2)) {
+        // The reference is 2 % darker for one bank, in halves for another.
+        match *name {
+            "xneg" => keep(&shelf, "xneg.exr", &scaled(&image, 1.0 / 1.02)),
+            "zpos" => {
+                keep(&shelf, "zpos_A.exr", &scaled(&image, 0.9));
+                keep(&shelf, "zpos_B.exr", &scaled(&image, 1.1));
+            }
+            _ => keep(&shelf, &format!("{name}.exr"), &image),
+        }
+    }
+    let found = compare(&mut show);
+    assert_eq!(found["quality"], 2);
+    assert_eq!(found["seconds"], 0.5);
+    let banks = found["banks"].as_array().unwrap();
+    let names: Vec<&str> = banks.iter().map(|b| b["name"].as_str().unwrap()).collect();
+    assert_eq!(names, BANKS);
+    let number = |bank: usize, what: &str| banks[bank][what].as_f64().unwrap();
+    assert!((number(0, "rmse") - 0.02).abs() < 1e-6);
+    assert!((number(0, "mean_ratio") - 1.02).abs() < 1e-6);
+    assert!(banks[0]["rmse_noise_free"].is_null());
+    // All walls are lamps: there is no pixel away from them.
+    assert!(banks[0]["rmse_no_emitters"].is_null());
+    assert_eq!(number(1, "rmse"), 0.0);
+    // Between its halves: the estimate under the root is negative, which a signed zero tells.
+    let fair = number(5, "rmse_noise_free");
+    assert!(fair == 0.0 && fair.is_sign_negative(), "{fair}");
+
+    let words = show.execute("compare --reference refs -o off.png").unwrap();
+    assert!(words.text.contains("zpos") && words.text.contains("< noise"));
+    let drawn = shelf.read(Path::new("off.png"), 1 << 24).unwrap();
+    assert_eq!(&drawn[1..4], b"PNG");
+}
+
+#[test]
+fn what_is_missing_or_does_not_fit_is_told_with_what_there_is() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    let mut told = |line: &str| {
+        let error = show.execute(line).unwrap_err();
+        (error.exit_code(), error.report(Style::Plain))
+    };
+    let (code, said) = told("compare");
+    assert_eq!(code, 2);
+    assert!(said.contains("--reference DIR"), "{said}");
+    keep(&shelf, "xneg.exr", &Image::new(32, 32));
+    keep(&shelf, "xpos_A.exr", &Image::new(32, 32));
+    let (code, said) = told("compare --reference refs");
+    assert_eq!(code, 3);
+    assert!(said.contains("no reference for xpos, yneg"), "{said}");
+    assert!(said.contains("it has xneg.exr, xpos_A.exr"), "{said}");
+    for name in BANKS {
+        keep(&shelf, &format!("{name}.exr"), &Image::new(16, 32));
+    }
+    let (code, said) = told("compare --reference refs");
+    assert_eq!(code, 3);
+    assert!(
+        said.contains("is 16x32, the show's view is 32x32"),
+        "{said}"
+    );
+    let path = Path::new("refs/xneg.exr");
+    shelf.write(path, b"no picture").unwrap();
+    let (code, said) = told("compare --reference refs");
+    assert!(code == 3 && said.contains("xneg.exr"), "{said}");
+    let (code, said) = told("compare --reference refs -o off.gif");
+    assert!(code == 2 && said.contains(".png or .svg"), "{said}");
+    let (code, _) = told("compare --reference refs --quality 9");
+    assert_eq!(code, 2);
+}
+
+#[test]
+fn a_black_reference_gives_no_figure() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    for name in BANKS {
+        keep(&shelf, &format!("{name}.exr"), &Image::new(32, 32));
+    }
+    let found = compare(&mut show);
+    assert!(found["banks"][0]["rmse"].is_null());
+    assert!(found["banks"][0]["mean_ratio"].is_null());
+}
+
+#[test]
+fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    let said = show.execute("chart transport -o chart.json").unwrap().text;
+    assert!(said.contains("against quality 5"), "{said}");
+    let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
+    let record: Record = serde_json::from_slice(&bytes).unwrap();
+    assert_eq!(
+        (record.kind, record.subject.as_str()),
+        (Kind::Transport, "Furnace")
+    );
+    let mean = &record.series[0];
+    let curve = record.curve(mean, "quality", "error");
+    let qualities: Vec<f64> = curve.iter().map(|p| p.0).collect();
+    assert_eq!(qualities, [1.0, 2.0, 3.0, 4.0, 5.0]);
+    assert_eq!(curve[4].1, 0.0);
+    assert!(curve[0].1 > 0.05 && curve[0].1 > curve[3].1, "{curve:?}");
+    // The mean and the worst, then every bank.
+    assert_eq!(record.series.len(), 2 + BANKS.len());
+    assert!(mean.points[1].marks.contains(&"coarse".to_owned()));
+    assert!(mean.points[2].marks.contains(&"refined".to_owned()));
+
+    let error = show.execute("chart plans").unwrap_err();
+    assert!(error.exit_code() == 2 && error.to_string().contains("chart transport"));
+    let error = show.execute("chart transport -o chart.pdf").unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+}
+
+#[test]
+fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    let text = show.execute("quality --json").unwrap().text;
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(found["operator"], "radiosity");
+    let steps = found["steps"].as_array().unwrap();
+    assert_eq!(steps.len(), 5);
+    let total = |step: &serde_json::Value| {
+        let of = |part: &str| step["predicted"][part].as_f64().unwrap();
+        of("prepare") + of("banks")
+    };
+    for pair in steps.windows(2) {
+        let elements = |step: &serde_json::Value| step["sets"]["elements"].as_f64().unwrap();
+        assert!(elements(&pair[0]) <= elements(&pair[1]));
+        assert!(total(&pair[0]) > 0.0 && total(&pair[0]) <= total(&pair[1]));
+        assert!(pair[0]["measured"].is_null());
+    }
+    let words = show.execute("quality").unwrap().text;
+    assert!(
+        words.contains("elements") && words.contains("all banks s"),
+        "{words}"
+    );
+}
+
+/// A random show, small, in a file of its own on the shelf.
+fn random(shelf: &Shelf) -> Interpreter {
+    let host = Host {
+        clock: Box::new(Ticking::default()),
+        ..Host::default()
+    };
+    random_of("size 32x18", shelf, host)
+}
+
+/// The same with pictures of a size and other means.
+fn random_of(size: &str, shelf: &Shelf, host: Host) -> Interpreter {
+    let made = footlight::study::random_show(7);
+    let files = footlight::files::Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let text = made.show.replace("size 96x54", size);
+    let path = Path::new("set/random.lxq");
+    shelf.write(path, text.as_bytes()).unwrap();
+    let host = Host {
+        files: Box::new(files),
+        store: Box::new(shelf.clone()),
+        ..host
+    };
+    Interpreter::open(path, host).unwrap()
+}
+
+fn record(show: &mut Interpreter, shelf: &Shelf, line: &str) -> (String, Record) {
+    let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
+    let bytes = shelf.read(Path::new("chart.json"), 1 << 24).unwrap();
+    (said, serde_json::from_slice(&bytes).unwrap())
+}
+
+#[test]
+fn the_chart_of_the_plan_has_every_order_both_bounds_and_six_previews() {
+    let shelf = Shelf::default();
+    let mut show = random(&shelf);
+    let (said, record) = record(&mut show, &shelf, "chart plan");
+    assert_eq!(record.kind, Kind::Plan);
+    let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
+    let count = |kind: &str| names.iter().filter(|n| n.starts_with(kind)).count();
+    let kinds = ["order: ", "preview: ", "looks: "].map(count);
+    assert_eq!(kinds, [5, 6, 6], "{names:?}");
+    let curve = |name: &str, x: &str| {
+        let series = record.series.iter().find(|s| s.name == name).unwrap();
+        record.curve(series, x, "true error of the sequence")
+    };
+    let shipped = "order: estimated error (shipped)";
+    let start = curve(shipped, "refined pictures")[0].1;
+    for name in names.iter().filter(|n| n.starts_with("order: ")) {
+        let points = curve(name, "refined pictures");
+        assert_eq!(points[0], (0.0, start), "{name}");
+        assert!(
+            points.last().unwrap().1 < 1e-3 * start,
+            "{name}: {points:?}"
+        );
+        for time in ["predicted time", "real time"] {
+            let times: Vec<f64> = curve(name, time).iter().map(|p| p.0).collect();
+            assert!(
+                times.windows(2).all(|w| w[0] <= w[1]),
+                "{name} {time}: {times:?}"
+            );
+            assert!(times[0] > 0.0);
+        }
+    }
+    // The shipped preview of the shipped order is one and the same.
+    let preview = curve("preview: extrapolated (shipped)", "refined pictures");
+    assert_eq!(preview, curve(shipped, "refined pictures"));
+    // A prediction that mixes banks is ahead of bank by bank.
+    let at = |name: &str| curve(name, "refined pictures")[4].1;
+    assert!(at(shipped) < at("order: one picture for each bank"));
+    for word in [
+        "true error: an oracle",
+        "influence, the paper's",
+        "corrections",
+    ] {
+        assert!(said.contains(word), "{said}");
+    }
+    for file in ["plan.svg", "plan.png", "plan.csv"] {
+        show.execute(&format!("chart plan -o {file} --dark"))
+            .unwrap();
+        assert!(!shelf.read(Path::new(file), 1 << 24).unwrap().is_empty());
+    }
+    let svg = shelf.read(Path::new("plan.svg"), 1 << 24).unwrap();
+    let svg = String::from_utf8(svg).unwrap();
+    assert!(svg.contains("bank by bank") && !svg.contains("no data"));
+}
+
+#[test]
+fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
+    let host = Host {
+        memory: 1 << 20,
+        ..Host::default()
+    };
+    let mut show = random_of("size 96x54", &Shelf::default(), host);
+    let error = show.execute("chart plan").unwrap_err().to_string();
+    assert!(error.contains("every source at three qualities"), "{error}");
+}
+
+/// Radiosity at its cheapest whatever it is asked for.
+struct Stubborn;
+
+impl Transport for Stubborn {
+    fn name(&self) -> &str {
+        "stubborn"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(4)
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        _quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Radiosity.prepare(scene, rig, view, Quality(1), work)
+    }
+
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, _quality: Quality) -> Cost {
+        Radiosity.cost(scene, rig, view, Quality(1))
+    }
+}
+
+fn stubborn() -> Interpreter {
+    let host = Host {
+        transport: Arc::new(Stubborn),
+        ..Host::default()
+    };
+    random_of("size 16x9", &Shelf::default(), host)
+}
+
+#[test]
+fn a_plan_without_errors_has_no_chart_and_says_why() {
+    let mut show = stubborn();
+    let error = show.execute("chart plan").unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("nothing to refine"), "{error}");
+}
+
+#[test]
+fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
+    let mut show = stubborn();
+    let goal = Goal {
+        until: Some(0.01),
+        ..Goal::default()
+    };
+    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
+    assert_eq!(show.refined(), 0);
+    assert_eq!(show.predicted_error().unwrap(), 0.0);
+    assert!(show.pool().unwrap().flawless());
+}
+
+#[test]
+fn a_session_beside_the_show_is_charted() {
+    let shelf = Shelf::default();
+    let mut show = random(&shelf);
+    let missing = show.execute("chart session").unwrap_err();
+    assert!(missing.to_string().contains("session.txt"), "{missing}");
+    assert_eq!(missing.exit_code(), 3);
+    let commands = b"refine 1\npreview { gap 3 }\nrefine 1\n";
+    shelf.write(Path::new("set/session.txt"), commands).unwrap();
+    let (said, usual) = record(&mut show, &shelf, "chart session --truth");
+    assert_eq!(usual.kind, Kind::Session);
+    let points = &usual.series[0].points;
+    assert_eq!(points.len(), 4, "{said}");
+    let known = points.iter().all(|p| p.values.iter().all(Option::is_some));
+    assert!(known, "{points:?}");
+    shelf.write(Path::new("other.txt"), b"refine 1\n").unwrap();
+    let (_, other) = record(&mut show, &shelf, "chart session --commands other.txt");
+    assert_eq!(other.series[0].points.last().unwrap().values[5], None);
+}
+
+#[test]
+fn options_of_one_chart_are_refused_on_another() {
+    let shelf = Shelf::default();
+    let mut show = furnace(&shelf);
+    for (line, said) in [
+        ("chart", "say what to draw"),
+        ("chart plan session", "say what to draw"),
+        ("chart plan --truth", "`--truth` is for `chart session`"),
+        (
+            "chart stability --commands x",
+            "`--commands` is for `chart session`",
+        ),
+        (
+            "chart session --reference refs",
+            "`--reference` is for `chart transport`",
+        ),
+        (
+            "chart plan --where f16",
+            "`--where` is for `chart playback`",
+        ),
+        (
+            "chart stability -o chart.gif",
+            "use .png, .svg, .csv or .json",
+        ),
+    ] {
+        let error = show.execute(line).unwrap_err();
+        assert!(error.to_string().contains(said), "{line}: {error}");
+        assert_eq!(error.exit_code(), 2);
+    }
+}

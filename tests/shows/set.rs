@@ -1,0 +1,70 @@
+//! What holds for every set that a program makes: faces that can be drawn, fronts to the house.
+
+use footlight::geometry::{Vec3, newell, vec3};
+use footlight::scene::View;
+
+/// A face by what it is of, and its corners.
+pub type Outline = (String, Vec<Vec3>);
+
+/// A model's face as an outline.
+pub fn outline(material: &str, object: &str, vertices: &[[f64; 3]]) -> Outline {
+    let corners = vertices.iter().map(|&[x, y, z]| vec3(x, y, z));
+    (format!("{material} of {object}"), corners.collect())
+}
+
+/// Every face is planar and convex, runs counter-clockwise and has an area.
+pub fn is_worth_drawing(outlines: &[Outline]) {
+    for (name, outline) in outlines {
+        let normal = newell(outline);
+        assert!(normal.length() > 1e-4, "{name}: {outline:?} has no area");
+        let normal = normal / normal.length();
+        let corners = outline.len();
+        for i in 0..corners {
+            let [a, b, c] = [0, 1, 2].map(|k| outline[(i + k) % corners]);
+            let off = (b - outline[0]).dot(normal).abs();
+            assert!(off < 1e-6, "{name}: {b:?} is {off} m off the plane");
+            let turn = (b - a).cross(c - b).dot(normal);
+            assert!(turn > 0.0, "{name}: does not turn left at {b:?}");
+        }
+    }
+}
+
+/// The audience sees fronts only: no face whose black back is turned to the eye is in sight where
+/// it is the nearest, on a grid of rays through the picture, and every ray meets something.
+pub fn shows_fronts(outlines: &[Outline], view: &View) {
+    let forward = view.to - view.from;
+    let right = forward.cross(vec3(0.0, 0.0, 1.0));
+    let up = right.cross(forward);
+    let (right, up) = (right / right.length(), up / up.length());
+    let half = (view.fov.to_radians() / 2.0).tan() * forward.length();
+    let wide = half * view.width as f64 / view.height as f64;
+    for row in 0..90 {
+        for column in 0..160 {
+            let x = (f64::from(column) + 0.5) / 80.0 - 1.0;
+            let y = (f64::from(row) + 0.5) / 45.0 - 1.0;
+            let ray = forward + right * (x * wide) + up * (y * half);
+            let hits = outlines
+                .iter()
+                .filter_map(|(name, o)| Some((hit(o, view.from, ray)?, name)));
+            let nearest = hits.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
+            let Some(((_, front), name)) = nearest else {
+                unreachable!("nothing is seen at column {column}, row {row}")
+            };
+            assert!(
+                front,
+                "the back of {name} is seen at column {column}, row {row}"
+            );
+        }
+    }
+}
+
+/// How far along the ray a convex outline is met, and whether on its front.
+fn hit(outline: &[Vec3], from: Vec3, ray: Vec3) -> Option<(f64, bool)> {
+    let normal = newell(outline);
+    let toward = ray.dot(normal);
+    let t = (outline[0] - from).dot(normal) / toward;
+    let at = from + ray * t;
+    let next = outline.iter().cycle().skip(1);
+    let inside = |(a, b): (&Vec3, &Vec3)| (*b - *a).cross(at - *a).dot(normal) >= 0.0;
+    (t > 0.0 && outline.iter().zip(next).all(inside)).then_some((t, toward < 0.0))
+}
