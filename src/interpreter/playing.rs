@@ -154,7 +154,8 @@ impl Interpreter {
         self.deliver(&record, &study::drawing, text, path, theme)
     }
 
-    /// Error against time for each format of key images, and for the paper's hardware.
+    /// Error against frames a second for each format of key images and number of threads, and for
+    /// the paper's hardware with one.
     ///
     /// # Errors
     /// [`Error::Usage`] without stage or view, else what rendering says.
@@ -168,12 +169,13 @@ impl Interpreter {
             players.push(Player::new(&playback, format, tone, work)?);
         }
         let displayed = Displayed::new(&playback, tone);
-        let seconds = self.paces(&players, &displayed)?;
+        let mut seconds = self.paces(&mut players, &displayed)?;
+        let apart = seconds.pop().unwrap_or_default();
         let mut ways = Vec::new();
-        for (player, seconds) in players.iter().zip(&seconds) {
+        for (player, seconds) in players.iter().zip(seconds) {
             ways.push(Timed {
                 name: player.format().name().to_owned(),
-                seconds: *seconds,
+                seconds,
                 bytes: player.bytes(),
                 judged: self.judge(&playback, tone, 1, player)?,
                 format: Some(player.format()),
@@ -181,7 +183,7 @@ impl Interpreter {
         }
         ways.push(Timed {
             name: "8-bit, blended as displayed".to_owned(),
-            seconds: seconds.last().copied().unwrap_or(f64::NAN),
+            seconds: apart,
             bytes: displayed.bytes(),
             judged: self.judge_displayed(&playback, tone, &displayed)?,
             format: None,
@@ -218,22 +220,35 @@ impl Interpreter {
         )?)
     }
 
-    /// Seconds a frame of each player, then of the paper's way: the fastest of several turns.
-    fn paces(&self, players: &[Player<'_>], displayed: &Displayed<'_>) -> Result<Vec<f64>, Error> {
-        let mut best = vec![f64::INFINITY; players.len() + 1];
+    /// Seconds a frame of each player by number of threads, then of the paper's way with one: the
+    /// fastest of several turns.
+    fn paces(
+        &self,
+        players: &mut [Player<'_>],
+        displayed: &Displayed<'_>,
+    ) -> Result<Vec<Vec<(usize, f64)>>, Error> {
+        let threads = doubled(self.host.threads);
+        let fresh = |threads: &[usize]| threads.iter().map(|n| (*n, f64::INFINITY)).collect();
+        let mut best: Vec<Vec<(usize, f64)>> = vec![fresh(&threads); players.len()];
+        best.push(fresh(&[1]));
         let mut bytes = Vec::new();
         for _ in 0..ROUNDS {
-            for (way, best) in best.iter_mut().enumerate() {
-                self.host.work().check()?;
-                let begin = self.host.clock.seconds();
-                for n in 0..FRAMES {
-                    match players.get(way) {
-                        Some(player) => player.show(self.visited(n), &mut bytes),
-                        None => displayed.show(self.visited(n), &mut bytes),
+            for (way, turns) in best.iter_mut().enumerate() {
+                for (threads, best) in turns {
+                    self.host.work().check()?;
+                    let begin = self.host.clock.seconds();
+                    for n in 0..FRAMES {
+                        match players.get_mut(way) {
+                            Some(player) => {
+                                player.set_threads(*threads);
+                                player.show(self.visited(n), &mut bytes);
+                            }
+                            None => displayed.show(self.visited(n), &mut bytes),
+                        }
                     }
+                    let passed = self.host.clock.seconds() - begin;
+                    *best = best.min(passed.max(1e-9) / FRAMES as f64);
                 }
-                let passed = self.host.clock.seconds() - begin;
-                *best = best.min(passed.max(1e-9) / FRAMES as f64);
             }
         }
         Ok(best)
@@ -286,6 +301,15 @@ impl Interpreter {
         self.host.store.write(path, &bytes)?;
         Ok(Reply::text(format!("{text}\nwrote {}", path.display())))
     }
+}
+
+/// One, two, four and so on up to a number of threads, and that number.
+fn doubled(most: usize) -> Vec<usize> {
+    let mut out: Vec<usize> = std::iter::successors(Some(1), |n| Some(2 * n))
+        .take_while(|n| *n < most)
+        .collect();
+    out.push(most.max(1));
+    out
 }
 
 /// The format that a word names.

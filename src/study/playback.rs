@@ -231,11 +231,11 @@ fn lerp(out: &mut [u8], other: &[u8], t: f64) {
 pub struct Timed {
     /// What it is called.
     pub name: String,
-    /// Seconds a frame, on average over the sequence.
-    pub seconds: f64,
+    /// Seconds a frame, on average over the sequence, by number of threads.
+    pub seconds: Vec<(usize, f64)>,
     /// Bytes that its key images take.
     pub bytes: usize,
-    /// How far its frames are off.
+    /// How far its frames are off, with any number of threads.
     pub judged: Judged,
     /// The format; `None` for the paper's hardware.
     pub format: Option<Format>,
@@ -247,6 +247,7 @@ const MOST: &str = "largest error";
 const RMS: &str = "RMS error";
 const SEEN: &str = "channels off by more than half a step";
 const SIZE: &str = "key images";
+const THREADS: &str = "threads";
 const MARKERS: [Marker; 4] = [
     Marker::Circle,
     Marker::Square,
@@ -256,7 +257,8 @@ const MARKERS: [Marker; 4] = [
 /// The mark of what is taken unless something else is said.
 const DEFAULT: &str = "default";
 
-/// The ways as a record, each a series of one point; `chosen` is what `play` takes by itself.
+/// The ways as a record, each a series with a point for each number of threads; `chosen` is what
+/// `play` takes by itself, with the threads of the machine as it is given.
 pub fn record(
     subject: &str,
     machine: Machine,
@@ -271,31 +273,44 @@ pub fn record(
         Quantity::new(RMS, "steps of 8 bits"),
         Quantity::new(SEEN, "%"),
         Quantity::new(SIZE, "MB"),
+        Quantity::new(THREADS, ""),
     ];
     let mut out = Record::new(Kind::Playback, subject, machine, method, quantities);
+    let usual = out.machine.threads;
     for way in ways {
-        let marks = match way.format == Some(chosen) {
-            true => &[DEFAULT][..],
-            false => &[],
-        };
-        let values = [
-            way.seconds * 1e3,
-            1.0 / way.seconds,
-            way.judged.most,
-            way.judged.rms,
-            way.judged.seen * 100.0,
-            way.bytes as f64 / 1e6,
-        ];
-        out.add(&way.name, &way.name, marks, &values.map(Some));
+        for (threads, seconds) in &way.seconds {
+            let default = way.format == Some(chosen) && *threads == usual;
+            let marks = if default { &[DEFAULT][..] } else { &[] };
+            let values = [
+                seconds * 1e3,
+                1.0 / seconds,
+                way.judged.most,
+                way.judged.rms,
+                way.judged.seen * 100.0,
+                way.bytes as f64 / 1e6,
+                *threads as f64,
+            ];
+            out.add(&way.name, &counted(*threads), marks, &values.map(Some));
+        }
     }
     out
 }
 
-/// The chart of a record made by [`record`]: log of the error over log of the time.
+fn counted(threads: usize) -> String {
+    match threads {
+        1 => "1 thread".to_owned(),
+        n => format!("{n} threads"),
+    }
+}
+
+/// The chart of a record made by [`record`]: log of the error over log of the frames a second. More
+/// threads move a format to the right, along a line of its own: the error is the same.
 pub fn drawing(record: &Record, theme: Theme) -> Drawing {
+    let chip = record.machine.processor.as_deref();
+    let chip = chip.map_or(String::new(), |chip| format!(" ({chip})"));
     let panel = |what: &str, title: &str| Panel {
         title: title.to_owned(),
-        x: Axis::new("milliseconds a frame", Scale::Log),
+        x: Axis::new(&format!("frames a second{chip}"), Scale::Log),
         y: Axis::new("steps of 8 bits", Scale::Log),
         series: record
             .series
@@ -303,36 +318,44 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
             .zip(MARKERS.into_iter().cycle())
             .map(|(series, marker)| chart::Series {
                 name: series.name.clone(),
-                points: record.curve(series, TIME, what),
+                points: record.curve(series, RATE, what),
                 marker,
-                labels: Vec::new(),
+                labels: series.points.iter().map(|p| p.label.clone()).collect(),
             })
             .collect(),
         reference: Some((UNSEEN, "half a step".to_owned())),
     };
     let panels = [
         panel(MOST, &format!("largest error; {}", record.method)),
-        panel(RMS, &format!("RMS error; {}", record.machine.describe())),
+        panel(RMS, "RMS error"),
     ];
-    let title = format!("{}: error against time, by format of keys", record.subject);
+    let title = format!(
+        "{}: error against frames a second, by keys and threads",
+        record.subject
+    );
     chart::panels(&title, &panels, theme)
 }
 
-/// The record in words: a line for each way.
+/// The record in words: a line for each way and number of threads.
 pub fn describe(record: &Record) -> String {
     let mut out = format!(
-        "{:<26} {:>9} {:>9} {:>10} {:>8} {:>11} {:>8}\n",
-        "keys", "ms/frame", "frames/s", "max steps", "RMS", "beyond 1/2", "MB"
+        "{:<26} {:>7} {:>9} {:>9} {:>10} {:>8} {:>11} {:>8}\n",
+        "keys", "threads", "ms/frame", "frames/s", "max steps", "RMS", "beyond 1/2", "MB"
     );
-    for point in record.series.iter().flat_map(|s| &s.points) {
+    for (series, point) in record
+        .series
+        .iter()
+        .flat_map(|s| s.points.iter().map(move |p| (s, p)))
+    {
         let at = |i: usize| point.values.get(i).copied().flatten().unwrap_or(f64::NAN);
         let is = match point.marks.is_empty() {
             true => "",
             false => "  (default)",
         };
         out += &format!(
-            "{:<26} {:>9.2} {:>9.0} {:>10.2e} {:>8.1e} {:>10.3}% {:>8.1}{is}\n",
-            point.label,
+            "{:<26} {:>7} {:>9.2} {:>9.0} {:>10.2e} {:>8.1e} {:>10.3}% {:>8.1}{is}\n",
+            series.name,
+            at(6),
             at(0),
             at(1),
             at(2),
