@@ -103,9 +103,15 @@ impl Interpreter {
         )
     }
 
+    /// The last of the cues that follow this one by themselves; the cue itself where none does.
+    fn chain_end(&self, index: usize) -> usize {
+        let run = self.show().cues.iter().skip(index);
+        index + run.take_while(|cue| cue.link.is_some()).count()
+    }
+
     pub(super) fn answer_go(&mut self) -> Result<Reply, Error> {
         let next = self.running().map_or(0, |index| index + 1);
-        let Some(time) = self.settled(next) else {
+        let Some(time) = self.settled(self.chain_end(next)) else {
             let what = match next {
                 0 => "the show has no cue",
                 _ => "the last cue has run: `back`, or `goto` a cue",

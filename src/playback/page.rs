@@ -71,6 +71,8 @@ pub struct Cue {
     pub go: f64,
     /// When the last of it has arrived, seconds.
     pub complete: f64,
+    /// Whether it starts the next cue by itself.
+    pub starts: bool,
 }
 
 /// What is played.

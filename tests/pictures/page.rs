@@ -47,8 +47,8 @@ curve slow = spline 0 0, 0.5 20, 1 100
 cue 1 \"Evening\" at 0:00 { snap  warm 80  cool 10  edge 30 }
 cue 2 at 0:02 { time 3  curve ease  warm 15  cool full }
 cue 3 \"Wash\" at 0:04 { time 2  wash #ff8000 }
-cue 4 at 0:07 { snap  warm 0  edge full }
-cue 5 at 0:08 { time 2  cool 20  edge 0 }
+cue 4 at 0:07 { snap  warm 0  edge full  hang 1 }
+cue 5 { time 2  cool 20  edge 0 }
 ";
 
 const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
@@ -373,11 +373,10 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
             "return document.getElementById('{id}').textContent"
         ))
     };
-    let time = || browser.run("return desk.time").as_f64().unwrap();
     // GO runs the first cue, a snap; the second takes three seconds and ends complete.
     browser.press("g");
-    browser.wait("!desk.playing");
-    assert_eq!(time(), 0.0);
+    browser.wait("document.getElementById('told').textContent.includes('Cue 1')");
+    browser.wait("!desk.playing && desk.time === 0");
     browser.press(" ");
     browser.wait("desk.playing && desk.time > 0.1");
     browser.press(" ");
@@ -408,6 +407,14 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     browser.wait("document.getElementById('told').textContent === 'warm held at 85'");
     browser.press("r");
     browser.wait("desk.held.size === 0 && document.getElementById('release').hidden");
+    // A cue that hangs on the one before runs with its GO, as it does at the prompt.
+    browser.run("toCue(3)");
+    browser.wait("desk.time === 7 && !desk.playing");
+    browser.press("g");
+    browser.wait("!desk.playing && desk.time === 10");
+    show.execute("goto 3").unwrap();
+    let said = show.execute("go").unwrap().text;
+    assert!(said.starts_with("at 10s, cue 5"), "{said}");
     // Every control has a name.
     let unnamed = browser.run(
         "return [...document.querySelectorAll('input, button')].filter((e) => \

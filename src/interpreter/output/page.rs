@@ -76,6 +76,7 @@ impl Interpreter {
             label: cue.label.clone(),
             go: time.go.seconds(),
             complete: time.completion.seconds(),
+            starts: cue.link.is_some(),
         };
         cues.map(cue).collect()
     }

@@ -446,7 +446,7 @@ pub const VERBS: &[VerbSpec] = &[
         "go",
         "",
         &[],
-        "run the next cue to its end and tell the levels then",
+        "run the next cue, and those that follow by themselves, to the end",
         "go",
     ),
     spec(

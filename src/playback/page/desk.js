@@ -72,13 +72,16 @@ function nextCue() {
   return next < show.cues.length ? next : -1;
 }
 
-/// Runs the next cue, and those that overlap it, until all are complete.
+/// Runs the next cue, those that follow by themselves and those that overlap any of these, until all
+/// are complete.
 function go() {
   const next = nextCue();
   if (next < 0) return tell("That was the last cue.");
   let until = show.cues[next].complete;
-  for (const cue of show.cues.slice(next + 1)) {
-    if (cue.go < until - 1e-6) until = Math.max(until, cue.complete);
+  for (let i = next + 1; i < show.cues.length; i++) {
+    const cue = show.cues[i];
+    if (!show.cues[i - 1].starts && cue.go >= until - 1e-6) break;
+    until = Math.max(until, cue.complete);
   }
   seek(show.cues[next].go);
   tell(`Cue ${cueName(next)}`);
