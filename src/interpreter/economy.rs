@@ -14,8 +14,9 @@ use serde::Serialize;
 
 use super::answer::{count, percent, whole};
 use super::compare::seconds;
-use super::refine::{CONFIRMED, Goal, no_stage};
+use super::refine::{Goal, no_stage};
 use super::{Call, Error, Interpreter, Reply};
+use crate::pool::is_within;
 use crate::transport::{Cost, Quality};
 
 /// Most pictures of one call: what is known after them is better than what is predicted before.
@@ -30,8 +31,10 @@ const NAMED: usize = 4;
 pub struct Ahead {
     /// What is to be rendered: one number for each coordinate.
     pub setting: Vec<f64>,
-    /// Predicted seconds, once those before it are rendered.
+    /// Predicted seconds, once those before it are rendered; none where it is `stored`.
     pub seconds: f64,
+    /// Whether it is at hand, in memory or in the store, or a sum of what is.
+    pub stored: bool,
     /// Predicted error of the sequence after it and those before it, relative.
     pub error: f64,
 }
@@ -43,8 +46,8 @@ pub struct Outlook {
     pub quality: u8,
     /// Predicted error of the sequence as the pool stands, relative.
     pub error: f64,
-    /// Predicted seconds that the first picture costs beyond what each further one does:
-    /// preparation, and sources that are lit for the first time.
+    /// Predicted seconds that the first picture to be rendered costs beyond what each further one
+    /// does: preparation, and sources that are lit for the first time.
     pub fixed: f64,
     /// The most useful first; none when nothing is left to improve.
     pub steps: Vec<Ahead>,
@@ -96,14 +99,18 @@ pub(super) fn call(outlook: &Outlook, goal: &Goal, refined: usize, left: Option<
     let needed = match goal.until {
         None => steps.len(),
         Some(until) => {
-            let over = steps.iter().take_while(|s| s.error > until).count() + 1;
-            over.max(CONFIRMED.saturating_sub(refined)).min(steps.len())
+            let ahead = steps.iter().zip(refined + 1..);
+            let over = ahead.take_while(|(s, refined)| !is_within(until, s.error, *refined));
+            (over.count() + 1).min(steps.len())
         }
     };
     let first = steps.first().map_or(0.0, |s| s.seconds);
     let fits = left.is_none_or(|left| first <= left);
-    let marginal = steps.get(1).map_or(0.0, |s| s.seconds);
-    let one_by_one = goal.count.is_some() || marginal <= 0.0;
+    let mut rendered = steps.iter().filter(|s| !s.stored).skip(1);
+    let marginal = rendered.next().map_or(0.0, |s| s.seconds);
+    // What is stored costs nothing by itself, and what it shows is known before the next.
+    let stored = steps.first().is_some_and(|s| s.stored);
+    let one_by_one = goal.count.is_some() || marginal <= 0.0 || stored;
     let paying = match one_by_one {
         true => 1,
         false => 1 + (outlook.fixed / marginal) as usize,
@@ -173,16 +180,25 @@ impl Interpreter {
         {
             newly_lit(&mut lit, &refined.setting);
         }
-        for (i, direction) in next.into_iter().enumerate() {
-            let fresh = newly_lit(&mut lit, &direction.setting) as f64;
-            let prepare = if i == 0 && !ready { cost.prepare } else { 0.0 };
-            let fixed = (prepare + fresh * cost.per_source) * self.pace.0;
-            if i == 0 {
-                out.fixed = fixed;
+        let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
+        let stored = stage.at_hand(quality, &settings, self.host.store.as_ref());
+        let mut first = true;
+        for (direction, stored) in next.into_iter().zip(stored) {
+            let mut seconds = 0.0;
+            if !stored {
+                let fresh = newly_lit(&mut lit, &direction.setting) as f64;
+                let prepare = if first && !ready { cost.prepare } else { 0.0 };
+                let fixed = (prepare + fresh * cost.per_source) * self.pace.0;
+                if first {
+                    out.fixed = fixed;
+                }
+                first = false;
+                seconds = fixed + cost.per_image * self.pace.0;
             }
             out.steps.push(Ahead {
                 setting: direction.setting,
-                seconds: fixed + cost.per_image * self.pace.0,
+                seconds,
+                stored,
                 error: direction.error * self.calibration(),
             });
         }
@@ -261,11 +277,14 @@ impl Interpreter {
             parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
             let large = parts.iter().take(NAMED).filter(|(s, _)| s.abs() >= 0.1);
             let words: Vec<String> = large.map(|(s, name)| format!("{name} {s:+.2}")).collect();
+            let takes = match step.stored {
+                true => "stored".to_owned(),
+                false => seconds(step.seconds),
+            };
             let _ = writeln!(
                 text,
-                "  {:>2} {:>8}  {:>8}  {:>7} %  {}",
+                "  {:>2} {takes:>8}  {:>8}  {:>7} %  {}",
                 i + 1,
-                seconds(step.seconds),
                 seconds(total),
                 percent(step.error),
                 words.join("  ")
@@ -303,6 +322,7 @@ mod tests {
         let step = |i: usize| Ahead {
             setting: vec![1.0],
             seconds: if i == 0 { fixed + each } else { each },
+            stored: false,
             error: 0.5_f64.powi(i as i32 + 1),
         };
         Outlook {
@@ -343,6 +363,13 @@ mod tests {
         assert_eq!(call(&outlook(2.0, 0.1), &three, 0, None).pictures, 1);
         // An error that is not confirmed takes the pictures that confirm it.
         assert_eq!(call(&outlook(2.0, 0.1), &until(0.9), 0, None).pictures, 2);
+        // What is stored comes by itself, whatever those after it cost.
+        let mut stored = outlook(2.0, 0.1);
+        if let Some(first) = stored.steps.first_mut() {
+            (first.stored, first.seconds) = (true, 0.0);
+        }
+        let next = call(&stored, &within(1.0), 2, Some(1.0));
+        assert_eq!((next.pictures, next.fits), (1, true));
         let nothing = Outlook {
             steps: Vec::new(),
             ..outlook(0.0, 0.0)

@@ -4,13 +4,9 @@ use super::economy::{self, Ahead};
 use super::stage::Again;
 use super::{Error, Interpreter, stage};
 use crate::plan;
-use crate::pool::{Pool, Projection};
+use crate::pool::{Pool, Projection, is_within};
 use crate::transport::Quality;
 use crate::work::Patient;
-
-/// Refined pictures that must have confirmed an estimated error before it is believed. After one
-/// the tavern's prediction was a quarter of the truth, after two seven tenths.
-pub(super) const CONFIRMED: usize = 2;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -236,8 +232,9 @@ impl Interpreter {
     }
 
     /// Renders refined pictures in the order of the plan until `goal` is met; a goal with nothing
-    /// in it is one picture. The coarse pictures' own estimate of their error is not trusted
-    /// alone: an error counts as reached once two refined pictures were held against it.
+    /// in it is one picture. The coarse pictures' own estimate of their error is trusted alone only
+    /// where it leaves room; else an error counts as reached once two refined pictures were held
+    /// against it ([`is_within`]).
     ///
     /// A number of pictures is rendered one by one. An error or a time may take several in one
     /// call, where their cost says that it pays; see [`Interpreter::outlook`]. The predicted
@@ -309,7 +306,9 @@ impl Interpreter {
     pub(super) fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
         // As it is now: an edit changes it without a picture.
         let error = self.predicted_error()?;
-        let reached = |wanted: f64| self.refined() >= CONFIRMED && error <= wanted;
+        // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
+        let known = error > 0.0 || self.refined() > 0;
+        let reached = |wanted: f64| known && is_within(wanted, error, self.refined());
         if goal.until.is_some_and(reached) {
             return Ok(Some(Ended::Reached));
         }

@@ -282,6 +282,15 @@ impl Stage {
         Ok(each.filter_map(|f| f.or_else(|| rendered.next())).collect())
     }
 
+    /// Which pictures of settings need no rendering, as far as can be told without reading any.
+    pub fn at_hand(&self, quality: Quality, settings: &[Vec<f64>], store: &dyn Store) -> Vec<bool> {
+        let Some(ground) = self.ground else {
+            return vec![false; settings.len()];
+        };
+        let wanted = self.wanted(ground, quality, settings, None);
+        self.archive.has(&wanted, store)
+    }
+
     /// Pictures of settings as the archive knows them; `refined` as in [`Stage::pictures`].
     fn wanted(
         &self,

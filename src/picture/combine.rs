@@ -11,14 +11,35 @@ const BLOCK: usize = 4096;
 /// another size or of weight zero are left out. Uses up to `threads` threads.
 pub fn combine(like: (usize, usize), terms: &[(f64, &Image)], threads: usize) -> Image {
     let mut out = Image::new(like.0, like.1);
+    add(&mut out, terms, threads);
+    out
+}
+
+/// Adds `weight * image` over `terms` to a picture: what [`combine`] of the terms that made it,
+/// followed by these, would be. Terms are left out as there.
+pub fn add(sum: &mut Image, terms: &[(f64, &Image)], threads: usize) {
+    let like = (sum.width(), sum.height());
     let terms: Vec<(f32, &[f32])> = terms
         .iter()
         .filter(|(weight, image)| *weight != 0.0 && (image.width(), image.height()) == like)
         .map(|(weight, image)| (*weight as f32, image.data()))
         .collect();
     let terms = &terms;
-    in_parts(out.data_mut(), BLOCK, threads, |sums, start| {
+    in_parts(sum.data_mut(), BLOCK, threads, |sums, start| {
         sum_blocks(sums, start, terms);
+    });
+}
+
+/// `fine + by * (fine - cheap)`: where two qualities of one picture point to. Channels that `cheap`
+/// lacks stay as they are.
+pub fn extrapolate(fine: &Image, cheap: &Image, by: f64, threads: usize) -> Image {
+    let mut out = fine.clone();
+    let (by, cheap) = (by as f32, cheap.data());
+    in_parts(out.data_mut(), BLOCK, threads, |part, start| {
+        let cheap = cheap.get(start..).unwrap_or_default();
+        for (fine, cheap) in part.iter_mut().zip(cheap) {
+            *fine += by * (*fine - cheap);
+        }
     });
     out
 }
@@ -164,6 +185,28 @@ mod tests {
             }
             assert_eq!(combine((97, 61), &terms, 1), slow, "{count}");
         }
+    }
+
+    #[test]
+    fn a_sum_goes_on_where_it_ended() {
+        let images: Vec<Image> = (0..7).map(|i| ramp(0.1 + 0.37 * i as f32)).collect();
+        let terms: Vec<(f64, &Image)> = images.iter().map(|i| (0.713, i)).collect();
+        let whole = combine((97, 61), &terms, 1);
+        for at in 0..=7 {
+            let mut sum = combine((97, 61), &terms[..at], 2);
+            add(&mut sum, &terms[at..], 3);
+            assert_eq!(sum, whole, "{at}");
+        }
+    }
+
+    #[test]
+    fn two_qualities_point_beyond_the_finer_one() {
+        let (fine, cheap) = (ramp(2.0), ramp(3.0));
+        for threads in [1, 2, 64] {
+            assert_eq!(extrapolate(&fine, &cheap, 0.5, threads), ramp(1.5));
+            assert_eq!(extrapolate(&fine, &cheap, 0.0, threads), fine);
+        }
+        assert_eq!(extrapolate(&fine, &Image::new(1, 1), 0.0, 1), fine);
     }
 
     #[test]

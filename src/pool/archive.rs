@@ -146,6 +146,24 @@ impl Archive {
         out
     }
 
+    /// Which of `wanted` are at hand or are sums of what is, as far as names and headers tell: no
+    /// picture is read. One that turns out to be damaged is rendered after all.
+    pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
+        let place = |one: &Wanted| (one.address.ground, one.address.quality);
+        let Some(group) = wanted.first().map(place) else {
+            return Vec::new();
+        };
+        let at_hand = self.at_hand(group.0, group.1, store);
+        let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
+        let targets: Vec<&Lighting> = wanted.iter().map(|w| &w.address.lighting).collect();
+        let sums = span::sums(&pictures, &targets);
+        let known = |(one, sum): (&Wanted, Option<span::Terms>)| {
+            let same = at_hand.iter().any(|(key, _)| *key == one.address.key);
+            place(one) == group && (same || sum.is_some())
+        };
+        wanted.iter().zip(sums).map(known).collect()
+    }
+
     /// Keeps and stores a picture that was rendered.
     pub fn take_in(&mut self, wanted: &Wanted, image: Image, store: &dyn Store) -> Arc<Image> {
         self.tally.rendered += 1;

@@ -310,7 +310,10 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
     let chip = chip.map_or(String::new(), |chip| format!(" ({chip})"));
     let panel = |what: &str, title: &str| Panel {
         title: title.to_owned(),
-        x: Axis::new(&format!("frames a second{chip}"), Scale::Log),
+        x: Axis::new(
+            &format!("frames a second, by number of threads{chip}"),
+            Scale::Log,
+        ),
         y: Axis::new("steps of 8 bits", Scale::Log),
         series: record
             .series
@@ -320,7 +323,11 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
                 name: series.name.clone(),
                 points: record.curve(series, RATE, what),
                 marker,
-                labels: series.points.iter().map(|p| p.label.clone()).collect(),
+                labels: record
+                    .curve(series, THREADS, what)
+                    .iter()
+                    .map(|(threads, _)| threads.to_string())
+                    .collect(),
             })
             .collect(),
         reference: Some((UNSEEN, "half a step".to_owned())),

@@ -45,6 +45,10 @@ const WORST: &str = "worst look over coarse";
 const LOOK: &str = "median look over coarse";
 const SEQUENCE: &str = "sequence over coarse";
 
+/// What the words beside the chart say of the seconds.
+const TIMED_ONCE: &str = "Pictures were timed in the shipped order and bank by bank; the other orders \
+    of mixed pictures are given the shipped one's seconds.";
+
 const SHIPPED: &str = "estimated error (shipped)";
 const ALONE: &str = "one picture for each bank";
 const ORDER: &str = "order: ";
@@ -75,7 +79,8 @@ pub fn record(
     let quantities = quantities.map(|(n, u)| Quantity::new(n, u)).into();
     let method = "the truth: every source at the refined quality; real time: of both coarse \
                   qualities and of each refined picture, rendered one by one in the shipped order \
-                  and for each source alone";
+                  and for each source alone; the other orders of mixed pictures are given the \
+                  seconds of the shipped one";
     let mut out = Record::new(Kind::Plan, subject, machine, method, quantities);
     let shipped = trial.order(&trial.weighting(Metric::Error)?)?;
     for (name, order) in orders(trial, &shipped)? {
@@ -221,7 +226,7 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
         panel(
             record,
             &orders,
-            "How long does it take?",
+            "How long does it take? (mixed pictures: as shipped)",
             (REAL, seconds, Scale::Linear),
         ),
         panel(
@@ -302,6 +307,7 @@ pub fn describe(record: &Record) -> String {
             at(PREDICTED)
         );
     }
+    let _ = writeln!(out, "{TIMED_ONCE}");
     let _ = writeln!(
         out,
         "\n{:<28} {:>14} {:>14} {:>12} {:>10}",

@@ -28,13 +28,10 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
-use crate::pool::Projection;
+use crate::pool::{Projection, is_within};
 use crate::study::Trial;
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
-
-/// Refined pictures that must have confirmed an estimate before `run` believes it.
-pub const CONFIRMED: usize = 2;
 
 /// What a step of quality takes on this show and machine.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -193,8 +190,7 @@ impl Tuner {
     }
 
     /// What `run --until` makes of a show with these steps: it refines until the error that it
-    /// predicts is within `until`, but [`CONFIRMED`] pictures at least. `None` for steps beyond
-    /// those that were measured.
+    /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were measured.
     ///
     /// # Errors
     /// [`PlanError`]
@@ -210,10 +206,11 @@ impl Tuner {
             return Ok(None);
         }
         let way = self.way([cheap, (cheap + 1).min(finest - 1), refined])?;
-        let mut pictures = CONFIRMED.min(way.order.len());
+        let mut pictures = 0;
         loop {
             let found = self.candidate(&way, pictures)?;
-            if found.predicted <= until || pictures == way.order.len() {
+            let within = is_within(until, found.predicted, pictures);
+            if within || pictures == way.order.len() {
                 return Ok(Some(found));
             }
             pictures += 1;

@@ -4,10 +4,11 @@
 //! blends one after the other, and by the fused kernel with keys of each format on one and two
 //! threads; beside each, the time to read the same bytes and do nothing with them. Then the same
 //! blends by OpenCV and numpy (`tests/peers/playback.py`), where Python has them. Everything takes
-//! its turn in every round, and the median turn counts; what runs on one thread is timed by the
-//! processor's clock where the system tells it, so that the ratios hold on a machine that is not
-//! idle (figures of two threads need an idle one). Last, the frame budget of editing: from a cue typed anew to the bytes of the picture
-//! at the current time, with 24 coarse pictures (of two qualities) and 10 refined ones.
+//! its turn in every round, and the median turn counts, of peers too; what runs on one thread is
+//! timed by the processor's clock where the system tells it, so that the ratios hold on a machine
+//! that is not idle (figures of two threads need an idle one). Last, the frame budget of editing:
+//! from a cue typed anew to the bytes of the picture at the current time, with 24 coarse pictures
+//! (of two qualities) and 10 refined ones.
 //! `--rounds 40` takes more turns, `--size 1280x720` one size alone.
 
 #![allow(
@@ -150,14 +151,10 @@ fn turns(ways: &mut [Way<'_>], size: (usize, usize), rounds: usize) -> (Vec<f64>
                 _ => times.push(time),
             }
         }
-        if round % 5 == 0 && peers.missing.is_none() {
+        if round % 2 == 0 && peers.missing.is_none() {
             peers.take_turn(size);
         }
     }
-    let median = |mut times: Vec<f64>| {
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    };
     (times.into_iter().map(median).collect(), peers)
 }
 
@@ -174,6 +171,11 @@ fn turn(way: &mut Way<'_>, runs: usize) -> f64 {
     }
 }
 
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times[times.len() / 2]
+}
+
 /// Seconds that this thread was on a processor.
 fn on_processor() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
@@ -181,10 +183,10 @@ fn on_processor() -> Option<f64> {
     Some(nanoseconds * 1e-9)
 }
 
-/// What other libraries need for the same frame, milliseconds.
+/// What other libraries need for the same frame, milliseconds of each turn.
 #[derive(Default)]
 struct Peers {
-    best: Vec<(String, f64)>,
+    turns: Vec<(String, Vec<f64>)>,
     missing: Option<String>,
 }
 
@@ -209,9 +211,9 @@ impl Peers {
         for (at, line) in said.lines().enumerate() {
             let (name, time) = line.rsplit_once(' ').unwrap();
             let time: f64 = time.parse().unwrap();
-            match self.best.get_mut(at) {
-                Some((_, best)) => *best = best.min(time),
-                None => self.best.push((name.to_owned(), time)),
+            match self.turns.get_mut(at) {
+                Some((_, turns)) => turns.push(time),
+                None => self.turns.push((name.to_owned(), vec![time])),
             }
         }
     }
@@ -237,7 +239,12 @@ fn report((width, height): (usize, usize), ways: &[Way<'_>], best: &[f64], peers
             1.0 / best
         );
     }
-    for (name, ms) in &peers.best {
+    let peers_take = peers
+        .turns
+        .iter()
+        .map(|(n, turns)| (n, median(turns.clone())));
+    let peers_take: Vec<(&String, f64)> = peers_take.collect();
+    for (name, ms) in &peers_take {
         println!("{name:36} {ms:8.2} {:9.0}", 1e3 / ms);
     }
     if let Some(why) = &peers.missing {
@@ -253,11 +260,8 @@ fn report((width, height): (usize, usize), ways: &[Way<'_>], best: &[f64], peers
         ours("f32") / ours("f16")
     );
     let peer = |name: &str| {
-        peers
-            .best
-            .iter()
-            .find(|(n, _)| n == name)
-            .map(|(_, ms)| *ms)
+        let found = peers_take.iter().find(|(n, _)| *n == name);
+        found.map(|(_, ms)| *ms)
     };
     for (format, name) in [
         ("f32", "OpenCV addWeighted f32"),

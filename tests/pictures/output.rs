@@ -50,6 +50,14 @@ fn pictures() -> [(&'static str, Vec<u8>); 3] {
 }
 
 fn open(pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>) -> (Interpreter, Shelf) {
+    open_within(4 << 30, pipe)
+}
+
+/// The same with so many bytes of memory.
+fn open_within(
+    memory: usize,
+    pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
+) -> (Interpreter, Shelf) {
     let shelf = Shelf::default();
     let files = pictures()
         .into_iter()
@@ -60,6 +68,7 @@ fn open(pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>) -> (Interpreter, Shelf) {
         files: Box::new(files),
         store: Box::new(shelf.clone()),
         pipe,
+        memory,
         ..Host::default()
     };
     let show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
@@ -174,6 +183,30 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
             assert!((f64::from(*light) - sum).abs() <= 6e-4 * sum.abs() + 1e-6);
         }
     }
+}
+
+#[test]
+fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
+    let (mut show, _) = open(None);
+    show.execute("play -o keys.exr").unwrap();
+    let keys = show.keys().keys().len();
+    // Every key image in single precision, and the file in half precision.
+    let needed = keys * WIDTH * HEIGHT * 3 * (4 + 2);
+    let (mut enough, _) = open_within(needed, None);
+    enough.execute("play -o keys.exr").unwrap();
+    let (mut scarce, shelf) = open_within(needed - 1, None);
+    for line in ["play -o keys.exr", "play -o keys.exr --float"] {
+        let error = scarce.execute(line).unwrap_err();
+        let said = error.report(footlight::diagnostic::Style::Plain);
+        assert!(said.contains("frame####.exr"), "{line}: {said}");
+    }
+    assert!(names(&shelf).is_empty());
+    // The pictures of the five coordinates are made for it, and are in the file.
+    let needed = (keys * 4 + 5 * (4 + 2)) * WIDTH * HEIGHT * 3;
+    let banks = "play -o banks.exr --layers banks";
+    open_within(needed, None).0.execute(banks).unwrap();
+    assert!(open_within(needed - 1, None).0.execute(banks).is_err());
+    scarce.execute("play -o frame####.exr").unwrap();
 }
 
 /// A pipe whose reader takes so many bytes and then leaves.

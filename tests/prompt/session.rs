@@ -493,6 +493,26 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
     assert!(show.predicted_error().unwrap() <= after / 2.0);
 }
 
+/// No more is modelled than a scene needs: an estimate that leaves room three times over is believed
+/// as it is, a nearer one not.
+#[test]
+fn a_tolerance_with_room_needs_no_refined_picture() {
+    let after = |share: f64| {
+        let (mut show, _) = open();
+        show.coarse().unwrap();
+        let goal = Goal {
+            until: Some(share * show.predicted_error().unwrap()),
+            ..Goal::default()
+        };
+        let ended = show.run(goal, Path::new("out")).unwrap().ended;
+        assert!(ended == Ended::Reached, "{share}: {ended:?}");
+        show.refined()
+    };
+    assert_eq!(after(3.01), 0);
+    assert!(after(2.99) >= 1);
+    assert!(after(0.1) >= 2);
+}
+
 /// Whatever is refined next, planned or not, copies and near-copies among it: the forecast does not
 /// rise, and what adds nothing is refused with how much of it was outside.
 #[test]

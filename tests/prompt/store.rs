@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
-use footlight::interpreter::{Goal, Host, Interpreter, PoolPlace};
+use footlight::interpreter::{Ahead, Goal, Host, Interpreter, PoolPlace};
 use footlight::picture::Image;
 use footlight::scene::{Rig, Scene, View};
 use footlight::transport::radiosity::Radiosity;
@@ -219,6 +219,32 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
         compared += 1;
     }
     assert!(compared > 5, "{compared}");
+}
+
+/// Coarse pictures of the refined quality are there from another step, and the next refined ones
+/// are sums of them.
+#[test]
+fn what_is_stored_has_no_price() {
+    let shelf = Shelf::default();
+    let other = SHOW.replace("coarse 1  refined 3", "coarse 2  refined 4");
+    let mut first = Session::open(&other, shelf.clone(), PLENTY);
+    first.show.coarse().unwrap();
+    let mut session = Session::open(SHOW, shelf, PLENTY);
+    session.show.coarse().unwrap();
+    let outlook = session.show.outlook().unwrap();
+    let free = |s: &Ahead| s.stored && s.seconds == 0.0;
+    assert!(!outlook.steps.is_empty() && outlook.steps.iter().all(free));
+    assert_eq!(outlook.fixed, 0.0);
+    let told = session.show.execute("plan --next").unwrap().text;
+    assert!(told.contains("   1   stored"), "{told}");
+    session.rendered();
+    session.refine(outlook.steps.len());
+    assert_eq!(session.rendered(), 0);
+    let mut fresh = Session::open(SHOW, Shelf::default(), PLENTY);
+    fresh.show.coarse().unwrap();
+    let steps = fresh.show.outlook().unwrap().steps;
+    assert_eq!(steps.len(), outlook.steps.len());
+    assert!(steps.iter().all(|s| !s.stored && s.seconds > 0.0));
 }
 
 #[test]

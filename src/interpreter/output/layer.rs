@@ -10,12 +10,18 @@ use crate::picture::Image;
 use crate::picture::exr::{Precision, stack};
 use crate::playback::Playback;
 use crate::show::Coordinate;
+use crate::transport::TransportError;
+
+/// What does not fit, and the way out.
+const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
+    written one at a time; `--memory` allows more)";
 
 /// A layer: its name, what was lit, and the picture.
 type Layer<'i> = (String, String, &'i Image);
 
 impl Interpreter {
-    /// Writes key images, banks or the basis as layers; the header says what each was lit by.
+    /// Writes key images, banks or the basis as layers; the header says what each was lit by. All
+    /// layers and the file are in memory at once, which is refused beyond the host's budget.
     pub(super) fn write_layers(
         &self,
         playback: &Playback,
@@ -23,6 +29,7 @@ impl Interpreter {
         layers: Layers,
         precision: Precision,
     ) -> Result<Reply, Error> {
+        self.hold_layers(playback, layers, precision)?;
         let banks = match layers {
             Layers::Banks => self.bank_images()?,
             Layers::Keys | Layers::Basis => Vec::new(),
@@ -45,6 +52,38 @@ impl Interpreter {
         let size = bytes.len() as f64 / 1e6;
         let text = format!("{layers} of {width}x{height} as layers, {size:.1} MB");
         self.write_reply(Some(path), &bytes, text)
+    }
+
+    /// Refuses what would not fit into memory: the key images, which are there, pictures that are
+    /// yet to be made, and the file, taken as uncompressed.
+    fn hold_layers(
+        &self,
+        playback: &Playback,
+        layers: Layers,
+        precision: Precision,
+    ) -> Result<(), Error> {
+        let keys = playback.images().len();
+        let banks = self.show().coordinates().len();
+        let (made, written) = match layers {
+            Layers::Keys => (0, keys),
+            Layers::Banks => (banks, banks),
+            Layers::Basis => (0, self.basis_layers()?.1.len()),
+        };
+        let channel = match precision {
+            Precision::Half => 2,
+            Precision::Float => size_of::<f32>(),
+        };
+        let (width, height) = playback.size();
+        let each = (keys + made) * size_of::<f32>() + written * channel;
+        let needed = width.saturating_mul(height).saturating_mul(3 * each);
+        if needed > self.host.memory {
+            return Err(Error::Render(TransportError::Memory {
+                what: ALL_AT_ONCE,
+                needed,
+                budget: self.host.memory,
+            }));
+        }
+        Ok(())
     }
 
     /// Every coordinate alone at full, as the pool has it.
