@@ -83,13 +83,13 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
     };
     out.broken.extend(read.broken);
     out.cue_lost |= read.cue_lost;
+    out.names_lost |= read.names_lost;
     for statement in read.statements {
         match statement.item {
-            Declaration::Include => {
-                if let Some(child) = part.children.get(&statement.span.start) {
-                    join(*child, parts, reads, out);
-                }
-            }
+            Declaration::Include => match part.children.get(&statement.span.start) {
+                Some(child) => join(*child, parts, reads, out),
+                None => out.names_lost = true,
+            },
             _ => out.statements.push(statement),
         }
     }

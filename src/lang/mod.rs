@@ -201,13 +201,13 @@ pub fn time(text: &str) -> Option<Time> {
     quantity::time(text).ok()
 }
 
-/// The declarations of a text that parses, in order: what each declares (`bank lamps`, `cue 2.5`),
-/// and its canonical text. Empty for a text that does not parse.
+/// What a text that parses declares beside cues, in order: what each is (`bank lamps`), and its
+/// canonical text.
 pub fn declarations(text: &str) -> Vec<(String, String)> {
-    let formatted = format(text).unwrap_or_default();
-    let cuts = scan::scan(&formatted).cuts.into_iter();
-    let texts = cuts.filter_map(|cut| formatted.get(cut.span));
+    let cuts = scan::scan(text).cuts.into_iter();
+    let texts = cuts.filter_map(|cut| text.get(cut.span));
     texts
+        .filter(|text| scan::first_word(text) != "cue")
         .filter_map(|text| Some((edit::name(text)?, format(text).ok()?.trim_end().to_owned())))
         .collect()
 }

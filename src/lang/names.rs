@@ -106,6 +106,28 @@ impl<'a> Names<'a> {
 /// The built-in fades.
 pub const FADES: [&str; 5] = ["linear", "ease", "square", "slow-top", "slow-bottom"];
 
+/// Units that may stand off from their numbers, so that a name like them would be read as one:
+/// `key 40 K 30`.
+pub const STANDING_OFF: [&str; 3] = ["K", "cd", "lm"];
+
+/// What is said here for a word of other consoles and of plain English that may stand in a cue.
+pub fn foreign(word: &str) -> Option<&'static str> {
+    Some(match word {
+        "in" | "over" | "during" | "within" | "for" | "fade" => {
+            "how long a move takes is its `time`: `lamps 85 time 5`"
+        }
+        "wait" | "after" => "a wait before a move is its `delay`: `lamps 85 delay 2`",
+        "sec" | "secs" | "second" | "seconds" => "a time is written `5` or `5s`",
+        "min" | "mins" | "minute" | "minutes" => "minutes are written `2:00`",
+        "percent" | "pct" => "a level is written `85` or `85%`",
+        "off" | "black" => "a bank goes `out`; everything out is `blackout`",
+        "on" => "a bank goes to `full`, or to a level: `lamps 85`",
+        "all" | "everything" => "a `group` names several banks; everything out is `blackout`",
+        "then" | "and" => "what a cue does stands side by side, a line each reads best",
+        _ => return None,
+    })
+}
+
 /// Words with a meaning where names stand, so that nothing can be named so.
 pub fn is_reserved(word: &str) -> bool {
     const WORDS: [&str; 25] = [
@@ -113,7 +135,10 @@ pub fn is_reserved(word: &str) -> bool {
         "down", "follow", "full", "hang", "level", "out", "part", "project", "repeat", "rgb",
         "snap", "spline", "steps", "time", "to", "up",
     ];
-    WORDS.contains(&word) || FADES.contains(&word) || super::scan::STATEMENTS.contains(&word)
+    WORDS.contains(&word)
+        || STANDING_OFF.contains(&word)
+        || FADES.contains(&word)
+        || super::scan::STATEMENTS.contains(&word)
 }
 
 /// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
 use super::known::Known;
-use super::names::{Kind, nearest};
+use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word};
 use super::syntax::{self, Failure, Rule};
@@ -21,6 +21,8 @@ pub struct Read<'a> {
     pub broken: Vec<(Kind, Word<'a>)>,
     /// A cue did not parse, so that the order of cues cannot be judged.
     pub cue_lost: bool,
+    /// A file that was to be included was not read, so that names it declares are unknown.
+    pub names_lost: bool,
 }
 
 /// Reads all statements of a file; cues that are `known` are not parsed again.
@@ -195,6 +197,7 @@ impl<'a> Reader<'a, '_> {
     /// Declares the name of a statement that did not parse, so that its uses pass in silence.
     fn broken(&mut self, word: &str, text: &'a str, start: usize) {
         self.out.cue_lost |= word == "cue";
+        self.out.names_lost |= word == "include";
         let Some(kind) = Kind::of_statement(word) else {
             return;
         };
@@ -299,12 +302,34 @@ fn unfinished(before: &str) -> Option<Range<usize>> {
 
 /// What a person may do about `found`, whose first word is `word`, standing behind `before`.
 fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<String> {
+    let cue = before.trim_end();
+    if found.is_empty() && cue.starts_with("cue ") && cue.ends_with(is_digit) {
+        return Some(format!(
+            "what it does stands in braces: `{cue} {{ lamps 85 }}`; at the prompt `show {cue}` prints it"
+        ));
+    }
+    let value = || format!("a value of the show stands in round brackets: `({word})`");
+    let only = |what: &str| matches!(failure.expected.as_slice(), [one] if *one == what);
+    if only(syntax::NUMBER) && is_name(word) {
+        return Some(value());
+    }
     if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
         return Some(format!("did you mean `{near}`?"));
     }
+    if let Some(help) = misplaced(failure, word) {
+        return Some(help.to_owned());
+    }
     if failure.wants_quantity && is_name(word) {
-        let help = format!("a value of the show stands in round brackets: `({word})`");
-        return Some(help);
+        return Some(value());
+    }
+    if syntax::UNIT_WORDS.contains(&word) && before.trim_end().ends_with(is_digit) {
+        return Some(format!("a unit stands right behind its number: `5{word}`"));
+    }
+    let unit = unit_apart(before).filter(|_| found.starts_with(is_digit));
+    if let Some(unit) = unit {
+        return Some(format!(
+            "`{unit}` is the unit of the number before it, and no name"
+        ));
     }
     let image = before.trim_end().ends_with("image") && before.contains('=');
     let help = match found.chars().next()? {
@@ -313,7 +338,12 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
         }
         c if c.is_whitespace() => "this is no ordinary space: delete it and type it anew",
         '"' if image => "an image stands without `=`: `bank front image \"front.exr\"`",
+        '"' if only("a name") => "a name stands without quotes",
         ',' if failure.between_items => "what a cue does stands side by side, without commas",
+        ',' | '+' if failure.expected.contains(&"a name") => {
+            "names stand side by side: `bank lamps = lamp1 lamp2`"
+        }
+        ',' => "commas stand in positions and between knots; all else stands side by side",
         '=' => "only declarations have `=`: write `time 4` or `lamps 85`",
         _ if matches!(failure.expected.as_slice(), ["`,`"]) => {
             "a position is three lengths with commas: `0, -2.5, 3`"
@@ -321,6 +351,37 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
         _ => return None,
     };
     Some(help.to_owned())
+}
+
+fn is_digit(c: char) -> bool {
+    c.is_ascii_digit()
+}
+
+/// Where a word of the language belongs that stands elsewhere.
+fn misplaced(failure: &Failure, word: &str) -> Option<&'static str> {
+    const TIMING: [&str; 8] = [
+        "time", "up", "down", "delay", "snap", "follow", "hang", "repeat",
+    ];
+    let expects = |what: &str| failure.expected.contains(&what);
+    let outside = expects("`{`") || expects(syntax::END);
+    match word {
+        "out" | "full" if failure.between_items => {
+            Some("it stands behind a bank: `lamps out`; everything out is `blackout`")
+        }
+        // A cue's header, or what follows its closing brace.
+        _ if TIMING.contains(&word) && outside => {
+            Some("timing stands between the braces: `cue 3 { time 5  lamps 85 }`")
+        }
+        _ => None,
+    }
+}
+
+/// The unit at the end of `before`, if it is one that may stand off from its number.
+fn unit_apart(before: &str) -> Option<&'static str> {
+    let mut words = before.split_whitespace().rev();
+    let last = words.next()?;
+    let unit = STANDING_OFF.into_iter().find(|unit| *unit == last)?;
+    words.next()?.ends_with(is_digit).then_some(unit)
 }
 
 /// The text with the line of the mistake blanked out, same length; `None` where that would leave

@@ -84,7 +84,11 @@ pub fn prefix(rule: Rule, text: &str) -> Option<usize> {
     Some(pair.as_span().end())
 }
 
-const END: &str = "the end of the statement";
+/// A quantity, as a message asks for one.
+pub const NUMBER: &str = "a number (like 5)";
+
+/// The end of a statement, as a message asks for it.
+pub const END: &str = "the end of the statement";
 
 /// What the rules mean to a designer, each once, at most five.
 fn expected(rules: &[Rule]) -> Vec<&'static str> {
@@ -158,7 +162,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::EOI => END,
         Rule::name | Rule::names | Rule::target => "a name",
         Rule::text => "a text in quotes (like \"Evening\")",
-        Rule::quantity | Rule::amount | Rule::measure | Rule::open_round => "a number (like 5)",
+        Rule::quantity | Rule::amount | Rule::measure | Rule::open_round => NUMBER,
         Rule::let_value | Rule::sum | Rule::product | Rule::factor => "a value (like 5s)",
         Rule::times => "an operator (`+`, `-`, `*`, `/`)",
         Rule::close_round => "`)`",

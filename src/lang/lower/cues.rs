@@ -10,7 +10,7 @@ use crate::lang::ast::{
     Word,
 };
 use crate::lang::known::Lowered;
-use crate::lang::names::Kind;
+use crate::lang::names::{Kind, nearest};
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::show::{Cue, Fade, Knot, Link, Motion, Move, NodeId, Part, Path, Trigger};
@@ -334,7 +334,14 @@ impl<'a> Lower<'a, '_> {
             let message = "`repeat` stands after a move, on its line";
             self.report.error::<()>(codes::MISPLACED, message, at, help);
         }
-        for written in &body.moves {
+        let mut rest = body.moves.iter().peekable();
+        while let Some(written) = rest.next() {
+            if rest
+                .next_if(|next| self.no_level_word(written, next))
+                .is_some()
+            {
+                continue;
+            }
             let own = self.times(&written.timing, times);
             let id = self.node(written.span);
             let mut moves: Vec<Move> = self
@@ -449,6 +456,46 @@ impl<'a> Lower<'a, '_> {
                 help,
             )
             .unwrap_or_default()
+    }
+
+    /// True, once said, where `next` is no move of its own but what was to be the level of
+    /// `written`: `lamps slow`.
+    fn no_level_word(&mut self, written: &ast::Move<'a>, next: &ast::Move<'a>) -> bool {
+        let (Some(target), Some(level)) = (written.target, next.target) else {
+            return false;
+        };
+        let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare);
+        // Most moves have a level, and are through here.
+        if !(bare(written) && bare(next) && written.timing.is_empty()) || self.names_lost {
+            return false;
+        }
+        let entry = self.names.get(target.name.text);
+        let kind = |target: Target<'a>| self.names.get(target.name.text).map(|e| e.kind);
+        let moved = [Kind::Bank, Kind::Group, Kind::Look];
+        let meant = matches!(kind(target), Some(Kind::Bank | Kind::Group))
+            && kind(level).is_none_or(|k| !moved.contains(&k))
+            && nearest(level.name.text, self.names.of(&moved)).is_none();
+        if !meant {
+            return false;
+        }
+        let bank = entry.filter(|e| e.kind == Kind::Bank).and_then(|e| e.index);
+        let rgb = bank
+            .and_then(|i| self.show.banks.get(i))
+            .is_some_and(|b| b.rgb);
+        let (bank, word) = (target.name.text, level.name.text);
+        let help = match kind(level) {
+            Some(Kind::Value) => format!("a value is used in round brackets: `{bank} ({word})`"),
+            Some(Kind::Curve) => format!("a curve stands behind a level: `{bank} 85 curve {word}`"),
+            _ => match nearest(word, ["full", "out"].into_iter()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if rgb => format!("write `{bank} 85`, or a colour as `{bank} #ffb36b`"),
+                None => format!("write `{bank} 85`, `{bank} full` or `{bank} out`"),
+            },
+        };
+        let message = format!("`{word}` is not a level");
+        self.report
+            .error::<()>(codes::NO_LEVEL, message, (level.span, "not a level"), help);
+        true
     }
 
     fn path_motions(

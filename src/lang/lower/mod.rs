@@ -50,6 +50,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
         first_coordinates: Vec::new(),
         budget: limits::LEVELS,
         fresh: Vec::new(),
+        names_lost: read.names_lost,
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
@@ -106,6 +107,8 @@ struct Lower<'a, 'r> {
     budget: usize,
     /// Cues that were lowered without a word.
     fresh: Vec<(Span, Lowered)>,
+    /// Names may be declared in a file that was not read: what was wrong with it was said.
+    names_lost: bool,
 }
 
 impl<'a> Lower<'a, '_> {
@@ -134,10 +137,11 @@ impl<'a> Lower<'a, '_> {
 
     fn declare_one(&mut self, name: Word<'a>, kind: Kind, index: usize) {
         if names::is_reserved(name.text) {
-            let message = format!(
-                "`{}` is a word of the language and cannot be a name",
-                name.text
-            );
+            let what = match names::STANDING_OFF.contains(&name.text) {
+                true => "a unit, which may stand off from its number,",
+                false => "a word of the language",
+            };
+            let message = format!("`{}` is {what} and cannot be a name", name.text);
             let help = format!("choose another, such as `{}_1`", name.text);
             self.report.error::<()>(
                 codes::RESERVED,
@@ -195,7 +199,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn unknown<T>(&mut self, name: Word<'_>, kinds: &[Kind], words: &[&'a str]) -> Option<T> {
-        if self.report.full() {
+        if self.report.full() || self.names_lost {
             return None;
         }
         let message = format!(
@@ -206,6 +210,9 @@ impl<'a> Lower<'a, '_> {
         let candidates = self.names.of(kinds).chain(words.iter().copied());
         let help = match names::nearest(name.text, candidates) {
             Some(near) => format!("did you mean `{near}`?"),
+            None if !words.is_empty() && names::foreign(name.text).is_some() => {
+                names::foreign(name.text).unwrap_or_default().to_owned()
+            }
             None if UNIT_WORDS.contains(&name.text) => {
                 format!("a unit stands right behind its number: `5{}`", name.text)
             }
