@@ -109,6 +109,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         background: Some(Box::new(Threads)),
         threads: 2,
         memory: 1 << 30,
+        time: Some(Duration::from_secs(60)),
         ..Host::default()
     };
     let mut show = Interpreter::from_text("embedded.lxq", SHOW.as_bytes(), host)?;

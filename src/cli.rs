@@ -122,6 +122,7 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         progress: screen.progress(),
         threads: arguments.threads,
         memory: arguments.memory,
+        time: arguments.time_limit,
         processor: files::processor(),
         style: screen.style(),
         pool: pool_place(path, folder, arguments),

@@ -456,9 +456,15 @@ pub fn processor() -> Option<String> {
 }
 
 /// Seconds passed, as the embedding program measures them.
-pub trait Clock: Sync {
+pub trait Clock: Send + Sync {
     /// Seconds since a fixed moment of the clock's own choice; never falls.
     fn seconds(&self) -> f64;
+}
+
+impl<C: Clock + ?Sized> Clock for Arc<C> {
+    fn seconds(&self) -> f64 {
+        self.as_ref().seconds()
+    }
 }
 
 /// The machine's monotonic clock.

@@ -16,6 +16,7 @@ mod error;
 mod exposure;
 mod fitting;
 mod host;
+mod limit;
 mod look;
 mod measure;
 mod method;
@@ -35,6 +36,7 @@ mod vocabulary;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Serialize;
 
@@ -50,6 +52,7 @@ use crate::units::Time;
 
 pub use self::beside::{Background, Status};
 pub use self::compare::Compared;
+pub use self::desk::Reloaded;
 pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
 pub use self::host::{Canvas, Host, POOL_LIMIT, PoolPlace};
@@ -61,10 +64,11 @@ pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
 pub use self::tune::Tuned;
 pub use self::vocabulary::{Completion, Vocabulary};
-pub use crate::lang::{Token, tokens};
+pub use crate::lang::{Token, time, tokens};
 
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 
+use self::limit::Deadline;
 use self::stage::Stage;
 
 /// The largest text the interpreter reads, in bytes: a show, a stage file, piped commands.
@@ -137,6 +141,18 @@ struct Compiled {
     warnings: Report,
 }
 
+impl Compiled {
+    /// The text with all that it includes.
+    fn text(&self) -> String {
+        joined(&self.warnings.sources)
+    }
+}
+
+/// The texts of a show and of what it includes, one after the other.
+fn joined(sources: &Sources) -> String {
+    sources.texts().collect::<Vec<_>>().join("\n")
+}
+
 /// One show and all that is known of it.
 pub struct Interpreter {
     host: Host,
@@ -174,6 +190,8 @@ pub struct Interpreter {
     beside: Option<beside::Beside>,
     /// What is to be told with the next reply.
     unheard: Vec<String>,
+    /// When the call in hand must end, where the host limits that.
+    deadline: Option<Arc<Deadline>>,
 }
 
 impl std::fmt::Debug for Interpreter {
@@ -201,6 +219,7 @@ impl Interpreter {
     /// [`Error::Mistakes`] with every mistake of the text and of the stage files it names.
     pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Interpreter, Error> {
         let source = decoded(name, text)?;
+        let (host, deadline) = limit::limited(host);
         let mut known = lang::Known::default();
         let (compiled, fresh) = compile((name, &source), &host, &mut known, None, None)?;
         let mut archive = Some(host.archive());
@@ -227,6 +246,7 @@ impl Interpreter {
             told: BTreeSet::new(),
             beside: None,
             unheard: Vec::new(),
+            deadline,
         })
     }
 
@@ -308,7 +328,12 @@ impl Interpreter {
     ) -> Result<Reply, Error> {
         let notes = self.attend();
         self.unheard.extend(notes);
-        let mut reply = something(self)?;
+        let mut reply = self.in_time(something)?;
+        if let Some(seconds) = self.out_of_time().filter(|_| reply.stopped) {
+            reply
+                .notes
+                .push(format!("the limit of time ({seconds} s) is reached"));
+        }
         let mut notes = std::mem::take(&mut self.unheard);
         notes.append(&mut reply.notes);
         Ok(Reply { notes, ..reply })

@@ -3,13 +3,14 @@
 use std::ffi::OsString;
 use std::num::NonZero;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::watch::Watched;
 use crate::diagnostic::Style;
-use crate::interpreter::{Call, POOL_LIMIT, VERBS, VerbSpec};
+use crate::interpreter::{self, Call, POOL_LIMIT, VERBS, VerbSpec};
 use crate::transport::outside;
 
 /// What the command line says.
@@ -25,6 +26,8 @@ pub struct Arguments {
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,
+    /// The longest that a command may take.
+    pub time_limit: Option<Duration>,
     /// The renderer to use in place of the program's own.
     pub renderer: Option<outside::Call>,
     /// The folder for pictures; `None` beside the show.
@@ -144,6 +147,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, cla
         memory: matches
             .get_one::<u32>("memory")
             .map_or(4 << 30, |m| (*m as usize) << 20),
+        time_limit: matches.get_one::<Duration>("time-limit").copied(),
         renderer: renderer(&matches),
         pool: matches.get_one::<PathBuf>("pool").cloned(),
         pool_limit: matches
@@ -218,6 +222,15 @@ fn renderer_arguments() -> [Arg; 3] {
             .value_parser(value_parser!(u8).range(1..=5))
             .help("Steps of quality that it knows (default: 1, it has no scale)"),
     ]
+}
+
+/// A time that is not nothing, as shows write them.
+fn time_limit(text: &str) -> Result<Duration, String> {
+    let micros = interpreter::time(text).and_then(|time| u64::try_from(time.micros()).ok());
+    match micros.filter(|micros| *micros > 0) {
+        Some(micros) => Ok(Duration::from_micros(micros)),
+        None => Err("write a time, such as `30s`, `5:00` or `500ms`".to_owned()),
+    }
 }
 
 fn commands(matches: &ArgMatches) -> Vec<String> {
@@ -304,6 +317,17 @@ pub fn command() -> Command {
                 .value_name("MB")
                 .value_parser(value_parser!(u32).range(64..=1_000_000))
                 .help("Megabytes that rendering may hold (default: 4096)"),
+        )
+        .arg(
+            Arg::new("time-limit")
+                .long("time-limit")
+                .global(true)
+                .value_name("TIME")
+                .value_parser(time_limit)
+                .help(
+                    "Longest that a command, or a line of the prompt, may take: `30s`, `5:00` \
+                     (default: none); pictures finished by then are kept",
+                ),
         )
         .args(renderer_arguments())
         .arg(

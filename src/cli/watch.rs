@@ -4,10 +4,10 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::screen::Screen;
-use super::{complain, folder_of, print};
+use super::{complain, print};
 use crate::diagnostic::Severity;
-use crate::files::{Disk, Folder, Store};
-use crate::interpreter::{Call, Comparison, Error, Interpreter, LIMIT, Verb};
+use crate::files::{Disk, Store};
+use crate::interpreter::{Call, Error, Interpreter, LIMIT, Verb};
 
 /// How often the files are looked at.
 const PAUSE: Duration = Duration::from_millis(40);
@@ -111,25 +111,11 @@ fn change(
     watched: &Watched,
     screen: &Screen,
 ) -> Result<(), Error> {
-    let files = Folder::new(folder_of(Path::new(&watched.show)), LIMIT);
-    let old = interpreter.source().to_owned();
     let text = crate::interpreter::decoded(&watched.show, text)?;
-    let reply = interpreter.reload(&text)?;
-    let compared = Comparison::new(
-        (&watched.show, old.as_bytes(), &files),
-        (&watched.show, text.as_bytes(), &files),
-    )?;
-    let words = compared.text();
-    let largest = compared.difference.curves.first();
+    let reloaded = interpreter.reload(&text)?;
+    let largest = reloaded.difference.curves.first();
     let time = largest.map(|curve| curve.at.to_string());
-    print(&format!(
-        "\n{}",
-        if words.is_empty() {
-            &reply.text
-        } else {
-            &words
-        }
-    ));
+    print(&format!("\n{}", reloaded.reply.text));
     let warned = &interpreter.warnings().diagnostics;
     let count = warned
         .iter()

@@ -7,7 +7,7 @@ use super::verb::{self, Call, VERBS};
 use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
 use crate::lang;
 use crate::plan::{LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
-use crate::show::{Cue, Show};
+use crate::show::{Cue, Link, Show};
 use crate::timeline::{KeyOptions, KeySequence};
 use crate::units::Time;
 
@@ -120,18 +120,33 @@ impl Interpreter {
             let _ = write!(text, ", cue {} {}", cue.number, label(cue));
         }
         text.push('\n');
-        let settings = self.present();
-        for (coordinate, setting) in self.show().coordinates().iter().zip(&settings) {
-            let bar = "#".repeat((setting * 40.0).round().clamp(0.0, 40.0) as usize);
-            let _ = writeln!(
-                text,
-                "  {:<14} {:>6.1}  {bar}",
-                coordinate.name,
-                setting * 100.0
-            );
-        }
+        text.push_str(&self.tell_levels());
         text.push_str(&self.remarks());
         Ok(Reply::text(text))
+    }
+
+    /// The levels at the current time as a desk shows them, in percent; beside them the light
+    /// behind the dimmers where it is another.
+    fn tell_levels(&self) -> String {
+        let lights = self.present();
+        let levels = self.present_levels();
+        let mut text = String::new();
+        if levels.is_some() {
+            let _ = writeln!(text, "  {:<14} {:>6} {:>7}", "", "level", "light");
+        }
+        let shown = levels.as_ref().unwrap_or(&lights);
+        let rows = self.show().coordinates().into_iter().zip(shown);
+        for ((coordinate, level), light) in rows.zip(&lights) {
+            let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
+            let beside = match levels {
+                Some(_) => format!(" {:>7.1}", light * 100.0),
+                None => String::new(),
+            };
+            let (name, percent) = (coordinate.name, level * 100.0);
+            let line = format!("  {name:<14} {percent:>6.1}{beside}  {bar}");
+            let _ = writeln!(text, "{}", line.trim_end());
+        }
+        text
     }
 
     pub(super) fn answer_plan(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -318,6 +333,13 @@ impl Interpreter {
                 "added"
             };
             let _ = writeln!(text, "{}: {done}", change.what);
+            if let Some(number) = change
+                .what
+                .strip_prefix("cue ")
+                .filter(|_| !change.replaced)
+            {
+                text.push_str(&self.started_instead(number));
+            }
         }
         text.push_str(&self.headline());
         match (refined_before, self.refined()) {
@@ -330,6 +352,25 @@ impl Interpreter {
             }
         }
         text
+    }
+
+    /// What to say where a new cue is started by the one before it in place of the one behind it.
+    fn started_instead(&self, number: &str) -> String {
+        let cues = &self.show().cues;
+        let index = cues.iter().position(|c| c.number.to_string() == number);
+        let around = index.and_then(|i| Some((cues.get(i.checked_sub(1)?)?, cues.get(i + 1)?)));
+        let Some((before, behind)) = around else {
+            return String::new();
+        };
+        let word = match before.link {
+            Some((_, Link::Follow(_))) => "follow",
+            Some((_, Link::Hang(_))) => "hang",
+            None => return String::new(),
+        };
+        format!(
+            "cue {}: its `{word}` starts cue {number} now, and no longer cue {}\n",
+            before.number, behind.number
+        )
     }
 
     /// A time within the show, as typed.

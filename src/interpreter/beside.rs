@@ -423,9 +423,10 @@ impl Interpreter {
     /// Waits until the refinement beside the prompt has ended; what there is to tell of it.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] when the host's progress says so; the refinement then goes on.
+    /// [`Error::Cancelled`] when the host's progress says so, [`Error::OutOfTime`]; the refinement
+    /// then goes on.
     pub fn wait(&mut self) -> Result<Vec<String>, Error> {
-        self.wait_beside(|_| false)
+        self.in_time(|show| show.wait_beside(|_| false))
     }
 
     /// Ends the refinement beside the prompt after the picture in hand, or at once.
@@ -531,13 +532,11 @@ impl Status {
         let mut text = format!("{}: ", self.words);
         match self.error {
             Some(error) => {
-                let _ = writeln!(
-                    text,
-                    "{} in {}, error {} %",
-                    count(self.rendered, "picture"),
-                    seconds(self.seconds),
-                    percent(error)
-                );
+                let done = match self.rendered {
+                    0 => "no picture finished yet".to_owned(),
+                    n => format!("{} in {}", count(n, "picture"), seconds(self.seconds)),
+                };
+                let _ = writeln!(text, "{done}, error {} %", percent(error));
             }
             None => text.push_str("before the first refined picture\n"),
         }

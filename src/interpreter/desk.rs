@@ -4,21 +4,41 @@
 //! recorded; blind edits and undo go by whole texts, so that nothing of them is ever half done.
 
 use super::answer::{count, label};
-use super::{Call, Error, Interpreter, Reply, Report};
+use super::{Call, Error, Interpreter, Reply, Report, paper};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::lang;
-use crate::show::Motion;
+use crate::sheet::{self, Difference, Version};
+use crate::show::{Bank, Dimmer, Motion, Move};
 use crate::timeline::{CueTime, Timeline};
 use crate::units::{CueNumber, Time};
 
 /// Bytes of earlier texts that `undo` may hold.
 const PAST: usize = 64 << 20;
 
+/// What taking another text came to.
+#[derive(Debug)]
+pub struct Reloaded {
+    /// The changes in a designer's words.
+    pub reply: Reply,
+    /// What changed.
+    pub difference: Difference,
+}
+
+/// A coordinate that is being tried.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    coordinate: usize,
+    /// Relative to full, before the dimmer.
+    level: f64,
+    /// Relative to full.
+    light: f64,
+}
+
 /// What happens beside the text.
 #[derive(Debug, Default)]
 pub(super) struct Desk {
-    /// Levels being tried, as they were written, with the coordinates that they set and their light.
-    tried: Vec<(String, Vec<(usize, f64)>)>,
+    /// Levels being tried, as they were written, with what they set.
+    tried: Vec<(String, Vec<Tried>)>,
     /// The text before the blind edits.
     blind: Option<String>,
     past: Vec<String>,
@@ -50,26 +70,75 @@ impl Interpreter {
     }
 
     /// Takes a text as a whole, with everything rendered that still means the same; `undo` has the
-    /// old one.
+    /// old one. Both are held against each other as they were compiled, so that a text is read
+    /// once.
     ///
     /// # Errors
     /// [`Error::Mistakes`]; the show is then as it was.
-    pub fn reload(&mut self, text: &str) -> Result<Reply, Error> {
+    pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
         let kept = self.refined();
-        let news = self.compile_text(text, self.looking.clone())?;
+        let (news, difference) = self.compile_compared(text)?;
         self.change_text(text.to_owned());
-        Ok(Reply::text(self.describe_edit(&news, &[], kept)))
+        let text = match paper::told(&difference, None) {
+            told if told.is_empty() => self.describe_edit(&news, &[], kept),
+            told => told,
+        };
+        let reply = Reply::text(text);
+        Ok(Reloaded { reply, difference })
+    }
+
+    /// Takes over what a text comes to; what is to be warned of, and what changed.
+    fn compile_compared(&mut self, text: &str) -> Result<(Report, Difference), Error> {
+        let (show, timeline) = (self.show().clone(), self.timeline().clone());
+        let before = self.compiled.text();
+        let news = self.compile_text(text, self.looking.clone())?;
+        let after = self.compiled.text();
+        let version = |text, show, timeline| Version {
+            text,
+            show,
+            timeline,
+        };
+        let difference = sheet::difference(
+            version(&before, &show, &timeline),
+            version(&after, self.show(), self.timeline()),
+        );
+        Ok((news, difference))
     }
 
     /// The setting at the current time, with the levels that are being tried.
     pub(super) fn present(&self) -> Vec<f64> {
         let mut setting = self.timeline().evaluate(self.now);
-        for (coordinate, light) in self.desk.tried.iter().flat_map(|(_, lights)| lights) {
-            if let Some(slot) = setting.get_mut(*coordinate) {
-                *slot = *light;
+        for tried in self.trying() {
+            if let Some(slot) = setting.get_mut(tried.coordinate) {
+                *slot = tried.light;
             }
         }
         setting
+    }
+
+    fn trying(&self) -> impl Iterator<Item = &Tried> {
+        self.desk.tried.iter().flat_map(|(_, tried)| tried)
+    }
+
+    /// The levels before the dimmers at the current time, relative to full, with those that are
+    /// being tried. `None` where no dimmer makes other light of them.
+    pub(super) fn present_levels(&self) -> Option<Vec<f64>> {
+        let mut show = self.show().clone();
+        let bent = |bank: &Bank| bank.dimmer != Dimmer::Linear;
+        if !show.banks.iter().any(bent) {
+            return None;
+        }
+        for bank in &mut show.banks {
+            bank.dimmer = Dimmer::Linear;
+        }
+        // The curves of the same show with its dimmers taken off; what compiled does so again.
+        let mut levels = Timeline::new(&show).ok()?.evaluate(self.now);
+        for tried in self.trying() {
+            if let Some(slot) = levels.get_mut(tried.coordinate) {
+                *slot = tried.level;
+            }
+        }
+        Some(levels)
     }
 
     /// Levels are being tried.
@@ -193,14 +262,14 @@ impl Interpreter {
             return Ok(Reply::text(text));
         }
         let moves = call.words.join(" ");
-        let lights = self.lights_of(&moves)?;
+        let set = self.set_by(&moves)?;
         // What is set anew takes the place of what was.
-        let again = |(_, old): &(String, Vec<(usize, f64)>)| {
+        let again = |(_, old): &(String, Vec<Tried>)| {
             old.iter()
-                .all(|(c, _)| lights.iter().any(|(new, _)| new == c))
+                .all(|old| set.iter().any(|new| new.coordinate == old.coordinate))
         };
         self.desk.tried.retain(|tried| !again(tried));
-        self.desk.tried.push((moves, lights));
+        self.desk.tried.push((moves, set));
         let mut reply = self.tell_moment()?;
         reply
             .text
@@ -213,9 +282,9 @@ impl Interpreter {
         texts.join("  ")
     }
 
-    /// The light of each coordinate that moves like `lamps 40  sky #203060` end at: what a cue at
-    /// the end of the show would bring.
-    fn lights_of(&mut self, moves: &str) -> Result<Vec<(usize, f64)>, Error> {
+    /// Where each coordinate ends that moves like `lamps 40  sky #203060` set: what a cue at the
+    /// end of the show would bring.
+    fn set_by(&mut self, moves: &str) -> Result<Vec<Tried>, Error> {
         let number = self.free_number();
         let (opening, closing) = (format!("cue {number} {{ snap  "), " }");
         let statement = format!("{opening}{moves}{closing}");
@@ -242,15 +311,22 @@ impl Interpreter {
             .into_iter()
             .flat_map(|cue| &cue.parts)
             .flat_map(|part| &part.moves);
-        let lights: Vec<(usize, f64)> = moved
-            .filter(|m| matches!(m.motion, Motion::To(_)))
-            .filter_map(|m| Some((m.coordinate, *timeline.last().get(m.coordinate)?)))
-            .collect();
-        match lights.is_empty() {
+        let tried = |m: &Move| {
+            let Motion::To(level) = m.motion else {
+                return None;
+            };
+            Some(Tried {
+                coordinate: m.coordinate,
+                level: level / 100.0,
+                light: *timeline.last().get(m.coordinate)?,
+            })
+        };
+        let set: Vec<Tried> = moved.filter_map(tried).collect();
+        match set.is_empty() {
             true => Err(Error::Usage(
                 "that sets no level: `set lamps 40`".to_owned(),
             )),
-            false => Ok(lights),
+            false => Ok(set),
         }
     }
 
@@ -373,15 +449,18 @@ impl Interpreter {
             let what = if back { "undo" } else { "redo" };
             return Err(Error::Usage(format!("there is nothing to {what}")));
         };
-        if let Err(error) = self.compile_text(&text, self.looking.clone()) {
-            let from = if back {
-                &mut self.desk.past
-            } else {
-                &mut self.desk.future
-            };
-            from.push(text);
-            return Err(error);
-        }
+        let difference = match self.compile_compared(&text) {
+            Ok((_, difference)) => difference,
+            Err(error) => {
+                let from = if back {
+                    &mut self.desk.past
+                } else {
+                    &mut self.desk.future
+                };
+                from.push(text);
+                return Err(error);
+            }
+        };
         let old = std::mem::replace(&mut self.source, text);
         let to = if back {
             &mut self.desk.future
@@ -389,8 +468,13 @@ impl Interpreter {
             &mut self.desk.past
         };
         to.push(old);
+        let changes = difference.changes.iter();
+        let mut told: String = changes
+            .map(|c| format!("{}: {}\n", c.what, c.how))
+            .collect();
+        told.push_str(&self.headline());
         let left = count(self.desk.past.len(), "edit");
-        Ok(Reply::text(format!("{}\n{left} to undo", self.headline())))
+        Ok(Reply::text(format!("{told}\n{left} to undo")))
     }
 
     /// What is running: the cue, and what is not in the text yet.

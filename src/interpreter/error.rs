@@ -101,6 +101,15 @@ pub enum Error {
     /// The embedding program asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// It took as long as the embedding program allows.
+    #[error(
+        "stopped after {seconds} s, the limit of time; every picture that was finished is kept, and \
+         the same again goes on from there (or give it more time: `--time-limit`)"
+    )]
+    OutOfTime {
+        /// The limit.
+        seconds: f64,
+    },
 }
 
 impl From<PlaybackError> for Error {
@@ -133,7 +142,9 @@ impl Error {
             | Error::Picture(_)
             | Error::Chart(_)
             | Error::Study(_) => 3,
-            Error::Cancelled(_) | Error::Render(TransportError::Cancelled(_)) => 130,
+            Error::Cancelled(_)
+            | Error::OutOfTime { .. }
+            | Error::Render(TransportError::Cancelled(_)) => 130,
             Error::Render(TransportError::Outside(_)) => 3,
             Error::Render(_) => 1,
             Error::Plan(_) => 70,
@@ -165,6 +176,7 @@ impl Error {
             Error::Session { path, line, .. } => {
                 format!("{path}:{line}: the session ends here; what is above it is done")
             }
+            Error::OutOfTime { .. } => self.to_string(),
             other if other.exit_code() == 130 => {
                 "stopped; every picture that was finished is kept".to_owned()
             }

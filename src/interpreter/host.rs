@@ -4,6 +4,7 @@
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::Shown;
 use super::beside::Background;
@@ -32,6 +33,12 @@ pub struct Host {
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,
+    /// The longest that a call may take: [`Interpreter::execute`](super::Interpreter::execute),
+    /// [`call`](super::Interpreter::call), and what renders when called by itself (`coarse`,
+    /// `refine`, `run`, `wait`). Then it ends as if cancelled twice, with
+    /// [`Error::OutOfTime`](super::Error::OutOfTime); pictures that are finished are kept. `None`:
+    /// as long as it takes. What goes on beside the prompt is no call.
+    pub time: Option<Duration>,
     /// The processor's name, for the records of measurements; `None` leaves it out.
     pub processor: Option<String>,
     /// How diagnostics are written into replies.
@@ -70,7 +77,7 @@ pub const POOL_LIMIT: u64 = 2_000_000_000;
 
 impl Default for Host {
     /// No files, the disk as store, the machine's clock, silence, radiosity, one thread, four
-    /// gigabytes, plain text, pictures kept in memory only.
+    /// gigabytes, no limit of time, plain text, pictures kept in memory only.
     fn default() -> Host {
         Host {
             files: Box::new(Memory::default()),
@@ -80,6 +87,7 @@ impl Default for Host {
             transport: Arc::new(Radiosity),
             threads: 1,
             memory: 4 << 30,
+            time: None,
             processor: None,
             style: Style::Plain,
             pool: None,
@@ -96,6 +104,7 @@ impl std::fmt::Debug for Host {
             .field("transport", &self.transport.name())
             .field("threads", &self.threads)
             .field("memory", &self.memory)
+            .field("time", &self.time)
             .finish_non_exhaustive()
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use super::output::{ending, hue, points, unknown_ending};
 use super::stage::Stage;
-use super::{Call, Error, Host, Interpreter, LIMIT, Reply, Report, decoded};
+use super::{Call, Error, Host, Interpreter, LIMIT, Reply, Report, decoded, joined};
 use crate::chart::{self, Theme};
 use crate::check;
 use crate::diagnostic::Sources;
@@ -59,7 +59,7 @@ impl Sheet {
             let checked = check::check(&show, &parsed.spans);
             if let Some(timeline) = checked.timeline {
                 return Ok(Sheet {
-                    text: sources.texts().collect::<Vec<_>>().join("\n"),
+                    text: joined(&sources),
                     show,
                     spans: parsed.spans,
                     timeline,
@@ -190,30 +190,9 @@ impl Comparison {
         self
     }
 
-    /// Whether the pictures still serve, in words.
-    fn pictures(&self) -> String {
-        match (self.serving, self.difference.pictures) {
-            (Some([old, both]), _) if old > 0 && both == old => {
-                format!("every refined picture still serves ({old} of {old})")
-            }
-            (Some([old, both]), _) if old > 0 => format!(
-                "{both} of {old} refined pictures still serve; the others show what has changed of \
-                 the rig, the stage or the view, or are too coarse now"
-            ),
-            (_, true) => "the rig, the stage or the view changed; those that depend on it are \
-                          rendered anew (`pool` counts the others)"
-                .to_owned(),
-            (_, false) => "every refined picture still serves".to_owned(),
-        }
-    }
-
     /// The changes in words, and whether pictures still serve; empty when there are none.
     pub fn text(&self) -> String {
-        if self.difference.is_empty() {
-            return String::new();
-        }
-        let (changes, pictures) = (self.difference.text(), self.pictures());
-        format!("{changes}\npictures: {pictures}\n")
+        told(&self.difference, self.serving)
     }
 
     /// The changed curves, the old ones dashed.
@@ -255,6 +234,28 @@ impl Comparison {
             _ => Err(unknown_ending(path, ".png or .svg")),
         }
     }
+}
+
+/// The changes in words, and whether pictures still serve: of those at hand that serve the older
+/// version, those that serve the newer one too, where they were counted. Empty without a change.
+pub(super) fn told(difference: &Difference, serving: Option<[usize; 2]>) -> String {
+    if difference.is_empty() {
+        return String::new();
+    }
+    let pictures = match (serving, difference.pictures) {
+        (Some([old, both]), _) if old > 0 && both == old => {
+            format!("every refined picture still serves ({old} of {old})")
+        }
+        (Some([old, both]), _) if old > 0 => format!(
+            "{both} of {old} refined pictures still serve; the others show what has changed of \
+             the rig, the stage or the view, or are too coarse now"
+        ),
+        (_, true) => "the rig, the stage or the view changed; those that depend on it are \
+                      rendered anew (`pool` counts the others)"
+            .to_owned(),
+        (_, false) => "every refined picture still serves".to_owned(),
+    };
+    format!("{}\npictures: {pictures}\n", difference.text())
 }
 
 impl std::fmt::Debug for Comparison {

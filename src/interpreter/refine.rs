@@ -91,10 +91,12 @@ impl Interpreter {
     /// # Errors
     /// [`Error::Usage`] when the show has no stage or view, else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
-        if self.is_busy() && self.pool().is_none() {
-            self.wait_for_coarse()?;
-        }
-        self.coarse_since(self.host.clock.seconds())
+        self.in_time(|show| {
+            if show.is_busy() && show.pool().is_none() {
+                show.wait_for_coarse()?;
+            }
+            show.coarse_since(show.host.clock.seconds())
+        })
     }
 
     /// The same, with rendering begun at this time.
@@ -245,7 +247,7 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; pictures finished before it are kept.
     pub fn refine(&mut self, goal: Goal) -> Result<Ended, Error> {
-        let refined = self.refine_watched(goal, &mut |_| Ok(()))?;
+        let refined = self.in_time(|show| show.refine_watched(goal, &mut |_| Ok(())))?;
         Ok(refined.ended)
     }
 

@@ -67,6 +67,10 @@ impl Interpreter {
     /// # Errors
     /// [`Error`]; refined pictures finished before it stay in the pool.
     pub fn run(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+        self.in_time(|show| show.run_all(goal, folder))
+    }
+
+    fn run_all(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
         let before = self.tally();
         self.idle()?;
         let mut marks = vec![self.host.clock.seconds()];

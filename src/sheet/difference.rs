@@ -104,11 +104,7 @@ const SEEN: [&str; 6] = ["stage", "surface", "view", "light", "bank", "fixed"];
 
 /// Changes of everything but cues, by the canonical text of each declaration.
 fn declarations(old: &str, new: &str, out: &mut Difference) {
-    let keyed = |text: &str| -> Vec<(String, String)> {
-        let all = lang::declarations(text).into_iter();
-        all.filter(|(what, _)| !what.starts_with("cue ")).collect()
-    };
-    let (old, new) = (keyed(old), keyed(new));
+    let (old, new) = (lang::declarations(old), lang::declarations(new));
     let before: BTreeMap<&str, &str> = old.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
     let after: BTreeMap<&str, &str> = new.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
     for (what, text) in &new {

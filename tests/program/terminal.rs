@@ -138,10 +138,25 @@ fn lines_are_completed_remembered_and_asked_for() {
     again.press("\x1b[A\x1b[A");
     again.wait("lamp 5 }");
     again.press("\x03");
-    // What is typed before the prompt is there again, the line editor drops.
+    // What is typed behind a Ctrl-C is dropped with the line, as in a shell.
     again.wait("lxq> ");
     again.press("quit\r");
     assert_eq!(again.code(), 0);
+}
+
+#[test]
+fn keys_typed_ahead_of_the_prompt_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history");
+    let mut terminal = Terminal::open(&example("first.lxq"), &history);
+    terminal.wait("lxq> ");
+    // The second line is typed before the first is done, the third in the middle of it.
+    terminal.press("refine 1\rat 0:03\rgo");
+    terminal.wait("at 3s");
+    terminal.press("to 2\r");
+    terminal.wait("at 3.5s");
+    terminal.press("quit\r");
+    assert_eq!(terminal.code(), 0);
 }
 
 #[test]

@@ -3,9 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::time::Duration;
 
-use footlight::files::{Memory, Shelf, Store};
-use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter, Method};
+use footlight::diagnostic::Style;
+use footlight::files::{Clock, Memory, Shelf, Store};
+use footlight::interpreter::{Comparison, Ended, Error, Goal, Host, Interpreter, Method};
 use footlight::plan::Metric;
 use footlight::units::Time;
 use footlight::work::Progress;
@@ -115,6 +117,30 @@ fn moving_a_light_drops_what_no_longer_fits() {
     show.execute("light left spot at -2, -2, 3 aim 0, 0, 0 beam 30 field 50 900 cd")
         .unwrap();
     assert_eq!(show.refined(), 0);
+}
+
+#[test]
+fn levels_are_told_as_they_were_written_and_light_beside_them() {
+    let (mut show, _) = open();
+    let told = show.execute("at 0:08").unwrap().text;
+    // The third cue takes the squared bank to 70: 0.7 squared is 49 % of its light.
+    assert!(told.contains("level   light"), "{told}");
+    let row = |told: &str, name: &str| -> Vec<String> {
+        let line = told.lines().find(|l| l.trim_start().starts_with(name));
+        line.unwrap()
+            .split_whitespace()
+            .map(str::to_owned)
+            .collect()
+    };
+    assert_eq!(row(&told, "over")[1..3], ["70.0", "49.0"], "{told}");
+    assert_eq!(row(&told, "warm")[1..3], ["15.0", "15.0"], "{told}");
+    let tried = show.execute("set over 20").unwrap().text;
+    assert_eq!(row(&tried, "over")[1..3], ["20.0", "4.0"], "{tried}");
+    show.execute("release").unwrap();
+    show.edit("bank over = top channel 3").unwrap();
+    let plain = show.execute("at 0:08").unwrap().text;
+    assert!(!plain.contains("light"), "{plain}");
+    assert_eq!(row(&plain, "over")[1], "70.0", "{plain}");
 }
 
 #[test]
@@ -358,6 +384,95 @@ fn cancel_is_heard_and_nothing_is_half_done() {
             }
         );
     }
+}
+
+#[test]
+fn a_reload_tells_what_two_readings_would_tell() {
+    let (mut show, _) = open();
+    let edits = [
+        ("cool 90 }", "cool 60  warm.x 3 }"),
+        ("time 6  warm 15", "time 9  warm 40"),
+        ("dimmer square", "// no dimmer any more"),
+        ("cue 3 ", "cue 2.5 \"New\" { cool 10 }\ncue 3 "),
+        ("// keep me too", "// another remark"),
+    ];
+    for (from, to) in edits {
+        let old = show.source().to_owned();
+        let new = old.replace(from, to);
+        assert_ne!(old, new);
+        let files = Memory::default();
+        let [a, b] = [old.as_bytes(), new.as_bytes()];
+        let read_twice = Comparison::new(("s.lxq", a, &files), ("s.lxq", b, &files));
+        match (show.reload(&new), read_twice) {
+            (Ok(reloaded), Ok(compared)) => {
+                assert_eq!(reloaded.difference, compared.difference);
+                if !compared.text().is_empty() {
+                    assert_eq!(reloaded.reply.text, compared.text());
+                }
+                assert_eq!(show.source(), new);
+            }
+            (Err(_), Err(_)) => assert_eq!(show.source(), old),
+            (reloaded, _) => panic!("{from} -> {to}: {:?}", reloaded.map(|r| r.reply.text)),
+        }
+    }
+}
+
+/// A clock that is a second later whenever it is asked.
+#[derive(Default)]
+struct Hasty(AtomicUsize);
+
+impl Clock for Hasty {
+    fn seconds(&self) -> f64 {
+        self.0.fetch_add(1, Ordering::Relaxed) as f64
+    }
+}
+
+#[test]
+fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
+    let open = |limit: Option<u64>| {
+        let host = Host {
+            clock: Box::new(Hasty::default()),
+            time: limit.map(Duration::from_secs),
+            ..host(&Shelf::default())
+        };
+        Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap()
+    };
+    let everything = Goal {
+        until: Some(0.0),
+        ..Goal::default()
+    };
+    let mut unlimited = open(None);
+    unlimited.refine(everything).unwrap();
+    let (mut late, mut told) = (0, 0);
+    for limit in [1, 10, 40, 160, 640, 2560] {
+        let mut show = open(Some(limit));
+        let error = match show.execute("refine until 0%") {
+            // Stopped between two pictures it tells what it did.
+            Ok(reply) if reply.stopped => {
+                let note = format!("the limit of time ({limit} s) is reached");
+                assert!(reply.notes.contains(&note), "{:?}", reply.notes);
+                told += 1;
+                continue;
+            }
+            Ok(_) => continue,
+            Err(error) => error,
+        };
+        late += 1;
+        assert!(matches!(error, Error::OutOfTime { seconds } if seconds == limit as f64));
+        assert_eq!(error.exit_code(), 130);
+        assert!(error.report(Style::Plain).contains("--time-limit"));
+        assert_eq!(show.source(), SHOW);
+        let kept = show.refined();
+        let _ = show.execute("refine");
+        assert!(show.refined() >= kept, "what was finished is lost");
+        // Between calls there is no limit: a look takes no time of the call before.
+        show.execute("at 0:03").unwrap();
+    }
+    assert!(late > 0, "no limit was too short");
+    let mut show = open(Some(1_000_000));
+    assert_eq!(show.refine(everything).unwrap(), Ended::Complete);
+    assert_eq!(show.refined(), unlimited.refined());
+    println!("{late} ended by an error, {told} between pictures");
 }
 
 #[test]

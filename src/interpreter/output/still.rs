@@ -42,14 +42,17 @@ impl Interpreter {
             Some(text) => format!("quality {text}"),
             None if self.is_final() => "the sum of the banks".to_owned(),
             None => {
-                let refined = count(self.refined(), "refined picture");
-                format!("coarse, and {refined}{}", self.method().aside())
+                let refined = match self.refined() {
+                    0 => "coarse alone, nothing refined yet".to_owned(),
+                    n => format!("coarse, and {}", count(n, "refined picture")),
+                };
+                format!("{refined}{}", self.method().aside())
             }
         };
         let negative = tone::negative(&image);
         let below = match negative {
             0 => String::new(),
-            n => format!("; {} slightly below zero", count(n, "number")),
+            n => format!("; {} a little below zero, shown as 0", count(n, "value")),
         };
         let path = call.option("output").map(Path::new);
         let text = format!("{what}: {quality}{below}");

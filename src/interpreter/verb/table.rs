@@ -150,7 +150,7 @@ pub const VERBS: &[VerbSpec] = &[
         "at",
         "[TIME]",
         &[],
-        "move to a time and tell the levels there",
+        "move to a time and tell the levels there, beside the light where a dimmer bends it",
         "at 1:30",
     ),
     spec(
