@@ -322,6 +322,7 @@ mod tests {
             normal: newell(&vertices).normalized(),
             vertices,
             facet: 0,
+            solid: false,
         }
     }
 
