@@ -5,6 +5,10 @@
     clippy::indexing_slicing,
     reason = "a test stops at its first surprise"
 )]
+#![allow(
+    clippy::duplicate_mod,
+    reason = "the programs that make sets are crates of their own and share their parts by path"
+)]
 
 mod gltf_stage;
 mod set;
