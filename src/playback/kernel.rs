@@ -271,16 +271,28 @@ fn blended<K: Key, const N: usize>(
     factors: [f32; 3],
 ) -> Block {
     let common = keys.map(|key| key.common(index));
+    let mixed = |light| match K::WEIGHED {
+        true => sum(light),
+        false => lerps(light, factors),
+    };
     let mut out = [0.0; BLOCK];
-    for lane in 0..BLOCK {
-        let mut light = [0.0; N];
-        for k in 0..N {
-            light[k] = keys[k].light(stored[k][lane], common[k], lane);
+    let mut light = [0.0; N];
+    if common.iter().all(|common| K::is_plain(*common)) {
+        for lane in 0..BLOCK {
+            for k in 0..N {
+                light[k] = keys[k].light(stored[k][lane]);
+            }
+            out[lane] = mixed(light);
         }
-        out[lane] = match K::WEIGHED {
-            true => sum(light),
-            false => lerps(light, factors),
-        };
+    } else {
+        let signs = common.map(K::signs);
+        for lane in 0..BLOCK {
+            for k in 0..N {
+                let bits = keys[k].light(stored[k][lane]).to_bits();
+                light[k] = f32::from_bits(bits | signs[k][lane]);
+            }
+            out[lane] = mixed(light);
+        }
     }
     out
 }

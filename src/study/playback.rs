@@ -307,13 +307,10 @@ fn counted(threads: usize) -> String {
 /// threads move a format to the right, along a line of its own: the error is the same.
 pub fn drawing(record: &Record, theme: Theme) -> Drawing {
     let chip = record.machine.processor.as_deref();
-    let chip = chip.map_or(String::new(), |chip| format!(" ({chip})"));
+    let chip = chip.map_or(String::new(), |chip| format!("; {chip}"));
     let panel = |what: &str, title: &str| Panel {
         title: title.to_owned(),
-        x: Axis::new(
-            &format!("frames a second, by number of threads{chip}"),
-            Scale::Log,
-        ),
+        x: Axis::new("frames a second, by number of threads", Scale::Log),
         y: Axis::new("steps of 8 bits", Scale::Log),
         series: record
             .series
@@ -334,7 +331,7 @@ pub fn drawing(record: &Record, theme: Theme) -> Drawing {
     };
     let panels = [
         panel(MOST, &format!("largest error; {}", record.method)),
-        panel(RMS, "RMS error"),
+        panel(RMS, &format!("RMS error{chip}")),
     ];
     let title = format!(
         "{}: error against frames a second, by keys and threads",

@@ -6,6 +6,9 @@
 use crate::picture::tone::BLOCK;
 use crate::playback::key::{Samples, byte_light, half_light};
 
+/// Something of each channel of a block.
+type Block<T> = [T; BLOCK];
+
 /// How the channels of a key are stored and read.
 pub(super) trait Key: Copy + Send + Sync {
     /// One channel as it is stored.
@@ -29,8 +32,14 @@ pub(super) trait Key: Copy + Send + Sync {
     /// The same.
     fn common(self, index: usize) -> Self::Common;
 
-    /// The light of a channel, number `lane` of its block.
-    fn light(self, stored: Self::Stored, common: Self::Common, lane: usize) -> f32;
+    /// Whether no channel of the block is negative.
+    fn is_plain(common: Self::Common) -> bool;
+
+    /// The sign bit of each channel, at its place in a float.
+    fn signs(common: Self::Common) -> Block<u32>;
+
+    /// The light of a channel, its sign left out.
+    fn light(self, stored: Self::Stored) -> f32;
 }
 
 /// Single precision.
@@ -60,7 +69,17 @@ impl Key for Floats<'_> {
     fn common(self, _: usize) {}
 
     #[inline(always)]
-    fn light(self, stored: f32, (): (), _: usize) -> f32 {
+    fn is_plain((): ()) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn signs((): ()) -> Block<u32> {
+        [0; BLOCK]
+    }
+
+    #[inline(always)]
+    fn light(self, stored: f32) -> f32 {
         stored
     }
 }
@@ -101,7 +120,17 @@ impl Key for Halves<'_> {
     fn common(self, _: usize) {}
 
     #[inline(always)]
-    fn light(self, stored: u16, (): (), _: usize) -> f32 {
+    fn is_plain((): ()) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn signs((): ()) -> Block<u32> {
+        [0; BLOCK]
+    }
+
+    #[inline(always)]
+    fn light(self, stored: u16) -> f32 {
         half_light(stored, self.factor)
     }
 }
@@ -144,7 +173,17 @@ impl Key for Bytes<'_> {
     fn common(self, _: usize) {}
 
     #[inline(always)]
-    fn light(self, stored: u8, (): (), _: usize) -> f32 {
+    fn is_plain((): ()) -> bool {
+        true
+    }
+
+    #[inline(always)]
+    fn signs((): ()) -> Block<u32> {
+        [0; BLOCK]
+    }
+
+    #[inline(always)]
+    fn light(self, stored: u8) -> f32 {
         byte_light(stored, self.low, self.high)
     }
 }
@@ -195,11 +234,27 @@ impl Key for Signed<'_> {
         })
     }
 
+    /// Few channels are negative, and they lie together: most blocks have none.
     #[inline(always)]
-    fn light(self, stored: u8, signs: [u8; BLOCK / 8], lane: usize) -> f32 {
-        let bit = signs.get(lane / 8).map_or(0, |byte| byte >> (lane % 8) & 1);
-        let light = byte_light(stored, self.bytes.low, self.bytes.high);
-        f32::from_bits(light.to_bits() | u32::from(bit) << 31)
+    fn is_plain(signs: [u8; BLOCK / 8]) -> bool {
+        u64::from_ne_bytes(signs) == 0
+    }
+
+    #[inline(always)]
+    fn signs(signs: [u8; BLOCK / 8]) -> Block<u32> {
+        let mut out = [0; BLOCK];
+        for (eight, byte) in out.as_chunks_mut::<8>().0.iter_mut().zip(signs) {
+            // Eight lanes shifted by constants, which is one instruction.
+            for (lane, out) in eight.iter_mut().enumerate() {
+                *out = u32::from(byte) << (31 - lane) & 1 << 31;
+            }
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn light(self, stored: u8) -> f32 {
+        self.bytes.light(stored)
     }
 }
 
