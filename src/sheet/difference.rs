@@ -135,7 +135,11 @@ impl Difference {
 }
 
 fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
-    let find = |show: &'_ Show, cue: &Cue| show.cues.iter().position(|c| c.number == cue.number);
+    let find = |show: &Show, cue: &Cue| {
+        let found = show.cues.binary_search_by_key(&cue.number, |c| c.number);
+        found.ok()
+    };
+    let alike = same_words(old.show, new.show);
     for (i, cue) in new.show.cues.iter().enumerate() {
         let what = format!("cue {}", cue.number);
         let Some(k) = find(old.show, cue) else {
@@ -155,7 +159,9 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
             if was.trigger == cue.trigger {
                 hows.extend(times(old.timeline, k, new.timeline, i));
             }
-            hows.extend(parts(old.show, was, new.show, cue, go(new.timeline, i)));
+            if !(alike && same_parts(was, cue)) {
+                hows.extend(parts(old.show, was, new.show, cue, go(new.timeline, i)));
+            }
             out.extend(hows.into_iter().map(|how| Change {
                 what: what.clone(),
                 how,
@@ -170,6 +176,36 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
             });
         }
     }
+}
+
+/// Banks and curves are the same one by one, so that parts of the same numbers say the same.
+fn same_words(old: &Show, new: &Show) -> bool {
+    let banks = |show: &Show| -> Vec<(String, bool)> {
+        let banks = show.banks.iter();
+        banks.map(|b| (b.name.clone(), b.rgb)).collect()
+    };
+    let curves =
+        |show: &Show| -> Vec<String> { show.curves.iter().map(|c| c.name.clone()).collect() };
+    banks(old) == banks(new) && curves(old) == curves(new)
+}
+
+/// The parts say the same, wherever they stand in the text.
+fn same_parts(was: &Cue, now: &Cue) -> bool {
+    let moves = |a: &Part, b: &Part| {
+        let pairs = a.moves.iter().zip(&b.moves);
+        a.moves.len() == b.moves.len()
+            && pairs.into_iter().all(|(a, b)| {
+                (a.coordinate, a.repeat) == (b.coordinate, b.repeat) && a.motion == b.motion
+            })
+    };
+    let part = |a: &Part, b: &Part| {
+        (a.number, a.delay, a.up, a.down) == (b.number, b.delay, b.up, b.down)
+            && a.curve == b.curve
+            && a.label == b.label
+            && moves(a, b)
+    };
+    let pairs = was.parts.iter().zip(&now.parts);
+    was.parts.len() == now.parts.len() && pairs.into_iter().all(|(a, b)| part(a, b))
 }
 
 fn go(timeline: &Timeline, cue: usize) -> Time {
@@ -339,6 +375,9 @@ fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
 /// Norm and largest value of the difference of two curves over `start` to `end`, exactly: on each
 /// span between knots of either it is a polynomial. `None` when they are the same.
 fn apart(a: &[Piece], b: &[Piece], start: Time, end: Time) -> Option<(f64, f64, Time)> {
+    if a == b {
+        return None;
+    }
     let mut knots: Vec<Time> = a.iter().chain(b).flat_map(|p| [p.start, p.end]).collect();
     knots.extend([start, end]);
     knots.retain(|t| (start..=end).contains(t));

@@ -68,10 +68,12 @@ pub fn first_coordinates(show: &Show) -> Vec<usize> {
 
 /// The moves of a part, those of one bank together: the bank and its moves.
 pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Move>)> {
-    let coordinates = show.coordinates();
+    let first = first_coordinates(show);
     let mut out: Vec<(usize, Vec<&Move>)> = Vec::new();
     for one in moves {
-        let Some(bank) = coordinates.get(one.coordinate).and_then(|c| c.bank) else {
+        let after = first.partition_point(|first| *first <= one.coordinate);
+        let bank = after.checked_sub(1).filter(|b| *b < show.banks.len());
+        let Some(bank) = bank else {
             continue;
         };
         match out.last_mut() {
