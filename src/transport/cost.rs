@@ -32,21 +32,22 @@ pub const PREPARE: [&str; 6] = [
     "fragments on edges",
 ];
 /// Names of the counts of [`Counts::lights`].
-pub const LIGHTS: [&str; 4] = [
+pub const LIGHTS: [&str; 5] = [
     "elements x emitters",
     "fragments x emitters",
     "the same x depth of the scene",
+    "the same where none is interpolated",
     "coefficients x lights",
 ];
 /// Names of the counts of [`Counts::picture`].
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [5.28e-2, 6.75e-7, 1.53e-7, 0.0, 0.0, 6.28e-6];
+const OF_PREPARE: [f64; 6] = [1.15e-1, 7.5e-7, 1.2e-7, 9.9e-6, 0.0, 6.4e-6];
 /// Yardsticks for each of [`LIGHTS`].
-const OF_LIGHTS: [f64; 4] = [3.97e-6, 4.97e-8, 3.30e-8, 1.08e-8];
+const OF_LIGHTS: [f64; 5] = [5.9e-7, 2.4e-7, 3.0e-8, 4.0e-8, 1.6e-8];
 /// Yardsticks for each of [`PICTURE`].
-const OF_PICTURE: [f64; 2] = [3.12e-8, 3.02e-9];
+const OF_PICTURE: [f64; 2] = [5.6e-8, 3.4e-9];
 
 /// How often the yardstick is laid on; the shortest time counts, as delays only add.
 const REPEATS: usize = 3;
@@ -57,7 +58,7 @@ pub struct Counts {
     /// To prepare, as [`PREPARE`] names them.
     pub prepare: [f64; 6],
     /// To solve all lights, as [`LIGHTS`] names them.
-    pub lights: [f64; 4],
+    pub lights: [f64; 5],
     /// To compose one picture with all lights on, as [`PICTURE`] names them.
     pub picture: [f64; 2],
     /// Mesh elements.
@@ -101,6 +102,8 @@ impl Counts {
             sight.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
+        // Where nothing is interpolated every fragment is evaluated.
+        let evaluated = if step.tolerance > 0.0 { 0.0 } else { fragments };
         let emitters = emitters(&surfaces, rig) as f64;
         let lights = rig.lights.len() as f64;
         let coefficients: f64 = cubes
@@ -120,6 +123,7 @@ impl Counts {
                 4.0 * elements as f64 * emitters,
                 fragments * emitters,
                 fragments * emitters * (1.0 + pieces).log2(),
+                evaluated * emitters * (1.0 + pieces).log2(),
                 coefficients * lights,
             ],
             picture: [fragments, fragments * lights],
