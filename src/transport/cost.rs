@@ -43,9 +43,9 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [1.15e-1, 7.5e-7, 1.2e-7, 9.9e-6, 0.0, 6.4e-6];
+const OF_PREPARE: [f64; 6] = [1.15e-1, 9.5e-7, 1.2e-7, 9.9e-6, 0.0, 6.4e-6];
 /// Yardsticks for each of [`LIGHTS`].
-const OF_LIGHTS: [f64; 5] = [5.9e-7, 2.4e-7, 3.0e-8, 4.0e-8, 1.6e-8];
+const OF_LIGHTS: [f64; 5] = [5.9e-7, 2.5e-7, 3.5e-8, 4.8e-8, 1.6e-8];
 /// Yardsticks for each of [`PICTURE`].
 const OF_PICTURE: [f64; 2] = [5.6e-8, 3.4e-9];
 

@@ -39,8 +39,6 @@ pub struct Clipper {
     /// The whole emitter above the horizon, and planes through the point and its edges.
     whole: Vec<Vec3>,
     sides: Vec<Vec3>,
-    /// Are the points outside all solids, whose far sides then do not count?
-    pub outside: bool,
 }
 
 /// Irradiance per unit radiance at the point from which the polygon's corners are seen in
@@ -212,7 +210,7 @@ impl Clipper {
     /// Cuts away what lies in the shadow of `piece`.
     fn subtract(&mut self, point: Vec3, piece: &Piece, touching: f64) {
         let height = piece.normal.dot(piece.vertices[0] - point);
-        if height.abs() <= touching || (self.outside && piece.is_far_side(point)) {
+        if height.abs() <= touching {
             return;
         }
         let side = height.signum();
@@ -328,7 +326,6 @@ mod tests {
             vertices: rectangle(x, y, z),
             normal: -UP,
             facet: 0,
-            solid: false,
         }
     }
 
@@ -469,7 +466,7 @@ mod tests {
             let vertices: Vec<Vec3> = corners.iter().map(|&(x, y, z)| vec3(x, y, z)).collect();
             let normal = crate::geometry::newell(&vertices).normalized();
             prop_assume!(normal.dot(vertices[0]).abs() > 0.05);
-            let piece = Piece { vertices, normal, facet: 0, solid: false };
+            let piece = Piece { vertices, normal, facet: 0 };
             let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
             let mut c = Clipper::default();
             let exact = c.occluded(Vec3::ZERO, UP, &lamp, [&piece].into_iter(), 1e-9);

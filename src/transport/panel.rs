@@ -16,7 +16,6 @@ use crate::transport::direct::Setting;
 use crate::transport::lambert::{Clipper, halved};
 use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
-use crate::transport::surface::Piece;
 use crate::transport::visibility::Shaft;
 use std::ops::Range;
 
@@ -109,8 +108,6 @@ impl<'a> Panel<'a> {
             surfaces,
             hierarchy,
         } = self.setting;
-        // What a picture shows is outside.
-        self.clipper.outside = picture.is_some();
         let mut found = Vec::new();
         for &i in pieces {
             let piece = &surfaces.pieces[i];
@@ -128,9 +125,7 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let from = self.lists.len();
-            let outside = self.clipper.outside;
-            let near = |i: &usize| !outside || is_near_side(&surfaces.pieces[*i], chunk);
-            self.lists.extend(found.iter().copied().filter(near));
+            self.lists.extend(&found);
             self.emitters.push(emitter);
             self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
         }
@@ -192,8 +187,7 @@ impl<'a> Panel<'a> {
             if shaft.is_blocked_by(piece, surfaces.touching()) {
                 return;
             }
-            let near = !self.clipper.outside || is_near_side(piece, cluster);
-            if near && !shaft.misses(piece) {
+            if !shaft.misses(piece) {
                 self.lists.push(i);
             }
         }
@@ -287,11 +281,6 @@ impl<'a> Panel<'a> {
         }
         sum
     }
-}
-
-/// Is a piece of no solid, or its near side for some point of a cluster?
-fn is_near_side(piece: &Piece, cluster: &Cluster) -> bool {
-    !cluster.corners.iter().all(|c| piece.is_far_side(*c))
 }
 
 /// Does a cluster see nothing but the emitter's back?

@@ -237,21 +237,18 @@ impl<'a> Panorama<'a> {
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
         self.seen.iter_mut().for_each(Vec::clear);
         for (i, piece) in surfaces.pieces.iter().enumerate() {
-            let distance = piece.normal.dot(piece.vertices[0] - point);
-            if piece.facet == facet || (piece.solid && distance > 0.0) {
-                continue; // itself, or behind the near side of its solid
-            }
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
                 let p = self.corner(c);
                 outside &= sides(p);
                 highest = highest.max(p[0] + p[1] + p[2]);
             }
-            if highest <= horizon {
+            if piece.facet == facet || highest <= horizon {
                 continue;
             }
             let faces = (0..3).filter(|&k| outside & REJECTED[k] == 0);
             let faces = faces.fold(0_u8, |sum, k| sum | 1 << k);
+            let distance = piece.normal.dot(piece.vertices[0] - point);
             if faces == 0 || distance.abs() <= touching * 1e-3 {
                 continue; // seen edge on
             }

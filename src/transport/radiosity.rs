@@ -20,7 +20,7 @@ mod solution;
 use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::scene::{Light, Rig, Scene, View};
-use crate::transport::burial::{beacons, solid};
+use crate::transport::burial::beacons;
 use crate::transport::cluster::{Receiver, Receivers};
 use crate::transport::cost::{self, Counts};
 use crate::transport::direct::{Luminaire, Setting, luminaires};
@@ -153,21 +153,14 @@ impl Operator {
         work: Work<'_>,
     ) -> Result<Operator, TransportError> {
         check_rig(scene, rig)?;
-        let mut surfaces = Surfaces::new(scene)?;
+        let surfaces = Surfaces::new(scene)?;
         let hierarchy = Hierarchy::new(&surfaces);
-        let lights = luminaires(&surfaces, rig)?;
-        let open = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
-        let beacons = beacons(open, &lights, view.from);
-        let solid = solid(open, &beacons);
-        surfaces.close(&solid);
         let outline = Outline::new(&surfaces);
         let setting = Setting {
             surfaces: &surfaces,
             hierarchy: &hierarchy,
         };
+        let lights = luminaires(&surfaces, rig)?;
         let fragments = fragments(&surfaces, view, step.sampling(), work)?;
         let each = size_of::<crate::transport::eye::Fragment>() + 96 + 4 * rig.lights.len();
         within(
@@ -178,6 +171,7 @@ impl Operator {
 
         let layout = Layout::of_elements(&surfaces, step.elements);
         within("the mesh", layout.cells() * 512, work)?;
+        let beacons = beacons(setting, &lights, view.from);
         let every = vec![true; layout.cells()];
         let mesh = layout.mesh(setting, &beacons, &every);
         let sight = Sight {

@@ -322,7 +322,6 @@ mod tests {
             normal: newell(&vertices).normalized(),
             vertices,
             facet: 0,
-            solid: false,
         }
     }
 

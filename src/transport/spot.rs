@@ -63,8 +63,6 @@ impl<'a> Spot<'a> {
         let mut list = Vec::new();
         let shaft = self.shaft(&position, chunk);
         hierarchy.occluders(surfaces, &shaft, &mut list);
-        // Seen from the source: what goes into a solid at its near side comes out at the far one.
-        list.retain(|&i| !surfaces.pieces[i].is_far_side(self.beam.position));
         let Some(fragments) = fragments else {
             self.points(chunk, &shaft, &list, sheet);
             return;

@@ -56,17 +56,9 @@ pub struct Piece {
     pub normal: Vec3,
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
-    /// Does its back look into the inside of a solid, where nobody stands and no light shines?
-    pub solid: bool,
 }
 
 impl Piece {
-    /// May it be left out of what stands before a `point` outside all solids? Whatever comes to the
-    /// point through the far side of a solid has come through the near side too.
-    pub fn is_far_side(&self, point: Vec3) -> bool {
-        self.solid && self.normal.dot(point - self.vertices[0]) <= 0.0
-    }
-
     /// Is a point of the piece's plane within its outline?
     pub fn holds(&self, p: Vec3) -> bool {
         let n = self.vertices.len();
@@ -128,7 +120,6 @@ impl Surfaces {
                         vertices,
                         normal: f.normal,
                         facet: i,
-                        solid: false,
                     }),
             );
             f.pieces = start..pieces.len();
@@ -141,13 +132,6 @@ impl Surfaces {
             pieces,
             size: (high - low).length(),
         })
-    }
-
-    /// Takes over which pieces have the inside of a solid behind them.
-    pub fn close(&mut self, solid: &[bool]) {
-        for (piece, solid) in self.pieces.iter_mut().zip(solid) {
-            piece.solid = *solid;
-        }
     }
 
     /// The length below which things touch.
