@@ -23,6 +23,7 @@ mod method;
 mod mistake;
 mod output;
 mod paper;
+mod planning;
 mod playing;
 mod pool;
 mod refine;
@@ -103,8 +104,7 @@ pub struct Reply {
 impl Reply {
     /// Data instead of words.
     fn json(data: &impl Serialize) -> Result<Reply, Error> {
-        let json = serde_json::to_string_pretty(data).map_err(no_json)?;
-        Ok(Reply::text(json))
+        Ok(Reply::text(json(data)?))
     }
 
     /// A drawing beside words.
@@ -127,6 +127,11 @@ impl Reply {
             ..Reply::default()
         }
     }
+}
+
+/// Data as text.
+fn json(data: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string_pretty(data).map_err(no_json)
 }
 
 fn no_json(error: serde_json::Error) -> Error {

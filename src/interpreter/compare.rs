@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use super::no_json;
 use super::output::{ending, unknown_ending};
-use super::{Call, Error, Interpreter, Reply, refine};
+use super::{Call, Error, Interpreter, Reply, json, refine};
 use crate::chart::Drawing;
 use crate::picture::Image;
 use crate::study::comparison::{self, Pair, figure};
@@ -46,7 +45,7 @@ impl Interpreter {
         }
         let compared = self.compare(Path::new(folder), quality)?;
         let text = match call.option("json") {
-            Some(_) => serde_json::to_string_pretty(&compared.comparison).map_err(no_json)?,
+            Some(_) => json(&compared.comparison)?,
             None => describe(&compared.comparison),
         };
         let Some(path) = path else {

@@ -469,9 +469,7 @@ impl Interpreter {
         };
         to.push(old);
         let changes = difference.changes.iter();
-        let mut told: String = changes
-            .map(|c| format!("{}: {}\n", c.what, c.how))
-            .collect();
+        let mut told: String = changes.map(|change| format!("{change}\n")).collect();
         told.push_str(&self.headline());
         let left = count(self.desk.past.len(), "edit");
         Ok(Reply::text(format!("{told}\n{left} to undo")))

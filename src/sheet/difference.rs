@@ -30,6 +30,13 @@ pub struct Change {
     pub how: String,
 }
 
+/// As a line: `cue 12: lamps 40 -> 55 at 0:31`.
+impl std::fmt::Display for Change {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {}", self.what, self.how)
+    }
+}
+
 /// How far a bank's curve moved, in light relative to full.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveChange {
@@ -64,7 +71,7 @@ impl Difference {
     pub fn text(&self) -> String {
         let mut out = String::new();
         for change in &self.changes {
-            let _ = writeln!(out, "{}: {}", change.what, change.how);
+            let _ = writeln!(out, "{change}");
         }
         if !self.curves.is_empty() {
             let widest = self.curves.iter().map(|c| c.name.chars().count()).max();

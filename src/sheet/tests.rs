@@ -88,11 +88,7 @@ fn a_difference_speaks_of_levels_times_and_light() {
     let old = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 at 0:30 { time 4 lamps 40\n  part 2 { delay 1 fire 20 } }\ncue 3 at 1:00 { lamps out }\n";
     let new = "cue 1 at 0:00 { snap lamps 30 }\ncue 2 \"Dusk\" at 0:31 { time 4 lamps 55\n  part 2 { delay 2.5 fire 20 } }\ncue 2.5 at 0:50 { sky #ffffff }\n";
     let found = compared(old, new);
-    let lines: Vec<String> = found
-        .changes
-        .iter()
-        .map(|c| format!("{}: {}", c.what, c.how))
-        .collect();
+    let lines: Vec<String> = found.changes.iter().map(ToString::to_string).collect();
     assert_eq!(
         lines,
         [

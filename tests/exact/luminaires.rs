@@ -65,9 +65,8 @@ fn tangents(axis: Vec3) -> (Vec3, Vec3) {
     (u, axis.cross(u))
 }
 
-/// Light that arrives on the six walls: the mean illuminance of each, read from a camera close
-/// to it, times its area. The camera looks at the wall square on, so that every pixel is the same area.
-fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
+/// Lights as one source, white.
+fn together(lights: Vec<Light>) -> Rig {
     let emitters = (0..lights.len()).map(|light| Emitter {
         light,
         filter: Rgb::WHITE,
@@ -76,10 +75,16 @@ fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
         name: "all".to_owned(),
         emitters: emitters.collect(),
     };
-    let rig = Rig {
+    Rig {
         lights,
         sources: vec![source],
-    };
+    }
+}
+
+/// Light that arrives on the six walls: the mean illuminance of each, read from a camera close
+/// to it, times its area. The camera looks at the wall square on, so that every pixel is the same area.
+fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
+    let rig = together(lights);
     let mut sum = [0.0; 3];
     for axis in walls() {
         let near = 0.25;
@@ -191,18 +196,7 @@ fn a_projections_lumens_arrive() {
 /// The wall upstage as a screen, seen square on from the middle of the room: illuminance in lux,
 /// at the step that interpolates no direct light.
 fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
-    let emitters = (0..lights.len()).map(|light| Emitter {
-        light,
-        filter: Rgb::WHITE,
-    });
-    let source = Source {
-        name: "all".to_owned(),
-        emitters: emitters.collect(),
-    };
-    let rig = Rig {
-        lights,
-        sources: vec![source],
-    };
+    let rig = together(lights);
     let view = View {
         from: Vec3::ZERO,
         to: vec3(0.0, 1.0, 0.0),

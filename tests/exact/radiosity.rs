@@ -1,6 +1,7 @@
 //! G against closed forms and reference pictures.
 
-use crate::reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
+use crate::reference::{cornell, counted, errors, furnace, picture, render, stage};
+use crate::superposition::stage_with_spot;
 use footlight::geometry::vec3;
 use footlight::picture::Image;
 use footlight::scene::profile::Profile;
@@ -30,27 +31,10 @@ fn the_furnace_is_even_at_every_step_and_reflectance() {
     }
 }
 
-/// A small picture of the stage with a spot added, at every quality.
-fn small() -> Case {
-    let mut case = stage();
-    (case.view.width, case.view.height) = (40, 24);
-    case.rig.lights.push(Light::Spot(Spot {
-        position: vec3(-4.0, -6.0, 6.0),
-        aim: vec3(1.0, 1.0, 0.0),
-        beam: 18.0,
-        field: 30.0,
-        intensity: Rgb([900.0, 700.0, 400.0]),
-    }));
-    let light = case.rig.lights.len() - 1;
-    let filter = Rgb([0.9, 0.2, 0.5]);
-    case.rig.sources[1].emitters.push(Emitter { light, filter });
-    case
-}
-
 /// Two lights on one material are the same light, each at its own strength.
 #[test]
 fn panels_of_one_material_shine_alike() {
-    let mut case = small();
+    let mut case = stage_with_spot([40, 24]);
     let Light::Panel { material, radiance } = case.rig.lights[0] else {
         unreachable!("the stage is lit by panels")
     };
@@ -82,7 +66,7 @@ fn panels_of_one_material_shine_alike() {
 
 #[test]
 fn light_adds_and_scales_whatever_its_sign() {
-    let case = small();
+    let case = stage_with_spot([40, 24]);
     let n = case.rig.sources.len();
     let mix = [0.8, -1.7, 0.0, 2.5, -0.3, 1e-3, 40.0, -12.0];
     let mut settings: Vec<Vec<f64>> = (0..n)
@@ -106,7 +90,7 @@ fn light_adds_and_scales_whatever_its_sign() {
 
 #[test]
 fn the_same_bits_for_any_threads_and_any_batch() {
-    let case = small();
+    let case = stage_with_spot([40, 24]);
     let others: Vec<f64> = (0..case.mix.len()).map(|i| i as f64 - 3.5).collect();
     for quality in [1, 3] {
         let one = render(&case, quality, &[case.mix.clone(), others.clone()], 1);

@@ -14,9 +14,9 @@ fn small(mut case: Case, [width, height]: [usize; 2]) -> Case {
     case
 }
 
-/// The stage with a spot in its second bank, through a coloured filter.
-fn stage_with_spot() -> Case {
-    let mut case = small(stage(), [32, 18]);
+/// The stage in a small picture, with a spot in its second bank, through a coloured filter.
+pub fn stage_with_spot(size: [usize; 2]) -> Case {
+    let mut case = small(stage(), size);
     case.rig.lights.push(Light::Spot(Spot {
         position: vec3(-4.0, -6.0, 6.0),
         aim: vec3(1.0, 1.0, 0.0),
@@ -112,7 +112,7 @@ fn cornell_is_linear() {
 
 #[test]
 fn stage_is_linear() {
-    assert_linear(&stage_with_spot(), qualities());
+    assert_linear(&stage_with_spot([32, 18]), qualities());
 }
 
 #[test]
@@ -130,13 +130,13 @@ fn tavern_is_linear() {
 /// order, so the same to rounding.
 #[test]
 fn order_does_not_matter() {
-    let case = stage_with_spot();
+    let case = stage_with_spot([32, 18]);
     let n = case.rig.sources.len();
     let setting = mixed(n, 7);
-    let mut turned = stage_with_spot();
+    let mut turned = stage_with_spot([32, 18]);
     turned.rig.sources.reverse();
     let back: Vec<f64> = setting.iter().rev().copied().collect();
-    let mut relit = stage_with_spot();
+    let mut relit = stage_with_spot([32, 18]);
     let last = relit.rig.lights.len() - 1;
     relit.rig.lights.reverse();
     for emitter in relit.rig.sources.iter_mut().flat_map(|s| &mut s.emitters) {

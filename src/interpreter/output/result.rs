@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{Animation, described};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
-use crate::interpreter::answer::{json, percent};
-use crate::interpreter::{Error, Interpreter, Step};
+use crate::interpreter::answer::percent;
+use crate::interpreter::{Error, Interpreter, Step, json};
 use crate::picture::exr::{self, Precision};
 use crate::picture::signed;
 use crate::plan::PlanReport;

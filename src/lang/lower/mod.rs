@@ -10,6 +10,7 @@ mod cues;
 mod curves;
 mod levels;
 mod light;
+mod moves;
 mod preview;
 mod remark;
 mod rig;
@@ -208,15 +209,15 @@ impl<'a> Lower<'a, '_> {
             name.text
         );
         let candidates = self.names.of(kinds).chain(words.iter().copied());
-        let help = match names::nearest(name.text, candidates) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None if !words.is_empty() && names::foreign(name.text).is_some() => {
-                names::foreign(name.text).unwrap_or_default().to_owned()
-            }
-            None if UNIT_WORDS.contains(&name.text) => {
+        // Words of other desks mean something only where words may stand.
+        let foreign = names::foreign(name.text).filter(|_| !words.is_empty());
+        let help = match (names::nearest(name.text, candidates), foreign) {
+            (Some(near), _) => format!("did you mean `{near}`?"),
+            (None, Some(help)) => help.to_owned(),
+            (None, None) if UNIT_WORDS.contains(&name.text) => {
                 format!("a unit stands right behind its number: `5{}`", name.text)
             }
-            None => {
+            (None, None) => {
                 let known: Vec<&str> = self.names.of(kinds).take(6).collect();
                 match known.as_slice() {
                     [] => format!("the show declares no {} yet", bare(&one_of(kinds))),

@@ -32,11 +32,17 @@ pub(super) trait Key: Copy + Send + Sync {
     /// The same.
     fn common(self, index: usize) -> Self::Common;
 
-    /// Whether no channel of the block is negative.
-    fn is_plain(common: Self::Common) -> bool;
+    /// Whether no channel of the block is negative: of keys that store no signs, always.
+    #[inline(always)]
+    fn is_plain(_: Self::Common) -> bool {
+        true
+    }
 
     /// The sign bit of each channel, at its place in a float.
-    fn signs(common: Self::Common) -> Block<u32>;
+    #[inline(always)]
+    fn signs(_: Self::Common) -> Block<u32> {
+        [0; BLOCK]
+    }
 
     /// The light of a channel, its sign left out.
     fn light(self, stored: Self::Stored) -> f32;
@@ -67,16 +73,6 @@ impl Key for Floats<'_> {
 
     #[inline(always)]
     fn common(self, _: usize) {}
-
-    #[inline(always)]
-    fn is_plain((): ()) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn signs((): ()) -> Block<u32> {
-        [0; BLOCK]
-    }
 
     #[inline(always)]
     fn light(self, stored: f32) -> f32 {
@@ -120,16 +116,6 @@ impl Key for Halves<'_> {
     fn common(self, _: usize) {}
 
     #[inline(always)]
-    fn is_plain((): ()) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn signs((): ()) -> Block<u32> {
-        [0; BLOCK]
-    }
-
-    #[inline(always)]
     fn light(self, stored: u16) -> f32 {
         half_light(stored, self.factor)
     }
@@ -171,16 +157,6 @@ impl Key for Bytes<'_> {
 
     #[inline(always)]
     fn common(self, _: usize) {}
-
-    #[inline(always)]
-    fn is_plain((): ()) -> bool {
-        true
-    }
-
-    #[inline(always)]
-    fn signs((): ()) -> Block<u32> {
-        [0; BLOCK]
-    }
 
     #[inline(always)]
     fn light(self, stored: u8) -> f32 {
