@@ -216,15 +216,22 @@ fn by_degree<K: Key>(keys: &[K], factors: Factors, target: Target<'_>) {
 #[inline(always)]
 fn by_target<K: Key, const N: usize>(keys: [K; N], factors: [f32; 3], target: Target<'_>) {
     match target {
-        Target::Light(out) => by_block(keys, factors, out, |light, out| *out = *light),
+        Target::Light(out) => {
+            by_tile::<_, _, N, 1>(keys, factors, out, |light, out| *out = *light);
+        }
         Target::Bytes(out, table) => {
-            by_block(keys, factors, out, |light, out| table.block(light, out));
+            by_tile::<_, _, N, TILE>(keys, factors, out, |light, out| table.block(light, out));
         }
     }
 }
 
+/// Blocks that are blended before the first of them is looked up. The look-up waits for no memory:
+/// when reading and looking up take turns as long as this, the processor reads ahead during the
+/// latter. That is worth 3 to 5 % where reading is the limit; from 8 blocks on it costs as much.
+const TILE: usize = 4;
+
 #[inline(always)]
-fn by_block<K: Key, T: Copy + Default, const N: usize>(
+fn by_tile<K: Key, T: Copy + Default, const N: usize, const BLOCKS: usize>(
     keys: [K; N],
     factors: [f32; 3],
     out: &mut [T],
@@ -232,13 +239,20 @@ fn by_block<K: Key, T: Copy + Default, const N: usize>(
 ) {
     let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
     let whole = blocks.len();
-    for (index, out) in blocks.iter_mut().enumerate() {
-        let black = [K::Stored::default(); BLOCK];
-        let stored = keys.each_ref().map(|key| {
-            let (stored, _) = key.stored().as_chunks();
-            stored.get(index).unwrap_or(&black)
-        });
-        write(&blended(keys, index, stored, factors), out);
+    let black = [K::Stored::default(); BLOCK];
+    let mut light = [[0.0; BLOCK]; BLOCKS];
+    for (at, tile) in blocks.chunks_mut(BLOCKS).enumerate() {
+        for (place, light) in light.iter_mut().enumerate().take(tile.len()) {
+            let index = at * BLOCKS + place;
+            let stored = keys.each_ref().map(|key| {
+                let (stored, _) = key.stored().as_chunks();
+                stored.get(index).unwrap_or(&black)
+            });
+            *light = blended(keys, index, stored, factors);
+        }
+        for (light, out) in light.iter().zip(tile) {
+            write(light, out);
+        }
     }
     if !rest.is_empty() {
         let stored = keys.each_ref().map(|key| {

@@ -130,7 +130,27 @@ fn frames(size: (usize, usize), rounds: usize) {
         }
     }
     let (best, peers) = turns(&mut ways, size, rounds);
-    report(size, &ways, &best, &peers);
+    let of_reading = beside_reading(&mut ways, 4 * rounds);
+    report(size, &ways, &best, &of_reading, &peers);
+}
+
+/// For each way the share of the pace at which the same bytes are read. Memory that other machines
+/// share changes its pace within a second, so each frame has a reading right beside it, and the
+/// median of these pairs counts.
+fn beside_reading(ways: &mut [Way<'_>], pairs: usize) -> Vec<Option<f64>> {
+    let of = |way: usize, ways: &mut [Way<'_>]| {
+        let same =
+            |other: &Way<'_>| other.bytes == ways[way].bytes && other.name.starts_with("reading");
+        let reading = ways.iter().position(same)?;
+        let mut timed = |at: usize| {
+            let begin = Instant::now();
+            (ways[at].run)();
+            begin.elapsed().as_secs_f64()
+        };
+        let ratios = (0..pairs).map(|_| timed(reading) / timed(way));
+        Some(median(ratios.collect()))
+    };
+    (0..ways.len()).map(|way| of(way, ways)).collect()
 }
 
 /// A turn lasts about so many seconds of the processor: the system's clock of it ticks in
@@ -219,18 +239,20 @@ impl Peers {
     }
 }
 
-fn report((width, height): (usize, usize), ways: &[Way<'_>], best: &[f64], peers: &Peers) {
+fn report(
+    (width, height): (usize, usize),
+    ways: &[Way<'_>],
+    best: &[f64],
+    of_reading: &[Option<f64>],
+    peers: &Peers,
+) {
     println!("\n{width}x{height}, four keys, one frame of bytes");
     println!(
         "{:36} {:>8} {:>9} {:>7} {:>14}",
         "", "ms", "frames/s", "GB/s", "of reading"
     );
-    let reading = |way: &Way<'_>| {
-        let same = |other: &Way<'_>| other.bytes == way.bytes && other.name.starts_with("reading");
-        ways.iter().position(same).map(|at| best[at])
-    };
-    for (way, best) in ways.iter().zip(best) {
-        let ratio = reading(way).map_or(String::new(), |r| format!("{:.2}", r / best));
+    for ((way, best), ratio) in ways.iter().zip(best).zip(of_reading) {
+        let ratio = ratio.map_or(String::new(), |r| format!("{r:.2}"));
         let rate = way.bytes as f64 / best / 1e9;
         let ms = best * 1e3;
         println!(

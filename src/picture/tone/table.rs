@@ -6,7 +6,8 @@
 //! start of the stretch and where in it, in the 16 lower bits, the threshold stands; the addition
 //! of the two carries into the next code exactly from the threshold on. So the bytes are those of
 //! comparing with every threshold, and 64 channels at a time are six vector operations and a
-//! gather.
+//! gather. As the clamped stretches are consecutive and no more than the table has entries, the last
+//! bits of their numbers tell them apart.
 //!
 //! [`Tone`]: super::Tone
 
@@ -23,9 +24,8 @@ pub struct ByteTable {
     least: f32,
     /// The last threshold: from it on everything is 255.
     most: f32,
-    /// The 16 leading bits of `least`.
-    first: u32,
-    /// The code at a stretch's start times 2^16, plus 2^16 less where its threshold stands.
+    /// By the last bits of a stretch's number: the code at its start times 2^16, plus 2^16 less
+    /// where its threshold stands, less the bits of the stretch's first float.
     entries: [u32; STRETCHES],
 }
 
@@ -37,22 +37,21 @@ impl ByteTable {
         let [dark, .., white] = *thresholds;
         let least = f32::from_bits((dark.to_bits() >> 16 << 16).saturating_sub(1));
         let first = least.to_bits() >> 16;
-        let entry = |stretch: usize| {
-            let start = (first + stretch as u32) << 16;
+        let mut entries = [0; STRETCHES];
+        for stretch in first..first + STRETCHES as u32 {
+            let start = stretch << 16;
             let below = thresholds.partition_point(|t| t.to_bits() < start);
             let inside = thresholds.get(below).map(|t| t.to_bits());
-            let carry = inside.filter(|bits| bits >> 16 == start >> 16);
+            let carry = inside.filter(|bits| bits >> 16 == stretch);
             let carry = carry.map_or(0, |bits| 0x1_0000 - (bits & 0xffff));
-            ((below as u32) << 16) + carry
-        };
-        let mut entries = [0; STRETCHES];
-        for (stretch, at) in entries.iter_mut().enumerate() {
-            *at = entry(stretch);
+            let entry = (((below as u32) << 16) + carry).wrapping_sub(start);
+            if let Some(at) = entries.get_mut(stretch as usize % STRETCHES) {
+                *at = entry;
+            }
         }
         ByteTable {
             least,
             most: white,
-            first,
             entries,
         }
     }
@@ -79,11 +78,11 @@ impl ByteTable {
     #[inline(always)]
     #[allow(
         clippy::indexing_slicing,
-        reason = "the mask is the table's length; a checked look-up would be one channel at a time"
+        reason = "the rest is below the table's length; a checked look-up would be one channel at a time"
     )]
     fn code(&self, bits: u32) -> u32 {
-        let stretch = (bits >> 16).wrapping_sub(self.first) as usize & (STRETCHES - 1);
-        (self.entries[stretch] + (bits & 0xffff)) >> 16
+        let entry = self.entries[(bits >> 16) as usize % STRETCHES];
+        entry.wrapping_add(bits) >> 16
     }
 
     /// The bytes of a block.
