@@ -205,7 +205,7 @@ fn write(record: &Record, folder: &Path) {
             labels: Vec::new(),
         };
         Panel {
-            title: format!("by {way}"),
+            title: format!("by {way}; threads: {}", record.machine.threads),
             x: Axis::new(way, Scale::Log),
             y: Axis::new("seconds; gigabytes", Scale::Log),
             series: vec![
@@ -216,7 +216,8 @@ fn write(record: &Record, folder: &Path) {
             reference: None,
         }
     };
-    let title = format!("{}; {}", record.method, record.machine.describe());
+    let processor = record.machine.processor.as_deref();
+    let title = format!("{}; {}", record.method, processor.unwrap_or("unnamed"));
     let drawing = chart::panels(&title, &WAYS.map(panel), Theme::Light);
     let files = [
         ("scale.json", record.json().unwrap().into_bytes()),

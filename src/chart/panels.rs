@@ -284,8 +284,8 @@ fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
             }
         }
     }
-    plot.labels(drawing, &traces, palette);
-    if !drawn && traces.iter().all(|(_, runs)| runs.is_empty()) {
+    plot.labels(drawing, &traces, drawn, palette);
+    if drawn.is_none() && traces.iter().all(|(_, runs)| runs.is_empty()) {
         let at = (
             plot.frame.x + plot.frame.width / 2.0,
             plot.frame.y + plot.frame.height / 2.0,
@@ -376,18 +376,20 @@ impl Plot {
             .collect()
     }
 
-    /// Words beside the points, each on the side where it hides the least, none over another.
+    /// Words beside the points, each on the side where it hides the least, none over another or
+    /// over the name of the reference line.
     fn labels(
         &self,
         drawing: &mut Drawing,
         traces: &[(&Series, Vec<Vec<Point>>)],
+        named: Option<Frame>,
         palette: &Palette,
     ) {
         let met_by = |frame: &Frame| -> usize {
             let runs = traces.iter().flat_map(|(_, runs)| runs);
             runs.map(|run| met(run, frame)).sum()
         };
-        let mut taken: Vec<Frame> = Vec::new();
+        let mut taken: Vec<Frame> = named.into_iter().collect();
         for (series, _) in traces {
             for (&(x, y), text) in series.points.iter().zip(&series.labels) {
                 let (Some(x), Some(y)) = (self.x.place(x), self.y.place(y)) else {
@@ -416,21 +418,17 @@ impl Plot {
         }
     }
 
-    /// The reference line, its name at the end and side where it hides the least; whether the
-    /// axis had a place for it.
+    /// The reference line, its name at the end and side where it hides the least; the frame of its
+    /// name, or `None` if the axis has no place for the line.
     fn reference(
         &self,
         drawing: &mut Drawing,
         panel: &Panel,
         traces: &[(&Series, Vec<Vec<Point>>)],
         palette: &Palette,
-    ) -> bool {
-        let Some((value, name)) = &panel.reference else {
-            return false;
-        };
-        let Some(y) = self.y.place(*value) else {
-            return false;
-        };
+    ) -> Option<Frame> {
+        let (value, name) = panel.reference.as_ref()?;
+        let y = self.y.place(*value)?;
         let (left, right) = (self.frame.x, self.frame.right());
         let stroke = Stroke {
             colour: palette.quiet,
@@ -451,10 +449,10 @@ impl Plot {
             // Outside the plot it would meet the axes' labels.
             met + if self.frame.holds(&frame) { 0 } else { 1000 }
         };
-        if let Some(best) = places.min_by_key(hidden) {
-            drawing.text(best);
-        }
-        true
+        let best = places.min_by_key(hidden)?;
+        let frame = best.frame();
+        drawing.text(best);
+        Some(frame)
     }
 }
 
