@@ -32,6 +32,7 @@ pub mod seen;
 pub mod shadow;
 mod sheet;
 mod spot;
+pub mod stencil;
 pub mod step;
 pub mod strength;
 pub mod surface;

@@ -13,6 +13,8 @@
 use crate::geometry::{Vec3, vec3};
 use crate::transport::eye::Fragments;
 use crate::transport::surface::Surfaces;
+use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Points in the smallest cluster.
 const LEAF: usize = 6;
@@ -71,11 +73,46 @@ pub struct Cluster {
     pub corners: [Vec3; 4],
     /// In the picture's pixels; empty where the points belong to no picture.
     pub picture: Rectangle,
-    /// Points nearest to the corners, to the middle, and to the middles of the sides; only where
-    /// there are halves.
-    pub samples: [usize; SAMPLES],
+    /// Of the points themselves, in the [`frame`] of their plane.
+    inner: Rectangle,
+    /// Found when they are asked for first: most clusters never are.
+    samples: OnceLock<[u32; SAMPLES]>,
     /// None below a handful of points.
     pub halves: Option<Box<[Cluster; 2]>>,
+}
+
+impl Cluster {
+    /// Its points nearest to the corners, to the middle, and to the middles of the sides of the
+    /// rectangle that holds them, by their positions; `points` and `frame` are those of its plane.
+    pub fn samples(&self, points: &[Vec3], frame: [Vec3; 2]) -> [usize; SAMPLES] {
+        let found = self.samples.get_or_init(|| {
+            let Rectangle([a, b, c, d]) = self.inner;
+            let [x, y] = [0.5 * (a + b), 0.5 * (c + d)];
+            let wanted = [
+                [a, c],
+                [b, c],
+                [b, d],
+                [a, d],
+                [x, y],
+                [x, c],
+                [b, y],
+                [x, d],
+                [a, y],
+            ];
+            let mut best = [(f64::INFINITY, 0); SAMPLES];
+            for i in self.range.clone() {
+                let [u, v] = frame.map(|axis| axis.dot(points[i]));
+                for (best, [x, y]) in best.iter_mut().zip(wanted) {
+                    let square = (u - x) * (u - x) + (v - y) * (v - y);
+                    if square < best.0 {
+                        *best = (square, i as u32);
+                    }
+                }
+            }
+            best.map(|(_, at)| at)
+        });
+        found.map(|at| at as usize)
+    }
 }
 
 /// Receivers in the order of their clusters.
@@ -126,26 +163,32 @@ impl Receivers {
             origin[next[r.facet]] = i;
             next[r.facet] += 1;
         }
-        let mut chunks = Vec::new();
-        for facet in 0..surfaces.facets.len() {
-            let (from, to) = (starts[facet], starts[facet + 1]);
-            if from < to {
-                let normal = surfaces.facets[facet].normal;
-                let own = &mut origin[from..to];
-                let plane = Plane {
-                    receivers,
-                    fragments,
-                    normal,
-                    frame: frame(normal),
-                    facet,
-                };
-                let mut members: Vec<Member> = own.iter().map(|&i| plane.member(i)).collect();
-                chunks.extend(plane.chunks(&mut members, from));
-                for (slot, member) in own.iter_mut().zip(&members) {
-                    *slot = member.index;
-                }
+        let mut own = Vec::new();
+        let mut rest = origin.as_mut_slice();
+        for (facet, ends) in starts.windows(2).enumerate() {
+            let (first, others) = rest.split_at_mut(ends[1] - ends[0]);
+            rest = others;
+            if !first.is_empty() {
+                own.push((facet, ends[0], first));
             }
         }
+        let sort = |(facet, from, own): (usize, usize, &mut [usize])| {
+            let normal = surfaces.facets[facet].normal;
+            let plane = Plane {
+                receivers,
+                fragments,
+                normal,
+                frame: frame(normal),
+                facet,
+            };
+            let mut members: Vec<Member> = own.iter().map(|&i| plane.member(i)).collect();
+            let chunks = plane.chunks(&mut members, from);
+            for (slot, member) in own.iter_mut().zip(&members) {
+                *slot = member.index;
+            }
+            chunks
+        };
+        let chunks = own.into_par_iter().flat_map_iter(sort).collect();
         Receivers {
             points: origin.iter().map(|&i| receivers[i].point).collect(),
             origin,
@@ -170,8 +213,22 @@ pub fn frame(normal: Vec3) -> [Vec3; 2] {
 struct Member {
     index: usize,
     place: [f64; 2],
+}
+
+/// What outlines reach over: in the facet's plane, and in the picture.
+#[derive(Clone, Copy)]
+struct Extent {
     reach: Rectangle,
     picture: Rectangle,
+}
+
+impl Extent {
+    fn with(self, o: Extent) -> Extent {
+        Extent {
+            reach: self.reach.with(o.reach),
+            picture: self.picture.with(o.picture),
+        }
+    }
 }
 
 struct Plane<'a> {
@@ -188,29 +245,31 @@ impl Plane<'_> {
     }
 
     fn member(&self, index: usize) -> Member {
-        let point = self.receivers[index].point;
-        let place = self.flat(point);
-        let mut member = Member {
-            index,
-            place,
-            reach: Rectangle::at(place),
+        let place = self.flat(self.receivers[index].point);
+        Member { index, place }
+    }
+
+    fn extent(&self, member: &Member) -> Extent {
+        let mut extent = Extent {
+            reach: Rectangle::at(member.place),
             picture: Rectangle::EMPTY,
         };
         if let Some(fragments) = self.fragments {
+            let point = self.receivers[member.index].point;
             let height = self.normal.dot(point - fragments.camera.origin);
-            fragments.outline(index, |part| {
+            fragments.outline(member.index, |part| {
                 for &at in part {
-                    member.picture = member.picture.with(Rectangle::at(at));
+                    extent.picture = extent.picture.with(Rectangle::at(at));
                     let ray = fragments.camera.ray(at[0], at[1]);
                     let slope = self.normal.dot(ray);
                     if slope < 0.0 {
                         let corner = fragments.camera.origin + ray * (height / slope);
-                        member.reach = member.reach.with(Rectangle::at(self.flat(corner)));
+                        extent.reach = extent.reach.with(Rectangle::at(self.flat(corner)));
                     }
                 }
             });
         }
-        member
+        extent
     }
 
     /// Puts the members into the order of their halves along the longer side.
@@ -226,7 +285,7 @@ impl Plane<'_> {
 
     fn chunks(&self, members: &mut [Member], from: usize) -> Vec<(usize, Cluster)> {
         if members.len() <= CHUNK {
-            return vec![(self.facet, self.cluster(members, from))];
+            return vec![(self.facet, self.cluster(members, from).0)];
         }
         let middle = Plane::halve(members, bounds(members));
         let shared = members.len() > SHARED;
@@ -242,40 +301,37 @@ impl Plane<'_> {
         all
     }
 
-    fn cluster(&self, members: &mut [Member], from: usize) -> Cluster {
+    fn cluster(&self, members: &mut [Member], from: usize) -> (Cluster, Extent) {
         let inner = bounds(members);
-        let (reach, picture) = members.iter().fold(
-            (Rectangle::EMPTY, Rectangle::EMPTY),
-            |(reach, picture), m| (reach.with(m.reach), picture.with(m.picture)),
-        );
+        let range = from..from + members.len();
+        let (halves, extent) = if members.len() > LEAF {
+            let middle = Plane::halve(members, inner);
+            let (left, right) = members.split_at_mut(middle);
+            let (left, one) = self.cluster(left, from);
+            let (right, two) = self.cluster(right, from + middle);
+            (Some(Box::new([left, right])), one.with(two))
+        } else {
+            let none = Extent {
+                reach: Rectangle::EMPTY,
+                picture: Rectangle::EMPTY,
+            };
+            let all = members.iter().map(|m| self.extent(m));
+            (None, all.fold(none, Extent::with))
+        };
         let height = members
             .first()
             .map_or(0.0, |m| self.normal.dot(self.receivers[m.index].point));
         let corner = |u: f64, v: f64| self.frame[0] * u + self.frame[1] * v + self.normal * height;
-        let Rectangle([a, b, c, d]) = reach;
-        let corners = [corner(a, c), corner(b, c), corner(b, d), corner(a, d)];
-        let range = from..from + members.len();
-        let halves = (members.len() > LEAF).then(|| {
-            let middle = Plane::halve(members, inner);
-            let (left, right) = members.split_at_mut(middle);
-            Box::new([self.cluster(left, from), self.cluster(right, from + middle)])
-        });
-        let samples = if halves.is_some() && members.len() <= PATCH {
-            let Rectangle([a, b, c, d]) = inner;
-            let [x, y] = [0.5 * (a + b), 0.5 * (c + d)];
-            let [nw, ne, se, sw] = [[a, c], [b, c], [b, d], [a, d]];
-            let [north, east, south, west] = [[x, c], [b, y], [x, d], [a, y]];
-            [nw, ne, se, sw, [x, y], north, east, south, west].map(|p| from + nearest(members, p))
-        } else {
-            [from; SAMPLES]
-        };
-        Cluster {
+        let Rectangle([a, b, c, d]) = extent.reach;
+        let cluster = Cluster {
             range,
-            corners,
-            picture,
-            samples,
+            corners: [corner(a, c), corner(b, c), corner(b, d), corner(a, d)],
+            picture: extent.picture,
+            inner,
+            samples: OnceLock::new(),
             halves,
-        }
+        };
+        (cluster, extent)
     }
 }
 
@@ -283,17 +339,4 @@ impl Plane<'_> {
 fn bounds(members: &[Member]) -> Rectangle {
     let places = members.iter().map(|m| Rectangle::at(m.place));
     places.fold(Rectangle::EMPTY, Rectangle::with)
-}
-
-/// The member nearest to a place, by its position in the list.
-fn nearest(members: &[Member], place: [f64; 2]) -> usize {
-    let mut best = (f64::INFINITY, 0);
-    for (i, m) in members.iter().enumerate() {
-        let [x, y] = [m.place[0] - place[0], m.place[1] - place[1]];
-        let square = x * x + y * y;
-        if square < best.0 {
-            best = (square, i);
-        }
-    }
-    best.1
 }

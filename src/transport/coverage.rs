@@ -1,24 +1,86 @@
 //! Exact shares of a square of the picture: which facets it shows, and how much of each.
 //!
-//! The candidates are cut to the square in homogeneous image coordinates, and from each is cut
-//! what lies behind another. One over the depth of a plane is linear in the image, so where one
-//! plane is nearer than another is a half-plane, and every cut is between convex polygons; facets
-//! that pass through each other are right too. Ties in one plane go to the later facet, as in the
-//! rasterizer. This room knows nothing of lights.
+//! Each piece covers what lies within the lines of its edges; from that is cut what lies behind
+//! another. One over the depth of a plane is linear in the picture, so where one plane is nearer
+//! than another is a half-plane, and every cut is by a straight line; facets that pass through each
+//! other are right too, and so are those that reach behind the eye. Ties in one plane go to the
+//! later facet, as in the rasterizer. This room knows nothing of lights.
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "indices run over the polygon's own vertices, facets' pieces come from the surfaces"
+    reason = "lines and pieces are named by the surfaces they were made from"
 )]
 
+use std::ops::Range;
+
 use crate::raster::Camera;
+use crate::transport::stencil::{self, Line, Place, Stencil, measured};
 use crate::transport::surface::{Piece, Surfaces};
 
 /// Relative difference of inverse depths below which two planes count as one.
 const COPLANAR: f64 = 1e-6;
 
-/// A place in the image, in the camera's pixels.
-pub type Place = [f64; 2];
+/// The pieces of a scene as a camera sees them.
+#[derive(Clone, Debug)]
+pub struct Silhouettes<'a> {
+    surfaces: &'a Surfaces,
+    layers: Vec<Layer>,
+    lines: Vec<Line>,
+}
+
+/// A piece in the picture: the lines around it, and one over its depth as a linear function.
+#[derive(Clone, Debug)]
+struct Layer {
+    facet: usize,
+    /// Is its front seen? Of two in one plane fronts hide backs, then later facets earlier ones.
+    is_front: bool,
+    /// Among all lines; none for a piece seen edge on.
+    lines: Range<usize>,
+    inverse: [f64; 3],
+}
+
+impl<'a> Silhouettes<'a> {
+    /// Of all pieces.
+    pub fn new(surfaces: &'a Surfaces, camera: &Camera) -> Silhouettes<'a> {
+        let mut all = Silhouettes {
+            surfaces,
+            layers: Vec::with_capacity(surfaces.pieces.len()),
+            lines: Vec::new(),
+        };
+        for piece in &surfaces.pieces {
+            all.add(camera, piece);
+        }
+        all
+    }
+
+    fn add(&mut self, camera: &Camera, piece: &Piece) {
+        let distance = piece.normal.dot(piece.vertices[0] - camera.origin);
+        let from = self.lines.len();
+        if distance != 0.0 {
+            let n = piece.vertices.len();
+            for (i, v) in piece.vertices.iter().enumerate() {
+                let [v, w] = [*v, piece.vertices[(i + 1) % n]].map(|p| p - camera.origin);
+                let wall = v.cross(w) * distance.signum();
+                self.lines.push(stencil::line(camera, wall));
+            }
+        }
+        let across = piece.normal.dot(camera.right) * camera.step_x / distance;
+        let down = -piece.normal.dot(camera.up) * camera.step_y / distance;
+        let constant = piece.normal.dot(camera.ray(0.0, 0.0)) / distance;
+        self.layers.push(Layer {
+            is_front: distance < 0.0,
+            facet: piece.facet,
+            lines: from..self.lines.len(),
+            inverse: [constant, across, down],
+        });
+    }
+
+    fn pieces(&self, facets: &[u32]) -> impl Iterator<Item = &Layer> {
+        let pieces = |f: &u32| self.surfaces.facets[*f as usize].pieces.clone();
+        let layers = facets.iter().flat_map(move |f| &self.layers[pieces(f)]);
+        layers.filter(|layer| !layer.lines.is_empty())
+    }
+}
 
 /// What a square shows of one facet.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,20 +91,20 @@ pub struct Share {
     pub area: f64,
     /// Centroid of its largest visible part.
     pub at: Place,
-    /// The convex parts that are visible.
-    pub parts: Vec<Vec<Place>>,
+    /// Area of that part.
+    largest: f64,
+    /// Its convex parts, among those of [`Shares`].
+    parts: Range<usize>,
 }
 
-/// A piece within the square: its outline, and one over its depth as a linear function.
-struct Layer {
-    facet: usize,
-    /// Is its front seen? Of two in one plane fronts hide backs, then later facets earlier ones.
-    is_front: bool,
-    outline: Vec<Place>,
-    inverse: [f64; 3],
+impl Share {
+    /// How many convex parts it has.
+    pub fn count(&self) -> usize {
+        self.parts.len()
+    }
 }
 
-/// A square of the image.
+/// A square of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Square {
     /// Its left and upper edges.
@@ -51,190 +113,102 @@ pub struct Square {
     pub side: f64,
 }
 
-/// The visible shares of the candidate facets (ascending, each once) in a square.
-pub fn shares(
-    surfaces: &Surfaces,
-    camera: &Camera,
-    square: Square,
-    candidates: &[u32],
-) -> Vec<Share> {
-    let pieces = candidates
-        .iter()
-        .flat_map(|&f| &surfaces.pieces[surfaces.facets[f as usize].pieces.clone()]);
-    let layers: Vec<Layer> = pieces.filter_map(|p| layer(camera, square, p)).collect();
-    let mut out: Vec<Share> = Vec::with_capacity(candidates.len());
-    for own in &layers {
-        let mut parts = vec![own.outline.clone()];
-        for other in layers.iter().filter(|o| o.facet != own.facet) {
-            let nearer = nearer(other, own);
-            let cutter = half(&other.outline, nearer);
-            if cutter.len() >= 3 {
-                parts = parts.iter().flat_map(|p| outside(p, &cutter)).collect();
-            }
-        }
-        let largest = parts.iter().map(|p| measured(p)).fold(
-            (0.0, 0.0, [0.0; 2]),
-            |(sum, most, at), (area, centre)| {
-                let best = area > most;
-                (sum + area, area.max(most), if best { centre } else { at })
-            },
-        );
-        merge(&mut out, own.facet, largest, parts);
-    }
-    out
+/// What a square shows, with the working memory to find it; for one thread.
+#[derive(Debug, Default)]
+pub struct Shares {
+    stencil: Stencil,
+    all: Vec<Share>,
+    /// Where in `places` each convex part ends.
+    ends: Vec<usize>,
+    places: Vec<Place>,
 }
 
-/// Adds a piece's share to that of its facet; the larger gives the place.
-fn merge(
-    out: &mut Vec<Share>,
-    facet: usize,
-    (area, _, at): (f64, f64, Place),
-    parts: Vec<Vec<Place>>,
-) {
-    match out.last_mut().filter(|s| s.facet == facet) {
-        Some(share) => {
-            if area > share.area {
-                share.at = at;
+impl Shares {
+    /// Finds the visible shares of the candidate facets (ascending, each once) in a square.
+    pub fn find(
+        &mut self,
+        silhouettes: &Silhouettes<'_>,
+        Square { corner, side }: Square,
+        candidates: &[u32],
+    ) {
+        self.all.clear();
+        self.ends.clear();
+        self.places.clear();
+        let [x, y] = corner;
+        let outline = [[x, y], [x + side, y], [x + side, y + side], [x, y + side]];
+        for own in silhouettes.pieces(candidates) {
+            self.stencil.clear();
+            self.stencil.add(&outline);
+            self.stencil
+                .keep(silhouettes.lines[own.lines.clone()].iter());
+            for other in silhouettes.pieces(candidates) {
+                if self.stencil.count() == 0 {
+                    break;
+                }
+                if other.facet != own.facet {
+                    // First what tells most often that nothing is to be cut.
+                    let nearer = [nearer(other, own)];
+                    let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
+                    self.stencil.subtract(lines);
+                }
             }
+            self.merge(own.facet);
+        }
+    }
+
+    /// What was found, facet by facet.
+    pub fn all(&self) -> &[Share] {
+        &self.all
+    }
+
+    /// The convex parts of a share.
+    pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[Place]> {
+        share.parts.clone().map(|part| {
+            let from = part.checked_sub(1).map_or(0, |before| self.ends[before]);
+            &self.places[from..self.ends[part]]
+        })
+    }
+
+    /// Adds what the stencil has left of a piece to its facet's share; the largest part gives the
+    /// place.
+    fn merge(&mut self, facet: usize) {
+        if self.stencil.count() == 0 {
+            return;
+        }
+        let from = self.ends.len();
+        if self.all.last().is_none_or(|share| share.facet != facet) {
+            self.all.push(Share {
+                facet,
+                area: 0.0,
+                at: [0.0; 2],
+                largest: 0.0,
+                parts: from..from,
+            });
+        }
+        let Some(share) = self.all.last_mut() else {
+            return;
+        };
+        for part in self.stencil.parts() {
+            let (area, at) = measured(part);
             share.area += area;
-            share.parts.extend(parts);
+            if area > share.largest {
+                (share.largest, share.at) = (area, at);
+            }
+            self.places.extend_from_slice(part);
+            self.ends.push(self.places.len());
         }
-        None => out.push(Share {
-            facet,
-            area,
-            at,
-            parts,
-        }),
+        share.parts.end = self.ends.len();
     }
 }
 
-/// Where `a` hides `b`: positive values of a linear function of the image.
-fn nearer(a: &Layer, b: &Layer) -> [f64; 3] {
+/// Where `a` hides `b`: positive values of a linear function of the picture.
+fn nearer(a: &Layer, b: &Layer) -> Line {
     let (near, far) = if (a.is_front, a.facet) > (b.is_front, b.facet) {
         (1.0, 1.0 - COPLANAR)
     } else {
         (1.0 - COPLANAR, 1.0)
     };
     [0, 1, 2].map(|k| a.inverse[k] * near - b.inverse[k] * far)
-}
-
-fn layer(camera: &Camera, square: Square, piece: &Piece) -> Option<Layer> {
-    let [x, y] = square.corner;
-    let distance = piece.normal.dot(piece.vertices[0] - camera.origin);
-    if distance == 0.0 {
-        return None;
-    }
-    // Image coordinates times depth, and the depth.
-    let mut outline: Vec<[f64; 3]> = piece
-        .vertices
-        .iter()
-        .map(|v| {
-            let d = *v - camera.origin;
-            let depth = camera.forward.dot(d);
-            [
-                (camera.right.dot(d) - camera.left * depth) / camera.step_x,
-                (camera.top * depth - camera.up.dot(d)) / camera.step_y,
-                depth,
-            ]
-        })
-        .collect();
-    for side in [
-        [1.0, 0.0, -x],
-        [-1.0, 0.0, x + square.side],
-        [0.0, 1.0, -y],
-        [0.0, -1.0, y + square.side],
-    ] {
-        outline = cut(&outline, |p| {
-            side[0] * p[0] + side[1] * p[1] + side[2] * p[2]
-        });
-        if outline.len() < 3 {
-            return None;
-        }
-    }
-    let outline: Vec<Place> = outline
-        .iter()
-        .filter(|p| p[2] > 0.0)
-        .map(|p| [p[0] / p[2], p[1] / p[2]])
-        .collect();
-    let across = piece.normal.dot(camera.right) * camera.step_x / distance;
-    let down = -piece.normal.dot(camera.up) * camera.step_y / distance;
-    let constant = piece.normal.dot(camera.ray(0.0, 0.0)) / distance;
-    (outline.len() >= 3).then_some(Layer {
-        is_front: distance < 0.0,
-        facet: piece.facet,
-        outline,
-        inverse: [constant, across, down],
-    })
-}
-
-/// The part of a convex polygon where a linear function is not negative.
-fn cut<const N: usize>(polygon: &[[f64; N]], height: impl Fn(&[f64; N]) -> f64) -> Vec<[f64; N]> {
-    let mut out = Vec::with_capacity(polygon.len() + 1);
-    for (i, a) in polygon.iter().enumerate() {
-        let b = &polygon[(i + 1) % polygon.len()];
-        let (here, there) = (height(a), height(b));
-        if here >= 0.0 {
-            out.push(*a);
-        }
-        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            let t = here / (here - there);
-            out.push(std::array::from_fn(|k| a[k] + (b[k] - a[k]) * t));
-        }
-    }
-    out
-}
-
-fn half(polygon: &[Place], line: [f64; 3]) -> Vec<Place> {
-    cut(polygon, |p| line[0] + line[1] * p[0] + line[2] * p[1])
-}
-
-/// Convex parts of a convex polygon outside another.
-fn outside(polygon: &[Place], cutter: &[Place]) -> Vec<Vec<Place>> {
-    let turn = doubled(cutter).signum();
-    let mut parts = Vec::new();
-    let mut rest = polygon.to_vec();
-    for (i, a) in cutter.iter().enumerate() {
-        let b = cutter[(i + 1) % cutter.len()];
-        let (u, v) = ((b[0] - a[0]) * turn, (b[1] - a[1]) * turn);
-        // Positive inside.
-        let line = [v * a[0] - u * a[1], -v, u];
-        let apart = half(&rest, line.map(|c| -c));
-        if apart.len() >= 3 {
-            parts.push(apart);
-        }
-        rest = half(&rest, line);
-        if rest.len() < 3 {
-            return parts;
-        }
-    }
-    parts
-}
-
-/// Twice the signed area.
-fn doubled(polygon: &[Place]) -> f64 {
-    let o = polygon[0];
-    polygon
-        .windows(2)
-        .map(|w| (w[0][0] - o[0]) * (w[1][1] - o[1]) - (w[0][1] - o[1]) * (w[1][0] - o[0]))
-        .sum()
-}
-
-/// Area and centroid of a convex polygon.
-pub fn measured(polygon: &[Place]) -> (f64, Place) {
-    let o = polygon[0];
-    let (mut area, mut x, mut y) = (0.0, 0.0, 0.0);
-    for w in polygon.windows(2) {
-        let [p, q] = [w[0], w[1]].map(|p| [p[0] - o[0], p[1] - o[1]]);
-        let twice = p[0] * q[1] - p[1] * q[0];
-        area += twice;
-        x += twice * (p[0] + q[0]);
-        y += twice * (p[1] + q[1]);
-    }
-    if area == 0.0 {
-        return (0.0, o);
-    }
-    let centre = [o[0] + x / (3.0 * area), o[1] + y / (3.0 * area)];
-    (area.abs() * 0.5, centre)
 }
 
 #[cfg(test)]
@@ -279,8 +253,9 @@ mod tests {
             corner: [0.0, 0.0],
             side: 1.0,
         };
-        let found = shares(&surfaces, &eye(), square, &all);
-        found.iter().map(|s| s.area).collect()
+        let mut shares = Shares::default();
+        shares.find(&Silhouettes::new(&surfaces, &eye()), square, &all);
+        shares.all().iter().map(|s| s.area).collect()
     }
 
     fn upright(x: (f64, f64), y: (f64, f64), z: f64) -> [Vec3; 4] {

@@ -15,8 +15,9 @@ use crate::geometry::{Vec3, vec3};
 use crate::raster::{Camera, ItemBuffer, NOTHING};
 use crate::scene::View;
 use crate::transport::TransportError;
-use crate::transport::coverage::{Place, Square, shares};
+use crate::transport::coverage::{Shares, Silhouettes, Square};
 use crate::transport::sample::kept_inside;
+use crate::transport::stencil::Place;
 use crate::transport::surface::{Piece, Surfaces};
 use crate::work::Work;
 use rayon::prelude::*;
@@ -116,6 +117,9 @@ struct Found {
     places: Vec<Place>,
 }
 
+/// Runs of bands for each thread: enough that no thread waits long for the last.
+const RUNS: usize = 4;
+
 /// Sub-pixels along a pixel's side in the item buffer that tells where edges are.
 const SUBPIXELS: usize = 4;
 
@@ -196,160 +200,77 @@ pub fn fragments(
     work: Work<'_>,
 ) -> Result<Fragments, TransportError> {
     let camera = camera(view)?;
-    let bands: Result<Vec<Found>, TransportError> = (0..view.height.div_ceil(BAND))
-        .into_par_iter()
-        .map(|band| {
-            work.check()?;
-            let from = band * BAND;
-            let rows = BAND.min(view.height - from);
-            Ok(Band::draw(surfaces, &camera, view.width, from, rows, sampling).pixels())
-        })
-        .collect();
-    let mut out = Fragments {
-        all: Vec::new(),
-        offsets: vec![0],
+    let sight = Sight {
+        surfaces,
         camera,
-        parts: Vec::new(),
-        places: Vec::new(),
+        silhouettes: Silhouettes::new(surfaces, &camera),
+        sampling,
+        width: view.width,
     };
-    for band in bands? {
+    let count = view.height.div_ceil(BAND);
+    // A few runs of bands for each thread, as every run takes memory of its own.
+    let bands: Result<Vec<Found>, TransportError> = (0..count)
+        .into_par_iter()
+        .with_min_len(count.div_ceil(RUNS * rayon::current_num_threads()))
+        .map_init(
+            || sight.band(),
+            |band, at| {
+                work.check()?;
+                let from = at * BAND;
+                band.draw(from);
+                Ok(band.pixels(BAND.min(view.height - from)))
+            },
+        )
+        .collect();
+    let bands = bands?;
+    let total = |count: fn(&Found) -> usize| bands.iter().map(count).sum();
+    let mut offsets = Vec::with_capacity(view.width * view.height + 1);
+    offsets.push(0);
+    let mut out = Fragments {
+        all: Vec::with_capacity(total(|b| b.all.len())),
+        offsets,
+        camera,
+        parts: Vec::with_capacity(total(|b| b.parts.len())),
+        places: Vec::with_capacity(total(|b| b.places.len())),
+    };
+    for band in bands {
         out.append(band);
     }
     Ok(out)
 }
 
-struct Band<'a> {
+/// What is looked at, and how.
+struct Sight<'a> {
     surfaces: &'a Surfaces,
+    /// Of the picture, one unit a pixel.
     camera: Camera,
+    silhouettes: Silhouettes<'a>,
     sampling: Sampling,
     width: usize,
-    from: usize,
-    rows: usize,
-    buffer: ItemBuffer,
 }
 
-impl<'a> Band<'a> {
-    fn draw(
-        surfaces: &'a Surfaces,
-        whole: &Camera,
-        width: usize,
-        from: usize,
-        rows: usize,
-        sampling: Sampling,
-    ) -> Band<'a> {
+/// Some rows of pixels, with the working memory to draw them.
+struct Band<'a> {
+    sight: &'a Sight<'a>,
+    from: usize,
+    buffer: ItemBuffer,
+    shares: Shares,
+    items: Vec<u32>,
+}
+
+impl Sight<'_> {
+    fn band(&self) -> Band<'_> {
         let s = SUBPIXELS;
-        let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
-        // One sub-pixel more on each side.
-        let camera = Camera {
-            left: whole.left - step_x,
-            top: whole.top - whole.step_y * from as f64 + step_y,
-            step_x,
-            step_y,
-            ..*whole
-        };
-        let mut buffer = ItemBuffer::new(width * s + 2, rows * s + 2);
-        // Of two in one plane the later wins: backs come first, so that a wall of two faces back to
-        // back is seen on both sides.
-        let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
-        let backs = surfaces.pieces.iter().filter(is_back);
-        let fronts = surfaces.pieces.iter().filter(|p| !is_back(p));
-        for piece in backs.chain(fronts) {
-            buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
-        }
         Band {
-            surfaces,
-            camera,
-            sampling,
-            width,
-            from,
-            rows,
-            buffer,
+            sight: self,
+            from: 0,
+            buffer: ItemBuffer::new(self.width * s + 2, BAND * s + 2),
+            shares: Shares::default(),
+            items: Vec::new(),
         }
     }
 
-    fn pixels(&self) -> Found {
-        let s = SUBPIXELS;
-        let mut out = Found::default();
-        for y in 0..self.rows {
-            for x in 0..self.width {
-                let whole = self.uniform(x * s, y * s, s);
-                let split = if whole.is_some() {
-                    self.sampling.split.parts()
-                } else {
-                    self.sampling.edge_split.parts()
-                };
-                let part = s / split;
-                for j in 0..split {
-                    for i in 0..split {
-                        self.part(x * s + i * part, y * s + j * part, part, &mut out);
-                    }
-                }
-                out.ends.push(out.all.len());
-            }
-        }
-        out
-    }
-
-    /// Rows of the items of a square of sub-pixels and of those around it.
-    fn window(&self, x: usize, y: usize, side: usize) -> impl Iterator<Item = &[u32]> {
-        let width = self.width * SUBPIXELS + 2;
-        let row = move |j: usize| (y + j) * width + x;
-        (0..side + 2).map(move |j| &self.buffer.items()[row(j)..row(j) + side + 2])
-    }
-
-    /// The one item of a square of sub-pixels and those around it, if there is only one.
-    fn uniform(&self, x: usize, y: usize, side: usize) -> Option<u32> {
-        let mut all = self.window(x, y, side).flatten();
-        let first = *all.next()?;
-        all.all(|i| *i == first).then_some(first)
-    }
-
-    /// Adds the fragments of a square of sub-pixels.
-    fn part(&self, x: usize, y: usize, side: usize, out: &mut Found) {
-        let scale = (SUBPIXELS as f64).powi(-2);
-        // The camera's first sub-pixel is the margin.
-        let corner = [x as f64 + 1.0, y as f64 + 1.0];
-        let side_length = side as f64;
-        if let Some(item) = self.uniform(x, y, side) {
-            let at = corner.map(|c| c + side_length * 0.5);
-            let half = 0.5 * side_length / SUBPIXELS as f64;
-            let outline = Outline::Square(self.whole(at).map(|c| c as f32), half as f32);
-            let weight = side_length.powi(2) * scale;
-            out.all.extend(self.fragment(item, at, weight, outline));
-            return;
-        }
-        let mut items: Vec<u32> = self.window(x, y, side).flatten().copied().collect();
-        items.retain(|i| *i != NOTHING);
-        items.sort_unstable();
-        items.dedup();
-        let square = Square {
-            corner,
-            side: side_length,
-        };
-        for share in shares(self.surfaces, &self.camera, square, &items) {
-            let weight = share.area * scale;
-            if weight > LEAST {
-                let parts = out.parts.len() as u32;
-                let outline = Outline::Parts(parts, parts + share.parts.len() as u32);
-                let found = self.fragment(share.facet as u32, share.at, weight, outline);
-                if let Some(fragment) = found {
-                    out.all.push(fragment);
-                    for part in &share.parts {
-                        out.places.extend(part.iter().map(|at| self.whole(*at)));
-                        out.parts.push(out.places.len() as u32);
-                    }
-                }
-            }
-        }
-    }
-
-    /// A position in sub-pixels of the band as one in pixels of the picture.
-    fn whole(&self, [x, y]: Place) -> Place {
-        let s = SUBPIXELS as f64;
-        [(x - 1.0) / s, self.from as f64 + (y - 1.0) / s]
-    }
-
-    /// The front of a facet at a position in sub-pixels; `None` for the void and for backs.
+    /// The front of a facet at a place; `None` for the void and for backs.
     fn fragment(
         &self,
         item: u32,
@@ -374,5 +295,129 @@ impl<'a> Band<'a> {
             weight: weight as f32,
             outline,
         })
+    }
+}
+
+impl Band<'_> {
+    /// Rasterizes the rows from `from` on.
+    fn draw(&mut self, from: usize) {
+        let (s, whole) = (SUBPIXELS, &self.sight.camera);
+        let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
+        // One sub-pixel more on each side.
+        let camera = Camera {
+            left: whole.left - step_x,
+            top: whole.top - whole.step_y * from as f64 + step_y,
+            step_x,
+            step_y,
+            ..*whole
+        };
+        self.from = from;
+        self.buffer.clear();
+        // Of two in one plane the later wins: backs come first, so that a wall of two faces back to
+        // back is seen on both sides.
+        let pieces = &self.sight.surfaces.pieces;
+        let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
+        let backs = pieces.iter().filter(is_back);
+        let fronts = pieces.iter().filter(|p| !is_back(p));
+        for piece in backs.chain(fronts) {
+            self.buffer
+                .draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+        }
+    }
+
+    fn pixels(&mut self, rows: usize) -> Found {
+        let s = SUBPIXELS;
+        let Sampling { split, edge_split } = self.sight.sampling;
+        let mut out = Found::default();
+        for y in 0..rows {
+            for x in 0..self.sight.width {
+                let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
+                let split = match whole {
+                    Some(_) => split.parts(),
+                    None => edge_split.parts(),
+                };
+                let side = s / split;
+                for (j, i) in (0..split).flat_map(|j| (0..split).map(move |i| (j, i))) {
+                    let corner = [x * s + i * side, y * s + j * side];
+                    match whole.or_else(|| self.uniform_of(corner, side)) {
+                        Some(item) => self.plain(item, corner, side, &mut out),
+                        None => self.cut(corner, side, &mut out),
+                    }
+                }
+                out.ends.push(out.all.len());
+            }
+        }
+        out
+    }
+
+    /// The one item of a square of sub-pixels and those around it, if there is only one.
+    fn uniform_of(&self, [x, y]: [usize; 2], side: usize) -> Option<u32> {
+        match side {
+            1 => self.uniform::<3>(x, y),
+            2 => self.uniform::<4>(x, y),
+            _ => self.uniform::<{ SUBPIXELS + 2 }>(x, y),
+        }
+    }
+
+    /// The one item of `SIDE` x `SIDE` sub-pixels, if there is only one.
+    fn uniform<const SIDE: usize>(&self, x: usize, y: usize) -> Option<u32> {
+        let width = self.sight.width * SUBPIXELS + 2;
+        let rows = self.buffer.items()[y * width + x..].chunks(width);
+        let mut rows = rows.take(SIDE).filter_map(|row| row.first_chunk::<SIDE>());
+        let first = *rows.clone().next()?.first()?;
+        // Without a way out in the middle of a row: a few instructions for each.
+        let same = |row: &[u32; SIDE]| row.iter().fold(0, |all, item| all | (item ^ first)) == 0;
+        rows.all(same).then_some(first)
+    }
+
+    /// Adds the fragment of a square that shows one item.
+    fn plain(&self, item: u32, corner: [usize; 2], side: usize, out: &mut Found) {
+        let Square { corner, side } = self.square(corner, side);
+        let half = 0.5 * side;
+        let middle = corner.map(|c| c + half);
+        let outline = Outline::Square(middle.map(|c| c as f32), half as f32);
+        let fragment = self.sight.fragment(item, middle, side * side, outline);
+        out.all.extend(fragment);
+    }
+
+    /// Adds the fragments of a square with edges in it.
+    fn cut(&mut self, corner: [usize; 2], side: usize, out: &mut Found) {
+        let width = self.sight.width * SUBPIXELS + 2;
+        self.items.clear();
+        for y in corner[1]..corner[1] + side + 2 {
+            let from = y * width + corner[0];
+            let row = &self.buffer.items()[from..from + side + 2];
+            self.items
+                .extend(row.iter().copied().filter(|i| *i != NOTHING));
+        }
+        self.items.sort_unstable();
+        self.items.dedup();
+        let square = self.square(corner, side);
+        self.shares
+            .find(&self.sight.silhouettes, square, &self.items);
+        for share in self.shares.all() {
+            if share.area <= LEAST {
+                continue;
+            }
+            let from = out.parts.len() as u32;
+            let outline = Outline::Parts(from, from + share.count() as u32);
+            let item = share.facet as u32;
+            if let Some(fragment) = self.sight.fragment(item, share.at, share.area, outline) {
+                out.all.push(fragment);
+                for part in self.shares.parts(share) {
+                    out.places.extend_from_slice(part);
+                    out.parts.push(out.places.len() as u32);
+                }
+            }
+        }
+    }
+
+    /// The square of so many sub-pixels, in pixels of the picture.
+    fn square(&self, [x, y]: [usize; 2], side: usize) -> Square {
+        let s = SUBPIXELS as f64;
+        Square {
+            corner: [x as f64 / s, self.from as f64 + y as f64 / s],
+            side: side as f64 / s,
+        }
     }
 }

@@ -239,11 +239,15 @@ impl Mesh {
             return out;
         };
         let (home, place) = (grid.cell(p), grid.place(p));
+        let whole = |cell: usize| self.cells[cell] == NONE || self.cells[cell] & CUT == 0;
         let around = grid.stencil(p).map(|(cell, weight)| {
+            let element = match whole(cell) {
+                true => self.cells[cell],
+                false => self.own(cell, grid.clamped(cell, place)),
+            };
             // Where the way to the cell leaves this one, or, seen from there, comes in.
-            let own_side = self.own(home, grid.clamped(home, grid.clamped(cell, place)));
-            let element = self.own(cell, grid.clamped(cell, place));
-            let same = self.own(home, place) == own_side;
+            let way = || grid.clamped(home, grid.clamped(cell, place));
+            let same = whole(home) || self.own(home, place) == self.own(home, way());
             (element, if same && element != NONE { weight } else { 0.0 })
         });
         let total: f64 = around.iter().map(|(_, w)| w).sum();

@@ -15,9 +15,9 @@
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
 use crate::transport::cluster::{Cluster, Receivers};
-use crate::transport::coverage::{Place, measured};
 use crate::transport::eye::Fragments;
 use crate::transport::shadow::Canvas;
+use crate::transport::stencil::{Place, measured};
 
 /// The largest size of a pixel's footprint on a surface, against its distance from a point source,
 /// for which one point stands for it: the inverse square then errs by about 3/8 of the square,

@@ -141,18 +141,16 @@ fn keep(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
 /// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, or as far as it goes.
 pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     let margin = (surfaces.size * INSET).min(0.2 * facet.area.sqrt());
-    let n = facet.vertices.len();
     let mut moved = p;
-    for i in 0..n {
-        let (a, b) = (facet.vertices[i], facet.vertices[(i + 1) % n]);
-        let edge = b - a;
-        let length = edge.length();
-        let inward = facet.normal.cross(edge) / length;
-        let along = (moved - a).dot(edge) / length;
-        let height = (moved - a).dot(inward);
+    for edge in &facet.rim {
+        let height = (moved - edge.start).dot(edge.inward);
+        if height.abs() >= margin {
+            continue;
+        }
         // Only edges that the point is beside: others of a concave facet do not bound it here.
-        if height < margin && height > -margin && along > -margin && along < length + margin {
-            moved += inward * (margin - height);
+        let along = (moved - edge.start).dot(edge.along);
+        if along > -margin && along < edge.length + margin {
+            moved += edge.inward * (margin - height);
         }
     }
     moved

@@ -14,19 +14,12 @@
 use crate::geometry::Vec3;
 use crate::raster::Camera;
 use crate::transport::cluster::Rectangle;
-use crate::transport::coverage::{Place, measured};
+use crate::transport::stencil::{self, Line, Place, Stencil, measured, value};
 use crate::transport::surface::Piece;
 
 /// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
 /// for each part, at its centroid; a dozen occluders of one pixel stay far below.
 const MOST_PARTS: usize = 128;
-
-/// A half-plane of the picture: positive values of `c + x * a + y * b`, as `[c, a, b]`.
-type Line = [f64; 3];
-
-fn value(line: &Line, at: Place) -> f64 {
-    line[0] + line[1] * at[0] + line[2] * at[1]
-}
 
 /// Least and greatest value over a rectangle.
 fn range(line: &Line, Rectangle([left, right, top, bottom]): &Rectangle) -> (f64, f64) {
@@ -59,19 +52,7 @@ impl Canvas<'_> {
     fn line(&self, wall: Vec3, source: Vec3, offset: f64) -> Line {
         let c = self.camera;
         let own = wall.dot(c.origin - source) - offset;
-        let covector = self.normal * -own + wall * -self.height;
-        let line = [
-            covector.dot(c.ray(0.0, 0.0)),
-            covector.dot(c.right) * c.step_x,
-            -covector.dot(c.up) * c.step_y,
-        ];
-        // Values in pixels.
-        let slope = line[1].hypot(line[2]);
-        if slope > 0.0 {
-            line.map(|l| l / slope)
-        } else {
-            line
-        }
+        stencil::line(c, self.normal * -own + wall * -self.height)
     }
 }
 
@@ -154,144 +135,43 @@ pub enum Meeting {
 pub enum Lit {
     /// All of it.
     Wholly,
-    /// The parts that [`Stencil::lit`] gives.
+    /// The parts that are left.
     Partly,
     /// None of it.
     Not,
 }
 
-type Part = std::ops::Range<usize>;
-
-/// Working memory for one thread: the lit parts of an outline.
-#[derive(Debug, Default)]
-pub struct Stencil {
-    places: Vec<Place>,
-    parts: Vec<Part>,
-    next: Vec<Part>,
-    heights: Vec<f64>,
-    bounds: Option<Rectangle>,
-    /// Area of the outline.
-    pub whole: f64,
+/// Cuts shadows away from an outline within `bounds` and tells what is left.
+pub fn shade(stencil: &mut Stencil, bounds: &Rectangle, shadows: &Shadows, list: &[usize]) -> Lit {
+    if stencil.count() == 0 {
+        return Lit::Not;
+    }
+    let mut touched = false;
+    for (at, &shadow) in list.iter().enumerate() {
+        match shadows.meets(shadow, bounds) {
+            Meeting::Misses => continue,
+            Meeting::Covers => return Lit::Not,
+            Meeting::Crosses => {}
+        }
+        touched = true;
+        if stencil.count() > MOST_PARTS {
+            drop_dark(stencil, shadows, &list[at..]);
+            break;
+        }
+        stencil.subtract(shadows.lines(shadow).iter());
+        if stencil.count() == 0 {
+            return Lit::Not;
+        }
+    }
+    if touched { Lit::Partly } else { Lit::Wholly }
 }
 
-impl Stencil {
-    /// Forgets the outline.
-    pub fn clear(&mut self) {
-        self.places.clear();
-        self.parts.clear();
-        self.bounds = None;
-        self.whole = 0.0;
-    }
-
-    /// Adds a convex part of the outline.
-    pub fn add(&mut self, outline: &[Place]) {
-        let from = self.places.len();
-        self.places.extend_from_slice(outline);
-        self.parts.push(from..self.places.len());
-        self.whole += measured(outline).0;
-        for &at in outline {
-            let own = Rectangle::at(at);
-            self.bounds = Some(self.bounds.map_or(own, |b| b.with(own)));
-        }
-    }
-
-    /// Cuts the shadows away and tells what is left.
-    pub fn shade(&mut self, shadows: &Shadows, list: &[usize]) -> Lit {
-        let Some(bounds) = self.bounds else {
-            return Lit::Not;
-        };
-        let mut touched = false;
-        for (at, &shadow) in list.iter().enumerate() {
-            match shadows.meets(shadow, &bounds) {
-                Meeting::Misses => continue,
-                Meeting::Covers => return Lit::Not,
-                Meeting::Crosses => {}
-            }
-            touched = true;
-            if self.parts.len() > MOST_PARTS {
-                self.drop_dark(shadows, &list[at..]);
-                break;
-            }
-            self.subtract(shadows.lines(shadow));
-            if self.parts.is_empty() {
-                return Lit::Not;
-            }
-        }
-        if touched { Lit::Partly } else { Lit::Wholly }
-    }
-
-    /// The outline of each lit part.
-    pub fn lit(&self) -> impl Iterator<Item = &[Place]> {
-        self.parts.iter().map(|p| &self.places[p.clone()])
-    }
-
-    fn subtract(&mut self, lines: &[Line]) {
-        let mut parts = std::mem::take(&mut self.parts);
-        let mut next = std::mem::take(&mut self.next);
-        next.clear();
-        for part in parts.drain(..) {
-            let corners = &self.places[part.clone()];
-            let outside = |l: &Line| corners.iter().all(|c| value(l, *c) <= 0.0);
-            if lines.iter().any(outside) {
-                next.push(part);
-                continue;
-            }
-            let mut rest = Some(part);
-            for line in lines {
-                rest = rest.and_then(|r| self.cut(r, line, &mut next));
-            }
-        }
-        self.parts = next;
-        self.next = parts;
-    }
-
-    /// Splits a part by a line: outside goes to `lit`, inside is returned.
-    fn cut(&mut self, part: Part, line: &Line, lit: &mut Vec<Part>) -> Option<Part> {
-        self.heights.clear();
-        let places = &self.places;
-        self.heights
-            .extend(part.clone().map(|i| value(line, places[i])));
-        if self.heights.iter().all(|h| *h >= 0.0) {
-            return Some(part);
-        }
-        if self.heights.iter().all(|h| *h <= 0.0) {
-            lit.push(part);
-            return None;
-        }
-        let count = part.len();
-        let mut halves = [0..0, 0..0];
-        for (half, sign) in halves.iter_mut().zip([1.0, -1.0]) {
-            let start = self.places.len();
-            for i in 0..count {
-                let j = (i + 1) % count;
-                let (here, there) = (self.heights[i] * sign, self.heights[j] * sign);
-                let (a, b) = (self.places[part.start + i], self.places[part.start + j]);
-                if here >= 0.0 {
-                    self.places.push(a);
-                }
-                if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-                    let t = here / (here - there);
-                    self.places
-                        .push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
-                }
-            }
-            *half = start..self.places.len();
-        }
-        let [inner, outer] = halves;
-        if outer.len() >= 3 {
-            lit.push(outer);
-        }
-        (inner.len() >= 3).then_some(inner)
-    }
-
-    fn drop_dark(&mut self, shadows: &Shadows, rest: &[usize]) {
-        let places = &self.places;
-        self.parts.retain(|p| {
-            let (_, centre) = measured(&places[p.clone()]);
-            let inside = |&s: &usize| shadows.lines(s).iter().all(|l| value(l, centre) > 0.0);
-            !rest.iter().any(inside)
-        });
-    }
+fn drop_dark(stencil: &mut Stencil, shadows: &Shadows, rest: &[usize]) {
+    stencil.retain(|part| {
+        let (_, centre) = measured(part);
+        let inside = |&s: &usize| shadows.lines(s).iter().all(|l| value(l, centre) > 0.0);
+        !rest.iter().any(inside)
+    });
 }
 
 #[cfg(test)]
@@ -339,10 +219,15 @@ mod tests {
         let mut stencil = Stencil::default();
         stencil.clear();
         stencil.add(&SQUARE);
-        match stencil.shade(&shadows, &list) {
+        match shade(
+            &mut stencil,
+            &Rectangle([0.0, 1.0, 0.0, 1.0]),
+            &shadows,
+            &list,
+        ) {
             Lit::Wholly => 1.0,
             Lit::Not => 0.0,
-            Lit::Partly => stencil.lit().map(|p| measured(p).0).sum::<f64>() / stencil.whole,
+            Lit::Partly => stencil.parts().map(|p| measured(p).0).sum(),
         }
     }
 

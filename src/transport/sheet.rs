@@ -69,10 +69,12 @@ impl<'a> Sheet<'a> {
         if cluster.halves.is_none() || self.allowed <= 0.0 || count > most.min(PATCH) {
             return false;
         }
-        let places = cluster.samples.map(|i| self.place(cluster, i));
+        let samples = cluster.samples(self.points, self.frame);
+        let patch = Patch::new(cluster, self.frame);
+        let places = samples.map(|i| patch.place(self.points[i]));
         let mut values = [0.0; SAMPLES];
         let looked = if count > UNCHECKED { SAMPLES } else { CORNERS };
-        for (value, &i) in values.iter_mut().zip(&cluster.samples).take(CORNERS) {
+        for (value, &i) in values.iter_mut().zip(&samples).take(CORNERS) {
             *value = self.known(i, &mut at);
         }
         let (few, their) = (first(&places), first(&values));
@@ -84,7 +86,7 @@ impl<'a> Sheet<'a> {
             return false;
         }
         for k in CORNERS..looked {
-            values[k] = self.known(cluster.samples[k], &mut at);
+            values[k] = self.known(samples[k], &mut at);
             if (fit.at(places[k]) - values[k]).abs() > self.allowed {
                 return false;
             }
@@ -94,7 +96,7 @@ impl<'a> Sheet<'a> {
         let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
         let (low, high) = ((low - self.allowed).max(0.0), high + self.allowed);
         for i in cluster.range.clone() {
-            let value = fit.at(self.place(cluster, i)).clamp(low, high);
+            let value = fit.at(patch.place(self.points[i])).clamp(low, high);
             self.sums[i - self.start] += value;
         }
         true
@@ -107,19 +109,28 @@ impl<'a> Sheet<'a> {
         }
         *known
     }
+}
 
-    /// Position of a point in its cluster's rectangle, -1 to 1 along both sides.
-    fn place(&self, cluster: &Cluster, i: usize) -> [f64; 2] {
+/// The rectangle of a cluster.
+struct Patch {
+    axes: [Vec3; 2],
+    middle: [f64; 2],
+}
+
+impl Patch {
+    fn new(cluster: &Cluster, frame: [Vec3; 2]) -> Patch {
         let (low, high) = (cluster.corners[0], cluster.corners[2]);
-        self.frame.map(|axis| {
+        let axes = frame.map(|axis| {
             let side = axis.dot(high - low);
-            let along = axis.dot(self.points[i] - low);
-            if side > 0.0 {
-                2.0 * along / side - 1.0
-            } else {
-                0.0
-            }
-        })
+            axis * if side > 0.0 { 2.0 / side } else { 0.0 }
+        });
+        let middle = axes.map(|axis| axis.dot((low + high) * 0.5));
+        Patch { axes, middle }
+    }
+
+    /// Position of a point, -1 to 1 along both sides.
+    fn place(&self, point: Vec3) -> [f64; 2] {
+        [0, 1].map(|k| self.axes[k].dot(point) - self.middle[k])
     }
 }
 

@@ -10,13 +10,13 @@
 
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
-use crate::transport::cluster::{Cluster, PATCH, Receivers};
-use crate::transport::coverage::{Place, measured};
+use crate::transport::cluster::{Cluster, PATCH, Receivers, Rectangle};
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
 use crate::transport::near::{self, Picture, is_near};
-use crate::transport::shadow::{Lit, Meeting, Shadows, Stencil};
+use crate::transport::shadow::{Lit, Meeting, Shadows, shade};
 use crate::transport::sheet::Sheet;
+use crate::transport::stencil::{Place, Stencil, measured};
 use crate::transport::visibility::{Shaft, blocks};
 
 /// One source's way to one chunk of a facet.
@@ -185,8 +185,13 @@ impl<'a> Spot<'a> {
             return open;
         }
         self.stencil.clear();
-        picture.outline(i, |part| self.stencil.add(part));
-        match self.stencil.shade(&self.shadows, shadows) {
+        let (mut whole, mut bounds) = (0.0, Rectangle::EMPTY);
+        picture.outline(i, |part| {
+            self.stencil.add(part);
+            whole += measured(part).0;
+            bounds = part.iter().fold(bounds, |b, &at| b.with(Rectangle::at(at)));
+        });
+        match shade(&mut self.stencil, &bounds, &self.shadows, shadows) {
             Lit::Wholly => open,
             Lit::Not => 0.0,
             Lit::Partly => {
@@ -199,8 +204,8 @@ impl<'a> Spot<'a> {
                     let centre = picture.canvas.point(centre);
                     area * self.beam.irradiance(centre, self.normal)
                 };
-                let lit: f64 = self.stencil.lit().map(light).sum();
-                lit / self.stencil.whole
+                let lit: f64 = self.stencil.parts().map(light).sum();
+                lit / whole
             }
         }
     }

@@ -23,6 +23,8 @@ const TOUCHING: f64 = 1e-6;
 pub struct Facet {
     /// Counter-clockwise seen from the front.
     pub vertices: Vec<Vec3>,
+    /// Its edges, in the same order.
+    pub rim: Vec<Edge>,
     /// Unit normal of the front.
     pub normal: Vec3,
     /// Square metres.
@@ -33,6 +35,19 @@ pub struct Facet {
     pub reflectance: [f64; 3],
     /// Range of its pieces in [`Surfaces::pieces`].
     pub pieces: std::ops::Range<usize>,
+}
+
+/// An edge of a facet.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// Where it starts.
+    pub start: Vec3,
+    /// Unit vector to where it ends.
+    pub along: Vec3,
+    /// Unit vector in the facet's plane, to its inside.
+    pub inward: Vec3,
+    /// Metres.
+    pub length: f64,
 }
 
 impl Facet {
@@ -155,8 +170,20 @@ fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Fa
     if kept.len() < 3 || area <= reach * reach * 1e-12 {
         return None;
     }
+    let normal = doubled.normalized();
+    let edge = |(i, start): (usize, &Vec3)| {
+        let way = kept[(i + 1) % kept.len()] - *start;
+        let along = way.normalized();
+        Edge {
+            start: *start,
+            along,
+            inward: normal.cross(along),
+            length: way.length(),
+        }
+    };
     Some(Facet {
-        normal: doubled.normalized(),
+        rim: kept.iter().enumerate().map(edge).collect(),
+        normal,
         vertices: kept,
         area,
         material,
