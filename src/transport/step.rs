@@ -7,9 +7,15 @@ use crate::transport::eye::{Sampling, Split};
 use crate::transport::{Quality, TransportError};
 
 /// The five steps of its scale of quality, each slower and better than the one before on the
-/// reference scenes. At the finest it is the elements that count: on the stage 4000 of them leave
-/// 0.38 % whether they see in 24 pixels or in 64 and whether 32,000 nodes gather or 64,000, and
-/// 8000 leave 0.24 %. It interpolates no direct light, so that its errors are those of the rest.
+/// reference scenes.
+///
+/// From the third on a facet has a node for each 5 x 5 of its pixels, so that more nodes than those
+/// buy little: on the tavern's 22 banks, against the finest, 1000 elements and 8000 nodes leave
+/// 1.21 % on average and 4.1 % in the worst, 2000 and 5000 in the same time .94 and 2.7 %. At the
+/// fourth 24 pixels for 16, and 3000 elements for 2000, cost a tenth more there and leave .80 and
+/// 2.2 % for .92 and 2.6. At the finest it is the elements that count: on the stage 4000 of them
+/// leave 0.38 % whether they see in 24 pixels or in 64 and whether 32,000 nodes gather or 64,000,
+/// and 8000 leave 0.24 %. It interpolates no direct light, so that its errors are those of the rest.
 pub const STEPS: [Step; 5] = [
     Step {
         elements: 300,
@@ -30,19 +36,19 @@ pub const STEPS: [Step; 5] = [
         edge_split: Split::Halves,
     },
     Step {
-        elements: 1000,
+        elements: 2000,
         resolution: 16,
-        nodes: 8000,
+        nodes: 5000,
         node_resolution: 16,
         tolerance: 0.006,
         split: Split::Whole,
         edge_split: Split::Halves,
     },
     Step {
-        elements: 2000,
+        elements: 3000,
         resolution: 16,
         nodes: 16000,
-        node_resolution: 16,
+        node_resolution: 24,
         tolerance: 0.003,
         split: Split::Whole,
         edge_split: Split::Halves,
