@@ -206,6 +206,7 @@ pub fn fragments(
         silhouettes: Silhouettes::new(surfaces, &camera),
         sampling,
         width: view.width,
+        rows: BAND.min(view.height),
     };
     let count = view.height.div_ceil(BAND);
     // A few runs of bands for each thread, as every run takes memory of its own.
@@ -247,6 +248,8 @@ struct Sight<'a> {
     silhouettes: Silhouettes<'a>,
     sampling: Sampling,
     width: usize,
+    /// Of a band.
+    rows: usize,
 }
 
 /// Some rows of pixels, with the working memory to draw them.
@@ -264,7 +267,7 @@ impl Sight<'_> {
         Band {
             sight: self,
             from: 0,
-            buffer: ItemBuffer::new(self.width * s + 2, BAND * s + 2),
+            buffer: ItemBuffer::new(self.width * s + 2, self.rows * s + 2),
             shares: Shares::default(),
             items: Vec::new(),
         }
