@@ -172,7 +172,7 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     (case.view.width, case.view.height) = (96, 54);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
     let work = Work {
-        memory: 6 << 20,
+        memory: 7 << 20,
         ..Work::silent()
     };
     let mut g = Radiosity
