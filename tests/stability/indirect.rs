@@ -4,11 +4,13 @@ use crate::reference::{render, stage};
 use footlight::geometry::vec3;
 pub use footlight::study::stability::furnace::scene;
 use footlight::study::stability::furnace::{self, Furnace, room, rows};
+use footlight::transport::cost::Counts;
 use footlight::transport::form::Bounces;
 use footlight::transport::hemicube::{Hemicube, Row, Table, scatter};
 use footlight::transport::mesh::Mesh;
 use footlight::transport::panorama::Outline;
 use footlight::transport::radiosity::Radiosity;
+use footlight::transport::step::Step;
 use footlight::transport::surface::Surfaces;
 use footlight::transport::{Quality, Transport};
 use footlight::work::Work;
@@ -169,10 +171,13 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
 #[test]
 fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
-    (case.view.width, case.view.height) = (96, 54);
+    (case.view.width, case.view.height) = (160, 90);
+    let step = Step::of(Quality(3)).unwrap();
+    let counts = Counts::of(&case.scene, &case.rig, &case.view, step).unwrap();
+    assert!(counts.nodes > counts.elements);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
     let work = Work {
-        memory: 7 << 20,
+        memory: 9 << 20,
         ..Work::silent()
     };
     let mut g = Radiosity
@@ -180,10 +185,12 @@ fn little_memory_changes_the_way_and_not_the_picture() {
         .unwrap();
     let lean = g.render(std::slice::from_ref(&case.mix), work).unwrap();
     assert_eq!(plenty[0].data(), lean[0].data());
-    let none = Work {
-        memory: 1 << 18,
+    // The rows of the elements take more than half of this: those of the nodes, which are more, do
+    // not fit into a quarter of the above.
+    let less = Work {
+        memory: 7 << 20,
         ..Work::silent()
     };
-    let refused = Radiosity.prepare(&case.scene, &case.rig, &case.view, Quality(3), none);
+    let refused = Radiosity.prepare(&case.scene, &case.rig, &case.view, Quality(3), less);
     assert!(refused.err().unwrap().to_string().contains("budget"));
 }
