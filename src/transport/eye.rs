@@ -18,7 +18,7 @@ use crate::transport::TransportError;
 use crate::transport::coverage::{Shares, Silhouettes, Square};
 use crate::transport::sample::kept_inside;
 use crate::transport::stencil::Place;
-use crate::transport::surface::{Facet, Piece, Surfaces};
+use crate::transport::surface::{Piece, Surfaces};
 use crate::work::Work;
 use rayon::prelude::*;
 
@@ -141,26 +141,13 @@ impl Split {
     }
 }
 
-/// Sine of the angle below which a facet is stretched: a pixel's square is five times as long on it
-/// as it is wide.
-const STRETCHED: f64 = 0.2;
-
 /// How finely a pixel is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// Fragments of a pixel that shows one facet.
     pub split: Split,
-    /// The same where the facet is seen at so flat an angle that its point in the middle is far
-    /// from the pixel's ends.
-    pub stretched_split: Split,
     /// The same where it shows several.
     pub edge_split: Split,
-}
-
-impl Sampling {
-    fn tells_stretched(&self) -> bool {
-        self.stretched_split != self.split
-    }
 }
 
 /// The camera of a view, at one sample a pixel.
@@ -200,11 +187,6 @@ pub fn camera(view: &View) -> Result<Camera, TransportError> {
         step_x: step,
         step_y: step,
     })
-}
-
-/// Is a facet seen at a flat angle along a ray?
-pub(super) fn is_stretched(facet: &Facet, ray: Vec3) -> bool {
-    facet.normal.dot(ray).abs() < STRETCHED * ray.length()
 }
 
 /// Finds the fragments of a view.
@@ -348,11 +330,15 @@ impl Band<'_> {
 
     fn pixels(&mut self, rows: usize) -> Found {
         let s = SUBPIXELS;
+        let Sampling { split, edge_split } = self.sight.sampling;
         let mut out = Found::default();
         for y in 0..rows {
             for x in 0..self.sight.width {
                 let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
-                let split = self.split(whole, [x, y]);
+                let split = match whole {
+                    Some(_) => split.parts(),
+                    None => edge_split.parts(),
+                };
                 let side = s / split;
                 for (j, i) in (0..split).flat_map(|j| (0..split).map(move |i| (j, i))) {
                     let corner = [x * s + i * side, y * s + j * side];
@@ -365,24 +351,6 @@ impl Band<'_> {
             }
         }
         out
-    }
-
-    /// Parts along the side of a pixel that shows one item or several.
-    fn split(&self, item: Option<u32>, [x, y]: [usize; 2]) -> usize {
-        let sampling = self.sight.sampling;
-        let Some(item) = item else {
-            return sampling.edge_split.parts();
-        };
-        let ray = || {
-            let below = (self.from + y) as f64;
-            self.sight.camera.ray(x as f64 + 0.5, below + 0.5)
-        };
-        match self.sight.surfaces.facets.get(item as usize) {
-            Some(facet) if sampling.tells_stretched() && is_stretched(facet, ray()) => {
-                sampling.stretched_split.parts()
-            }
-            _ => sampling.split.parts(),
-        }
     }
 
     /// The one item of a square of sub-pixels and those around it, if there is only one.
