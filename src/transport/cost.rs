@@ -13,7 +13,7 @@
 use crate::geometry::{Vec3, vec3};
 use crate::raster::{ItemBuffer, NOTHING};
 use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
-use crate::transport::eye::camera;
+use crate::transport::eye::{camera, is_stretched};
 use crate::transport::mesh::Layout;
 use crate::transport::radiosity::Radiosity;
 use crate::transport::step::Step;
@@ -71,8 +71,10 @@ pub struct Counts {
 struct Sight {
     /// Pixels of each facet.
     pixels: Vec<f64>,
-    /// Pixels that show one facet and whose neighbours show it too.
+    /// Pixels that show one facet and whose neighbours show it too, not stretched on it.
     inside: f64,
+    /// The same, stretched.
+    stretched: f64,
     /// The others.
     edges: f64,
     /// Where each pixel's ray ends, with its facet.
@@ -97,7 +99,8 @@ impl Counts {
         let cubes = cubes.map(|(n, r)| (n as f64, 3.0 * (r * r) as f64));
         let all = (elements + nodes) as f64;
         let (inside, edges) = (
-            sight.inside * step.split.parts().pow(2) as f64,
+            sight.inside * step.split.parts().pow(2) as f64
+                + sight.stretched * step.stretched_split.parts().pow(2) as f64,
             // An edge pixel shows two facets or three.
             sight.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
         );
@@ -182,6 +185,7 @@ impl Sight {
         let mut out = Sight {
             pixels: vec![0.0; surfaces.facets.len()],
             inside: 0.0,
+            stretched: 0.0,
             edges: 0.0,
             points: Vec::new(),
         };
@@ -192,18 +196,22 @@ impl Sight {
                 let right = (x + 1).min(view.width - 1);
                 let below = (y + 1).min(view.height - 1);
                 let around = [at(left, y), at(right, y), at(x, above), at(x, below)];
-                if around.iter().any(|other| *other != item) {
+                let is_edge = around.iter().any(|other| *other != item);
+                if is_edge {
                     out.edges += 1.0;
-                } else if item != NOTHING {
-                    out.inside += 1.0;
                 }
                 let Some(facet) = surfaces.facets.get(item as usize) else {
                     continue;
                 };
+                let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+                if !is_edge && is_stretched(facet, &camera, ray) {
+                    out.stretched += 1.0;
+                } else if !is_edge {
+                    out.inside += 1.0;
+                }
                 if let Some(pixels) = out.pixels.get_mut(item as usize) {
                     *pixels += 1.0;
                 }
-                let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
                 let depth = -facet.height(camera.origin) / facet.normal.dot(ray);
                 if depth.is_finite() {
                     out.points

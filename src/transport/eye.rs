@@ -18,7 +18,7 @@ use crate::transport::TransportError;
 use crate::transport::coverage::{Shares, Silhouettes, Square};
 use crate::transport::sample::kept_inside;
 use crate::transport::stencil::Place;
-use crate::transport::surface::{Piece, Surfaces};
+use crate::transport::surface::{Facet, Piece, Surfaces};
 use crate::work::Work;
 use rayon::prelude::*;
 
@@ -141,13 +141,25 @@ impl Split {
     }
 }
 
+/// A pixel that is so many times as long on a facet as it is wide is stretched.
+const STRETCHED: f64 = 5.0;
+
 /// How finely a pixel is looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// Fragments of a pixel that shows one facet.
     pub split: Split,
+    /// The same where the pixel is stretched on the facet, so that the point in its middle is far
+    /// from its ends.
+    pub stretched_split: Split,
     /// The same where it shows several.
     pub edge_split: Split,
+}
+
+impl Sampling {
+    fn tells_stretched(&self) -> bool {
+        self.stretched_split != self.split
+    }
 }
 
 /// The camera of a view, at one sample a pixel.
@@ -187,6 +199,19 @@ pub fn camera(view: &View) -> Result<Camera, TransportError> {
         step_x: step,
         step_y: step,
     })
+}
+
+/// Is a pixel stretched on the plane of a facet, seen along the ray through its middle?
+///
+/// Its sides fall along u and v there; of an ellipse with these conjugate half axes the main ones, a
+/// and b, have a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane that faces the picture stretches
+/// nothing, however far from the middle it is seen.
+pub(super) fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
+    let slope = facet.normal.dot(ray);
+    let side = |along: Vec3| along * slope - ray * facet.normal.dot(along);
+    let (u, v) = (side(camera.right), side(camera.up));
+    let both = u.dot(u) + v.dot(v);
+    both > (STRETCHED + 1.0 / STRETCHED) * u.cross(v).length()
 }
 
 /// Finds the fragments of a view.
@@ -330,15 +355,11 @@ impl Band<'_> {
 
     fn pixels(&mut self, rows: usize) -> Found {
         let s = SUBPIXELS;
-        let Sampling { split, edge_split } = self.sight.sampling;
         let mut out = Found::default();
         for y in 0..rows {
             for x in 0..self.sight.width {
                 let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
-                let split = match whole {
-                    Some(_) => split.parts(),
-                    None => edge_split.parts(),
-                };
+                let split = self.split(whole, [x, y]);
                 let side = s / split;
                 for (j, i) in (0..split).flat_map(|j| (0..split).map(move |i| (j, i))) {
                     let corner = [x * s + i * side, y * s + j * side];
@@ -351,6 +372,25 @@ impl Band<'_> {
             }
         }
         out
+    }
+
+    /// Parts along the side of a pixel that shows one item or several.
+    fn split(&self, item: Option<u32>, [x, y]: [usize; 2]) -> usize {
+        let sampling = self.sight.sampling;
+        let Some(item) = item else {
+            return sampling.edge_split.parts();
+        };
+        let is_stretched = |facet| {
+            let camera = &self.sight.camera;
+            let ray = camera.ray(x as f64 + 0.5, (self.from + y) as f64 + 0.5);
+            is_stretched(facet, camera, ray)
+        };
+        match self.sight.surfaces.facets.get(item as usize) {
+            Some(facet) if sampling.tells_stretched() && is_stretched(facet) => {
+                sampling.stretched_split.parts()
+            }
+            _ => sampling.split.parts(),
+        }
     }
 
     /// The one item of a square of sub-pixels and those around it, if there is only one.

@@ -21,6 +21,7 @@ pub fn emitters(
     let surfaces = Surfaces::new(scene)?;
     let sampling = Sampling {
         split: Split::Whole,
+        stretched_split: Split::Whole,
         edge_split: Split::Whole,
     };
     let seen = pool(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
