@@ -67,6 +67,8 @@ pub struct Preview {
     pub exposure: Option<f64>,
     /// How light becomes a displayed brightness.
     pub tone: ToneCurve,
+    /// Whether light between two steps of the display shows as a pattern of both.
+    pub dither: bool,
     /// Quality of coarse pictures, a step of G's scale.
     pub coarse: u8,
     /// Quality of refined pictures, a step of G's scale.
@@ -81,6 +83,7 @@ impl Default for Preview {
             rate: 25.0,
             exposure: None,
             tone: ToneCurve::default(),
+            dither: false,
             coarse: 1,
             refined: 4,
         }

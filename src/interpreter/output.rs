@@ -28,17 +28,19 @@ impl Interpreter {
     /// One exposure for the whole sequence: the show's own, or from all key images.
     pub(super) fn tone(&self, images: &[Image]) -> Tone {
         let exposure = self.show().preview.exposure;
-        Tone {
-            exposure: exposure.unwrap_or_else(|| tone::auto_exposure(images.iter())),
-            curve: self.tone_curve(),
-        }
+        self.tone_at(exposure.unwrap_or_else(|| tone::auto_exposure(images.iter())))
     }
 
-    /// The show's own curve.
-    fn tone_curve(&self) -> Curve {
-        match self.show().preview.tone {
-            ToneCurve::Filmic => Curve::Filmic,
-            ToneCurve::Plain => Curve::Plain,
+    /// The show's own curve and dithering at an exposure.
+    fn tone_at(&self, exposure: f64) -> Tone {
+        let preview = &self.show().preview;
+        Tone {
+            exposure,
+            curve: match preview.tone {
+                ToneCurve::Filmic => Curve::Filmic,
+                ToneCurve::Plain => Curve::Plain,
+            },
+            dither: preview.dither,
         }
     }
 

@@ -250,8 +250,9 @@ impl Interpreter {
             ToneCurve::Filmic => "filmic",
             ToneCurve::Plain => "plain",
         };
+        let dither = if preview.dither { "  dither on" } else { "" };
         format!(
-            "preview {{ tolerance {}%  gap {}  rate {}  exposure {}  tone {tone}  coarse {}  refined {} }}",
+            "preview {{ tolerance {}%  gap {}  rate {}  exposure {}  tone {tone}{dither}  coarse {}  refined {} }}",
             // Without the rounding of a division by a hundred.
             (until * 1e6).round() / 1e4,
             preview.gap.seconds(),

@@ -178,6 +178,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::plus => "`+`",
         Rule::slash => "`/`",
         Rule::tone_curve => "`filmic` or `plain`",
+        Rule::switch => "`on` or `off`",
         Rule::preview_entry | Rule::preview_key => "a setting (like `tolerance 2%`)",
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
@@ -237,7 +238,7 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 73] = [
+pub const INNER_WORDS: [&str; 76] = [
     "aim",
     "assert",
     "at",
@@ -257,6 +258,7 @@ pub const INNER_WORDS: [&str; 73] = [
     "delay",
     "dimmer",
     "disc",
+    "dither",
     "down",
     "ease",
     "exposure",
@@ -277,6 +279,8 @@ pub const INNER_WORDS: [&str; 73] = [
     "linear",
     "monotone",
     "natural",
+    "off",
+    "on",
     "one-sided",
     "out",
     "panel",

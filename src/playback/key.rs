@@ -420,6 +420,7 @@ mod tests {
             let tone = Tone {
                 exposure: -2.0,
                 curve,
+                dither: false,
             };
             let steps = |light: f64| 255.0 * tone.display(light);
             let white = tone.light(1.0);

@@ -129,6 +129,8 @@ struct Data<'a> {
     start: f64,
     end: f64,
     curve: &'a str,
+    /// Light between two codes shows as a pattern of both.
+    dither: bool,
     made: String,
     coordinates: &'a [Fader],
     cues: &'a [Cue],
@@ -257,6 +259,7 @@ fn html<'a>(
             Curve::Filmic => "filmic",
             Curve::Plain => "plain",
         },
+        dither: contents.tone.dither,
         made: remark(contents, size, full),
         coordinates: &contents.faders,
         cues: &contents.cues,
@@ -329,6 +332,7 @@ mod tests {
         Tone {
             exposure: -2.0,
             curve: Curve::Filmic,
+            dither: false,
         }
     }
 

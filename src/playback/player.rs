@@ -4,7 +4,7 @@ use super::Playback;
 use super::kernel::{Factors, Keys, Target};
 use super::key::{Format, KeyImage, Samples};
 use crate::picture::Image;
-use crate::picture::tone::{ByteTable, Tone};
+use crate::picture::tone::{ByteTable, Dither, Tone};
 use crate::timeline::{Segment, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
@@ -17,6 +17,7 @@ pub struct Player<'a> {
     kept: Vec<KeyImage>,
     format: Format,
     table: ByteTable,
+    dither: Option<Dither>,
     threads: usize,
 }
 
@@ -43,6 +44,7 @@ impl<'a> Player<'a> {
             kept,
             format,
             table: tone.table(),
+            dither: tone.dithered(),
             threads: work.threads,
         })
     }
@@ -81,7 +83,15 @@ impl<'a> Player<'a> {
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
-        self.blend(time, Target::Bytes(out, &self.table));
+        match &self.dither {
+            None => self.blend(time, Target::Bytes(out, &self.table)),
+            // The pattern needs to know rows, which the fused pass does not: two passes.
+            Some(dither) => {
+                let mut light = vec![0.0; out.len()];
+                self.blend(time, Target::Light(&mut light));
+                dither.encode(3 * width, &light, out);
+            }
+        }
     }
 
     /// The same as light.

@@ -382,6 +382,7 @@ mod tests {
             let tone = Tone {
                 exposure: 1.7,
                 curve,
+                dither: false,
             };
             let steps = Steps::new(tone);
             for i in 0..40_000 {

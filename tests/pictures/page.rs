@@ -302,6 +302,7 @@ fn mixture(show: &mut Interpreter, seconds: f64) -> Vec<u8> {
     let tone = Tone {
         exposure: model.preview.exposure.unwrap(),
         curve: Curve::Filmic,
+        dither: false,
     };
     tone.encode(&sum)
 }
@@ -321,6 +322,11 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     let times = TIMES.map(|t| t.to_string()).join(",");
     let pictures = TIMES.map(|t| picture(&mut show, &shelf, &format!("{t}s")));
     let mixed = mixture(&mut show, 3.1);
+    show.execute("preview { exposure -5.4  dither on }")
+        .unwrap();
+    let dithered_file = folder.path().join("dithered.html");
+    std::fs::write(&dithered_file, page(&mut show, &shelf)).unwrap();
+    let dithered_pictures = TIMES.map(|t| picture(&mut show, &shelf, &format!("{t}s")));
     let hold = HELD
         .map(|(name, level)| format!("&hold={name}:{level}"))
         .concat();
@@ -341,14 +347,32 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
             eprintln!("{name} at {time} s: {off} of 255");
             assert!(off <= 2, "{name} at {time} s: {off} of 255");
         }
-        let lines = browser.report(&file, &format!("test=3.1{hold}{more}"));
-        let off = apart(&lines[2], &mixed);
+        let held = browser.report(&file, &format!("test=3.1{hold}{more}"));
+        let off = apart(&held[2], &mixed);
         eprintln!("{name}, mixed by hand: {off} of 255");
         // A sum of pictures in 8 bits: one step for each that is lit, dimmed from far beyond white.
         assert!(
             usize::from(off) <= HELD.len(),
             "{name}, mixed by hand: {off} of 255"
         );
+        // Dithered: the pattern of `picture`, one step beside the plain page here and there.
+        let dithered_lines = browser.report(&dithered_file, &format!("test={times}{more}"));
+        for (at, time) in TIMES.iter().enumerate() {
+            let (line, plain) = (&dithered_lines[2 + at], decoded(&lines[2 + at]));
+            let off = apart(line, &dithered_pictures[at]);
+            assert!(off <= 2, "{name} at {time} s, dithered: {off} of 255");
+            assert!(apart(line, &plain) <= 1, "{name} at {time} s");
+            let moved = decoded(line)
+                .iter()
+                .zip(&plain)
+                .filter(|(a, b)| a != b)
+                .count();
+            assert!(
+                moved > plain.len() / 20,
+                "{name} at {time} s: {moved} of {}",
+                plain.len()
+            );
+        }
         assert_eq!(browser.console(), json!([]), "{name}");
     }
 }

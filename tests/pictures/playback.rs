@@ -62,6 +62,7 @@ fn each_format_errs_as_much_as_it_must() {
         let tone = Tone {
             exposure: -1.0,
             curve,
+            dither: false,
         };
         // One look falls, the other rises, over four decades up to twice white.
         let white = tone.light(1.0);
@@ -103,6 +104,7 @@ fn a_sun_in_sight_is_too_much_for_halves() {
     let tone = Tone {
         exposure: -5.0,
         curve: Curve::Filmic,
+        dither: false,
     };
     let lit = |sun: f64| {
         let playback = made_up(move |key, x| {
@@ -230,6 +232,7 @@ fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
         let tone = Tone {
             exposure,
             curve: Curve::Filmic,
+            dither: false,
         };
         assert_eq!(shown, tone.encode(&show.preview(time).unwrap()), "{line}");
         exposures.push(exposure);

@@ -91,17 +91,11 @@ impl Interpreter {
         if let Some((exposure, at)) = self.exposure
             && at == made_by
         {
-            return Ok(Tone {
-                exposure,
-                curve: self.tone_curve(),
-            });
+            return Ok(self.tone_at(exposure));
         }
         let exposure = self.auto_exposure()?;
         self.exposure = Some((exposure, made_by));
-        Ok(Tone {
-            exposure,
-            curve: self.tone_curve(),
-        })
+        Ok(self.tone_at(exposure))
     }
 
     /// A bank alone at full: 1 in its coordinates.

@@ -74,53 +74,50 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn preview_entry(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
-        let curve = match value.text {
-            "filmic" => Some(ToneCurve::Filmic),
-            "plain" => Some(ToneCurve::Plain),
-            _ => None,
-        };
-        if (key.text == "tone") != curve.is_some() {
-            let message = match curve {
-                Some(_) => format!("`{}` is a tone, not a number", value.text),
-                None => format!("`{}` is no tone: it is `filmic` or `plain`", value.text),
-            };
-            return self
-                .report
-                .error(codes::DOES_NOT_FIT, message, (value.span, "not here"), "");
-        }
-        if value.text == "auto" {
-            if key.text == "exposure" {
-                self.show.preview.exposure = None;
-                return Some(());
-            }
-            let message = format!("only `exposure` may be `auto`, `{}` is a number", key.text);
-            return self
-                .report
-                .error(codes::DOES_NOT_FIT, message, (value.span, "not here"), "");
-        }
+        let is_quantity = !matches!(value.text, "filmic" | "plain" | "on" | "off" | "auto");
         let quality = "qualities are 1 to 5";
-        match key.text {
-            "tolerance" => {
+        match (key.text, value.text) {
+            ("tone", "filmic") => self.show.preview.tone = ToneCurve::Filmic,
+            ("tone", "plain") => self.show.preview.tone = ToneCurve::Plain,
+            ("dither", "on") => self.show.preview.dither = true,
+            ("dither", "off") => self.show.preview.dither = false,
+            ("exposure", "auto") => self.show.preview.exposure = None,
+            ("tone" | "dither", _) => return self.unfit(key, value),
+            _ if !is_quantity => return self.unfit(key, value),
+            ("tolerance", _) => {
                 let range = "a tolerance is 0% to 100%";
                 let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
                 self.show.preview.tolerance = percent / 100.0;
             }
-            "gap" => self.show.preview.gap = self.duration(value)?,
-            "rate" => {
+            ("gap", _) => self.show.preview.gap = self.duration(value)?,
+            ("rate", _) => {
                 let range = "a rate is 1 to 1000 frames a second";
                 self.show.preview.rate =
                     self.within(value, Wanted::Number, (1.0, 1000.0), range)?;
             }
-            "exposure" => {
+            ("exposure", _) => {
                 let range = "an exposure is -30 to 30 stops";
                 let stops = self.within(value, Wanted::Number, (-30.0, 30.0), range)?;
                 self.show.preview.exposure = Some(stops);
             }
-            "tone" => self.show.preview.tone = curve?,
-            "coarse" => self.show.preview.coarse = self.step(value, quality)?,
+            ("coarse", _) => self.show.preview.coarse = self.step(value, quality)?,
             _ => self.show.preview.refined = self.step(value, quality)?,
         }
         Some(())
+    }
+
+    /// Reports a value that is not of its setting's kind.
+    fn unfit(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
+        let (key, word) = (key.text, value.text);
+        let message = match (key, word) {
+            ("tone", _) => format!("`{word}` is no tone: it is `filmic` or `plain`"),
+            ("dither", _) => format!("`dither` is `on` or `off`, not `{word}`"),
+            (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
+            (_, "on" | "off") => format!("only `dither` is `on` or `off`, `{key}` is a number"),
+            _ => format!("`{word}` is a tone, not a number"),
+        };
+        self.report
+            .error(codes::DOES_NOT_FIT, message, (value.span, "not here"), "")
     }
 
     fn step(&mut self, value: Word<'a>, range: &str) -> Option<u8> {

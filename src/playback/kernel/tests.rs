@@ -10,6 +10,7 @@ use proptest::prelude::*;
 const TONE: Tone = Tone {
     exposure: -1.3,
     curve: Curve::Filmic,
+    dither: false,
 };
 
 /// Four pictures that differ, with darks, lights and lamps; negative ones on request.

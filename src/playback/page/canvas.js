@@ -10,12 +10,13 @@ function canvasRenderer(canvas, show) {
   const bits = new Uint32Array(sum.buffer);
   // The display's code by the upper 16 bits of a float's magnitude and exponent: steps of 0.4 % of
   // light at most, each told by its middle. Negative light is black.
-  const tone = new Uint8ClampedArray(1 << 16);
+  const tone = new Float32Array(1 << 16);
   const probe = new Float32Array(1);
   const probeBits = new Uint32Array(probe.buffer);
   for (let i = 0; i < 0xff00; i++) {
     probeBits[0] = (i << 15) | (1 << 14);
-    tone[i] = shown(show.curve, probe[0]);
+    const code = shown(show.curve, probe[0]);
+    tone[i] = show.dither ? code : Math.round(code);
   }
   tone.fill(255, 0xff00);
   const pictures = [];
@@ -61,9 +62,10 @@ function canvasRenderer(canvas, show) {
       for (const { picture, weight } of terms ?? weights.map((weight, k) => ({ picture: frame.keys[k], weight }))) add(picture, weight);
       const data = out.data;
       for (let i = 0, p = 0; i < sum.length; i += 3, p += 4) {
+        const at = i / 3, more = show.dither ? bias(at % width, Math.floor(at / width)) : 0;
         for (let c = 0; c < 3; c++) {
           const raw = bits[i + c];
-          data[p + c] = raw >>> 31 ? 0 : tone[raw >>> 15];
+          data[p + c] = raw >>> 31 ? 0 : tone[raw >>> 15] + more;
         }
       }
       context.putImageData(out, 0, 0);
