@@ -12,6 +12,7 @@
 
 use crate::geometry::{Vec3, vec3};
 use crate::transport::eye::Fragments;
+use crate::transport::stencil::Rectangle;
 use crate::transport::surface::Surfaces;
 use rayon::prelude::*;
 use std::sync::OnceLock;
@@ -36,32 +37,6 @@ pub struct Receiver {
     pub point: Vec3,
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
-}
-
-/// Bounds of two coordinates: least and greatest of the first, then of the second.
-#[derive(Clone, Copy, Debug)]
-pub struct Rectangle(pub [f64; 4]);
-
-impl Rectangle {
-    /// Holds nothing.
-    pub const EMPTY: Rectangle = Rectangle([
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-    ]);
-
-    /// The least that holds both.
-    pub fn with(self, o: Rectangle) -> Rectangle {
-        let [a, b, c, d] = self.0;
-        let [e, f, g, h] = o.0;
-        Rectangle([a.min(e), b.max(f), c.min(g), d.max(h)])
-    }
-
-    /// Of a point.
-    pub fn at([x, y]: [f64; 2]) -> Rectangle {
-        Rectangle([x, x, y, y])
-    }
 }
 
 /// A range of points of one facet, their bounding rectangle, and its halves.

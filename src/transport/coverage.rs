@@ -14,7 +14,7 @@
 use std::ops::Range;
 
 use crate::raster::Camera;
-use crate::transport::stencil::{self, Line, Place, Stencil, measured};
+use crate::transport::stencil::{self, Line, Place, Rectangle, Stencil, measured};
 use crate::transport::surface::{Piece, Surfaces};
 
 /// Relative difference of inverse depths below which two planes count as one.
@@ -149,7 +149,7 @@ impl Shares {
                     // First what tells most often that nothing is to be cut.
                     let nearer = [nearer(other, own)];
                     let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
-                    self.stencil.subtract(lines);
+                    self.stencil.subtract(lines, &Rectangle::EVERYWHERE);
                 }
             }
             self.merge(own.facet);

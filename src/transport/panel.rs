@@ -13,7 +13,7 @@
 use crate::geometry::Vec3;
 use crate::transport::cluster::{Cluster, PATCH};
 use crate::transport::direct::Setting;
-use crate::transport::lambert::{Clipper, halved};
+use crate::transport::lambert::{Clipper, Pane};
 use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
 use crate::transport::visibility::Shaft;
@@ -32,8 +32,7 @@ const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
 
 /// A convex polygon of the light.
 struct Emitter {
-    corners: Vec<Vec3>,
-    normal: Vec3,
+    pane: Pane,
     /// A ball around it.
     ball: (Vec3, f64),
     /// How often it may still be halved.
@@ -61,14 +60,14 @@ pub struct Panel<'a> {
 }
 
 impl Emitter {
-    fn new(corners: Vec<Vec3>, normal: Vec3, halvings: usize) -> Emitter {
+    fn new(pane: Pane, halvings: usize) -> Emitter {
+        let corners = pane.corners();
         let count = corners.len().max(1) as f64;
         let middle = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) * (1.0 / count);
         let radius = corners.iter().map(|c| (*c - middle).length());
         Emitter {
             ball: (middle, radius.fold(0.0, f64::max)),
-            corners,
-            normal,
+            pane,
             halvings,
         }
     }
@@ -77,7 +76,7 @@ impl Emitter {
     fn distance(&self, point: Vec3) -> f64 {
         let (middle, radius) = self.ball;
         let way = point - middle;
-        let height = self.normal.dot(way).abs();
+        let height = self.pane.normal().dot(way).abs();
         (way.length() - radius).max(height)
     }
 }
@@ -114,7 +113,7 @@ impl<'a> Panel<'a> {
             if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
                 continue;
             }
-            let emitter = Emitter::new(piece.vertices.clone(), piece.normal, HALVINGS);
+            let emitter = Emitter::new(Pane::new(piece.vertices.clone(), piece.normal), HALVINGS);
             if is_behind(&emitter, chunk) {
                 continue;
             }
@@ -143,25 +142,23 @@ impl<'a> Panel<'a> {
         Shaft::new(
             &cluster.corners,
             self.normal,
-            &emitter.corners,
-            Some(emitter.normal),
+            emitter.pane.corners(),
+            Some(emitter.pane.normal()),
             self.setting.surfaces.touching(),
         )
     }
 
     /// Stacks an emitter with its occluders; in halves while they are too many.
     fn pair(&mut self, emitter: usize, occluders: Range<usize>, cluster: &Cluster) {
-        let Emitter {
-            normal, halvings, ..
-        } = self.emitters[emitter];
+        let halvings = self.emitters[emitter].halvings;
         if occluders.len() <= FEW || halvings == 0 {
             self.pairs.push(Pair { emitter, occluders });
             return;
         }
-        for corners in halved(&self.emitters[emitter].corners) {
-            if corners.len() >= 3 && !self.is_below(&corners, cluster) {
-                let half = Emitter::new(corners, normal, halvings - 1);
-                self.emitters.push(half);
+        let halves: Vec<Pane> = self.emitters[emitter].pane.halves().collect();
+        for half in halves {
+            if !self.is_below(half.corners(), cluster) {
+                self.emitters.push(Emitter::new(half, halvings - 1));
                 self.narrow(self.emitters.len() - 1, occluders.clone(), cluster);
             }
         }
@@ -262,21 +259,18 @@ impl<'a> Panel<'a> {
         let mut sum = 0.0;
         for pair in &self.pairs[pairs] {
             let emitter = &self.emitters[pair.emitter];
-            let corners = &emitter.corners;
-            let lit = corners
-                .first()
-                .is_some_and(|c| emitter.normal.dot(point - *c) > 0.0);
-            if !lit {
+            let pane = &emitter.pane;
+            if !pane.faces(point) {
                 continue;
             }
             let list = &self.lists[pair.occluders.clone()];
             sum += if list.is_empty() {
-                self.clipper.unoccluded(point, self.normal, corners)
+                self.clipper.unoccluded(point, self.normal, pane)
             } else {
                 let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
                 let touching = surfaces.touching();
                 self.clipper
-                    .occluded(point, self.normal, corners, occluders, touching)
+                    .occluded(point, self.normal, pane, occluders, touching)
             };
         }
         sum
@@ -285,7 +279,5 @@ impl<'a> Panel<'a> {
 
 /// Does a cluster see nothing but the emitter's back?
 fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
-    let origin = emitter.corners.first().copied().unwrap_or_default();
-    let behind = |c: &Vec3| emitter.normal.dot(*c - origin) <= 0.0;
-    cluster.corners.iter().all(behind)
+    !cluster.corners.iter().any(|c| emitter.pane.faces(*c))
 }

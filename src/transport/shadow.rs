@@ -13,21 +13,12 @@
 
 use crate::geometry::Vec3;
 use crate::raster::Camera;
-use crate::transport::cluster::Rectangle;
-use crate::transport::stencil::{self, Line, Place, Stencil, measured, value};
+use crate::transport::stencil::{self, Line, Place, Rectangle, Stencil, measured, value};
 use crate::transport::surface::Piece;
 
 /// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
 /// for each part, at its centroid; a dozen occluders of one pixel stay far below.
 const MOST_PARTS: usize = 128;
-
-/// Least and greatest value over a rectangle.
-fn range(line: &Line, Rectangle([left, right, top, bottom]): &Rectangle) -> (f64, f64) {
-    let (x, y) = (0.5 * (left + right), 0.5 * (top + bottom));
-    let reach = line[1].abs() * (0.5 * (right - left)) + line[2].abs() * (0.5 * (bottom - top));
-    let middle = value(line, [x, y]);
-    (middle - reach, middle + reach)
-}
 
 /// A facet's plane as the camera sees it.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +96,7 @@ impl Shadows {
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
         for line in self.lines(shadow) {
-            let (low, high) = range(line, rectangle);
+            let (low, high) = stencil::range(line, rectangle);
             if high <= 0.0 {
                 return Meeting::Misses;
             }
@@ -158,7 +149,7 @@ pub fn shade(stencil: &mut Stencil, bounds: &Rectangle, shadows: &Shadows, list:
             drop_dark(stencil, shadows, &list[at..]);
             break;
         }
-        stencil.subtract(shadows.lines(shadow).iter());
+        stencil.subtract(shadows.lines(shadow).iter(), &Rectangle::EVERYWHERE);
         if stencil.count() == 0 {
             return Lit::Not;
         }

@@ -10,13 +10,13 @@
 
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
-use crate::transport::cluster::{Cluster, PATCH, Receivers, Rectangle};
+use crate::transport::cluster::{Cluster, PATCH, Receivers};
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
 use crate::transport::near::{self, Picture, is_near};
 use crate::transport::shadow::{Lit, Meeting, Shadows, shade};
 use crate::transport::sheet::Sheet;
-use crate::transport::stencil::{Place, Stencil, measured};
+use crate::transport::stencil::{Place, Rectangle, Stencil, measured};
 use crate::transport::visibility::{Shaft, blocks};
 
 /// One source's way to one chunk of a facet.

@@ -9,6 +9,8 @@
     reason = "indices run over corners and parts that this module has made"
 )]
 
+use std::ops::Range;
+
 use crate::geometry::Vec3;
 use crate::raster::Camera;
 
@@ -56,14 +58,72 @@ pub fn measured(polygon: &[Place]) -> (f64, Place) {
     (area.abs() * 0.5, centre)
 }
 
-type Part = std::ops::Range<usize>;
+/// Least and greatest value of a line over a rectangle.
+pub fn range(line: &Line, Rectangle([left, right, top, bottom]): &Rectangle) -> (f64, f64) {
+    let middle = value(line, [0.5 * (left + right), 0.5 * (top + bottom)]);
+    let reach = line[1].abs() * (0.5 * (right - left)) + line[2].abs() * (0.5 * (bottom - top));
+    (middle - reach, middle + reach)
+}
+
+/// Bounds of two coordinates: least and greatest of the first, then of the second.
+#[derive(Clone, Copy, Debug)]
+pub struct Rectangle(pub [f64; 4]);
+
+impl Rectangle {
+    /// Holds nothing.
+    pub const EMPTY: Rectangle = Rectangle([
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+    ]);
+
+    /// Holds everything.
+    pub const EVERYWHERE: Rectangle = Rectangle([
+        f64::NEG_INFINITY,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::INFINITY,
+    ]);
+
+    /// The least that holds both.
+    pub fn with(self, o: Rectangle) -> Rectangle {
+        let [a, b, c, d] = self.0;
+        let [e, f, g, h] = o.0;
+        Rectangle([a.min(e), b.max(f), c.min(g), d.max(h)])
+    }
+
+    /// Of a point.
+    pub fn at([x, y]: Place) -> Rectangle {
+        Rectangle([x, x, y, y])
+    }
+
+    /// Of points.
+    pub fn of(places: &[Place]) -> Rectangle {
+        let points = places.iter().map(|p| Rectangle::at(*p));
+        points.fold(Rectangle::EMPTY, Rectangle::with)
+    }
+
+    /// Do both have more than an edge in common?
+    pub fn overlaps(&self, o: &Rectangle) -> bool {
+        let [a, b, c, d] = self.0;
+        let [e, f, g, h] = o.0;
+        a < f && e < b && c < h && g < d
+    }
+}
+
+/// A convex part of the outline.
+#[derive(Clone, Debug)]
+struct Part {
+    corners: Range<usize>,
+    bounds: Rectangle,
+}
 
 /// Working memory for one thread: what is left of an outline.
 #[derive(Debug, Default)]
 pub struct Stencil {
     places: Vec<Place>,
     parts: Vec<Part>,
-    next: Vec<Part>,
     heights: Vec<f64>,
 }
 
@@ -78,7 +138,7 @@ impl Stencil {
     pub fn add(&mut self, outline: &[Place]) {
         let from = self.places.len();
         self.places.extend_from_slice(outline);
-        self.parts.push(from..self.places.len());
+        self.push(from..self.places.len());
     }
 
     /// How many parts are left.
@@ -88,64 +148,74 @@ impl Stencil {
 
     /// The outline of each part that is left.
     pub fn parts(&self) -> impl Iterator<Item = &[Place]> {
-        self.parts.iter().map(|p| &self.places[p.clone()])
+        self.parts.iter().map(|p| &self.places[p.corners.clone()])
+    }
+
+    /// What holds all that is left.
+    pub fn bounds(&self) -> Rectangle {
+        let bounds = self.parts.iter().map(|p| p.bounds);
+        bounds.fold(Rectangle::EMPTY, Rectangle::with)
     }
 
     /// Leaves the parts that `wanted` says.
     pub fn retain(&mut self, mut wanted: impl FnMut(&[Place]) -> bool) {
         let places = &self.places;
-        self.parts.retain(|p| wanted(&places[p.clone()]));
+        self.parts.retain(|p| wanted(&places[p.corners.clone()]));
     }
 
     /// Cuts away all but what lies within the lines.
     pub fn keep<'a>(&mut self, lines: impl Iterator<Item = &'a Line> + Clone) {
-        self.each_part(|stencil, part, _| {
-            let mut rest = Some(part);
-            for line in lines.clone() {
-                rest = rest.and_then(|r| stencil.cut(r, line).0);
+        for at in (0..self.parts.len()).rev() {
+            let part = self.parts.swap_remove(at).corners;
+            let inside = |rest, line| self.cut(rest, line).0;
+            if let Some(rest) = lines.clone().try_fold(part, inside) {
+                self.push(rest);
             }
-            rest
-        });
+        }
     }
 
-    /// Cuts away what lies within the lines.
-    pub fn subtract<'a>(&mut self, lines: impl Iterator<Item = &'a Line> + Clone) {
-        self.each_part(|stencil, part, left| {
-            let corners = &stencil.places[part.clone()];
+    /// Cuts away what lies within the lines; `bounds` hold all of that.
+    pub fn subtract<'a>(
+        &mut self,
+        lines: impl Iterator<Item = &'a Line> + Clone,
+        bounds: &Rectangle,
+    ) {
+        // From the last on: what is pushed lies outside and is not looked at again.
+        for at in (0..self.parts.len()).rev() {
+            let part = &self.parts[at];
+            if !part.bounds.overlaps(bounds) {
+                continue;
+            }
+            let corners = &self.places[part.corners.clone()];
             let outside = |l: &Line| corners.iter().all(|c| value(l, *c) <= 0.0);
             if lines.clone().any(outside) {
-                return Some(part);
+                continue;
             }
-            let mut rest = Some(part);
+            let mut rest = self.parts.swap_remove(at).corners;
             for line in lines.clone() {
-                rest = rest.and_then(|r| {
-                    let (inside, outside) = stencil.cut(r, line);
-                    left.extend(outside);
-                    inside
-                });
+                let (inside, outside) = self.cut(rest, line);
+                if let Some(outside) = outside {
+                    self.push(outside);
+                }
+                match inside {
+                    Some(inside) => rest = inside,
+                    None => break,
+                }
             }
-            None
-        });
+        }
     }
 
-    /// Replaces every part by what is returned and what is added to the list.
-    fn each_part(
-        &mut self,
-        mut replace: impl FnMut(&mut Self, Part, &mut Vec<Part>) -> Option<Part>,
-    ) {
-        let mut parts = std::mem::take(&mut self.parts);
-        let mut next = std::mem::take(&mut self.next);
-        next.clear();
-        for part in parts.drain(..) {
-            let left = replace(self, part, &mut next);
-            next.extend(left);
-        }
-        self.parts = next;
-        self.next = parts;
+    fn push(&mut self, corners: Range<usize>) {
+        let bounds = Rectangle::of(&self.places[corners.clone()]);
+        self.parts.push(Part { corners, bounds });
     }
 
     /// What of a part is inside a line, and what is outside.
-    fn cut(&mut self, part: Part, line: &Line) -> (Option<Part>, Option<Part>) {
+    fn cut(
+        &mut self,
+        part: Range<usize>,
+        line: &Line,
+    ) -> (Option<Range<usize>>, Option<Range<usize>>) {
         self.heights.clear();
         let places = &self.places;
         self.heights
