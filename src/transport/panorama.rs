@@ -118,12 +118,16 @@ impl Sheet {
     /// Draws a convex outline in pixels; its inverse depth is `plane[0] + plane[1] column +
     /// plane[2] row` at the pixels' middles, good to `slack`.
     fn draw(&mut self, outline: &[[f32; 2]], plane: [f32; 3], slack: f32, item: u32) {
-        let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
+        let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for p in outline {
-            (low, high) = (low.min(p[1]), high.max(p[1]));
+            for k in 0..2 {
+                (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+            }
         }
-        let (top, bottom) = (self.from(low - WIDER), self.from(high + WIDER));
-        if top >= bottom {
+        let [first, top] = low.map(|x| self.from(x - WIDER));
+        let [end, bottom] = high.map(|x| self.from(x + WIDER));
+        // Most of a detailed scene is seen between the pixels' middles, or below the horizon.
+        if top >= bottom || first >= end || end <= lead(self.resolution, bottom - 1) {
             return;
         }
         self.left[top..bottom].fill(f32::INFINITY);
@@ -195,6 +199,8 @@ struct Seen {
 pub struct Panorama<'a> {
     outline: &'a Outline,
     turned: [Vec<f32>; 3],
+    /// The corners on the face at hand, in pixels; without meaning behind it.
+    projected: [Vec<f32>; 2],
     /// Backs, and fronts: drawn in this order.
     seen: [Vec<Seen>; 2],
     flat: Vec<[f32; 2]>,
@@ -216,6 +222,7 @@ impl<'a> Panorama<'a> {
         Panorama {
             outline,
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
+            projected: [vec![0.0; count], vec![0.0; count]],
             seen: [Vec::new(), Vec::new()],
             flat: Vec::new(),
         }
@@ -279,6 +286,7 @@ impl<'a> Panorama<'a> {
     pub fn draw(&mut self, face: usize, sheet: &mut Sheet) {
         let scale = sheet.resolution as f32 / 3.0;
         let (f, r, u) = (face, (face + 1) % 3, (face + 2) % 3);
+        self.project([f, r, u], scale);
         let counts = [0, 1].map(|side| self.seen[side].len());
         for (side, k) in [0, 1]
             .iter()
@@ -290,7 +298,10 @@ impl<'a> Panorama<'a> {
             }
             // Points of the plane on the face are deeper than its distance over root 6.
             let near = 0.4 * seen.distance;
-            self.flatten(seen.piece as usize, [f, r, u], near, scale);
+            let whole = self.gather(seen.piece as usize, f, near);
+            if !whole {
+                self.flatten(seen.piece as usize, [f, r, u], near, scale);
+            }
             if self.flat.len() < 3 {
                 continue;
             }
@@ -301,6 +312,31 @@ impl<'a> Panorama<'a> {
             let slack = ROUNDING * (pf.abs() + pr.abs() + pu.abs());
             sheet.draw(&self.flat, plane, slack, seen.item);
         }
+    }
+
+    /// Projects every corner: those that pieces share once, and several in one instruction.
+    fn project(&mut self, [f, r, u]: [usize; 3], scale: f32) {
+        let shift = 2.0 * scale;
+        let depths = &self.turned[f];
+        for (out, from) in self.projected.iter_mut().zip([r, u]) {
+            for ((out, x), depth) in out.iter_mut().zip(&self.turned[from]).zip(depths) {
+                *out = x * (scale / depth) + shift;
+            }
+        }
+    }
+
+    /// Takes a piece into `flat` that is wholly deeper than `near`; else it must be cut.
+    fn gather(&mut self, piece: usize, face: usize, near: f32) -> bool {
+        let corners = self.corners(piece);
+        let depths = &self.turned[face];
+        if corners.iter().any(|c| depths[*c as usize] <= near) {
+            return false;
+        }
+        let [x, y] = &self.projected;
+        let places = corners.iter().map(|c| [x[*c as usize], y[*c as usize]]);
+        self.flat.clear();
+        self.flat.extend(places);
+        true
     }
 
     /// The part of a piece that is deeper than `near`, in pixels, into `flat`.
