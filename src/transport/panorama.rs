@@ -29,6 +29,19 @@ const WIDER: f32 = 2e-3;
 /// Rounding of inverse depths in single precision, as a share of their terms.
 const ROUNDING: f32 = 4e-7;
 
+/// The smallest float from which on there are no fractions.
+const WHOLE: f32 = 8_388_608.0;
+
+/// The smaller of two numbers: one instruction, as no NaN is asked after.
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
 /// The corners of all pieces.
 #[derive(Clone, Debug)]
 pub struct Outline {
@@ -110,9 +123,10 @@ impl Sheet {
 
     /// First pixel whose middle is at `x` or beyond, from 0 to the resolution.
     fn from(&self, x: f32) -> usize {
-        let x = (x - 0.5).max(0.0).min(self.resolution as f32);
-        let below = x as i32;
-        below as usize + usize::from((below as f32) < x)
+        let x = smaller(greater(x, 0.0), self.resolution as f32);
+        // At this size floats are whole numbers: the sum is rounded to one, in its last bits.
+        let whole = (x + WHOLE).to_bits() - WHOLE.to_bits();
+        whole as usize
     }
 
     /// Draws a convex outline in pixels; its inverse depth is `plane[0] + plane[1] column +
@@ -121,7 +135,7 @@ impl Sheet {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for p in outline {
             for k in 0..2 {
-                (low[k], high[k]) = (low[k].min(p[k]), high[k].max(p[k]));
+                (low[k], high[k]) = (smaller(low[k], p[k]), greater(high[k], p[k]));
             }
         }
         let [first, top] = low.map(|x| self.from(x - WIDER));
@@ -170,14 +184,14 @@ impl Sheet {
         for row in self.from(a[1] - WIDER)..self.from(b[1] + WIDER) {
             // An edge along the row: both its ends count.
             let (x, z) = if rise > 1e-6 {
-                let along = (row as f32 + 0.5 - a[1]).max(0.0).min(rise);
+                let along = smaller(greater(row as f32 + 0.5 - a[1], 0.0), rise);
                 let x = a[0] + slope * along;
                 (x, x)
             } else {
                 (a[0], b[0])
             };
-            self.left[row] = self.left[row].min(x.min(z));
-            self.right[row] = self.right[row].max(x.max(z));
+            self.left[row] = smaller(self.left[row], smaller(x, z));
+            self.right[row] = greater(self.right[row], greater(x, z));
         }
     }
 }
@@ -248,7 +262,7 @@ impl<'a> Panorama<'a> {
             for &c in self.corners(i) {
                 let p = self.corner(c);
                 outside &= sides(p);
-                highest = highest.max(p[0] + p[1] + p[2]);
+                highest = greater(highest, p[0] + p[1] + p[2]);
             }
             if piece.facet == facet || highest <= horizon {
                 continue;
