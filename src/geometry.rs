@@ -5,6 +5,17 @@
 
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
+/// The smaller of two numbers, the second where one is NaN: a single instruction, where `min` must
+/// look for NaN.
+pub fn smaller<T: PartialOrd>(a: T, b: T) -> T {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers, in the same way.
+pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
+    if a > b { a } else { b }
+}
+
 /// A point or a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vec3 {
@@ -52,12 +63,20 @@ impl Vec3 {
 
     /// Component-wise minimum.
     pub fn min(self, o: Vec3) -> Vec3 {
-        vec3(self.x.min(o.x), self.y.min(o.y), self.z.min(o.z))
+        vec3(
+            smaller(self.x, o.x),
+            smaller(self.y, o.y),
+            smaller(self.z, o.z),
+        )
     }
 
     /// Component-wise maximum.
     pub fn max(self, o: Vec3) -> Vec3 {
-        vec3(self.x.max(o.x), self.y.max(o.y), self.z.max(o.z))
+        vec3(
+            greater(self.x, o.x),
+            greater(self.y, o.y),
+            greater(self.z, o.z),
+        )
     }
 
     /// True when no component is NaN or infinite.

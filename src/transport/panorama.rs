@@ -13,7 +13,7 @@
     reason = "corners are numbered by this module; rows and columns are clamped to the sheet"
 )]
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, greater, smaller};
 use crate::transport::surface::Surfaces;
 use std::collections::BTreeMap;
 
@@ -31,16 +31,6 @@ const ROUNDING: f32 = 4e-7;
 
 /// The smallest float from which on there are no fractions.
 const WHOLE: f32 = 8_388_608.0;
-
-/// The smaller of two numbers: one instruction, as no NaN is asked after.
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The greater of two numbers.
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
-}
 
 /// The corners of all pieces.
 #[derive(Clone, Debug)]

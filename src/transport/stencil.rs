@@ -11,7 +11,7 @@
 
 use std::ops::Range;
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, greater, smaller};
 use crate::raster::Camera;
 
 /// A place in the picture, in pixels.
@@ -90,7 +90,12 @@ impl Rectangle {
     pub fn with(self, o: Rectangle) -> Rectangle {
         let [a, b, c, d] = self.0;
         let [e, f, g, h] = o.0;
-        Rectangle([a.min(e), b.max(f), c.min(g), d.max(h)])
+        Rectangle([
+            smaller(a, e),
+            greater(b, f),
+            smaller(c, g),
+            greater(d, h),
+        ])
     }
 
     /// Of a point.

@@ -10,7 +10,7 @@
     reason = "node and piece indices are made and kept by this module alone"
 )]
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, greater, smaller};
 use crate::transport::surface::{Piece, Surfaces};
 
 /// Pieces in a leaf.
@@ -182,7 +182,7 @@ fn side_walls(edges: &[Vec3], tips: &[Vec3], slack: f64, walls: &mut Vec<Wall>) 
             let (mut low, mut high) = (0.0_f64, 0.0_f64);
             for p in tips.iter().chain(edges) {
                 let height = normal.dot(*p) - at;
-                (low, high) = (low.min(height), high.max(height));
+                (low, high) = (smaller(low, height), greater(high, height));
                 if low < -slack && high > slack {
                     break;
                 }
