@@ -203,6 +203,8 @@ struct Seen {
 pub struct Panorama<'a> {
     outline: &'a Outline,
     turned: [Vec<f32>; 3],
+    /// [`sides`] of each corner.
+    sides: Vec<u8>,
     /// The corners on the face at hand, in pixels; without meaning behind it.
     projected: [Vec<f32>; 2],
     /// Backs, and fronts: drawn in this order.
@@ -226,6 +228,7 @@ impl<'a> Panorama<'a> {
         Panorama {
             outline,
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
+            sides: vec![0; count],
             projected: [vec![0.0; count], vec![0.0; count]],
             seen: [Vec::new(), Vec::new()],
             flat: Vec::new(),
@@ -244,6 +247,10 @@ impl<'a> Panorama<'a> {
                 *t = ax * (x - px) + ay * (y - py) + az * (z - pz);
             }
         }
+        let [tx, ty, tz] = &self.turned;
+        for (((out, x), y), z) in self.sides.iter_mut().zip(tx).zip(ty).zip(tz) {
+            *out = sides([*x, *y, *z]);
+        }
         let touching = surfaces.touching();
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
         self.seen.iter_mut().for_each(Vec::clear);
@@ -251,7 +258,7 @@ impl<'a> Panorama<'a> {
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
                 let p = self.corner(c);
-                outside &= sides(p);
+                outside &= self.sides[c as usize];
                 highest = greater(highest, p[0] + p[1] + p[2]);
             }
             if piece.facet == facet || highest <= horizon {

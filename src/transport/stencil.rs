@@ -90,12 +90,7 @@ impl Rectangle {
     pub fn with(self, o: Rectangle) -> Rectangle {
         let [a, b, c, d] = self.0;
         let [e, f, g, h] = o.0;
-        Rectangle([
-            smaller(a, e),
-            greater(b, f),
-            smaller(c, g),
-            greater(d, h),
-        ])
+        Rectangle([smaller(a, e), greater(b, f), smaller(c, g), greater(d, h)])
     }
 
     /// Of a point.
