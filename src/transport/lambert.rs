@@ -30,7 +30,7 @@ const MOST_HALVINGS: usize = 8;
 /// place on the emitter's plane that would be worth its rounding.
 const LOW: f64 = 1e-6;
 
-/// A convex polygon that shines.
+/// A convex polygon that shines, with coordinates in its plane, metres.
 #[derive(Clone, Debug)]
 pub struct Pane {
     corners: Vec<Vec3>,

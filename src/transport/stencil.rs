@@ -1,7 +1,8 @@
-//! Convex parts of the picture, cut by straight lines.
+//! Convex parts of a plane, cut by straight lines.
 //!
-//! What a pixel shows, and what is lit of it, are both found by cutting polygons in two dimensions:
-//! no samples, no bias, edges sharp at any size. All parts of one outline share one list of
+//! What a pixel shows, what is lit of it by a spot, and what a point sees of a panel, are all found
+//! by cutting polygons in two dimensions, of the picture or of the panel's own plane: no samples, no
+//! bias, edges sharp at any size. All parts of one outline share one list of
 //! corners, so that cutting allocates nothing. This room knows nothing of surfaces or light.
 
 #![allow(
@@ -14,10 +15,10 @@ use std::ops::Range;
 use crate::geometry::{Vec3, greater, smaller};
 use crate::raster::Camera;
 
-/// A place in the picture, in pixels.
+/// A place in the picture, in pixels, or on a panel's plane, in metres.
 pub type Place = [f64; 2];
 
-/// A half-plane of the picture: positive values of `c + x * a + y * b`, as `[c, a, b]`.
+/// A half-plane: positive values of `c + x * a + y * b`, as `[c, a, b]`.
 pub type Line = [f64; 3];
 
 /// The value of a line at a place.
