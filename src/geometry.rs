@@ -143,6 +143,21 @@ impl Index<usize> for Vec3 {
     }
 }
 
+/// The part of a convex polygon where `height`, which is linear, is not negative.
+pub fn part_above(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
+    let mut out = Vec::with_capacity(polygon.len() + 1);
+    for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
+        let (here, there) = (height(*a), height(*b));
+        if here >= 0.0 {
+            out.push(*a);
+        }
+        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
+            out.push(*a + (*b - *a) * (here / (here - there)));
+        }
+    }
+    out
+}
+
 /// Twice the vector area of a polygon (Newell's method): its direction is the normal of the side
 /// from which the vertices run counter-clockwise, half its length the area.
 pub fn newell(vertices: &[Vec3]) -> Vec3 {

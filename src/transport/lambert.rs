@@ -12,7 +12,7 @@
     reason = "indices run over the polygon's own vertices"
 )]
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, part_above};
 use crate::transport::cluster::frame;
 use crate::transport::stencil::{Line, Place, Rectangle, Stencil, range};
 use crate::transport::surface::Piece;
@@ -83,21 +83,7 @@ impl Pane {
             }
         });
         let axis = far - first;
-        let halves = [1.0, -1.0].map(|sign| {
-            let height = |v: Vec3| axis.dot(v - centre) * sign;
-            let mut half = Vec::with_capacity(polygon.len() + 1);
-            for (i, &a) in polygon.iter().enumerate() {
-                let b = polygon[(i + 1) % polygon.len()];
-                let (here, there) = (height(a), height(b));
-                if here >= 0.0 {
-                    half.push(a);
-                }
-                if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-                    half.push(a + (b - a) * (here / (here - there)));
-                }
-            }
-            half
-        });
+        let halves = [axis, -axis].map(|way| part_above(polygon, |v| way.dot(v - centre)));
         let halves = halves.into_iter().filter(|half| half.len() >= 3);
         halves.map(|half| Pane::new(half, self.normal))
     }
@@ -185,7 +171,7 @@ impl Clipper {
         self.stencil.clear();
         self.stencil.add(&sight.pane.outline);
         let horizon = sight.line(normal, 0.0);
-        self.stencil.keep([&horizon].into_iter());
+        self.stencil.keep(std::iter::once(&horizon));
     }
 
     /// Irradiance at `point` from the unoccluded `pane`; the caller has seen to it that the point

@@ -9,7 +9,7 @@
     reason = "corners are numbered modulo their count"
 )]
 
-use crate::geometry::{Vec3, newell};
+use crate::geometry::{Vec3, newell, part_above};
 use crate::transport::cut::{Line, height};
 use crate::transport::grid::Grid;
 use crate::transport::surface::{Facet, Surfaces};
@@ -60,11 +60,11 @@ impl Sample {
                 (grid.across, grid.scale[1], corner[1]),
             ] {
                 let at = |p: Vec3| axis.dot(p - grid.origin) * scale;
-                part = keep(&part, |p| at(p) - low);
-                part = keep(&part, |p| low + side - at(p));
+                part = part_above(&part, |p| at(p) - low);
+                part = part_above(&part, |p| low + side - at(p));
             }
             for line in bounds.iter() {
-                part = keep(&part, |p| height(*line, grid.place(p)));
+                part = part_above(&part, |p| height(*line, grid.place(p)));
             }
             let Some(&first) = part.first() else { continue };
             let local: Vec<Vec3> = part.iter().map(|v| *v - first).collect();
@@ -120,22 +120,6 @@ fn centroid(local: &[Vec3]) -> Vec3 {
             (sum + (pair[0] + pair[1]) * (area / 3.0), total + area)
         });
     if total > 0.0 { sum / total } else { Vec3::ZERO }
-}
-
-/// The part of a convex polygon where `height` is not negative.
-fn keep(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
-    let mut out = Vec::with_capacity(polygon.len() + 1);
-    for (i, &a) in polygon.iter().enumerate() {
-        let b = polygon[(i + 1) % polygon.len()];
-        let (here, there) = (height(a), height(b));
-        if here >= 0.0 {
-            out.push(a);
-        }
-        if (here > 0.0 && there < 0.0) || (here < 0.0 && there > 0.0) {
-            out.push(a + (b - a) * (here / (here - there)));
-        }
-    }
-    out
 }
 
 /// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, or as far as it goes.

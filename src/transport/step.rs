@@ -17,9 +17,9 @@ use crate::transport::{Quality, TransportError};
 /// change nothing. Hence the 32 of the fourth; its 3000 elements leave .80 and 2.2 % on the tavern.
 /// There, too, a pixel that is stretched on a floor is looked at in quarters: on the stage, bank by
 /// bank, .40 % for .51 in a twentieth more time, on the tavern .76 for .80 in a sixth more. At the
-/// finest it is the elements that count: on the stage 4000 of them leave 0.38 %
-/// whether they see in 24 pixels or in 64 and whether 32,000 nodes gather or 64,000, and 8000 leave
-/// 0.24 %. It interpolates no direct light, so that its errors are those of the rest.
+/// finest it is the elements that count: on the stage 4000 of them leave 0.38 % whether they see in
+/// 24 pixels or in 64 and whether 32,000 nodes gather or 64,000, and 8000 leave 0.24 %. It
+/// interpolates no direct light, so that its errors are those of the rest.
 pub const STEPS: [Step; 5] = [
     Step {
         elements: 300,
