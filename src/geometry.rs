@@ -143,6 +143,17 @@ impl Index<usize> for Vec3 {
     }
 }
 
+/// Two unit vectors that span the plane of `normal`.
+pub fn frame(normal: Vec3) -> [Vec3; 2] {
+    let aside = if normal.x.abs() < 0.6 {
+        vec3(1.0, 0.0, 0.0)
+    } else {
+        vec3(0.0, 1.0, 0.0)
+    };
+    let u = normal.cross(aside).normalized();
+    [u, normal.cross(u)]
+}
+
 /// The part of a convex polygon where `height`, which is linear, is not negative.
 pub fn part_above(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(polygon.len() + 1);

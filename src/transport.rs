@@ -31,6 +31,7 @@ pub mod sample;
 pub mod seen;
 pub mod shadow;
 mod sheet;
+pub mod solid;
 mod spot;
 pub mod stencil;
 pub mod step;

@@ -11,8 +11,8 @@
     reason = "pieces are named by the hierarchy, facets by the pieces"
 )]
 
-use crate::geometry::Vec3;
-use crate::transport::direct::{Luminaire, Setting, frame};
+use crate::geometry::{Vec3, frame};
+use crate::transport::direct::{Luminaire, Setting};
 
 /// Beacons kept at most; more do not make the answer better, only slower where it is no.
 const MOST_BEACONS: usize = 16;

@@ -10,7 +10,7 @@
     reason = "ranges and lists of members are made and kept by this module"
 )]
 
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{Vec3, frame};
 use crate::transport::eye::Fragments;
 use crate::transport::stencil::Rectangle;
 use crate::transport::surface::Surfaces;
@@ -170,17 +170,6 @@ impl Receivers {
             chunks,
         }
     }
-}
-
-/// Two unit vectors that span the plane of `normal`.
-pub fn frame(normal: Vec3) -> [Vec3; 2] {
-    let aside = if normal.x.abs() < 0.6 {
-        vec3(1.0, 0.0, 0.0)
-    } else {
-        vec3(0.0, 1.0, 0.0)
-    };
-    let u = normal.cross(aside).normalized();
-    [u, normal.cross(u)]
 }
 
 /// A receiver in its facet's plane.

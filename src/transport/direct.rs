@@ -12,11 +12,11 @@
     reason = "facets and pieces are named by the surfaces, receivers by their clusters"
 )]
 
+use crate::geometry::Vec3;
 use crate::scene::{Light, Rig};
 use crate::transport::TransportError;
 use crate::transport::beam::Beam;
 use crate::transport::cluster::Receivers;
-pub use crate::transport::cluster::frame;
 use crate::transport::eye::Fragments;
 use crate::transport::near::Picture;
 use crate::transport::panel::Panel;
@@ -34,6 +34,52 @@ pub enum Luminaire {
     Panel(Vec<usize>),
     /// A point source; of a projection the even light that its image is cut out of.
     Spot(Beam),
+}
+
+/// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
+const MOST_MARKS: usize = 1 << 24;
+
+/// What is hidden from a light behind the fronts of solids.
+#[derive(Clone, Debug)]
+pub struct Hidden {
+    /// Pieces of the light, in order, that share their marks.
+    together: usize,
+    /// [`Solids::hidden`](crate::transport::solid::Solids::hidden) from those.
+    marks: Vec<Vec<bool>>,
+}
+
+impl Hidden {
+    /// From one of the light's pieces; a point source is the first.
+    pub fn from(&self, piece: usize) -> &[bool] {
+        &self.marks[piece / self.together]
+    }
+}
+
+impl Luminaire {
+    fn hides(&self, surfaces: &Surfaces) -> Hidden {
+        let marks = |corners: &[Vec3]| {
+            let touching = surfaces.touching();
+            surfaces.solids.hidden(&surfaces.pieces, corners, touching)
+        };
+        match self {
+            Luminaire::Panel(pieces) => {
+                let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
+                let together = pieces.len().div_ceil(sets).max(1);
+                let corners = |group: &[usize]| {
+                    let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
+                    marks(&vertices.copied().collect::<Vec<Vec3>>())
+                };
+                Hidden {
+                    together,
+                    marks: pieces.chunks(together).map(corners).collect(),
+                }
+            }
+            Luminaire::Spot(beam) => Hidden {
+                together: 1,
+                marks: vec![marks(&[beam.position])],
+            },
+        }
+    }
 }
 
 /// Makes the rig's lights ready.
@@ -99,6 +145,7 @@ pub fn irradiance(
     allowed: f64,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
+    let hidden = light.hides(setting.surfaces);
     let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
         .chunks
         .par_iter()
@@ -117,10 +164,11 @@ pub fn irradiance(
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet);
+                    let pieces = (pieces.as_slice(), &hidden);
                     panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
                 }
                 Luminaire::Spot(beam) => {
-                    let mut spot = Spot::new(setting, beam, own.normal);
+                    let mut spot = Spot::new(setting, beam, &hidden, own.normal);
                     spot.shine(receivers, fragments, cluster, &mut sheet);
                 }
             }

@@ -14,8 +14,7 @@
     reason = "buffers and tables have one entry for each pixel, corner, facet or element"
 )]
 
-use crate::geometry::Vec3;
-use crate::transport::cluster::frame;
+use crate::geometry::{Vec3, frame};
 use crate::transport::mesh::{Mesh, NONE};
 use crate::transport::panorama::{BLACK, Outline, Panorama, Sheet, lead};
 use crate::transport::surface::Surfaces;
@@ -224,9 +223,12 @@ mod tests {
     use crate::geometry::vec3;
     use crate::scene::{Material, Polygon, Scene};
     use crate::transport::direct::Setting;
+    use crate::transport::element::Element;
     use crate::transport::mesh::Layout;
+    use crate::transport::solid::Solids;
     use crate::transport::visibility::Hierarchy;
     use crate::units::Rgb;
+    use std::collections::BTreeMap;
 
     /// A box 2 x 2 x 1 seen from inside, its lid as wide as `lid`.
     fn room(lid: f64) -> Surfaces {
@@ -319,6 +321,67 @@ mod tests {
                 }
             }
         });
+    }
+
+    /// A block on the floor, drawn with all its faces and without those that its fronts hide.
+    #[test]
+    fn backs_of_solids_change_nothing() {
+        let bare = room(1.0);
+        let block = |x: f64, y: f64, z: f64| vec3(0.2 + 0.5 * x, -0.1 + 0.4 * y, 0.6 * z);
+        let faces = [
+            [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
+            [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)],
+            [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
+            [(1, 1, 0), (0, 1, 0), (0, 1, 1), (1, 1, 1)],
+            [(0, 1, 0), (0, 0, 0), (0, 0, 1), (0, 1, 1)],
+        ];
+        let mut polygons: Vec<Polygon> = bare
+            .facets
+            .iter()
+            .map(|f| Polygon {
+                vertices: f.vertices.clone(),
+                material: 0,
+            })
+            .collect();
+        polygons.extend(faces.map(|face| {
+            Polygon {
+                vertices: face
+                    .map(|(x, y, z)| block(f64::from(x), f64::from(y), f64::from(z)))
+                    .to_vec(),
+                material: 0,
+            }
+        }));
+        let with_block = Surfaces::new(&Scene {
+            materials: vec![Material {
+                name: "wall".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons,
+        })
+        .unwrap();
+        let mut without = with_block.clone();
+        without.solids = Solids::new(&[], &without.pieces, without.touching());
+        assert_eq!((with_block.solids.count(), without.solids.count()), (1, 0));
+        let rows = |surfaces: &Surfaces| {
+            with_cube(surfaces, 16, |cube, mesh| {
+                let row =
+                    |(i, e): (usize, &Element)| cube.row(e.facet, e.centre, scatter(i as u64));
+                mesh.elements
+                    .iter()
+                    .enumerate()
+                    .map(row)
+                    .collect::<Vec<Row>>()
+            })
+        };
+        // Outlines are widened: a pixel on a back's rim may have been black. Its share is below .002.
+        let shares = |row: &Row| row.iter().copied().collect::<BTreeMap<u32, f32>>();
+        for (a, b) in rows(&with_block).iter().zip(&rows(&without)) {
+            let (a, b) = (shares(a), shares(b));
+            assert!(a.keys().eq(b.keys()));
+            let apart = a.values().zip(b.values()).map(|(x, y)| (x - y).abs());
+            assert!(apart.sum::<f32>() < 0.002);
+        }
     }
 
     /// Normalised rows would sum to 1 in any scene; ours lose what leaves by the open half.

@@ -12,8 +12,7 @@
     reason = "indices run over the polygon's own vertices"
 )]
 
-use crate::geometry::{Vec3, part_above};
-use crate::transport::cluster::frame;
+use crate::geometry::{Vec3, frame, part_above};
 use crate::transport::stencil::{Line, Place, Rectangle, Stencil, range};
 use crate::transport::surface::Piece;
 use crate::transport::visibility::blocks;

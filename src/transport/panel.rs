@@ -12,7 +12,7 @@
 
 use crate::geometry::Vec3;
 use crate::transport::cluster::{Cluster, PATCH};
-use crate::transport::direct::Setting;
+use crate::transport::direct::{Hidden, Setting};
 use crate::transport::lambert::{Clipper, Pane};
 use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
@@ -95,10 +95,10 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Adds the light of these pieces to a chunk.
+    /// Adds the light of these pieces, given what is hidden from them, to a chunk.
     pub fn shine(
         &mut self,
-        pieces: &[usize],
+        (pieces, hidden): (&[usize], &Hidden),
         picture: Option<&Picture<'_>>,
         chunk: &Cluster,
         sheet: &mut Sheet<'_>,
@@ -108,7 +108,7 @@ impl<'a> Panel<'a> {
             hierarchy,
         } = self.setting;
         let mut found = Vec::new();
-        for &i in pieces {
+        for (k, &i) in pieces.iter().enumerate() {
             let piece = &surfaces.pieces[i];
             if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
                 continue;
@@ -118,7 +118,7 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let shaft = self.shaft(&emitter, chunk);
-            hierarchy.occluders(surfaces, &shaft, &mut found);
+            hierarchy.occluders(surfaces, &shaft, hidden.from(k), &mut found);
             let dark = |&i: &usize| shaft.is_blocked_by(&surfaces.pieces[i], surfaces.touching());
             if found.iter().any(dark) {
                 continue;

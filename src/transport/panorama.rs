@@ -3,7 +3,8 @@
 //! Corners that polygons share are stored and turned once. A face is drawn as an item buffer of
 //! facets, the nearest wins; of two in one plane the one drawn later wins: backs come first, so that
 //! a wall of two faces back to back is seen on both sides, then large pieces before small ones.
-//! Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing.
+//! Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing. Backs of
+//! convex solids are left out: their fronts hide them.
 //! Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is cut
 //! where it comes nearer than any of its points on the face can be, so that coordinates stay
 //! small. This room knows nothing of elements and lights.
@@ -207,6 +208,10 @@ pub struct Panorama<'a> {
     sides: Vec<u8>,
     /// The corners on the face at hand, in pixels; without meaning behind it.
     projected: [Vec<f32>; 2],
+    /// Of the point at hand behind each piece.
+    distances: Vec<f64>,
+    /// For each solid, is the point at hand outside of it?
+    outside: Vec<bool>,
     /// Backs, and fronts: drawn in this order.
     seen: [Vec<Seen>; 2],
     flat: Vec<[f32; 2]>,
@@ -230,6 +235,8 @@ impl<'a> Panorama<'a> {
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
             sides: vec![0; count],
             projected: [vec![0.0; count], vec![0.0; count]],
+            distances: Vec::new(),
+            outside: Vec::new(),
             seen: [Vec::new(), Vec::new()],
             flat: Vec::new(),
         }
@@ -254,7 +261,14 @@ impl<'a> Panorama<'a> {
         let touching = surfaces.touching();
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
         self.seen.iter_mut().for_each(Vec::clear);
+        self.survey(surfaces, point);
         for (i, piece) in surfaces.pieces.iter().enumerate() {
+            let distance = self.distances[i];
+            let is_back = distance > 0.0;
+            let solid = surfaces.solids.of(i);
+            if is_back && solid.is_some_and(|s| self.outside[s]) {
+                continue; // hidden behind its front
+            }
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
                 let p = self.corner(c);
@@ -266,11 +280,9 @@ impl<'a> Panorama<'a> {
             }
             let faces = (0..3).filter(|&k| outside & REJECTED[k] == 0);
             let faces = faces.fold(0_u8, |sum, k| sum | 1 << k);
-            let distance = piece.normal.dot(piece.vertices[0] - point);
             if faces == 0 || distance.abs() <= touching * 1e-3 {
                 continue; // seen edge on
             }
-            let is_back = distance > 0.0;
             let black = is_back || surfaces.facets[piece.facet].is_black();
             self.seen[usize::from(!is_back)].push(Seen {
                 piece: i as u32,
@@ -279,6 +291,21 @@ impl<'a> Panorama<'a> {
                 distance: distance.abs() as f32,
                 plane: axes.map(|axis| (piece.normal.dot(axis) / distance) as f32),
             });
+        }
+    }
+
+    /// How far behind each piece the point is, and which solids it is surely outside of.
+    fn survey(&mut self, surfaces: &Surfaces, point: Vec3) {
+        let touching = surfaces.touching();
+        self.distances.clear();
+        self.outside.clear();
+        self.outside.resize(surfaces.solids.count(), false);
+        for (i, piece) in surfaces.pieces.iter().enumerate() {
+            let distance = piece.normal.dot(piece.vertices[0] - point);
+            self.distances.push(distance);
+            if let Some(solid) = surfaces.solids.of(i) {
+                self.outside[solid] |= distance < -touching;
+            }
         }
     }
 

@@ -9,8 +9,8 @@
     reason = "clusters name points of the chunk that they belong to"
 )]
 
-use crate::geometry::Vec3;
-use crate::transport::cluster::{CORNERS, Cluster, PATCH, SAMPLES, frame};
+use crate::geometry::{Vec3, frame};
+use crate::transport::cluster::{CORNERS, Cluster, PATCH, SAMPLES};
 use crate::transport::fit::Fit;
 
 /// Points of the largest patch whose fit is believed without a look beside it.

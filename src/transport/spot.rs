@@ -11,7 +11,7 @@
 use crate::geometry::Vec3;
 use crate::transport::beam::Beam;
 use crate::transport::cluster::{Cluster, PATCH, Receivers};
-use crate::transport::direct::Setting;
+use crate::transport::direct::{Hidden, Setting};
 use crate::transport::eye::Fragments;
 use crate::transport::near::{self, Picture, is_near};
 use crate::transport::shadow::{Lit, Meeting, Shadows, shade};
@@ -23,17 +23,19 @@ use crate::transport::visibility::{Shaft, blocks};
 pub struct Spot<'a> {
     setting: Setting<'a>,
     beam: &'a Beam,
+    hidden: &'a Hidden,
     normal: Vec3,
     shadows: Shadows,
     stencil: Stencil,
 }
 
 impl<'a> Spot<'a> {
-    /// The way to a facet of unit `normal`.
-    pub fn new(setting: Setting<'a>, beam: &'a Beam, normal: Vec3) -> Spot<'a> {
+    /// The way to a facet of unit `normal`, given what is hidden from the source.
+    pub fn new(setting: Setting<'a>, beam: &'a Beam, hidden: &'a Hidden, normal: Vec3) -> Spot<'a> {
         Spot {
             setting,
             beam,
+            hidden,
             normal,
             shadows: Shadows::default(),
             stencil: Stencil::default(),
@@ -62,7 +64,7 @@ impl<'a> Spot<'a> {
         let position = [self.beam.position];
         let mut list = Vec::new();
         let shaft = self.shaft(&position, chunk);
-        hierarchy.occluders(surfaces, &shaft, &mut list);
+        hierarchy.occluders(surfaces, &shaft, self.hidden.from(0), &mut list);
         let Some(fragments) = fragments else {
             self.points(chunk, &shaft, &list, sheet);
             return;

@@ -13,6 +13,7 @@
 use crate::geometry::{Vec3, newell};
 use crate::scene::Scene;
 use crate::transport::TransportError;
+use crate::transport::solid::Solids;
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
 /// about 1e-7 of it.
@@ -91,6 +92,8 @@ pub struct Surfaces {
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
+    /// Which of them are convex solids.
+    pub solids: Solids,
     /// Diagonal of the bounding box, metres.
     pub size: f64,
 }
@@ -142,10 +145,12 @@ impl Surfaces {
         let mut corners = facets.iter().flat_map(|f| f.vertices.iter().copied());
         let first = corners.next().unwrap_or_default();
         let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
+        let size = (high - low).length();
         Ok(Surfaces {
+            solids: Solids::new(&facets, &pieces, size * TOUCHING),
             facets,
             pieces,
-            size: (high - low).length(),
+            size,
         })
     }
 

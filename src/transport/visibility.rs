@@ -11,6 +11,8 @@
 )]
 
 use crate::geometry::{Vec3, greater, smaller};
+#[cfg(doc)]
+use crate::transport::solid::Solids;
 use crate::transport::surface::{Piece, Surfaces};
 
 /// Pieces in a leaf.
@@ -352,8 +354,15 @@ impl Hierarchy {
         best
     }
 
-    /// All pieces that may meet the shaft, by rising index.
-    pub fn occluders(&self, surfaces: &Surfaces, shaft: &Shaft<'_>, found: &mut Vec<usize>) {
+    /// All pieces that may meet the shaft, by rising index, without those that are `hidden` behind
+    /// others ([`Solids::hidden`]).
+    pub fn occluders(
+        &self,
+        surfaces: &Surfaces,
+        shaft: &Shaft<'_>,
+        hidden: &[bool],
+        found: &mut Vec<usize>,
+    ) {
         found.clear();
         let mut stack = Vec::with_capacity(64);
         stack.extend((!self.nodes.is_empty()).then_some(0));
@@ -370,7 +379,8 @@ impl Hierarchy {
                 stack.extend(node.children);
             }
             for &i in &self.order[node.leaf.clone()] {
-                if self.bounds[i].overlaps(&shaft.bounds) && !shaft.misses(&surfaces.pieces[i]) {
+                let near = !hidden[i] && self.bounds[i].overlaps(&shaft.bounds);
+                if near && !shaft.misses(&surfaces.pieces[i]) {
                     found.push(i);
                 }
             }
@@ -463,7 +473,7 @@ mod tests {
             let up = vec3(0.0, 0.0, 1.0);
             let shaft = Shaft::new(&receiver, up, &emitter, Some(-up), s.touching());
             let mut found = Vec::new();
-            h.occluders(&s, &shaft, &mut found);
+            h.occluders(&s, &shaft, &vec![false; s.pieces.len()], &mut found);
             let on = |q: &[Vec3], u: f64, v: f64| {
                 q[0] + (q[1] - q[0]) * u + (q[3] - q[0]) * v
             };

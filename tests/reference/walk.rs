@@ -14,10 +14,10 @@
 )]
 
 use crate::reference::Case;
-use footlight::geometry::Vec3;
+use footlight::geometry::{Vec3, frame};
 use footlight::raster::Camera;
 use footlight::scene::Light;
-use footlight::transport::cluster::{Receiver, Receivers, frame};
+use footlight::transport::cluster::{Receiver, Receivers};
 use footlight::transport::direct::{Luminaire, Setting, irradiance, luminaires};
 use footlight::transport::eye::camera;
 use footlight::transport::strength::colour;
