@@ -9,7 +9,7 @@
 
 use crate::geometry::Vec3;
 use crate::transport::burial::is_buried;
-use crate::transport::cut::{Line, Tree};
+use crate::transport::cut::{Line, Tree, height};
 use crate::transport::direct::Setting;
 use crate::transport::grid::Grid;
 use crate::transport::sample::{Sample, kept_inside};
@@ -37,6 +37,8 @@ pub struct Maker<'a> {
     pub grid: &'a Grid,
     /// The cell, numbered within the grid.
     pub cell: usize,
+    /// A point of it that is known to be in the open.
+    pub shown: Option<Vec3>,
 }
 
 impl Maker<'_> {
@@ -58,6 +60,11 @@ impl Maker<'_> {
         let surfaces = self.setting.surfaces;
         let facet = &surfaces.facets[self.facet];
         let is_whole = bounds.is_empty();
+        let within = |p: &Vec3| {
+            let place = self.grid.place(*p);
+            bounds.iter().all(|line| height(*line, place) >= 0.0)
+        };
+        let shown = self.shown.filter(within);
         let whole = Sample::of(
             surfaces,
             facet,
@@ -80,7 +87,12 @@ impl Maker<'_> {
         let distance = |s: &Sample| (s.point - centre).length();
         let nearest = samples
             .iter()
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let Some(nearest) = nearest else {
+            // All but a strip is hidden: the strip stands for it, if it shows.
+            let p = kept_inside(surfaces, facet, shown?);
+            return Some(self.made(p, vec![whole.at(p)]));
+        };
         // Half hidden: stand on the visible sample nearest to the centre.
         let stands = if self.is_open(centre) {
             centre

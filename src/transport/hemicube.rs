@@ -24,6 +24,8 @@ use crate::transport::surface::Surfaces;
 pub struct Table {
     resolution: usize,
     weights: Vec<f32>,
+    /// Those times the depth of a pixel's middle over its distance.
+    nearness: Vec<f32>,
 }
 
 /// Points along a pixel's side at which its share is averaged.
@@ -49,9 +51,18 @@ impl Table {
             .map(|k| pixel(k % resolution, k / resolution))
             .collect();
         let total = 3.0 * raw.iter().sum::<f64>();
+        let step = 3.0 / resolution as f64;
+        let slant = |k: usize| {
+            let [x, y] = [k % resolution, k / resolution].map(|i| (i as f64 + 0.5) * step - 2.0);
+            (1.0 + x * x + y * y).sqrt()
+        };
+        let nearness = raw.iter().enumerate();
         Table {
             resolution,
-            weights: raw.into_iter().map(|w| (w / total) as f32).collect(),
+            nearness: nearness
+                .map(|(k, w)| (w / total / slant(k)) as f32)
+                .collect(),
+            weights: raw.iter().map(|w| (w / total) as f32).collect(),
         }
     }
 }
@@ -134,18 +145,36 @@ impl<'a> Hemicube<'a> {
     }
 
     /// The same, each element given to `take` once, in an order that depends on the scene alone.
-    pub fn visit(&mut self, facet: usize, point: Vec3, turn: f64, mut take: impl FnMut(u32, f32)) {
+    /// Returns one over the harmonic mean distance of all that is seen, weighted by form factor
+    /// (1/m); what is open counts as infinitely far.
+    pub fn visit(
+        &mut self,
+        facet: usize,
+        point: Vec3,
+        turn: f64,
+        mut take: impl FnMut(u32, f32),
+    ) -> f32 {
         let axes = corner(self.surfaces.facets[facet].normal, turn);
         self.stamp += 1;
         self.panorama.look(self.surfaces, facet, point, axes);
+        let mut closeness = 0.0;
         for face in 0..3 {
             self.sheet.clear();
             self.panorama.draw(face, &mut self.sheet);
+            closeness += self.closeness();
             self.resolve(face, point, axes);
         }
         for e in self.touched.drain(..) {
             take(e, std::mem::take(&mut self.shares[e as usize]));
         }
+        closeness
+    }
+
+    /// Sum over a face of the pixels' shares over their distances; nothing is drawn below the
+    /// horizon that counts.
+    fn closeness(&self) -> f32 {
+        let depths = self.sheet.inverse_depths.iter();
+        depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
 
     /// Gives the pixels of a face to the elements that they see.
@@ -224,7 +253,7 @@ mod tests {
     use crate::scene::{Material, Polygon, Scene};
     use crate::transport::direct::Setting;
     use crate::transport::element::Element;
-    use crate::transport::mesh::Layout;
+    use crate::transport::mesh::{Layout, Wish};
     use crate::transport::solid::Solids;
     use crate::transport::visibility::Hierarchy;
     use crate::units::Rgb;
@@ -273,7 +302,7 @@ mod tests {
             hierarchy: &hierarchy,
         };
         let layout = Layout::of_elements(surfaces, 60);
-        let all = vec![true; layout.cells()];
+        let all = vec![Wish::WANTED; layout.cells()];
         let mesh = layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all);
         let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
         task(&mut Hemicube::new(surfaces, &outline, &mesh, &table), &mesh)
@@ -320,6 +349,37 @@ mod tests {
                     assert!((sum - 1.0).abs() < 3e-6, "element {i}: {sum}");
                 }
             }
+        });
+    }
+
+    /// Under a ceiling without end at height h the mean of one over the distance is 2 / (3 h).
+    #[test]
+    fn what_is_near_is_told() {
+        let surfaces = room(1.0);
+        with_cube(&surfaces, 32, |cube, _| {
+            let near = cube.visit(floor(&surfaces), vec3(0.2, 0.1, 0.0), 0.3, |_, _| ());
+            // The walls of the room are a little nearer than such a ceiling, and some farther.
+            assert!((0.67..0.85).contains(&near), "{near}");
+        });
+        let high = Scene {
+            materials: vec![Material {
+                name: "sky".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons: [0.0, 2.0]
+                .map(|z| Polygon {
+                    vertices: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+                        .map(|(x, y): (f64, f64)| vec3(400.0 * x, 400.0 * y * (1.0 - z), z))
+                        .to_vec(),
+                    material: 0,
+                })
+                .to_vec(),
+        };
+        let surfaces = Surfaces::new(&high).unwrap();
+        with_cube(&surfaces, 64, |cube, _| {
+            let near = cube.visit(floor(&surfaces), Vec3::ZERO, 0.3, |_, _| ());
+            assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
         });
     }
 

@@ -56,6 +56,23 @@ pub struct Mesh {
     pub elements: Vec<Element>,
 }
 
+/// What is asked of a cell of a layout.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wish {
+    /// Is it to be an element?
+    pub wanted: bool,
+    /// A point of it that the picture shows, and so is in the open.
+    pub shown: Option<Vec3>,
+}
+
+impl Wish {
+    /// An element; nothing is known to be shown.
+    pub const WANTED: Wish = Wish {
+        wanted: true,
+        shown: None,
+    };
+}
+
 /// The cells of a mesh before any is made an element.
 #[derive(Clone, Debug)]
 pub struct Layout {
@@ -106,8 +123,8 @@ impl Layout {
         self.grids[facet].as_ref()
     }
 
-    /// Makes elements of the cells that `wanted` names (one flag for each cell).
-    pub fn mesh(self, setting: Setting<'_>, beacons: &[Vec3], wanted: &[bool]) -> Mesh {
+    /// Makes elements of the cells that are wanted (one wish for each cell).
+    pub fn mesh(self, setting: Setting<'_>, beacons: &[Vec3], wishes: &[Wish]) -> Mesh {
         let contacts = Contacts::new(setting.surfaces);
         let made: Vec<(usize, Tree<Option<Element>>)> = self
             .grids
@@ -119,7 +136,7 @@ impl Layout {
                     trees.map(move |(cell, tree)| (grid, cell, tree))
                 });
                 let made: Vec<_> = cells
-                    .filter(|(grid, cell, _)| wanted[grid.first + cell])
+                    .filter(|(grid, cell, _)| wishes[grid.first + cell].wanted)
                     .map(|(grid, cell, tree)| {
                         let maker = Maker {
                             setting,
@@ -127,6 +144,7 @@ impl Layout {
                             facet,
                             grid,
                             cell,
+                            shown: wishes[grid.first + cell].shown,
                         };
                         (grid.first + cell, maker.elements(tree))
                     })

@@ -15,6 +15,7 @@
 mod compose;
 mod flux;
 mod gather;
+mod links;
 mod solution;
 
 use crate::geometry::Vec3;
@@ -27,7 +28,7 @@ use crate::transport::direct::{Luminaire, Setting, luminaires};
 use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Bounces, Rows};
 use crate::transport::hemicube::Table;
-use crate::transport::mesh::{Layout, Mesh};
+use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
 use crate::transport::step::{STEPS, Step};
 use crate::transport::strength::{check_rig, colour};
@@ -36,7 +37,7 @@ use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
-use gather::{Nodes, Sight, form_factors};
+use gather::{Nodes, Sight, form_factors, show};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -172,8 +173,9 @@ impl Operator {
         let layout = Layout::of_elements(&surfaces, step.elements);
         within("the mesh", layout.cells() * 512, work)?;
         let beacons = beacons(setting, &lights, view.from);
-        let every = vec![true; layout.cells()];
-        let mesh = layout.mesh(setting, &beacons, &every);
+        let mut wishes = vec![Wish::WANTED; layout.cells()];
+        show(&layout, &fragments, &mut wishes);
+        let mesh = layout.mesh(setting, &beacons, &wishes);
         let sight = Sight {
             surfaces: &surfaces,
             outline: &outline,
@@ -184,7 +186,7 @@ impl Operator {
             memory: work.memory / 2,
             ..work
         };
-        let rows = form_factors(sight, &mesh, &table, "form factors", limited)?;
+        let (rows, _) = form_factors(sight, &mesh, &table, "form factors", limited)?;
         let reflectance: Vec<[f32; 3]> = mesh
             .elements
             .iter()

@@ -84,6 +84,11 @@ impl Sample {
         })
     }
 
+    /// The same with another point that stands for it.
+    pub fn at(self, point: Vec3) -> Sample {
+        Sample { point, ..self }
+    }
+
     /// Its four quarters, as far as the facet fills them.
     pub fn quarters<'a>(
         &self,

@@ -65,7 +65,7 @@ pub const STEPS: [Step; 5] = [
         elements: 8000,
         resolution: 24,
         nodes: 32000,
-        node_resolution: 64,
+        node_resolution: 40,
         tolerance: 0.0,
         split: Split::Halves,
         stretched_split: Split::Halves,

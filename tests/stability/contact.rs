@@ -7,7 +7,7 @@ use footlight::scene::View;
 use footlight::transport::burial::is_buried;
 use footlight::transport::direct::Setting;
 use footlight::transport::hemicube::scatter;
-use footlight::transport::mesh::Layout;
+use footlight::transport::mesh::{Layout, Wish};
 use footlight::transport::surface::Surfaces;
 use footlight::transport::visibility::Hierarchy;
 
@@ -150,7 +150,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     println!("naive cells beside the crate lose {dark:.2} of their light");
     assert!(dark > 0.2, "{dark}");
 
-    let all = vec![true; layout.cells()];
+    let all = vec![Wish::WANTED; layout.cells()];
     let eye = [vec3(0.3, 0.3, 1.8)];
     let mesh = layout.mesh(setting, &eye, &all);
     let on_floor = mesh.elements.iter().filter(|e| e.facet == floor);
@@ -170,5 +170,42 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
         let off = (square / parts.iter().map(|b| b * b).sum::<f64>()).sqrt();
         println!("quality {quality}: {off:.5} from a floor that ends at the crate");
         assert!(off < most, "quality {quality}: {off}");
+    }
+}
+
+/// A board that is hidden behind three raised panels but for a narrow frame, in a room lit from its
+/// ceiling alone. More edges stand on it than its cells are cut along, and all their samples are
+/// behind the panels: without an element the frame is black.
+#[test]
+fn what_shows_of_a_nearly_hidden_board_is_not_black() {
+    let mut room = Room::default();
+    for face in cuboid(vec3(-3.0, -2.0, 0.0), vec3(7.0, 6.0, 4.0), true) {
+        room.wall(&face, 0.6);
+    }
+    room.panel(&[level([1.0, 3.0], [0.5, 1.5], 1.5, true)], 10.0);
+    for face in cuboid(vec3(1.0, 3.0, 0.5), vec3(3.0, 3.2, 1.4), false) {
+        room.wall(&face, 0.6);
+    }
+    for x in [1.05, 1.7, 2.35] {
+        for face in cuboid(vec3(x, 2.98, 0.55), vec3(x + 0.6, 3.0, 1.35), false) {
+            room.wall(&face, 0.6);
+        }
+    }
+    let view = View {
+        from: vec3(2.0, 2.0, 0.95),
+        to: vec3(2.0, 3.0, 0.95),
+        fov: 46.0,
+        width: 80,
+        height: 40,
+    };
+    let darkest = |quality| {
+        let seen = room.radiances(&view, quality);
+        seen.into_iter().fold(f64::INFINITY, f64::min)
+    };
+    let exact = darkest(5);
+    for quality in 1..=4 {
+        let found = darkest(quality);
+        println!("quality {quality}: {found:.4}, at the finest {exact:.4}");
+        assert!(found > 0.5 * exact, "quality {quality}: {found}, {exact}");
     }
 }

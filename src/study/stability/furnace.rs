@@ -7,7 +7,7 @@ use crate::transport::TransportError;
 use crate::transport::direct::Setting;
 use crate::transport::form::{BLOCK, Block, Bounces, Rows};
 use crate::transport::hemicube::{Hemicube, Table, scatter};
-use crate::transport::mesh::{Layout, Mesh};
+use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
 use crate::transport::surface::Surfaces;
 use crate::transport::visibility::Hierarchy;
@@ -93,7 +93,7 @@ pub fn mesh(surfaces: &Surfaces, elements: usize, beacon: Vec3) -> Mesh {
         hierarchy: &hierarchy,
     };
     let layout = Layout::of_elements(surfaces, elements);
-    let all = vec![true; layout.cells()];
+    let all = vec![Wish::WANTED; layout.cells()];
     layout.mesh(setting, &[beacon], &all)
 }
 
