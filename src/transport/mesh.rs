@@ -310,6 +310,26 @@ impl Mesh {
         }
     }
 
+    /// Each three elements that lie in a row along an axis of a facet's grid, nothing between them,
+    /// by the one in the middle.
+    pub fn each_three(&self, axis: usize, mut take: impl FnMut([usize; 3])) {
+        for grid in self.grids.iter().flatten() {
+            let count = grid.counts[0] * grid.counts[1];
+            let (along, step) = (grid.counts[axis], [1, grid.counts[0]][axis]);
+            let inner = |local: &usize| {
+                let at = local / step % along;
+                at > 0 && at + 1 < along
+            };
+            for local in (0..count).filter(inner) {
+                let middle = grid.first + local;
+                let three = [middle - step, middle, middle + step].map(|c| self.cells[c]);
+                if three.iter().all(|e| e & CUT == 0) {
+                    take(three.map(|e| e as usize));
+                }
+            }
+        }
+    }
+
     fn filled(&self) -> Vec<u32> {
         let mut seen = self.cells.clone();
         for grid in self.grids.iter().flatten() {

@@ -46,7 +46,7 @@ pub const STEPS: [Step; 5] = [
         resolution: 16,
         nodes: 5000,
         node_resolution: 16,
-        tolerance: 0.012,
+        tolerance: 0.006,
         split: Split::Whole,
         stretched_split: Split::Whole,
         edge_split: Split::Halves,

@@ -125,6 +125,9 @@ impl Nodes {
     }
 }
 
+/// A block of rows, and [`Hemicube::visit`]'s answer for each.
+type Seen = (Block, Vec<f32>);
+
 /// Notes for each cell a point of it that the picture shows.
 pub fn show(layout: &Layout, fragments: &Fragments, wishes: &mut [Wish]) {
     for f in &fragments.all {
@@ -151,7 +154,7 @@ pub fn form_factors(
     let bytes = AtomicUsize::new(0);
     let count = Ordering::Relaxed;
     // The work of one task: enough blocks that making a hemicube does not count.
-    let tasks: Result<Vec<Vec<(Block, Vec<f32>)>>, TransportError> = from
+    let tasks: Result<Vec<Vec<Seen>>, TransportError> = from
         .elements
         .par_chunks(4 * BLOCK)
         .enumerate()

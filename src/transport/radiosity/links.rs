@@ -5,12 +5,13 @@
 //! known from how near the things are that a node sees: over a distance d by about d / R, with R
 //! the harmonic mean of their distances (Ward, Rubinstein and Clear, "A Ray Tracing Solution for
 //! Diffuse Interreflection", 1988). So neighbours are averaged where d / R is small, and left alone
-//! beside corners and joints, where light does change. Invariant: weights follow from the scene
-//! and the nodes alone, so that G stays linear; what is even stays as it is.
+//! beside corners and joints, where light does change. Each is held against the two beside it on a
+//! line, so that a slope stays as it is and only what bends is bent less. Invariant: weights follow
+//! from the scene and the nodes alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "pairs are of the mesh's own elements, whose values are laid out in rows"
+    reason = "rows are of the mesh's own elements, whose values are laid out one after the other"
 )]
 
 use crate::transport::mesh::Mesh;
@@ -21,51 +22,59 @@ const REACH: f64 = 0.1;
 /// Times that neighbours are averaged.
 const ROUNDS: usize = 2;
 
+/// A node between two others: the value halfway, as the way between them is divided, is of the
+/// first and the last so much.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    nodes: [u32; 3],
+    shares: [f32; 2],
+}
+
 /// Which nodes are averaged, and how much.
 #[derive(Clone, Debug)]
 pub struct Links {
-    pairs: Vec<(u32, u32, f32)>,
-    /// Of each node, one over the weight of itself and its neighbours.
-    shares: Vec<f32>,
+    /// Along the two axes of the facets' grids.
+    rows: [Vec<Row>; 2],
 }
 
 impl Links {
     /// Between neighbours on a facet that nothing divides, given for each node one over the mean
     /// distance of what it sees (1/m).
     pub fn new(mesh: &Mesh, closeness: &[f32]) -> Links {
-        let mut pairs = Vec::new();
-        let mut weights = vec![1.0_f32; mesh.elements.len()];
-        mesh.each_pair(|a, b| {
-            let apart = (mesh.elements[a].centre - mesh.elements[b].centre).length();
-            let nearest = f64::from(closeness[a].max(closeness[b]));
-            let weight = (1.0 - apart * nearest / REACH) as f32;
-            if weight > 0.0 {
-                pairs.push((a as u32, b as u32, weight));
-                weights[a] += weight;
-                weights[b] += weight;
-            }
+        let rows = [0, 1].map(|axis| {
+            let mut rows = Vec::new();
+            mesh.each_three(axis, |nodes| {
+                let [from, at, to] = nodes.map(|n| mesh.elements[n].centre);
+                let (before, behind) = ((at - from).length(), (to - at).length());
+                let nearest = nodes.map(|n| closeness[n]).into_iter().fold(0.0, f32::max);
+                let weight = 1.0 - before.max(behind) * f64::from(nearest) / REACH;
+                if weight > 0.0 {
+                    // At a weight of 1 all three count alike. What changes evenly stays as it is.
+                    let both = 2.0 * weight / (1.0 + 2.0 * weight) / (before + behind);
+                    rows.push(Row {
+                        nodes: nodes.map(|n| n as u32),
+                        shares: [behind * both, before * both].map(|x| x as f32),
+                    });
+                }
+            });
+            rows
         });
-        Links {
-            pairs,
-            shares: weights.into_iter().map(f32::recip).collect(),
-        }
+        Links { rows }
     }
 
     /// Averages rows of `width` values, one row for each node.
-    pub fn even(&self, values: &mut Vec<f32>, width: usize) {
-        for _ in 0..ROUNDS {
-            let mut sums = values.clone();
-            for &(a, b, weight) in &self.pairs {
-                let (a, b) = (a as usize * width, b as usize * width);
+    pub fn even(&self, values: &mut [f32], width: usize) {
+        let mut old = values.to_vec();
+        for rows in self.rows.iter().cycle().take(2 * ROUNDS) {
+            for row in rows {
+                let [from, at, to] = row.nodes.map(|n| n as usize * width);
+                let [first, last] = row.shares;
                 for k in 0..width {
-                    sums[a + k] += weight * values[b + k];
-                    sums[b + k] += weight * values[a + k];
+                    let own = old[at + k];
+                    values[at + k] += first * (old[from + k] - own) + last * (old[to + k] - own);
                 }
             }
-            for (row, share) in sums.chunks_exact_mut(width.max(1)).zip(&self.shares) {
-                row.iter_mut().for_each(|x| *x *= share);
-            }
-            *values = sums;
+            old.copy_from_slice(values);
         }
     }
 }
@@ -76,6 +85,7 @@ mod tests {
     use crate::geometry::{Vec3, vec3};
     use crate::scene::{Material, Polygon, Scene};
     use crate::transport::direct::Setting;
+    use crate::transport::element::Element;
     use crate::transport::hemicube::{Hemicube, Table, scatter};
     use crate::transport::lambert::{Clipper, Pane};
     use crate::transport::mesh::{Layout, Wish};
@@ -173,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_even_stays_and_corners_are_left_alone() {
+    fn slopes_stay_and_corners_are_left_alone() {
         let (surfaces, _) = room();
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting {
@@ -184,9 +194,12 @@ mod tests {
         let wishes = vec![Wish::WANTED; layout.cells()];
         let nodes = layout.mesh(setting, &[vec3(3.0, 3.0, 2.0)], &wishes);
         let count = nodes.elements.len();
-        let mut ones = vec![1.0; 2 * count];
-        Links::new(&nodes, &vec![0.1; count]).even(&mut ones, 2);
-        assert!(ones.iter().all(|x| (x - 1.0).abs() < 1e-6));
+        let slope = |e: &Element| [1.0, e.centre.dot(vec3(0.3, -0.2, 0.5)) as f32];
+        let slopes: Vec<f32> = nodes.elements.iter().flat_map(slope).collect();
+        let mut found = slopes.clone();
+        Links::new(&nodes, &vec![0.1; count]).even(&mut found, 2);
+        let apart = found.iter().zip(&slopes).map(|(a, b)| (a - b).abs());
+        assert!(apart.fold(0.0, f32::max) < 1e-5);
         let mixed: Vec<f32> = (0..count).map(|i| i as f32).collect();
         let mut near = mixed.clone();
         Links::new(&nodes, &vec![10.0; count]).even(&mut near, 1);
