@@ -43,7 +43,7 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [5.0e-2, 6.8e-7, 8.2e-8, 2.8e-5, 1.0e-6, 2.1e-6];
+const OF_PREPARE: [f64; 6] = [7.5e-2, 6.8e-7, 8.2e-8, 2.8e-5, 1.0e-6, 2.1e-6];
 /// Yardsticks for each of [`LIGHTS`].
 const OF_LIGHTS: [f64; 5] = [6.0e-7, 1.8e-7, 1.5e-8, 4.2e-8, 1.2e-8];
 /// Yardsticks for each of [`PICTURE`].
