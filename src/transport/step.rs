@@ -15,8 +15,8 @@ use crate::transport::{Quality, TransportError};
 /// node sees of a small bright place decides where all light has been reflected twice: in a room of
 /// 1,000 faces, one bank held against 65,536 paths a pixel, 3000 elements and 8000 nodes of 32 pixels
 /// leave 4.1 %, 4000 elements 3.3, 6000 elements and 12,000 nodes of 40 pixels 2.7 (2.6 evened out,
-/// `radiosity::links`). Hence the fourth; on the tavern it leaves .58 and 1.5 %, on the stage .33
-/// for .38 in a third more time. There, too, a pixel that is stretched on a floor is looked at in
+/// `radiosity::links`). Hence the fourth; on the tavern it leaves .58 and 1.5 %, on the stage
+/// .35 for .38 in half as much time again. There, too, a pixel that is stretched on a floor is looked at in
 /// quarters. The finest interpolates no direct light, so that its errors are those of the rest: on
 /// the stage .25 %, and .24 with nodes of 64 pixels in half as much time again.
 pub const STEPS: [Step; 5] = [
