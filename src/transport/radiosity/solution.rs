@@ -25,9 +25,9 @@ impl Operator {
             .copied()
             .filter(|&l| self.solutions[l].is_none())
             .collect();
-        // Five blocks of three channels over the elements, and two over the nodes.
+        // Five blocks of three channels over the elements, and three over the nodes.
         let nodes = self.nodes.as_ref().map_or(0, |n| n.mesh.elements.len());
-        let each = 12 * (5 * self.mesh.elements.len() + 2 * nodes);
+        let each = 12 * (5 * self.mesh.elements.len() + 3 * nodes);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
