@@ -154,6 +154,34 @@ pub fn frame(normal: Vec3) -> [Vec3; 2] {
     [u, normal.cross(u)]
 }
 
+/// The faces of a block between two corners, the one below last: seen from outside, or from
+/// `within`.
+pub fn block([low, high]: [Vec3; 2], within: bool) -> [Vec<Vec3>; 6] {
+    let corner = |i: u8| {
+        let pick = |bit: u8, low: f64, high: f64| if i & bit == 0 { low } else { high };
+        vec3(
+            pick(1, low.x, high.x),
+            pick(2, low.y, high.y),
+            pick(4, low.z, high.z),
+        )
+    };
+    let faces: [[u8; 4]; 6] = [
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [1, 3, 7, 5],
+        [3, 2, 6, 7],
+        [2, 0, 4, 6],
+        [0, 2, 3, 1],
+    ];
+    faces.map(|face| {
+        let mut vertices = face.map(corner);
+        if within {
+            vertices.reverse();
+        }
+        vertices.to_vec()
+    })
+}
+
 /// The part of a convex polygon where `height`, which is linear, is not negative.
 pub fn part_above(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(polygon.len() + 1);

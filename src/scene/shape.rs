@@ -8,7 +8,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::geometry::{Vec3, newell, vec3};
+use crate::geometry::{Vec3, frame, newell, vec3};
 
 /// How wrong the illuminance from a shape may be where it is built for a scene, as a share: 1 %.
 /// For spheres the root mean square over all directions and tilts at two radii from the centre
@@ -91,20 +91,9 @@ fn enough(table: &[(usize, f64)], tolerance: f64) -> usize {
     fit.or(table.last()).map_or(1, |(count, _)| *count)
 }
 
-/// Two unit vectors that make a right-handed frame with `normal` behind them.
-fn plane(normal: Vec3) -> [Vec3; 2] {
-    let aside = if normal.x.abs() < 0.6 {
-        vec3(1.0, 0.0, 0.0)
-    } else {
-        vec3(0.0, 1.0, 0.0)
-    };
-    let u = normal.cross(aside).normalized();
-    [u, normal.cross(u)]
-}
-
 /// A regular polygon of the area of a circle, counter-clockwise seen from where `axis` points.
 pub(super) fn ring(centre: Vec3, axis: Vec3, radius: f64, corners: usize) -> Vec<Vec3> {
-    let [u, v] = plane(axis.normalized());
+    let [u, v] = frame(axis.normalized());
     let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
     disc(corners).iter().map(place).collect()
 }
@@ -126,7 +115,7 @@ fn sphere(frequency: usize) -> Vec<Vec<Vec3>> {
     let faces: Vec<Vec<Vec3>> = points
         .iter()
         .map(|n| {
-            let [u, v] = plane(*n);
+            let [u, v] = frame(*n);
             // Wide enough: the dodecahedron's corners are at 1.26.
             let square = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)];
             let square = square.map(|(a, b)| *n + u * a + v * b).to_vec();

@@ -10,7 +10,7 @@
 //! scene from nothing prepared are told within factors of 0.7 to 1.5, of a bare room of 1,000
 //! faces of 0.5 to 1; a change of the operator asks for a new fit.
 
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{Vec3, block, vec3};
 use crate::raster::{ItemBuffer, NOTHING};
 use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use crate::transport::eye::{camera, is_stretched};
@@ -256,7 +256,7 @@ pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportErr
 /// A closed room of 4 x 4 x 3 m with nine boxes, a panel and a spot.
 fn yardstick() -> (Scene, Rig, View) {
     let mut polygons = Vec::new();
-    block(
+    add(
         &mut polygons,
         [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)],
         true,
@@ -266,7 +266,7 @@ fn yardstick() -> (Scene, Rig, View) {
         let half = vec3(0.2, 0.2, 0.0);
         let at = vec3(x, y, 0.0);
         let top = vec3(0.0, 0.0, 0.4 + 0.1 * f64::from(i));
-        block(&mut polygons, [at - half, at + half + top], false);
+        add(&mut polygons, [at - half, at + half + top], false);
     }
     let lamp = [(-0.3, 0.3), (0.3, 0.3), (0.3, -0.3), (-0.3, -0.3)];
     polygons.push(Polygon {
@@ -318,27 +318,11 @@ fn yardstick() -> (Scene, Rig, View) {
 
 /// Adds the faces of a block between two corners, seen from outside or from `within`; without the
 /// floor unless within.
-fn block(polygons: &mut Vec<Polygon>, [a, b]: [Vec3; 2], within: bool) {
-    let corner = |i: u8| {
-        let pick = |bit: u8, low: f64, high: f64| if i & bit == 0 { low } else { high };
-        vec3(pick(1, a.x, b.x), pick(2, a.y, b.y), pick(4, a.z, b.z))
+fn add(polygons: &mut Vec<Polygon>, corners: [Vec3; 2], within: bool) {
+    let faces = block(corners, within).into_iter();
+    let polygon = |vertices| Polygon {
+        vertices,
+        material: 0,
     };
-    const FACES: [[u8; 4]; 6] = [
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [1, 3, 7, 5],
-        [3, 2, 6, 7],
-        [2, 0, 4, 6],
-        [0, 2, 3, 1],
-    ];
-    for face in FACES.iter().take(if within { 6 } else { 5 }) {
-        let mut vertices: Vec<Vec3> = face.iter().map(|&i| corner(i)).collect();
-        if within {
-            vertices.reverse();
-        }
-        polygons.push(Polygon {
-            vertices,
-            material: 0,
-        });
-    }
+    polygons.extend(faces.take(if within { 6 } else { 5 }).map(polygon));
 }

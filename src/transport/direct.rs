@@ -59,7 +59,9 @@ impl Luminaire {
     fn hides(&self, surfaces: &Surfaces) -> Hidden {
         let marks = |corners: &[Vec3]| {
             let touching = surfaces.touching();
-            surfaces.solids.hidden(&surfaces.pieces, corners, touching)
+            surfaces
+                .solids()
+                .hidden(&surfaces.pieces, corners, touching)
         };
         match self {
             Luminaire::Panel(pieces) => {

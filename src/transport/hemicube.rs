@@ -249,7 +249,7 @@ impl<'a> Hemicube<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3;
+    use crate::geometry::{block, vec3};
     use crate::scene::{Material, Polygon, Scene};
     use crate::transport::direct::Setting;
     use crate::transport::element::Element;
@@ -361,22 +361,12 @@ mod tests {
             // The walls of the room are a little nearer than such a ceiling, and some farther.
             assert!((0.67..0.85).contains(&near), "{near}");
         });
-        let high = Scene {
-            materials: vec![Material {
-                name: "sky".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons: [0.0, 2.0]
-                .map(|z| Polygon {
-                    vertices: [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-                        .map(|(x, y): (f64, f64)| vec3(400.0 * x, 400.0 * y * (1.0 - z), z))
-                        .to_vec(),
-                    material: 0,
-                })
-                .to_vec(),
-        };
-        let surfaces = Surfaces::new(&high).unwrap();
+        let sheets = [0.0, 2.0].map(|z| {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            let corner = |(x, y): (f64, f64)| vec3(400.0 * x, 400.0 * y * (1.0 - z), z);
+            corners.map(corner).to_vec()
+        });
+        let surfaces = Surfaces::grey(sheets.to_vec());
         with_cube(&surfaces, 64, |cube, _| {
             let near = cube.visit(floor(&surfaces), Vec3::ZERO, 0.3, |_, _| ());
             assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
@@ -386,43 +376,17 @@ mod tests {
     /// A block on the floor, drawn with all its faces and without those that its fronts hide.
     #[test]
     fn backs_of_solids_change_nothing() {
-        let bare = room(1.0);
-        let block = |x: f64, y: f64, z: f64| vec3(0.2 + 0.5 * x, -0.1 + 0.4 * y, 0.6 * z);
-        let faces = [
-            [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)],
-            [(0, 0, 0), (1, 0, 0), (1, 0, 1), (0, 0, 1)],
-            [(1, 0, 0), (1, 1, 0), (1, 1, 1), (1, 0, 1)],
-            [(1, 1, 0), (0, 1, 0), (0, 1, 1), (1, 1, 1)],
-            [(0, 1, 0), (0, 0, 0), (0, 0, 1), (0, 1, 1)],
-        ];
-        let mut polygons: Vec<Polygon> = bare
-            .facets
-            .iter()
-            .map(|f| Polygon {
-                vertices: f.vertices.clone(),
-                material: 0,
-            })
-            .collect();
-        polygons.extend(faces.map(|face| {
-            Polygon {
-                vertices: face
-                    .map(|(x, y, z)| block(f64::from(x), f64::from(y), f64::from(z)))
-                    .to_vec(),
-                material: 0,
-            }
-        }));
-        let with_block = Surfaces::new(&Scene {
-            materials: vec![Material {
-                name: "wall".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons,
-        })
-        .unwrap();
+        let facets = room(1.0).facets.into_iter();
+        let mut polygons: Vec<Vec<Vec3>> = facets.map(|f| f.vertices).collect();
+        let corners = [vec3(0.2, -0.1, 0.0), vec3(0.7, 0.3, 0.6)];
+        polygons.extend_from_slice(&block(corners, false)[..5]);
+        let with_block = Surfaces::grey(polygons);
         let mut without = with_block.clone();
-        without.solids = Solids::new(&[], &without.pieces, without.touching());
-        assert_eq!((with_block.solids.count(), without.solids.count()), (1, 0));
+        without.solids = Solids::new(&[], &without.pieces, without.touching()).into();
+        assert_eq!(
+            (with_block.solids().count(), without.solids().count()),
+            (1, 0)
+        );
         let rows = |surfaces: &Surfaces| {
             with_cube(surfaces, 16, |cube, mesh| {
                 let row =

@@ -208,10 +208,6 @@ pub struct Panorama<'a> {
     sides: Vec<u8>,
     /// The corners on the face at hand, in pixels; without meaning behind it.
     projected: [Vec<f32>; 2],
-    /// Of the point at hand behind each piece.
-    distances: Vec<f64>,
-    /// For each solid, is the point at hand outside of it?
-    outside: Vec<bool>,
     /// Backs, and fronts: drawn in this order.
     seen: [Vec<Seen>; 2],
     flat: Vec<[f32; 2]>,
@@ -235,8 +231,6 @@ impl<'a> Panorama<'a> {
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
             sides: vec![0; count],
             projected: [vec![0.0; count], vec![0.0; count]],
-            distances: Vec::new(),
-            outside: Vec::new(),
             seen: [Vec::new(), Vec::new()],
             flat: Vec::new(),
         }
@@ -261,13 +255,12 @@ impl<'a> Panorama<'a> {
         let touching = surfaces.touching();
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
         self.seen.iter_mut().for_each(Vec::clear);
-        self.survey(surfaces, point);
+        let hidden = surfaces
+            .solids()
+            .hidden(&surfaces.pieces, &[point], touching);
         for (i, piece) in surfaces.pieces.iter().enumerate() {
-            let distance = self.distances[i];
-            let is_back = distance > 0.0;
-            let solid = surfaces.solids.of(i);
-            if is_back && solid.is_some_and(|s| self.outside[s]) {
-                continue; // hidden behind its front
+            if hidden[i] {
+                continue;
             }
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
@@ -280,9 +273,11 @@ impl<'a> Panorama<'a> {
             }
             let faces = (0..3).filter(|&k| outside & REJECTED[k] == 0);
             let faces = faces.fold(0_u8, |sum, k| sum | 1 << k);
+            let distance = piece.normal.dot(piece.vertices[0] - point);
             if faces == 0 || distance.abs() <= touching * 1e-3 {
                 continue; // seen edge on
             }
+            let is_back = distance > 0.0;
             let black = is_back || surfaces.facets[piece.facet].is_black();
             self.seen[usize::from(!is_back)].push(Seen {
                 piece: i as u32,
@@ -291,21 +286,6 @@ impl<'a> Panorama<'a> {
                 distance: distance.abs() as f32,
                 plane: axes.map(|axis| (piece.normal.dot(axis) / distance) as f32),
             });
-        }
-    }
-
-    /// How far behind each piece the point is, and which solids it is surely outside of.
-    fn survey(&mut self, surfaces: &Surfaces, point: Vec3) {
-        let touching = surfaces.touching();
-        self.distances.clear();
-        self.outside.clear();
-        self.outside.resize(surfaces.solids.count(), false);
-        for (i, piece) in surfaces.pieces.iter().enumerate() {
-            let distance = piece.normal.dot(piece.vertices[0] - point);
-            self.distances.push(distance);
-            if let Some(solid) = surfaces.solids.of(i) {
-                self.outside[solid] |= distance < -touching;
-            }
         }
     }
 

@@ -28,7 +28,7 @@ const THICK: f64 = 10.0;
 const GAP: f64 = 1e-6;
 
 /// The solids of a scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Solids {
     /// For each piece the solid that it belongs to.
     of: Vec<Option<u32>>,
@@ -61,11 +61,6 @@ impl Solids {
     /// Number of solids.
     pub fn count(&self) -> usize {
         self.count
-    }
-
-    /// The solid that a piece belongs to.
-    pub fn of(&self, piece: usize) -> Option<usize> {
-        self.of[piece].map(|solid| solid as usize)
     }
 
     /// For each piece whether it can be left out of what is before points anywhere among
@@ -258,67 +253,27 @@ fn round(mut points: Vec<Place>) -> Vec<Place> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3;
-    use crate::scene::{Material, Polygon, Scene};
+    use crate::geometry::{block, vec3};
     use crate::transport::surface::Surfaces;
     use crate::transport::visibility::blocks;
-    use crate::units::Rgb;
     use proptest::prelude::*;
-
-    /// Faces of a block, fronts outside: bottom, top, and the four sides.
-    fn block(low: Vec3, high: Vec3) -> Vec<Vec<Vec3>> {
-        let c = |i: usize| {
-            let pick = |bit: usize, l: f64, h: f64| if i & bit == 0 { l } else { h };
-            vec3(
-                pick(1, low.x, high.x),
-                pick(2, low.y, high.y),
-                pick(4, low.z, high.z),
-            )
-        };
-        [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [1, 3, 7, 5],
-            [3, 2, 6, 7],
-            [2, 0, 4, 6],
-        ]
-        .map(|face| face.map(c).to_vec())
-        .to_vec()
-    }
 
     fn floor(x: (f64, f64), y: (f64, f64)) -> Vec<Vec3> {
         let corners = [(x.0, y.0), (x.1, y.0), (x.1, y.1), (x.0, y.1)];
         corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()
     }
 
-    fn surfaces(polygons: Vec<Vec<Vec3>>) -> Surfaces {
-        let polygon = |vertices| Polygon {
-            vertices,
-            material: 0,
-        };
-        Surfaces::new(&Scene {
-            materials: vec![Material {
-                name: "grey".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons: polygons.into_iter().map(polygon).collect(),
-        })
-        .unwrap()
-    }
-
     fn solids(polygons: Vec<Vec<Vec3>>) -> usize {
-        surfaces(polygons).solids.count()
+        Surfaces::grey(polygons).solids().count()
     }
 
     fn unit() -> Vec<Vec<Vec3>> {
-        block(vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0))
+        block([vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0)], false).to_vec()
     }
 
     /// A block without its bottom, on what is given.
     fn standing(on: &[Vec<Vec3>]) -> Vec<Vec<Vec3>> {
-        [&unit()[1..], on].concat()
+        [&unit()[..5], on].concat()
     }
 
     #[test]
@@ -346,7 +301,7 @@ mod tests {
         let (low, high) = (vec3(0.0, 0.0, 1.0), vec3(1.0, 1.0, 1.0));
         let dent = vec3(0.5, 0.5, 0.6);
         let rim = [low, vec3(1.0, 0.0, 1.0), high, vec3(0.0, 1.0, 1.0)];
-        dented.remove(1);
+        dented.remove(0);
         dented.extend((0..4).map(|i| vec![rim[i], rim[(i + 1) % 4], dent]));
         assert_eq!(solids(dented), 0);
         // Two sheets back to back are thin, not solid.
@@ -357,10 +312,10 @@ mod tests {
 
     #[test]
     fn backs_are_hidden_from_outside_only() {
-        let scene = surfaces(standing(&[floor((-5.0, 5.0), (-5.0, 5.0))]));
+        let scene = Surfaces::grey(standing(&[floor((-5.0, 5.0), (-5.0, 5.0))]));
         let hidden = |corners: &[Vec3]| {
             let marks = scene
-                .solids
+                .solids()
                 .hidden(&scene.pieces, corners, scene.touching());
             marks.iter().filter(|m| **m).count()
         };
@@ -388,13 +343,14 @@ mod tests {
             let mut faces = vec![floor((-4.0, 4.0), (-4.0, 4.0))];
             for (x, y, wide, high) in sizes {
                 let low = vec3(x, y, 0.0);
-                faces.extend_from_slice(&block(low, low + vec3(wide, wide, high))[1..]);
+                let corners = [low, low + vec3(wide, wide, high)];
+                faces.extend_from_slice(&block(corners, false)[..5]);
             }
-            let scene = surfaces(faces);
+            let scene = Surfaces::grey(faces);
             let touching = scene.touching();
             let lamp = vec3(lamp.0, lamp.1, lamp.2);
-            let marks = scene.solids.hidden(&scene.pieces, &[lamp], touching);
-            prop_assert!(scene.solids.count() > 0);
+            let marks = scene.solids().hidden(&scene.pieces, &[lamp], touching);
+            prop_assert!(scene.solids().count() > 0);
             for (x, y, z) in others {
                 let stops = |p: &&Piece| blocks(p, lamp, vec3(x, y, z), touching);
                 let of_all = scene.pieces.iter().any(|p| stops(&p));

@@ -14,6 +14,7 @@ use crate::geometry::{Vec3, newell};
 use crate::scene::Scene;
 use crate::transport::TransportError;
 use crate::transport::solid::Solids;
+use std::sync::OnceLock;
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
 /// about 1e-7 of it.
@@ -92,8 +93,8 @@ pub struct Surfaces {
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
-    /// Which of them are convex solids.
-    pub solids: Solids,
+    /// Found when they are asked for first: not every use needs them.
+    pub(super) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,
 }
@@ -145,13 +146,38 @@ impl Surfaces {
         let mut corners = facets.iter().flat_map(|f| f.vertices.iter().copied());
         let first = corners.next().unwrap_or_default();
         let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
-        let size = (high - low).length();
         Ok(Surfaces {
-            solids: Solids::new(&facets, &pieces, size * TOUCHING),
             facets,
             pieces,
-            size,
+            solids: OnceLock::new(),
+            size: (high - low).length(),
         })
+    }
+
+    /// Of polygons that reflect one half, for tests.
+    #[cfg(test)]
+    pub fn grey(polygons: Vec<Vec<Vec3>>) -> Surfaces {
+        use crate::scene::{Material, Polygon};
+        use crate::units::Rgb;
+        let polygon = |vertices| Polygon {
+            vertices,
+            material: 0,
+        };
+        let scene = Scene {
+            materials: vec![Material {
+                name: "grey".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons: polygons.into_iter().map(polygon).collect(),
+        };
+        Surfaces::new(&scene).unwrap()
+    }
+
+    /// Which of the pieces belong to convex solids.
+    pub fn solids(&self) -> &Solids {
+        let found = || Solids::new(&self.facets, &self.pieces, self.touching());
+        self.solids.get_or_init(found)
     }
 
     /// The length below which things touch.

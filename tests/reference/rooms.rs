@@ -10,7 +10,7 @@
 use crate::reference::Case;
 use footlight::diagnostic::Sources;
 use footlight::files::Folder;
-use footlight::geometry::{Vec3, vec3};
+use footlight::geometry::{Vec3, block, vec3};
 use footlight::lang;
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, View, obj};
 use footlight::units::Rgb;
@@ -40,10 +40,9 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
     let side = (boxes as f64).sqrt().ceil().max(1.0);
     let (span, tall) = (side * 1.5, 4.0);
     let mut faces = Vec::new();
-    block(
+    add(
         &mut faces,
-        vec3(0.0, 0.0, 0.0),
-        vec3(span, span, tall),
+        [vec3(0.0, 0.0, 0.0), vec3(span, span, tall)],
         true,
     );
     let mut seed = 1_u64;
@@ -53,10 +52,9 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
             .wrapping_add(1_442_695_040_888_963_407);
         let share = (seed >> 40) as f64 / (1_u64 << 24) as f64;
         let at = vec3(i as f64 % side, (i as f64 / side).floor(), 0.0) * 1.5 + vec3(0.3, 0.3, 0.0);
-        block(
+        add(
             &mut faces,
-            at,
-            at + vec3(0.8, 0.8, 0.3 + 1.5 * share),
+            [at, at + vec3(0.8, 0.8, 0.3 + 1.5 * share)],
             false,
         );
     }
@@ -147,31 +145,11 @@ fn material(name: &str, reflectance: f64, emission: f64) -> Material {
 
 /// Adds the faces of a block between two corners, fronts outside, without its floor; or all six
 /// with fronts `within`.
-fn block(faces: &mut Vec<Polygon>, low: Vec3, high: Vec3, within: bool) {
-    let corner = |i: usize| {
-        let pick = |bit: usize, low: f64, high: f64| if i & bit == 0 { low } else { high };
-        vec3(
-            pick(1, low.x, high.x),
-            pick(2, low.y, high.y),
-            pick(4, low.z, high.z),
-        )
+fn add(polygons: &mut Vec<Polygon>, corners: [Vec3; 2], within: bool) {
+    let faces = block(corners, within).into_iter();
+    let polygon = |vertices| Polygon {
+        vertices,
+        material: 0,
     };
-    let sides = [
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [1, 3, 7, 5],
-        [3, 2, 6, 7],
-        [2, 0, 4, 6],
-        [0, 2, 3, 1],
-    ];
-    for side in sides.iter().take(if within { 6 } else { 5 }) {
-        let mut vertices: Vec<Vec3> = side.iter().map(|&i| corner(i)).collect();
-        if within {
-            vertices.reverse();
-        }
-        faces.push(Polygon {
-            vertices,
-            material: 0,
-        });
-    }
+    polygons.extend(faces.take(if within { 6 } else { 5 }).map(polygon));
 }

@@ -82,8 +82,7 @@ impl Links {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Vec3, vec3};
-    use crate::scene::{Material, Polygon, Scene};
+    use crate::geometry::{Vec3, block, vec3};
     use crate::transport::direct::Setting;
     use crate::transport::element::Element;
     use crate::transport::hemicube::{Hemicube, Table, scatter};
@@ -92,40 +91,15 @@ mod tests {
     use crate::transport::panorama::Outline;
     use crate::transport::surface::Surfaces;
     use crate::transport::visibility::Hierarchy;
-    use crate::units::Rgb;
     use std::f64::consts::PI;
 
     /// A room of 6 x 6 x 4 m with a small bright square under its ceiling, the last facet.
     fn room() -> (Surfaces, Vec<Vec3>) {
-        let corner = |i: usize| {
-            let pick = |bit: usize, side: f64| if i & bit == 0 { 0.0 } else { side };
-            vec3(pick(1, 6.0), pick(2, 6.0), pick(4, 4.0))
-        };
-        let walls = [
-            [0, 1, 3, 2],
-            [4, 6, 7, 5],
-            [0, 4, 5, 1],
-            [1, 5, 7, 3],
-            [3, 7, 6, 2],
-            [2, 6, 4, 0],
-        ];
         let spot = [(2.9, 2.9), (2.9, 3.1), (3.1, 3.1), (3.1, 2.9)];
         let spot: Vec<Vec3> = spot.map(|(x, y)| vec3(x, y, 3.99)).to_vec();
-        let mut polygons: Vec<Vec<Vec3>> = walls.map(|w| w.map(corner).to_vec()).to_vec();
+        let mut polygons = block([Vec3::ZERO, vec3(6.0, 6.0, 4.0)], true).to_vec();
         polygons.push(spot.clone());
-        let polygon = |vertices| Polygon {
-            vertices,
-            material: 0,
-        };
-        let scene = Scene {
-            materials: vec![Material {
-                name: "wall".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons: polygons.into_iter().map(polygon).collect(),
-        };
-        (Surfaces::new(&scene).unwrap(), spot)
+        (Surfaces::grey(polygons), spot)
     }
 
     /// On the floor under a bright square of 0.2 m, 4 m above: less than a pixel of a hemicube. By
