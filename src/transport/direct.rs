@@ -131,11 +131,28 @@ pub struct Setting<'a> {
     pub hierarchy: &'a Hierarchy,
 }
 
+/// How exact direct light is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// How far reflectance times irradiance may be, at the samples, from what is interpolated
+    /// through them; 0 evaluates every receiver.
+    pub allowed: f64,
+    /// How wrong a panel's light may be where a shadow's edge crosses it, as a share of what the
+    /// whole panel gives; 0 cuts every shadow exactly.
+    pub rough: f64,
+}
+
+impl Precision {
+    /// Exact everywhere.
+    pub const EXACT: Precision = Precision {
+        allowed: 0.0,
+        rough: 0.0,
+    };
+}
+
 /// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
 /// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
-/// each fragment's outline; else, and for panels, that at the point. `allowed` is how far
-/// reflectance times irradiance may be, at the samples, from what is interpolated through them;
-/// 0 evaluates every receiver.
+/// each fragment's outline; else, and for panels, that at the point.
 ///
 /// # Errors
 /// On cancel.
@@ -144,7 +161,7 @@ pub fn irradiance(
     light: &Luminaire,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
-    allowed: f64,
+    Precision { allowed, rough }: Precision,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let hidden = light.hides(setting.surfaces);
@@ -165,7 +182,7 @@ pub fn irradiance(
                 Luminaire::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
-                    let mut panel = Panel::new(setting, own.normal, *facet);
+                    let mut panel = Panel::new(setting, own.normal, *facet, rough);
                     let pieces = (pieces.as_slice(), &hidden);
                     panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
                 }

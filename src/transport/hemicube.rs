@@ -70,6 +70,27 @@ impl Table {
 /// A row of form factors: elements and their shares, each element once.
 pub type Row = Vec<(u32, f32)>;
 
+/// What a point sees, all in all.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outlook {
+    /// One over the harmonic mean distance of all that is seen, weighted by form factor (1/m); what
+    /// is open counts as infinitely far.
+    pub closeness: f32,
+    /// Sum of the form factors to elements, 0 to 1.
+    pub seen: f32,
+}
+
+impl Outlook {
+    /// How fast reflected light changes, as a share of itself (1/m).
+    pub fn change(&self) -> f32 {
+        if self.seen > 0.0 {
+            self.closeness / self.seen
+        } else {
+            0.0
+        }
+    }
+}
+
 /// Where a facet's grid is, seen from a point: cells are
 /// `offset + slopes . ray / inverse depth`.
 #[derive(Clone, Copy, Debug, Default)]
@@ -145,15 +166,13 @@ impl<'a> Hemicube<'a> {
     }
 
     /// The same, each element given to `take` once, in an order that depends on the scene alone.
-    /// Returns one over the harmonic mean distance of all that is seen, weighted by form factor
-    /// (1/m); what is open counts as infinitely far.
     pub fn visit(
         &mut self,
         facet: usize,
         point: Vec3,
         turn: f64,
         mut take: impl FnMut(u32, f32),
-    ) -> f32 {
+    ) -> Outlook {
         let axes = corner(self.surfaces.facets[facet].normal, turn);
         self.stamp += 1;
         self.panorama.look(self.surfaces, facet, point, axes);
@@ -164,10 +183,13 @@ impl<'a> Hemicube<'a> {
             closeness += self.closeness();
             self.resolve(face, point, axes);
         }
+        let mut seen = 0.0;
         for e in self.touched.drain(..) {
-            take(e, std::mem::take(&mut self.shares[e as usize]));
+            let share = std::mem::take(&mut self.shares[e as usize]);
+            seen += share;
+            take(e, share);
         }
-        closeness
+        Outlook { closeness, seen }
     }
 
     /// Sum over a face of the pixels' shares over their distances; nothing is drawn below the
@@ -358,6 +380,7 @@ mod tests {
         let surfaces = room(1.0);
         with_cube(&surfaces, 32, |cube, _| {
             let near = cube.visit(floor(&surfaces), vec3(0.2, 0.1, 0.0), 0.3, |_, _| ());
+            let near = near.closeness;
             // The walls of the room are a little nearer than such a ceiling, and some farther.
             assert!((0.67..0.85).contains(&near), "{near}");
         });
@@ -369,6 +392,7 @@ mod tests {
         let surfaces = Surfaces::grey(sheets.to_vec());
         with_cube(&surfaces, 64, |cube, _| {
             let near = cube.visit(floor(&surfaces), Vec3::ZERO, 0.3, |_, _| ());
+            let near = near.closeness;
             assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
         });
     }

@@ -288,6 +288,24 @@ impl Mesh {
         out
     }
 
+    /// The element of a cell (column and row) that nothing divides.
+    pub fn whole(&self, grid: &Grid, [i, j]: [usize; 2]) -> Option<usize> {
+        let element = self.cells[grid.first + j * grid.counts[0] + i];
+        (element & CUT == 0).then_some(element as usize)
+    }
+
+    /// Each of those, with its grid, column and row.
+    pub fn each_whole(&self, mut take: impl FnMut(&Grid, [usize; 2], usize)) {
+        for grid in self.grids.iter().flatten() {
+            let [columns, rows] = grid.counts;
+            for at in (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j])) {
+                if let Some(element) = self.whole(grid, at) {
+                    take(grid, at, element);
+                }
+            }
+        }
+    }
+
     /// Each two elements that lie side by side on a facet, once.
     pub fn each_pair(&self, mut take: impl FnMut(usize, usize)) {
         for grid in self.grids.iter().flatten() {

@@ -14,9 +14,11 @@ use crate::geometry::Vec3;
 use crate::transport::cluster::{Cluster, PATCH};
 use crate::transport::direct::{Hidden, Setting};
 use crate::transport::lambert::{Clipper, Pane};
+use crate::transport::mask::{Masker, Screen};
 use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
 use crate::transport::visibility::Shaft;
+use std::cell::OnceCell;
 use std::ops::Range;
 
 /// Occluders beyond which an emitter is halved.
@@ -26,9 +28,16 @@ const CHEAP: usize = 200;
 /// How often an emitter is halved at most.
 const HALVINGS: usize = 4;
 
+/// Occluders from which on a mask is cheaper than cutting.
+const MASKED: usize = 4;
+
 /// Distance of an emitter from a point, in footprints of the point's pixel, within which 4 points
 /// stand for one, within which 16, and within which 64.
 const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
+
+/// Roughness of shadows from which on those distances shrink: what errs by more is not worth as many
+/// points.
+const FINE: f64 = 0.01;
 
 /// A convex polygon of the light.
 struct Emitter {
@@ -37,6 +46,8 @@ struct Emitter {
     ball: (Vec3, f64),
     /// How often it may still be halved.
     halvings: usize,
+    /// Made when it is asked for first.
+    screen: OnceCell<Option<Screen>>,
 }
 
 /// An emitter as a cluster sees it.
@@ -53,6 +64,9 @@ pub struct Panel<'a> {
     normal: Vec3,
     facet: usize,
     clipper: Clipper,
+    masker: Masker,
+    /// How wrong what a point sees may be, as a share of what all of it would give.
+    rough: f64,
     // Stacks: what a cluster adds is taken off when it is done.
     emitters: Vec<Emitter>,
     pairs: Vec<Pair>,
@@ -67,9 +81,15 @@ impl Emitter {
         let radius = corners.iter().map(|c| (*c - middle).length());
         Emitter {
             ball: (middle, radius.fold(0.0, f64::max)),
+            screen: OnceCell::new(),
             pane,
             halvings,
         }
+    }
+
+    fn screen(&self) -> Option<&Screen> {
+        let made = || Screen::new(self.pane.corners(), self.pane.normal());
+        self.screen.get_or_init(made).as_ref()
     }
 
     /// How far it is from a point, or some less.
@@ -83,12 +103,14 @@ impl Emitter {
 
 impl<'a> Panel<'a> {
     /// The way to a facet of unit `normal`.
-    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize) -> Panel<'a> {
+    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, rough: f64) -> Panel<'a> {
         Panel {
             setting,
             normal,
             facet,
             clipper: Clipper::default(),
+            masker: Masker::default(),
+            rough,
             emitters: Vec::new(),
             pairs: Vec::new(),
             lists: Vec::new(),
@@ -246,7 +268,8 @@ impl<'a> Panel<'a> {
         let far = |pair: &Pair| self.emitters[pair.emitter].distance(point);
         let nearest = self.pairs[pairs.clone()].iter().map(far);
         let nearest = nearest.fold(f64::INFINITY, f64::min) / picture.footprint(point);
-        let depth = NEAR.iter().filter(|n| nearest < **n).count() as u32;
+        let scale = (FINE / self.rough).min(1.0);
+        let depth = NEAR.iter().filter(|n| nearest < scale * **n).count() as u32;
         match depth.checked_sub(1) {
             None => self.at(pairs, point),
             Some(depth) => picture.mean(receiver, depth, |p| self.at(pairs.clone(), p)),
@@ -255,25 +278,36 @@ impl<'a> Panel<'a> {
 
     /// Irradiance at a point from some pairs.
     fn at(&mut self, pairs: Range<usize>, point: Vec3) -> f64 {
+        pairs.map(|pair| self.from(pair, point)).sum()
+    }
+
+    /// Irradiance at a point from one pair: past a few occluders exactly, past more as exactly as it
+    /// is asked for.
+    fn from(&mut self, pair: usize, point: Vec3) -> f64 {
         let surfaces = self.setting.surfaces;
-        let mut sum = 0.0;
-        for pair in &self.pairs[pairs] {
-            let emitter = &self.emitters[pair.emitter];
-            let pane = &emitter.pane;
-            if !pane.faces(point) {
-                continue;
-            }
-            let list = &self.lists[pair.occluders.clone()];
-            sum += if list.is_empty() {
-                self.clipper.unoccluded(point, self.normal, pane)
-            } else {
-                let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
-                let touching = surfaces.touching();
-                self.clipper
-                    .occluded(point, self.normal, pane, occluders, touching)
-            };
+        let Pair { emitter, occluders } = &self.pairs[pair];
+        let emitter = &self.emitters[*emitter];
+        let pane = &emitter.pane;
+        if !pane.faces(point) {
+            return 0.0;
         }
-        sum
+        let list = &self.lists[occluders.clone()];
+        if list.is_empty() {
+            return self.clipper.unoccluded(point, self.normal, pane);
+        }
+        let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
+        let touching = surfaces.touching();
+        if self.rough > 0.0
+            && list.len() >= MASKED
+            && let Some(screen) = emitter.screen()
+            && let Some(sight) = screen.seen_from(point, self.normal)
+            && sight.rough <= self.rough
+        {
+            let light = self.clipper.unoccluded(point, self.normal, pane);
+            return light * self.masker.passes(screen, &sight, occluders, touching);
+        }
+        self.clipper
+            .occluded(point, self.normal, pane, occluders, touching)
     }
 }
 

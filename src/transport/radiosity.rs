@@ -12,6 +12,7 @@
     reason = "one entry for each light, element, node, fragment or source, made together"
 )]
 
+mod between;
 mod compose;
 mod flux;
 mod gather;
@@ -24,6 +25,8 @@ use crate::scene::{Light, Rig, Scene, View};
 use crate::transport::burial::beacons;
 use crate::transport::cluster::{Receiver, Receivers};
 use crate::transport::cost::{self, Counts};
+#[cfg(doc)]
+use crate::transport::direct::Precision;
 use crate::transport::direct::{Luminaire, Setting, luminaires};
 use crate::transport::eye::{Fragments, fragments};
 use crate::transport::form::{Bounces, Rows};
@@ -37,7 +40,7 @@ use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
-use gather::{Nodes, Sight, form_factors, show};
+use gather::{Meter, Nodes, Sight, form_factors, show};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 
@@ -140,6 +143,8 @@ struct Operator {
     shown: Vec<f64>,
     /// How exactly direct light is interpolated, as a share of its level in the picture.
     tolerance: f64,
+    /// How exactly shadows are cut ([`Precision::rough`]).
+    rough: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
     solutions: Vec<Option<Solution>>,
@@ -186,14 +191,16 @@ impl Operator {
             memory: work.memory / 2,
             ..work
         };
-        let (rows, _) = form_factors(sight, &mesh, &table, "form factors", limited)?;
+        let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
+        let meter = Meter::new("form factors", every.len());
+        let (rows, _) = form_factors(sight, &mesh, &every, &table, &meter, limited)?;
         let reflectance: Vec<[f32; 3]> = mesh
             .elements
             .iter()
             .map(|e| surfaces.facets[e.facet].reflectance.map(|r| r as f32))
             .collect();
         let bounces = Bounces::new(&rows, &reflectance);
-        let finer = (step.nodes, step.node_resolution);
+        let finer = (step.nodes, step.node_resolution, step.reach);
         let nodes = match step.nodes {
             0 => None,
             _ => Some(Nodes::new(
@@ -247,6 +254,7 @@ impl Operator {
             stencils,
             shown,
             tolerance: step.tolerance,
+            rough: step.rough,
         })
     }
 

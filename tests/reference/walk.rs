@@ -18,7 +18,7 @@ use footlight::geometry::{Vec3, frame};
 use footlight::raster::Camera;
 use footlight::scene::Light;
 use footlight::transport::cluster::{Receiver, Receivers};
-use footlight::transport::direct::{Luminaire, Setting, irradiance, luminaires};
+use footlight::transport::direct::{Luminaire, Precision, Setting, irradiance, luminaires};
 use footlight::transport::eye::camera;
 use footlight::transport::strength::colour;
 use footlight::transport::surface::Surfaces;
@@ -183,7 +183,15 @@ impl Walker<'_> {
             hierarchy: &self.hierarchy,
         };
         for (at, light) in self.lights.iter().enumerate() {
-            let lit = irradiance(setting, light, &receivers, None, 0.0, Work::silent()).unwrap();
+            let lit = irradiance(
+                setting,
+                light,
+                &receivers,
+                None,
+                Precision::EXACT,
+                Work::silent(),
+            )
+            .unwrap();
             let mut sums = [[0.0; 3]; 2];
             for (corner, lit) in corners.iter().zip(lit) {
                 for (sum, share) in sums[corner.half].iter_mut().zip(corner.share) {

@@ -113,7 +113,8 @@ impl Operator {
     fn first_parts(&self, light: usize, work: Work<'_>) -> Result<Vec<Vec<Part>>, Cancelled> {
         let receivers = &self.element_receivers;
         let light = &self.lights[light];
-        let all = irradiance(self.setting(), light, receivers, None, 0.0, work)?;
+        let precision = self.precision(0.0);
+        let all = irradiance(self.setting(), light, receivers, None, precision, work)?;
         let mut all = all.into_iter();
         let group = |(element, samples): (usize, &Vec<Sample>)| {
             let parts = samples.iter().zip(all.by_ref());
@@ -154,7 +155,8 @@ impl Operator {
         let receivers: Vec<Receiver> = groups.iter().flatten().map(receiver).collect();
         let receivers = Receivers::new(&self.surfaces, &receivers);
         let light = &self.lights[light];
-        let lit = irradiance(self.setting(), light, &receivers, None, 0.0, work)?;
+        let precision = self.precision(0.0);
+        let lit = irradiance(self.setting(), light, &receivers, None, precision, work)?;
         for (part, lit) in groups.iter_mut().flatten().zip(lit) {
             part.light = lit;
         }

@@ -5,6 +5,7 @@
     reason = "one entry for each facet, cell or element, made together"
 )]
 
+use super::between::Between;
 use super::links::Links;
 use super::within;
 use crate::geometry::Vec3;
@@ -12,7 +13,7 @@ use crate::transport::TransportError;
 use crate::transport::direct::Setting;
 use crate::transport::eye::Fragments;
 use crate::transport::form::{BLOCK, Block, Rows};
-use crate::transport::hemicube::{Hemicube, Table, scatter};
+use crate::transport::hemicube::{Hemicube, Outlook, Table, scatter};
 use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
 use crate::transport::surface::Surfaces;
@@ -25,9 +26,18 @@ pub struct Nodes {
     /// Elements of a finer grid that only gather.
     pub mesh: Mesh,
     table: Table,
-    /// Form factors from nodes to elements, and which nodes are averaged; without them they are
-    /// made again for each use.
-    kept: Option<(Rows, Links)>,
+    /// How near to others a node need not look itself ([`Between::nodes`]).
+    reach: f64,
+    /// Without them they are made again for each use.
+    kept: Option<Kept>,
+}
+
+/// What the nodes see.
+struct Kept {
+    /// Form factors to elements, from those nodes that look.
+    seen: Vec<(Vec<u32>, Rows)>,
+    between: Between,
+    links: Links,
 }
 
 /// What is looked at, from wherever.
@@ -52,7 +62,7 @@ impl Nodes {
         sight: Sight<'_>,
         beacons: &[Vec3],
         fragments: &Fragments,
-        (count, resolution): (usize, usize),
+        (count, resolution, reach): (usize, usize, f64),
         work: Work<'_>,
     ) -> Result<Nodes, TransportError> {
         let mut pixels = vec![0.0; setting.surfaces.facets.len()];
@@ -74,12 +84,28 @@ impl Nodes {
             memory: work.memory / 4,
             ..work
         };
-        let kept = match form_factors(sight, &mesh, &table, "final gather", limited) {
-            Ok((rows, closeness)) => Some((rows, Links::new(&mesh, &closeness))),
+        let meter = Meter::new("final gather", mesh.elements.len());
+        let mut seen = Vec::new();
+        let between = Between::nodes(&mesh, reach, |nodes| {
+            let (rows, outlooks) = form_factors(sight, &mesh, nodes, &table, &meter, limited)?;
+            seen.push((nodes.to_vec(), rows));
+            Ok(outlooks)
+        });
+        let kept = match between {
+            Ok(between) => Some(Kept {
+                seen,
+                links: Links::new(&mesh, &between.outlooks),
+                between,
+            }),
             Err(TransportError::Memory { .. }) => None,
             Err(other) => return Err(other),
         };
-        Ok(Nodes { mesh, table, kept })
+        Ok(Nodes {
+            mesh,
+            table,
+            reach,
+            kept,
+        })
     }
 
     /// Irradiance at each node from a block of radiosities of `width` columns. The same bits
@@ -94,39 +120,71 @@ impl Nodes {
         width: usize,
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
-        if let Some((rows, links)) = &self.kept {
-            let mut out = rows.times(radiosity, width);
-            links.even(&mut out, width);
+        let mut out = vec![0.0_f32; self.mesh.elements.len() * width];
+        if let Some(kept) = &self.kept {
+            for (nodes, rows) in &kept.seen {
+                place(nodes, &rows.times(radiosity, width), width, &mut out);
+            }
+            kept.between.fill(&mut out, width);
+            kept.links.even(&mut out, width);
             return Ok(out);
         }
-        let mut closeness = vec![0.0_f32; self.mesh.elements.len()];
-        let mut out = vec![0.0_f32; self.mesh.elements.len() * width];
-        let nodes = self.mesh.elements.par_chunks(BLOCK).enumerate();
+        let between = Between::nodes(&self.mesh, self.reach, |nodes| {
+            let mut sums = vec![0.0_f32; nodes.len() * width];
+            let outlooks = self.look(sight, nodes, radiosity, &mut sums, work)?;
+            place(nodes, &sums, width, &mut out);
+            Ok(outlooks)
+        })?;
+        between.fill(&mut out, width);
+        Links::new(&self.mesh, &between.outlooks).even(&mut out, width);
+        Ok(out)
+    }
+
+    /// Adds up what some nodes see of a block of radiosities, without keeping the rows.
+    fn look(
+        &self,
+        sight: Sight<'_>,
+        nodes: &[u32],
+        radiosity: &[f32],
+        sums: &mut [f32],
+        work: Work<'_>,
+    ) -> Result<Vec<Outlook>, Cancelled> {
+        let width = sums.len() / nodes.len().max(1);
+        let mut outlooks = vec![Outlook::default(); nodes.len()];
         nodes
-            .zip(out.par_chunks_mut(BLOCK * width.max(1)))
-            .zip(closeness.par_chunks_mut(BLOCK))
-            .try_for_each(|(((block, nodes), out), closeness)| {
+            .par_chunks(BLOCK)
+            .zip(sums.par_chunks_mut(BLOCK * width.max(1)))
+            .zip(outlooks.par_chunks_mut(BLOCK))
+            .try_for_each(|((nodes, sums), outlooks)| {
                 work.check()?;
                 let mut cube = Hemicube::new(sight.surfaces, sight.outline, sight.to, &self.table);
-                for (i, node) in nodes.iter().enumerate() {
-                    let turn = scatter((block * BLOCK + i) as u64);
-                    let sums = &mut out[i * width..(i + 1) * width];
-                    closeness[i] = cube.visit(node.facet, node.centre, turn, |element, share| {
+                for (i, &at) in nodes.iter().enumerate() {
+                    let node = &self.mesh.elements[at as usize];
+                    let turn = scatter(u64::from(at));
+                    let sums = &mut sums[i * width..(i + 1) * width];
+                    outlooks[i] = cube.visit(node.facet, node.centre, turn, |element, share| {
                         let from = element as usize * width;
                         for (sum, x) in sums.iter_mut().zip(&radiosity[from..from + width]) {
                             *sum += share * x;
                         }
                     });
                 }
-                Ok(())
+                Ok::<(), Cancelled>(())
             })?;
-        Links::new(&self.mesh, &closeness).even(&mut out, width);
-        Ok(out)
+        Ok(outlooks)
+    }
+}
+
+/// Puts rows of values, one for each of some nodes, where they belong among all.
+fn place(nodes: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
+    for (node, row) in nodes.iter().zip(values.chunks_exact(width.max(1))) {
+        let at = *node as usize * width;
+        all[at..at + width].copy_from_slice(row);
     }
 }
 
 /// A block of rows, and [`Hemicube::visit`]'s answer for each.
-type Seen = (Block, Vec<f32>);
+type Seen = (Block, Vec<Outlook>);
 
 /// Notes for each cell a point of it that the picture shows.
 pub fn show(layout: &Layout, fragments: &Fragments, wishes: &mut [Wish]) {
@@ -137,50 +195,70 @@ pub fn show(layout: &Layout, fragments: &Fragments, wishes: &mut [Wish]) {
     }
 }
 
-/// Form factors from each element of `from` to all elements in sight, and for each one over the
-/// mean distance of what it sees.
+/// How far a task is, over several calls of [`form_factors`].
+pub struct Meter {
+    task: &'static str,
+    total: usize,
+    done: AtomicUsize,
+    /// Of all rows so far.
+    bytes: AtomicUsize,
+}
+
+impl Meter {
+    /// Of a task of so many rows at most.
+    pub fn new(task: &'static str, total: usize) -> Meter {
+        Meter {
+            task,
+            total,
+            done: AtomicUsize::new(0),
+            bytes: AtomicUsize::new(0),
+        }
+    }
+}
+
+/// Form factors from some elements of `from` to all elements in sight, and what each sees all
+/// in all.
 ///
 /// # Errors
 /// [`TransportError::Memory`] when they do not fit, and cancel.
 pub fn form_factors(
     sight: Sight<'_>,
     from: &Mesh,
+    which: &[u32],
     table: &Table,
-    task: &'static str,
+    meter: &Meter,
     work: Work<'_>,
-) -> Result<(Rows, Vec<f32>), TransportError> {
-    let total = from.elements.len();
-    let done = AtomicUsize::new(0);
-    let bytes = AtomicUsize::new(0);
+) -> Result<(Rows, Vec<Outlook>), TransportError> {
     let count = Ordering::Relaxed;
     // The work of one task: enough blocks that making a hemicube does not count.
-    let tasks: Result<Vec<Vec<Seen>>, TransportError> = from
-        .elements
+    let tasks: Result<Vec<Vec<Seen>>, TransportError> = which
         .par_chunks(4 * BLOCK)
-        .enumerate()
-        .map(|(task_at, elements)| {
+        .map(|which| {
             let mut cube = Hemicube::new(sight.surfaces, sight.outline, sight.to, table);
             let mut blocks = Vec::new();
-            for (at, elements) in elements.chunks(BLOCK).enumerate() {
+            for which in which.chunks(BLOCK) {
                 work.check()?;
                 let mut block = Block::default();
-                let mut closeness = Vec::with_capacity(elements.len());
-                for (i, e) in elements.iter().enumerate() {
-                    let turn = scatter(((task_at * 4 + at) * BLOCK + i) as u64);
-                    let near = cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
-                    closeness.push(near);
+                let mut outlooks = Vec::with_capacity(which.len());
+                for &at in which {
+                    let e = &from.elements[at as usize];
+                    let turn = scatter(u64::from(at));
+                    let outlook =
+                        cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
+                    outlooks.push(outlook);
                     block.end_row();
                 }
                 block.trim();
                 let own = block.bytes();
-                within("form factors", bytes.fetch_add(own, count) + own, work)?;
-                blocks.push((block, closeness));
-                let so_far = done.fetch_add(elements.len(), count) + elements.len();
-                work.progress.report(task, so_far, total);
+                let all = meter.bytes.fetch_add(own, count) + own;
+                within("form factors", all, work)?;
+                blocks.push((block, outlooks));
+                let so_far = meter.done.fetch_add(which.len(), count) + which.len();
+                work.progress.report(meter.task, so_far, meter.total);
             }
             Ok(blocks)
         })
         .collect();
-    let (blocks, closeness): (Vec<Block>, Vec<Vec<f32>>) = tasks?.into_iter().flatten().unzip();
-    Ok((Rows::of(blocks), closeness.concat()))
+    let (blocks, outlooks): (Vec<Block>, Vec<Vec<Outlook>>) = tasks?.into_iter().flatten().unzip();
+    Ok((Rows::of(blocks), outlooks.concat()))
 }

@@ -14,6 +14,7 @@
     reason = "rows are of the mesh's own elements, whose values are laid out one after the other"
 )]
 
+use crate::transport::hemicube::Outlook;
 use crate::transport::mesh::Mesh;
 
 /// The share of the mean distance of what they see over which nodes are averaged.
@@ -38,15 +39,17 @@ pub struct Links {
 }
 
 impl Links {
-    /// Between neighbours on a facet that nothing divides, given for each node one over the mean
-    /// distance of what it sees (1/m).
-    pub fn new(mesh: &Mesh, closeness: &[f32]) -> Links {
+    /// Between neighbours on a facet that nothing divides, given what each node sees.
+    pub fn new(mesh: &Mesh, outlooks: &[Outlook]) -> Links {
         let rows = [0, 1].map(|axis| {
             let mut rows = Vec::new();
             mesh.each_three(axis, |nodes| {
                 let [from, at, to] = nodes.map(|n| mesh.elements[n].centre);
                 let (before, behind) = ((at - from).length(), (to - at).length());
-                let nearest = nodes.map(|n| closeness[n]).into_iter().fold(0.0, f32::max);
+                let nearest = nodes
+                    .map(|n| outlooks[n].closeness)
+                    .into_iter()
+                    .fold(0.0, f32::max);
                 let weight = 1.0 - before.max(behind) * f64::from(nearest) / REACH;
                 if weight > 0.0 {
                     // At a weight of 1 all three count alike. What changes evenly stays as it is.
@@ -122,7 +125,7 @@ mod tests {
         let (outline, table) = (Outline::new(&surfaces), Table::new(16));
         let mut cube = Hemicube::new(&surfaces, &outline, &elements, &table);
         let bright = surfaces.facets.len() - 1;
-        let (mut closeness, mut naive) = (Vec::new(), Vec::new());
+        let (mut outlooks, mut naive) = (Vec::new(), Vec::new());
         for (i, node) in nodes.elements.iter().enumerate() {
             let mut seen = 0.0;
             let near = cube.visit(node.facet, node.centre, scatter(i as u64), |e, share| {
@@ -130,11 +133,11 @@ mod tests {
                     seen += share;
                 }
             });
-            closeness.push(near);
+            outlooks.push(near);
             naive.push(seen);
         }
         let mut even = naive.clone();
-        Links::new(&nodes, &closeness).even(&mut even, 1);
+        Links::new(&nodes, &outlooks).even(&mut even, 1);
         let pane = Pane::new(spot, vec3(0.0, 0.0, -1.0));
         let mut clipper = Clipper::default();
         let mut error = |found: &[f32]| {
@@ -169,14 +172,23 @@ mod tests {
         let nodes = layout.mesh(setting, &[vec3(3.0, 3.0, 2.0)], &wishes);
         let count = nodes.elements.len();
         let slope = |e: &Element| [1.0, e.centre.dot(vec3(0.3, -0.2, 0.5)) as f32];
+        let near = |closeness: f32| {
+            vec![
+                Outlook {
+                    closeness,
+                    seen: 1.0
+                };
+                count
+            ]
+        };
         let slopes: Vec<f32> = nodes.elements.iter().flat_map(slope).collect();
         let mut found = slopes.clone();
-        Links::new(&nodes, &vec![0.1; count]).even(&mut found, 2);
+        Links::new(&nodes, &near(0.1)).even(&mut found, 2);
         let apart = found.iter().zip(&slopes).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f32::max) < 1e-5);
         let mixed: Vec<f32> = (0..count).map(|i| i as f32).collect();
-        let mut near = mixed.clone();
-        Links::new(&nodes, &vec![10.0; count]).even(&mut near, 1);
-        assert_eq!(near, mixed);
+        let mut left = mixed.clone();
+        Links::new(&nodes, &near(10.0)).even(&mut left, 1);
+        assert_eq!(left, mixed);
     }
 }

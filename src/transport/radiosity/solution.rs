@@ -7,7 +7,7 @@
 
 use super::gather::Sight;
 use super::{Operator, Solution};
-use crate::transport::direct::{Setting, irradiance};
+use crate::transport::direct::{Precision, Setting, irradiance};
 use crate::transport::throw::pixel;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
@@ -69,12 +69,20 @@ impl Operator {
         let light = &self.lights[team[0]];
         let means = self.on_elements(team, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
-        let allowed = self.tolerance * level;
+        let precision = self.precision(self.tolerance * level);
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
-        let seen = irradiance(setting, light, receivers, outlines, allowed, work)?;
+        let seen = irradiance(setting, light, receivers, outlines, precision, work)?;
         let direct = team.iter().map(|&l| self.on_fragments(l, &seen));
         Ok(direct.zip(means).collect())
+    }
+
+    /// Direct light that may be off by so much between samples.
+    pub(super) fn precision(&self, allowed: f64) -> Precision {
+        Precision {
+            allowed,
+            rough: self.rough,
+        }
     }
 
     /// A light at the fragments, from what is even: cut out of it if it is a projection.
