@@ -137,8 +137,8 @@ pub struct Precision {
     /// How far reflectance times irradiance may be, at the samples, from what is interpolated
     /// through them; 0 evaluates every receiver.
     pub allowed: f64,
-    /// How wrong a panel's light may be where a shadow's edge crosses it, as a share of what the
-    /// whole panel gives; 0 cuts every shadow exactly.
+    /// How wrong a panel's light may be where a shadow's edge crosses it, as a share of what is left
+    /// of it; 0 cuts every shadow exactly.
     pub rough: f64,
 }
 

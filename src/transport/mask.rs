@@ -5,8 +5,10 @@
 //! conjunction of a few table entries and an occluder costs some 30 ns, a tenth of cutting the panel
 //! exactly (`lambert`). After Schwarz and Stamminger, "Bitmask Soft Shadows" (2007). The samples are a
 //! rank-1 lattice: a line across the panel divides them to .37 % of the panel as root mean square,
-//! .46 % with the rounding of the table (regular samples: 6 % along their rows). For where some
-//! error is allowed; this room knows one point and one polygon.
+//! .46 % with the rounding of the table (regular samples: 6 % along their rows). As the samples stay where
+//! they are, neighbouring points err alike: of a little light that comes through a gap that makes
+//! streaks, so callers ask how much is left before they believe it. This room knows one point and
+//! one polygon.
 
 #![allow(
     clippy::indexing_slicing,

@@ -65,7 +65,7 @@ pub struct Panel<'a> {
     facet: usize,
     clipper: Clipper,
     masker: Masker,
-    /// How wrong what a point sees may be, as a share of what all of it would give.
+    /// How wrong what a point receives may be, as a share of itself.
     rough: f64,
     // Stacks: what a cluster adds is taken off when it is done.
     emitters: Vec<Emitter>,
@@ -303,8 +303,12 @@ impl<'a> Panel<'a> {
             && let Some(sight) = screen.seen_from(point, self.normal)
             && sight.rough <= self.rough
         {
-            let light = self.clipper.unoccluded(point, self.normal, pane);
-            return light * self.masker.passes(screen, &sight, occluders, touching);
+            let list = occluders.clone();
+            let share = self.masker.passes(screen, &sight, list, touching);
+            // Of a little light that comes through a gap the samples would make streaks.
+            if sight.rough <= self.rough * share {
+                return share * self.clipper.unoccluded(point, self.normal, pane);
+            }
         }
         self.clipper
             .occluded(point, self.normal, pane, occluders, touching)
