@@ -25,7 +25,7 @@ use std::sync::Arc;
 use self::mount::Mount;
 use self::photometric::Distribution;
 use self::slide::Slide;
-use crate::geometry::{Vec3, newell};
+use crate::geometry::{Vec3, block, newell};
 use crate::picture::Image;
 use crate::units::Rgb;
 
@@ -49,6 +49,20 @@ pub struct Polygon {
     pub vertices: Vec<Vec3>,
     /// Index into [`Scene::materials`].
     pub material: usize,
+}
+
+impl Polygon {
+    /// The faces of a block between two corners: five seen from outside, without the one below, or
+    /// all six seen from `within`.
+    pub fn block(
+        corners: [Vec3; 2],
+        within: bool,
+        material: usize,
+    ) -> impl Iterator<Item = Polygon> {
+        let faces = block(corners, within).into_iter();
+        let polygon = move |vertices| Polygon { vertices, material };
+        faces.take(if within { 6 } else { 5 }).map(polygon)
+    }
 }
 
 /// All that light meets.

@@ -10,7 +10,7 @@
 //! scene from nothing prepared are told within factors of 0.7 to 1.5, of a bare room of 1,000
 //! faces of 0.5 to 1; a change of the operator asks for a new fit.
 
-use crate::geometry::{Vec3, block, vec3};
+use crate::geometry::{Vec3, vec3};
 use crate::raster::{ItemBuffer, NOTHING};
 use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use crate::transport::eye::{camera, is_stretched};
@@ -281,18 +281,14 @@ pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportErr
 
 /// A closed room of 4 x 4 x 3 m with nine boxes, a panel and a spot.
 fn yardstick() -> (Scene, Rig, View) {
-    let mut polygons = Vec::new();
-    add(
-        &mut polygons,
-        [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)],
-        true,
-    );
+    let walls = [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)];
+    let mut polygons: Vec<Polygon> = Polygon::block(walls, true, 0).collect();
     for i in 0..9 {
         let (x, y) = (f64::from(i % 3) - 1.0, f64::from(i / 3) - 1.0);
         let half = vec3(0.2, 0.2, 0.0);
         let at = vec3(x, y, 0.0);
         let top = vec3(0.0, 0.0, 0.4 + 0.1 * f64::from(i));
-        add(&mut polygons, [at - half, at + half + top], false);
+        polygons.extend(Polygon::block([at - half, at + half + top], false, 0));
     }
     let lamp = [(-0.3, 0.3), (0.3, 0.3), (0.3, -0.3), (-0.3, -0.3)];
     polygons.push(Polygon {
@@ -340,15 +336,4 @@ fn yardstick() -> (Scene, Rig, View) {
         height: 64,
     };
     (scene, rig, view)
-}
-
-/// Adds the faces of a block between two corners, seen from outside or from `within`; without the
-/// floor unless within.
-fn add(polygons: &mut Vec<Polygon>, corners: [Vec3; 2], within: bool) {
-    let faces = block(corners, within).into_iter();
-    let polygon = |vertices| Polygon {
-        vertices,
-        material: 0,
-    };
-    polygons.extend(faces.take(if within { 6 } else { 5 }).map(polygon));
 }

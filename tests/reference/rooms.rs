@@ -10,7 +10,7 @@
 use crate::reference::Case;
 use footlight::diagnostic::Sources;
 use footlight::files::Folder;
-use footlight::geometry::{Vec3, block, vec3};
+use footlight::geometry::vec3;
 use footlight::lang;
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, View, obj};
 use footlight::units::Rgb;
@@ -39,12 +39,8 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
     let boxes = polygons.saturating_sub(6 + banks) / 5;
     let side = (boxes as f64).sqrt().ceil().max(1.0);
     let (span, tall) = (side * 1.5, 4.0);
-    let mut faces = Vec::new();
-    add(
-        &mut faces,
-        [vec3(0.0, 0.0, 0.0), vec3(span, span, tall)],
-        true,
-    );
+    let walls = [vec3(0.0, 0.0, 0.0), vec3(span, span, tall)];
+    let mut faces: Vec<Polygon> = Polygon::block(walls, true, 0).collect();
     let mut seed = 1_u64;
     for i in 0..boxes {
         seed = seed
@@ -52,11 +48,8 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
             .wrapping_add(1_442_695_040_888_963_407);
         let share = (seed >> 40) as f64 / (1_u64 << 24) as f64;
         let at = vec3(i as f64 % side, (i as f64 / side).floor(), 0.0) * 1.5 + vec3(0.3, 0.3, 0.0);
-        add(
-            &mut faces,
-            [at, at + vec3(0.8, 0.8, 0.3 + 1.5 * share)],
-            false,
-        );
+        let top = at + vec3(0.8, 0.8, 0.3 + 1.5 * share);
+        faces.extend(Polygon::block([at, top], false, 0));
     }
     let row = (banks as f64).sqrt().ceil().max(1.0);
     let half = 0.15 * span / row;
@@ -141,15 +134,4 @@ fn material(name: &str, reflectance: f64, emission: f64) -> Material {
         reflectance: Rgb([reflectance; 3]),
         emission: Rgb([emission; 3]),
     }
-}
-
-/// Adds the faces of a block between two corners, fronts outside, without its floor; or all six
-/// with fronts `within`.
-fn add(polygons: &mut Vec<Polygon>, corners: [Vec3; 2], within: bool) {
-    let faces = block(corners, within).into_iter();
-    let polygon = |vertices| Polygon {
-        vertices,
-        material: 0,
-    };
-    polygons.extend(faces.take(if within { 6 } else { 5 }).map(polygon));
 }
