@@ -7,8 +7,8 @@
 //! (`cargo run --release --example cost`). Units are in yardsticks: the time that one small fixed
 //! task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
 //! written here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped
-//! scene from nothing prepared are told within factors of 0.7 to 1.5, of a bare room of 1,000
-//! faces of 0.5 to 1; a change of the operator asks for a new fit.
+//! scene from nothing prepared are told within factors of 0.7 to 1.33, of a bare room of 1,000
+//! faces of 0.55 to 0.95; a change of the operator asks for a new fit.
 
 use crate::geometry::{Vec3, vec3};
 use crate::raster::{ItemBuffer, NOTHING};
@@ -43,7 +43,7 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [5.0e-2, 4.7e-7, 9.2e-8, 3.9e-5, 5.7e-7, 2.4e-6];
+const OF_PREPARE: [f64; 6] = [5.0e-2, 4.7e-7, 1.0e-7, 4.2e-5, 6.2e-7, 2.4e-6];
 /// Yardsticks for each of [`LIGHTS`].
 const OF_LIGHTS: [f64; 5] = [6.0e-7, 1.2e-7, 1.0e-8, 5.0e-8, 1.15e-8];
 /// Yardsticks for each of [`PICTURE`].

@@ -9,8 +9,8 @@
 //! take the mean of what they stand between, so that nodes are as dense as the picture wants them at
 //! corners and joints, and as the light wants them elsewhere. At a reach of .07 seven eighths of the
 //! tavern's nodes look, which is full of small things, five sixths of the stage's at the third step and
-//! seven tenths at the fourth, and half of a bare room's at .1. Invariant: who looks follows from the scene and the nodes alone, so that G
-//! stays linear.
+//! seven tenths at the fourth, and half of a bare room's at .1. Invariant: who looks follows from the
+//! scene and the nodes alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
