@@ -402,6 +402,9 @@ impl Plot {
                     ((x - 9.0, y + 15.0), Anchor::End),
                     ((x, y - 12.0), Anchor::Middle),
                     ((x, y + 20.0), Anchor::Middle),
+                    // Under the top of the plot, beside a line that falls.
+                    ((x + 12.0, y + 1.0), Anchor::Start),
+                    ((x - 12.0, y + 1.0), Anchor::End),
                 ];
                 let free = |label: &Label| {
                     let frame = label.frame();
