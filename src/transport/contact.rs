@@ -12,6 +12,16 @@
 use crate::geometry::{Vec3, vec3};
 use crate::transport::surface::{Facet, Piece, Surfaces};
 
+/// Where a surface stands on a facet.
+pub struct Foot {
+    /// In the facet's plane (m).
+    pub ends: [Vec3; 2],
+    /// Of the surface that stands there.
+    pub normal: Vec3,
+    /// How far that surface rises above the facet (m).
+    pub rise: f64,
+}
+
 /// All pieces, in the order in which a search meets them.
 pub struct Contacts<'a> {
     surfaces: &'a Surfaces,
@@ -33,8 +43,8 @@ impl<'a> Contacts<'a> {
         Contacts { surfaces, boxes }
     }
 
-    /// Segments in the plane of a facet where surfaces stand that rise more than `least` above it.
-    pub fn of(&self, facet: usize, least: f64) -> Vec<[Vec3; 2]> {
+    /// Where surfaces stand on a facet that rise more than `least` above it.
+    pub fn of(&self, facet: usize, least: f64) -> Vec<Foot> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
@@ -46,7 +56,11 @@ impl<'a> Contacts<'a> {
             .filter(|(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
             .map(|(i, ..)| &self.surfaces.pieces[*i])
             .filter(|p| p.facet != facet)
-            .filter_map(|p| footing(own, p, least.max(touching), touching))
+            .filter_map(|p| {
+                let (ends, rise) = footing(own, p, least.max(touching), touching)?;
+                let normal = self.surfaces.facets[p.facet].normal;
+                Some(Foot { ends, normal, rise })
+            })
             .collect()
     }
 }
@@ -58,8 +72,8 @@ fn bounds(vertices: &[Vec3]) -> (Vec3, Vec3) {
         .fold((first, first), |(l, h), v| (l.min(*v), h.max(*v)))
 }
 
-/// The segment in which a piece meets the plane of a facet, if it rises above it.
-fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<[Vec3; 2]> {
+/// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
+fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<([Vec3; 2], f64)> {
     let heights: Vec<f64> = piece.vertices.iter().map(|v| facet.height(*v)).collect();
     let (lowest, highest) = heights
         .iter()
@@ -85,5 +99,5 @@ fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<[V
         .iter()
         .copied()
         .max_by(|p, q| apart(p).total_cmp(&apart(q)))?;
-    ((far - ends[0]).length() > touching).then(|| [ends[0], far])
+    ((far - ends[0]).length() > touching).then(|| ([ends[0], far], highest))
 }

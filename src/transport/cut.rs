@@ -15,6 +15,28 @@ type Place = [f64; 2];
 /// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
 pub type Line = [f64; 3];
 
+/// What cuts a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Foot {
+    /// Where it stands.
+    pub ends: [Place; 2],
+    /// Its normal: along the two sides in units of one over a cell, and upwards (1/m).
+    pub normal: [f64; 3],
+    /// Its height (m).
+    pub rise: f64,
+}
+
+/// What stands on the line that cuts a cell.
+#[derive(Clone, Copy, Debug)]
+pub struct Upright {
+    /// Its foot.
+    pub line: Line,
+    /// `height(line, place) + lean * h` is zero for its places at a height of `h` metres.
+    pub lean: f64,
+    /// Its height (m).
+    pub rise: f64,
+}
+
 /// Cuts one behind the other at most.
 const DEEPEST: usize = 4;
 
@@ -31,34 +53,42 @@ const LEAST_AREA: f64 = 0.01;
 pub enum Tree<T> {
     /// Not cut any further.
     Leaf(T),
-    /// Cut by a line; the part on its negative side first.
-    Fork(Line, Box<[Tree<T>; 2]>),
+    /// Cut at the foot of what stands there; the part on its line's negative side first.
+    Fork(Upright, Box<[Tree<T>; 2]>),
 }
 
-/// Cuts the square of side 1 at a corner along the segments; each leaf has the lines that bound it,
+/// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that bound it,
 /// each not negative on its side.
-pub fn cut(corner: Place, segments: &[[Place; 2]]) -> Tree<Vec<Line>> {
+pub fn cut(corner: Place, feet: &[Foot]) -> Tree<Vec<Line>> {
     let [u, v] = corner;
     let square = [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
-    grow(&square, segments, Vec::new())
+    grow(&square, feet, Vec::new())
 }
 
-fn grow(region: &[Place], segments: &[[Place; 2]], bounds: Vec<Line>) -> Tree<Vec<Line>> {
+fn grow(region: &[Place], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
     if bounds.len() == DEEPEST {
         return Tree::Leaf(bounds);
     }
-    let longest = segments
+    let longest = feet
         .iter()
-        .filter_map(|segment| divided(region, *segment))
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, line, parts)) = longest else {
+        .filter_map(|foot| Some((foot, divided(region, foot.ends)?)))
+        .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    let Some((foot, (_, line, parts))) = longest else {
         return Tree::Leaf(bounds);
     };
     let side = |k: usize, l: Line| {
         let bounds = bounds.iter().copied().chain([l]).collect();
-        grow(&parts[k], segments, bounds)
+        grow(&parts[k], feet, bounds)
     };
-    Tree::Fork(line, Box::new([side(0, line.map(|x| -x)), side(1, line)]))
+    let upright = Upright {
+        line,
+        lean: lean(line, foot.normal),
+        rise: foot.rise,
+    };
+    Tree::Fork(
+        upright,
+        Box::new([side(0, line.map(|x| -x)), side(1, line)]),
+    )
 }
 
 /// Length of a segment within a region, its line, and the parts below and above that line, if it
@@ -82,6 +112,12 @@ fn divided(region: &[Place], segment: [Place; 2]) -> Option<(f64, Line, [Vec<Pla
     let divides = length >= LEAST_LENGTH || length >= LEAST_SHARE * (high - low);
     let worth = parts.iter().all(|p| area(p) >= LEAST_AREA);
     (divides && worth).then_some((length, line, parts))
+}
+
+/// How far a plane leans that stands on a line.
+fn lean(line: Line, [u, v, up]: [f64; 3]) -> f64 {
+    // The normal's part within the cell is across the line, which has unit slope.
+    up / (line[0] * u + line[1] * v)
 }
 
 /// Height of a place over a line.
@@ -148,6 +184,16 @@ fn area(region: &[Place]) -> f64 {
 mod tests {
     use super::*;
 
+    fn upright(ends: [Place; 2]) -> Foot {
+        let [a, b] = ends;
+        let normal = [a[1] - b[1], b[0] - a[0], 0.0];
+        Foot {
+            ends,
+            normal,
+            rise: 1.0,
+        }
+    }
+
     fn leaves(tree: &Tree<Vec<Line>>) -> Vec<&Vec<Line>> {
         match tree {
             Tree::Leaf(bounds) => vec![bounds],
@@ -169,7 +215,7 @@ mod tests {
             [[3.7, 5.9], [3.2, 5.9]],
             [[3.2, 5.9], [3.2, 5.3]],
         ];
-        let tree = cut([3.0, 5.0], &box_inside);
+        let tree = cut([3.0, 5.0], &box_inside.map(upright));
         let areas: Vec<f64> = leaves(&tree).iter().map(|b| part([3.0, 5.0], b)).collect();
         assert_eq!(areas.len(), 5);
         assert!((areas.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -184,11 +230,29 @@ mod tests {
             [[1.2, 0.0], [1.2, 1.0]],
             [[0.0, 0.995], [1.0, 0.995]],
         ] {
-            assert_eq!(leaves(&cut([0.0, 0.0], &[segment])).len(), 1, "{segment:?}");
+            let tree = cut([0.0, 0.0], &[upright(segment)]);
+            assert_eq!(leaves(&tree).len(), 1, "{segment:?}");
         }
-        assert_eq!(
-            leaves(&cut([0.0, 0.0], &[[[-3.0, 0.2], [9.0, 0.7]]])).len(),
-            2
-        );
+        let across = upright([[-3.0, 0.2], [9.0, 0.7]]);
+        assert_eq!(leaves(&cut([0.0, 0.0], &[across])).len(), 2);
+    }
+
+    /// A roof over cells of 2 m by .5 m, rising by 3 m for each metre across.
+    #[test]
+    fn a_plane_is_zero_at_its_own_points() {
+        let ends = [[0.0, 0.5], [1.0, 0.5]];
+        let normal = [0.0, -3.0 * 0.5, 1.0];
+        let foot = Foot {
+            ends,
+            normal,
+            rise: 2.0,
+        };
+        let Tree::Fork(roof, _) = cut([0.0, 0.0], &[foot]) else {
+            panic!("not cut");
+        };
+        for up in [0.0, 0.3, 2.0] {
+            let place = [0.7, 0.5 + up / 3.0 / 0.5];
+            assert!((height(roof.line, place) + roof.lean * up).abs() < 1e-12);
+        }
     }
 }

@@ -46,8 +46,8 @@ impl Maker<'_> {
     pub fn elements(&self, tree: Tree<Vec<Line>>) -> Tree<Option<Element>> {
         match tree {
             Tree::Leaf(bounds) => Tree::Leaf(self.element(bounds)),
-            Tree::Fork(line, sides) => {
-                Tree::Fork(line, Box::new((*sides).map(|side| self.elements(side))))
+            Tree::Fork(upright, sides) => {
+                Tree::Fork(upright, Box::new((*sides).map(|side| self.elements(side))))
             }
         }
     }

@@ -91,6 +91,14 @@ impl Grid {
         [self.along * self.scale[0], self.across * self.scale[1]]
     }
 
+    /// A direction as the slope of what it is normal to: along the two sides by the cell, and upwards
+    /// by the metre.
+    pub(super) fn normal(&self, normal: Vec3) -> [f64; 3] {
+        let [along, across] = [self.along, self.across].map(|axis| normal.dot(axis));
+        let up = normal.dot(self.along.cross(self.across));
+        [along / self.scale[0], across / self.scale[1], up]
+    }
+
     /// The cell that holds a point of the facet.
     pub fn cell(&self, p: Vec3) -> usize {
         let [u, v] = self.place(p);

@@ -15,7 +15,7 @@
 
 use crate::geometry::Vec3;
 use crate::transport::contact::Contacts;
-use crate::transport::cut::{Line, Tree, cut};
+use crate::transport::cut::{self, Foot, Line, Tree, Upright};
 use crate::transport::direct::Setting;
 use crate::transport::element::{Element, Maker};
 use crate::transport::grid::Grid;
@@ -31,14 +31,35 @@ const CUT: u32 = 1 << 31;
 /// What rises above a facet by less than this share of a cell does not cut it.
 const LEAST_RISE: f64 = 0.1;
 
-/// A line across a cell, in cells of its grid.
+/// A point this near to what stands on a cell (in cells) is on it, as its hemicube is.
+const BEFORE: f32 = 1e-3;
+
+/// What stands on a cell, its foot in cells of its grid.
 #[derive(Clone, Copy, Debug)]
 struct Fork {
     line: [f32; 3],
+    /// As [`Upright::lean`] and [`Upright::rise`].
+    lean: f32,
+    rise: f32,
     /// What lies where the line is negative, and where it is not: like [`Mesh::cells`].
     sides: [u32; 2],
     /// The same, like [`Mesh::seen`].
     seen: [u32; 2],
+}
+
+/// A point above a facet.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Above {
+    /// Its foot, in cells of the facet's grid.
+    pub place: [f32; 2],
+    /// Height (m).
+    pub height: f32,
+}
+
+impl Above {
+    fn on_facet(place: [f32; 2]) -> Above {
+        Above { place, height: 0.0 }
+    }
 }
 
 /// Elements of all facets.
@@ -51,6 +72,8 @@ pub struct Mesh {
     /// The same, with the nearest element of the grid where a cell has none: what shows of a
     /// nearly hidden cell is lit like its neighbour.
     seen: Vec<u32>,
+    /// Cells that something divides, and those around them.
+    beside_cut: Vec<bool>,
     forks: Vec<Fork>,
     /// In the order of their cells.
     pub elements: Vec<Element>,
@@ -156,6 +179,7 @@ impl Layout {
             grids: self.grids,
             cells: vec![NONE; self.cells],
             seen: Vec::new(),
+            beside_cut: Vec::new(),
             forks: Vec::new(),
             elements: Vec::new(),
         };
@@ -164,6 +188,7 @@ impl Layout {
             mesh.cells[cell] = own;
         }
         mesh.seen = mesh.filled();
+        mesh.beside_cut = mesh.around_cuts();
         mesh
     }
 }
@@ -171,16 +196,21 @@ impl Layout {
 /// The cells of a facet's grid, in order, each as it is cut.
 fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<Tree<Vec<Line>>> {
     let least = LEAST_RISE / grid.scale[0].max(grid.scale[1]);
-    let mut segments = vec![Vec::new(); grid.counts[0] * grid.counts[1]];
-    for [a, b] in contacts.of(facet, least) {
-        let ends = [a, b].map(|p| grid.place(p));
+    let mut feet = vec![Vec::new(); grid.counts[0] * grid.counts[1]];
+    for foot in contacts.of(facet, least) {
+        let ends = foot.ends.map(|p| grid.place(p));
+        let normal = grid.normal(foot.normal);
         for local in grid.between(ends) {
-            segments[local].push(ends);
+            feet[local].push(Foot {
+                ends,
+                normal,
+                rise: foot.rise,
+            });
         }
     }
-    let cells = segments.iter().enumerate();
+    let cells = feet.iter().enumerate();
     cells
-        .map(|(local, own)| cut(grid.line_of(local), own))
+        .map(|(local, own)| cut::cut(grid.line_of(local), own))
         .collect()
 }
 
@@ -210,6 +240,49 @@ impl Mesh {
         found
     }
 
+    /// The element seen anywhere in a cell, [`NONE`] included; `None` if something divides it or a
+    /// cell beside it.
+    pub fn seen_whole(&self, cell: usize) -> Option<u32> {
+        (!self.beside_cut[cell]).then_some(self.seen[cell])
+    }
+
+    /// Does nothing divide a cell?
+    pub fn is_whole(&self, cell: usize) -> bool {
+        let own = self.cells[cell];
+        own == NONE || own & CUT == 0
+    }
+
+    /// Does what stands on some cells hide a place of the facet (the second) from a point that sees
+    /// another? Not what is not between these two, nor if the point is on the place's side of it. It
+    /// does if the way from the point crosses it below its top; if above, something may stand on
+    /// that, and the answer is `None`.
+    pub fn hides(
+        &self,
+        cells: impl Iterator<Item = usize>,
+        [seen, place]: [[f32; 2]; 2],
+        point: Above,
+    ) -> Option<bool> {
+        let mut above = false;
+        for cell in cells {
+            // The forks on the way to what lies at the place are those that could be between.
+            let mut found = self.seen[cell];
+            while found & CUT != 0 && found != NONE {
+                let fork = &self.forks[(found & !CUT) as usize];
+                let (at, from) = (fork.over(Above::on_facet(place)), fork.over(point));
+                let side = usize::from(at >= 0.0);
+                let is_behind = from * at.signum() < BEFORE;
+                if fork.side(seen) != side && is_behind {
+                    if at.abs() * point.height < fork.rise * (at - from).abs() {
+                        return Some(true);
+                    }
+                    above = true;
+                }
+                found = fork.seen[side];
+            }
+        }
+        (!above).then_some(false)
+    }
+
     /// The element that a place of a cell belongs to, if there is one.
     fn own(&self, cell: usize, place: [f64; 2]) -> u32 {
         let mut found = self.cells[cell];
@@ -229,7 +302,7 @@ impl Mesh {
                 let at = (self.elements.len() - 1) as u32;
                 (at, at)
             }
-            Tree::Fork(line, sides) => {
+            Tree::Fork(Upright { line, lean, rise }, sides) => {
                 let [low, high] = (*sides).map(|side| self.plant(side));
                 // A part without an element is hidden: what rounding shows of it is its neighbour.
                 let (low_seen, high_seen) = match (low.1, high.1) {
@@ -239,6 +312,8 @@ impl Mesh {
                 };
                 self.forks.push(Fork {
                     line: line.map(|x| x as f32),
+                    lean: lean as f32,
+                    rise: rise as f32,
                     sides: [low.0, high.0],
                     seen: [low_seen, high_seen],
                 });
@@ -257,15 +332,14 @@ impl Mesh {
             return out;
         };
         let (home, place) = (grid.cell(p), grid.place(p));
-        let whole = |cell: usize| self.cells[cell] == NONE || self.cells[cell] & CUT == 0;
         let around = grid.stencil(p).map(|(cell, weight)| {
-            let element = match whole(cell) {
+            let element = match self.is_whole(cell) {
                 true => self.cells[cell],
                 false => self.own(cell, grid.clamped(cell, place)),
             };
             // Where the way to the cell leaves this one, or, seen from there, comes in.
             let way = || grid.clamped(home, grid.clamped(cell, place));
-            let same = whole(home) || self.own(home, place) == self.own(home, way());
+            let same = self.is_whole(home) || self.own(home, place) == self.own(home, way());
             (element, if same && element != NONE { weight } else { 0.0 })
         });
         let total: f64 = around.iter().map(|(_, w)| w).sum();
@@ -362,6 +436,26 @@ impl Mesh {
         seen
     }
 
+    /// For each cell, whether it or one beside it is cut.
+    fn around_cuts(&self) -> Vec<bool> {
+        let mut around = vec![false; self.cells.len()];
+        for grid in self.grids.iter().flatten() {
+            let [columns, rows] = grid.counts;
+            let is_cut = |[i, j]: [usize; 2]| {
+                let own = self.cells[grid.first + j * columns + i];
+                own & CUT != 0 && own != NONE
+            };
+            let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j]));
+            for [i, j] in cells.filter(|at| is_cut(*at)) {
+                for y in j.saturating_sub(1)..(j + 2).min(rows) {
+                    let line = grid.first + y * columns;
+                    around[line + i.saturating_sub(1)..line + (i + 2).min(columns)].fill(true);
+                }
+            }
+        }
+        around
+    }
+
     /// The nearest element of the grid up to `reach` cells away, ring by ring.
     fn nearest(&self, grid: &Grid, p: Vec3, reach: usize) -> Option<u32> {
         let local = grid.cell(p) - grid.first;
@@ -393,8 +487,13 @@ impl Mesh {
 }
 
 impl Fork {
-    fn side(&self, [u, v]: [f32; 2]) -> usize {
-        let [a, b, c] = self.line;
-        usize::from(a * u + b * v + c >= 0.0)
+    fn side(&self, place: [f32; 2]) -> usize {
+        usize::from(self.over(Above::on_facet(place)) >= 0.0)
+    }
+
+    /// How far a point is before what stands on the line, in cells.
+    fn over(&self, point: Above) -> f32 {
+        let ([a, b, c], [u, v]) = (self.line, point.place);
+        a * u + b * v + c + self.lean * point.height
     }
 }

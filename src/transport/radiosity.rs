@@ -182,7 +182,7 @@ impl Operator {
         show(&layout, &fragments, &mut wishes);
         let mesh = layout.mesh(setting, &beacons, &wishes);
         let sight = Sight {
-            surfaces: &surfaces,
+            setting,
             outline: &outline,
             to: &mesh,
         };
@@ -203,9 +203,7 @@ impl Operator {
         let finer = (step.nodes, step.node_resolution, step.reach);
         let nodes = match step.nodes {
             0 => None,
-            _ => Some(Nodes::new(
-                setting, sight, &beacons, &fragments, finer, work,
-            )?),
+            _ => Some(Nodes::new(sight, &beacons, &fragments, finer, work)?),
         };
         let seen = nodes.as_ref().map_or(&mesh, |n| &n.mesh);
         let stencils = fragments

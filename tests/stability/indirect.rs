@@ -5,6 +5,7 @@ use footlight::geometry::vec3;
 pub use footlight::study::stability::furnace::scene;
 use footlight::study::stability::furnace::{self, Furnace, room, rows};
 use footlight::transport::cost::Counts;
+use footlight::transport::direct::Setting;
 use footlight::transport::form::Bounces;
 use footlight::transport::hemicube::{Hemicube, Row, Table, scatter};
 use footlight::transport::mesh::Mesh;
@@ -12,6 +13,7 @@ use footlight::transport::panorama::Outline;
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::step::Step;
 use footlight::transport::surface::Surfaces;
+use footlight::transport::visibility::Hierarchy;
 use footlight::transport::{Quality, Transport};
 use footlight::work::Work;
 
@@ -128,7 +130,11 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
     let (outline, table) = (Outline::new(&surfaces), Table::new(16));
-    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+    let setting = Setting {
+        surfaces: &surfaces,
+        hierarchy: &Hierarchy::new(&surfaces),
+    };
+    let mut cube = Hemicube::new(setting, &outline, &mesh, &table);
     let floor = surfaces
         .facets
         .iter()
@@ -177,7 +183,7 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     assert!(counts.nodes > counts.elements);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
     let work = Work {
-        memory: 9 << 20,
+        memory: 10 << 20,
         ..Work::silent()
     };
     let mut g = Radiosity

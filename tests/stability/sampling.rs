@@ -7,11 +7,13 @@ use footlight::geometry::{Vec3, vec3};
 use footlight::scene::{Light, Spot, View};
 use footlight::study::stability::lamp::Lamp;
 use footlight::transport::beam::Beam;
+use footlight::transport::direct::Setting;
 use footlight::transport::eye::camera;
 use footlight::transport::hemicube::{Hemicube, Table, scatter};
 use footlight::transport::panorama::Outline;
 use footlight::transport::sample::kept_inside;
 use footlight::transport::surface::Surfaces;
+use footlight::transport::visibility::Hierarchy;
 use footlight::units::Rgb;
 use footlight::work::Work;
 use std::f64::consts::PI;
@@ -71,7 +73,11 @@ fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
     let surfaces = Surfaces::new(&scene(&room)).unwrap();
     let mesh = mesh(&surfaces, 300);
     let (outline, table) = (Outline::new(&surfaces), Table::new(16));
-    let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+    let setting = Setting {
+        surfaces: &surfaces,
+        hierarchy: &Hierarchy::new(&surfaces),
+    };
+    let mut cube = Hemicube::new(setting, &outline, &mesh, &table);
     let floor = surfaces
         .facets
         .iter()
@@ -144,7 +150,11 @@ fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
         let surfaces = Surfaces::new(&scene(&polygons)).unwrap();
         let mesh = mesh(&surfaces, 60);
         let (outline, table) = (Outline::new(&surfaces), Table::new(64));
-        let mut cube = Hemicube::new(&surfaces, &outline, &mesh, &table);
+        let setting = Setting {
+            surfaces: &surfaces,
+            hierarchy: &Hierarchy::new(&surfaces),
+        };
+        let mut cube = Hemicube::new(setting, &outline, &mesh, &table);
         let by_area = |i: usize| surfaces.facets[i].area;
         let (floor, top) = (0, 2);
         assert!(by_area(floor) > by_area(1) && by_area(1) > by_area(top));

@@ -100,7 +100,11 @@ pub fn mesh(surfaces: &Surfaces, elements: usize, beacon: Vec3) -> Mesh {
 /// Form factors between all elements, by hemicubes of a resolution.
 pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
     let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
-    let mut cube = Hemicube::new(surfaces, &outline, mesh, &table);
+    let setting = Setting {
+        surfaces,
+        hierarchy: &Hierarchy::new(surfaces),
+    };
+    let mut cube = Hemicube::new(setting, &outline, mesh, &table);
     let mut blocks = Vec::new();
     for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
         let mut block = Block::default();

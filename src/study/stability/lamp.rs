@@ -153,12 +153,16 @@ struct Room {
 }
 
 impl Room {
+    fn setting<'a>(&'a self, hierarchy: &'a Hierarchy) -> Setting<'a> {
+        Setting {
+            surfaces: &self.surfaces,
+            hierarchy,
+        }
+    }
+
     fn closed(&self, points: &[Vec3], work: Work<'_>) -> Result<Vec<f64>, TransportError> {
         let hierarchy = Hierarchy::new(&self.surfaces);
-        let setting = Setting {
-            surfaces: &self.surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = self.setting(&hierarchy);
         let receiver = |point: &Vec3| Receiver {
             point: *point,
             facet: self.floor,
@@ -180,7 +184,8 @@ impl Room {
     ) -> Result<Vec<f64>, TransportError> {
         let mesh = mesh(&self.surfaces, 60, self.between);
         let (outline, table) = (Outline::new(&self.surfaces), Table::new(resolution));
-        let mut cube = Hemicube::new(&self.surfaces, &outline, &mesh, &table);
+        let hierarchy = Hierarchy::new(&self.surfaces);
+        let mut cube = Hemicube::new(self.setting(&hierarchy), &outline, &mesh, &table);
         let mut out = Vec::new();
         for (i, p) in points.iter().enumerate() {
             let mut seen = 0.0;

@@ -181,7 +181,7 @@ mod tests {
     use std::convert::Infallible;
 
     /// Elements and nodes of a room of 6 x 6 x 4 m with a table of half a metre in it.
-    fn with_room<T>(task: impl Fn(&Surfaces, &Mesh, &Mesh) -> T) -> T {
+    fn with_room<T>(task: impl Fn(Setting<'_>, &Mesh, &Mesh) -> T) -> T {
         let mut polygons = block([Vec3::ZERO, vec3(6.0, 6.0, 4.0)], true).to_vec();
         let table = [vec3(2.0, 3.0, 0.0), vec3(2.6, 3.6, 0.5)];
         polygons.extend_from_slice(&block(table, false)[..5]);
@@ -197,14 +197,15 @@ mod tests {
         };
         let elements = made(Layout::of_elements(&surfaces, 300));
         let nodes = made(Layout::of_nodes(&surfaces, 8000, &[0.0; 11]));
-        task(&surfaces, &elements, &nodes)
+        task(setting, &elements, &nodes)
     }
 
     /// What every node sees of the ceiling when only some look, by how many looked, and the
     /// greatest error against all of them looking.
-    fn seen(surfaces: &Surfaces, elements: &Mesh, nodes: &Mesh, reach: f64) -> (usize, Vec<f32>) {
+    fn seen(setting: Setting<'_>, elements: &Mesh, nodes: &Mesh, reach: f64) -> (usize, Vec<f32>) {
+        let surfaces = setting.surfaces;
         let (outline, table) = (Outline::new(surfaces), Table::new(64));
-        let mut cube = Hemicube::new(surfaces, &outline, elements, &table);
+        let mut cube = Hemicube::new(setting, &outline, elements, &table);
         let mut values = vec![0.0; nodes.elements.len()];
         let mut looked = 0;
         let between = Between::nodes(nodes, reach, |which| {
@@ -228,12 +229,12 @@ mod tests {
 
     #[test]
     fn most_nodes_need_not_look() {
-        with_room(|surfaces, elements, nodes| {
-            let (all, exact) = seen(surfaces, elements, nodes, 0.0);
+        with_room(|setting, elements, nodes| {
+            let (all, exact) = seen(setting, elements, nodes, 0.0);
             assert_eq!(all, nodes.elements.len());
             let mut last = (usize::MAX, 0.0);
             for (reach, share, most) in [(0.1, 0.55, 3e-3), (0.2, 0.35, 8e-3)] {
-                let (looked, found) = seen(surfaces, elements, nodes, reach);
+                let (looked, found) = seen(setting, elements, nodes, reach);
                 let apart = found
                     .iter()
                     .zip(&exact)

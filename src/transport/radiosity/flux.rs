@@ -169,7 +169,7 @@ impl Operator {
         Ok(groups)
     }
 
-    fn setting(&self) -> Setting<'_> {
+    pub(super) fn setting(&self) -> Setting<'_> {
         Setting {
             surfaces: &self.surfaces,
             hierarchy: &self.hierarchy,

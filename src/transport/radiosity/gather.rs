@@ -16,7 +16,6 @@ use crate::transport::form::{BLOCK, Block, Rows};
 use crate::transport::hemicube::{Hemicube, Outlook, Table, scatter};
 use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
-use crate::transport::surface::Surfaces;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -44,7 +43,7 @@ struct Kept {
 #[derive(Clone, Copy)]
 pub struct Sight<'a> {
     /// The scene.
-    pub surfaces: &'a Surfaces,
+    pub setting: Setting<'a>,
     /// Its corners.
     pub outline: &'a Outline,
     /// The elements that send light.
@@ -58,13 +57,13 @@ impl Nodes {
     /// # Errors
     /// [`TransportError::Memory`] when not even the nodes fit, and cancel.
     pub fn new(
-        setting: Setting<'_>,
         sight: Sight<'_>,
         beacons: &[Vec3],
         fragments: &Fragments,
         (count, resolution, reach): (usize, usize, f64),
         work: Work<'_>,
     ) -> Result<Nodes, TransportError> {
+        let setting = sight.setting;
         let mut pixels = vec![0.0; setting.surfaces.facets.len()];
         for f in &fragments.all {
             pixels[f.facet] += f64::from(f.weight);
@@ -157,7 +156,7 @@ impl Nodes {
             .zip(outlooks.par_chunks_mut(BLOCK))
             .try_for_each(|((nodes, sums), outlooks)| {
                 work.check()?;
-                let mut cube = Hemicube::new(sight.surfaces, sight.outline, sight.to, &self.table);
+                let mut cube = Hemicube::new(sight.setting, sight.outline, sight.to, &self.table);
                 for (i, &at) in nodes.iter().enumerate() {
                     let node = &self.mesh.elements[at as usize];
                     let turn = scatter(u64::from(at));
@@ -234,7 +233,7 @@ pub fn form_factors(
     let tasks: Result<Vec<Vec<Seen>>, TransportError> = which
         .par_chunks(4 * BLOCK)
         .map(|which| {
-            let mut cube = Hemicube::new(sight.surfaces, sight.outline, sight.to, table);
+            let mut cube = Hemicube::new(sight.setting, sight.outline, sight.to, table);
             let mut blocks = Vec::new();
             for which in which.chunks(BLOCK) {
                 work.check()?;

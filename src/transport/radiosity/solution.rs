@@ -7,7 +7,7 @@
 
 use super::gather::Sight;
 use super::{Operator, Solution};
-use crate::transport::direct::{Precision, Setting, irradiance};
+use crate::transport::direct::{Precision, irradiance};
 use crate::transport::throw::pixel;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
@@ -62,10 +62,7 @@ impl Operator {
 
     /// The direct light of one light, or of the planes of one thrown image.
     fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
-        let setting = Setting {
-            surfaces: &self.surfaces,
-            hierarchy: &self.hierarchy,
-        };
+        let setting = self.setting();
         let light = &self.lights[team[0]];
         let means = self.on_elements(team, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
@@ -133,7 +130,7 @@ impl Operator {
         let gathered = match &self.nodes {
             Some(nodes) => {
                 let sight = Sight {
-                    surfaces: &self.surfaces,
+                    setting: self.setting(),
                     outline: &self.outline,
                     to: &self.mesh,
                 };
