@@ -17,8 +17,11 @@
 use crate::transport::hemicube::Outlook;
 use crate::transport::mesh::Mesh;
 
-/// The share of the mean distance of what they see over which nodes are averaged.
-const REACH: f64 = 0.1;
+/// The share of the mean distance of what they see over which nodes are averaged. At half of this the
+/// right wall of the tavern has blotches at every step, the finest too, where it sees the sills of
+/// its windows and the walls above its lamps between banisters; against a far finer operator both are
+/// as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
+const REACH: f64 = 0.2;
 
 /// Times that neighbours are averaged.
 const ROUNDS: usize = 2;
@@ -123,7 +126,7 @@ mod tests {
         let elements = made(Layout::of_elements(&surfaces, 200));
         let nodes = made(Layout::of_nodes(&surfaces, 20_000, &[0.0; 7]));
         let (outline, table) = (Outline::new(&surfaces), Table::new(16));
-        let mut cube = Hemicube::new(&surfaces, &outline, &elements, &table);
+        let mut cube = Hemicube::new(setting, &outline, &elements, &table);
         let bright = surfaces.facets.len() - 1;
         let (mut outlooks, mut naive) = (Vec::new(), Vec::new());
         for (i, node) in nodes.elements.iter().enumerate() {
