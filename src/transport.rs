@@ -29,6 +29,7 @@ mod panel;
 pub mod panorama;
 pub mod radiosity;
 pub mod sample;
+mod seam;
 pub mod seen;
 pub mod shadow;
 mod sheet;

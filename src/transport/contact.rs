@@ -47,21 +47,27 @@ impl<'a> Contacts<'a> {
     pub fn of(&self, facet: usize, least: f64) -> Vec<Foot> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
+        let foot = |p: &Piece| {
+            let (ends, rise) = footing(own, p, least.max(touching), touching)?;
+            let normal = self.surfaces.facets[p.facet].normal;
+            Some(Foot { ends, normal, rise })
+        };
+        self.around(facet).filter_map(foot).collect()
+    }
+
+    /// Pieces of other facets whose bounds touch a facet's.
+    pub fn around(&self, facet: usize) -> impl Iterator<Item = &Piece> {
+        let own = &self.surfaces.facets[facet];
+        let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
         let (low, high) = bounds(&own.vertices);
         let (low, high) = (low - margin, high + margin);
         let end = self.boxes.partition_point(|b| b.1.x <= high.x);
         self.boxes[..end]
             .iter()
-            .filter(|(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
+            .filter(move |(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
             .map(|(i, ..)| &self.surfaces.pieces[*i])
-            .filter(|p| p.facet != facet)
-            .filter_map(|p| {
-                let (ends, rise) = footing(own, p, least.max(touching), touching)?;
-                let normal = self.surfaces.facets[p.facet].normal;
-                Some(Foot { ends, normal, rise })
-            })
-            .collect()
+            .filter(move |p| p.facet != facet)
     }
 }
 

@@ -362,6 +362,16 @@ impl Mesh {
         out
     }
 
+    /// Does nothing stand between two points of a facet, at most a cell apart?
+    pub fn is_one(&self, facet: usize, points: [Vec3; 2]) -> bool {
+        let Some(grid) = &self.grids[facet] else {
+            return false;
+        };
+        let [a, b] = points.map(|p| (grid.cell(p), grid.place(p)));
+        let are_whole = self.is_whole(a.0) && self.is_whole(b.0);
+        are_whole || a.0 == b.0 && self.own(a.0, a.1) == self.own(b.0, b.1)
+    }
+
     /// The element of a cell (column and row) that nothing divides.
     pub fn whole(&self, grid: &Grid, [i, j]: [usize; 2]) -> Option<usize> {
         let element = self.cells[grid.first + j * grid.counts[0] + i];

@@ -33,6 +33,7 @@ use crate::transport::form::{Bounces, Rows};
 use crate::transport::hemicube::Table;
 use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
+use crate::transport::seam::Seams;
 use crate::transport::step::{STEPS, Step};
 use crate::transport::strength::{check_rig, colour};
 use crate::transport::surface::Surfaces;
@@ -40,9 +41,9 @@ use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
+use compose::Taken;
 use gather::{Meter, Nodes, Sight, form_factors, show};
 use rayon::ThreadPool;
-use rayon::prelude::*;
 
 /// Radiosity with hemicubes, five steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
@@ -138,7 +139,7 @@ struct Operator {
     nodes: Option<Nodes>,
     fragments: Fragments,
     /// For each fragment the nodes around it and their weights.
-    stencils: Vec<[(u32, f32); 4]>,
+    taken: Taken,
     /// For each element its share of all that the picture shows.
     shown: Vec<f64>,
     /// How exactly direct light is interpolated, as a share of its level in the picture.
@@ -200,17 +201,23 @@ impl Operator {
             .map(|e| surfaces.facets[e.facet].reflectance.map(|r| r as f32))
             .collect();
         let bounces = Bounces::new(&rows, &reflectance);
-        let finer = (step.nodes, step.node_resolution, step.reach);
         let nodes = match step.nodes {
             0 => None,
-            _ => Some(Nodes::new(sight, &beacons, &fragments, finer, work)?),
+            _ => Some(Nodes::new(sight, &beacons, &fragments, step, work)?),
         };
-        let seen = nodes.as_ref().map_or(&mesh, |n| &n.mesh);
-        let stencils = fragments
-            .all
-            .par_iter()
-            .map(|f| seen.stencil(f.facet, f.point))
-            .collect();
+        let taken = match &nodes {
+            // They stand on the facets' rims: light goes on beyond without more.
+            Some(nodes) => Taken::by(&fragments.all, |f, shares| {
+                let around = nodes.mesh.stencil(f.facet, f.point).into_iter();
+                shares.extend(around.filter(|(_, w)| *w > 0.0));
+            }),
+            None => {
+                let seams = Seams::new(&surfaces);
+                Taken::by(&fragments.all, |f, shares| {
+                    seams.stencil(&mesh, f.facet, f.point, shares);
+                })
+            }
+        };
         let mut shown = vec![0.0; mesh.elements.len()];
         for f in &fragments.all {
             if let Some(pixels) = shown.get_mut(mesh.at(f.facet, f.point) as usize) {
@@ -249,7 +256,7 @@ impl Operator {
             bounces,
             nodes,
             fragments,
-            stencils,
+            taken,
             shown,
             tolerance: step.tolerance,
             rough: step.rough,

@@ -8,8 +8,58 @@
 use super::{Operator, Solution};
 use crate::picture::Image;
 use crate::scene::Light;
+use crate::transport::eye::Fragment;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+
+/// What each fragment takes of the nodes around it.
+pub struct Taken {
+    /// Where each fragment's shares end.
+    ends: Vec<usize>,
+    shares: Vec<(u32, f32)>,
+}
+
+/// Fragments whose shares are found at once.
+const RUN: usize = 4096;
+
+impl Taken {
+    /// Of fragments, each of which adds its shares to a list.
+    pub fn by(
+        fragments: &[Fragment],
+        around: impl Fn(&Fragment, &mut Vec<(u32, f32)>) + Sync,
+    ) -> Taken {
+        let run = |fragments: &[Fragment]| {
+            let mut own = Taken::with_room(fragments.len(), 4 * fragments.len());
+            for f in fragments {
+                around(f, &mut own.shares);
+                own.ends.push(own.shares.len());
+            }
+            own
+        };
+        let runs: Vec<Taken> = fragments.par_chunks(RUN).map(run).collect();
+        let count = runs.iter().map(|own| own.shares.len()).sum();
+        let mut all = Taken::with_room(fragments.len(), count);
+        for own in runs {
+            let before = all.shares.len();
+            all.ends.extend(own.ends.iter().map(|end| before + end));
+            all.shares.extend(own.shares);
+        }
+        all
+    }
+
+    fn with_room(fragments: usize, shares: usize) -> Taken {
+        Taken {
+            ends: Vec::with_capacity(fragments),
+            shares: Vec::with_capacity(shares),
+        }
+    }
+
+    /// Nodes and their shares.
+    fn of(&self, fragment: usize) -> &[(u32, f32)] {
+        let start = fragment.checked_sub(1).map_or(0, |f| self.ends[f]);
+        &self.shares[start..self.ends[fragment]]
+    }
+}
 
 impl Operator {
     /// The picture of lights of given strengths, all of which are solved.
@@ -75,11 +125,9 @@ impl Operator {
                 light[c] += s[c] * direct;
             }
         }
-        for (node, weight) in self.stencils[f] {
-            if weight != 0.0 {
-                for c in 0..3 {
-                    light[c] += f64::from(weight) * indirect[node as usize][c];
-                }
+        for (node, share) in self.taken.of(f) {
+            for c in 0..3 {
+                light[c] += f64::from(*share) * indirect[*node as usize][c];
             }
         }
         let weight = f64::from(fragment.weight);

@@ -16,6 +16,7 @@ use crate::transport::form::{BLOCK, Block, Rows};
 use crate::transport::hemicube::{Hemicube, Outlook, Table, scatter};
 use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
+use crate::transport::step::Step;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -60,7 +61,7 @@ impl Nodes {
         sight: Sight<'_>,
         beacons: &[Vec3],
         fragments: &Fragments,
-        (count, resolution, reach): (usize, usize, f64),
+        step: Step,
         work: Work<'_>,
     ) -> Result<Nodes, TransportError> {
         let setting = sight.setting;
@@ -68,7 +69,7 @@ impl Nodes {
         for f in &fragments.all {
             pixels[f.facet] += f64::from(f.weight);
         }
-        let layout = Layout::of_nodes(setting.surfaces, count, &pixels);
+        let layout = Layout::of_nodes(setting.surfaces, step.nodes, &pixels);
         within("the nodes", layout.cells().saturating_mul(96), work)?;
         let mut wishes = vec![Wish::default(); layout.cells()];
         for f in &fragments.all {
@@ -78,14 +79,14 @@ impl Nodes {
         }
         show(&layout, fragments, &mut wishes);
         let mesh = layout.mesh(setting, beacons, &wishes);
-        let table = Table::new(resolution);
+        let table = Table::new(step.node_resolution);
         let limited = Work {
             memory: work.memory / 4,
             ..work
         };
         let meter = Meter::new("final gather", mesh.elements.len());
         let mut seen = Vec::new();
-        let between = Between::nodes(&mesh, reach, |nodes| {
+        let between = Between::nodes(&mesh, step.reach, |nodes| {
             let (rows, outlooks) = form_factors(sight, &mesh, nodes, &table, &meter, limited)?;
             seen.push((nodes.to_vec(), rows));
             Ok(outlooks)
@@ -102,7 +103,7 @@ impl Nodes {
         Ok(Nodes {
             mesh,
             table,
-            reach,
+            reach: step.reach,
             kept,
         })
     }
