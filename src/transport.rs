@@ -21,7 +21,6 @@ pub mod grid;
 pub mod hemicube;
 pub mod lambert;
 pub mod layered;
-pub mod mask;
 pub mod mesh;
 mod near;
 pub mod outside;

@@ -137,16 +137,16 @@ pub struct Precision {
     /// How far reflectance times irradiance may be, at the samples, from what is interpolated
     /// through them; 0 evaluates every receiver.
     pub allowed: f64,
-    /// How wrong a panel's light may be where a shadow's edge crosses it, as a share of what is left
-    /// of it; 0 cuts every shadow exactly.
-    pub rough: f64,
+    /// How near a panel must be for its light to be averaged over a pixel instead of taken in its
+    /// middle, as a share of the distance at which these two begin to differ.
+    pub near: f64,
 }
 
 impl Precision {
     /// Exact everywhere.
     pub const EXACT: Precision = Precision {
         allowed: 0.0,
-        rough: 0.0,
+        near: 1.0,
     };
 }
 
@@ -161,7 +161,7 @@ pub fn irradiance(
     light: &Luminaire,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
-    Precision { allowed, rough }: Precision,
+    Precision { allowed, near }: Precision,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let hidden = light.hides(setting.surfaces);
@@ -182,7 +182,7 @@ pub fn irradiance(
                 Luminaire::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
-                    let mut panel = Panel::new(setting, own.normal, *facet, rough);
+                    let mut panel = Panel::new(setting, own.normal, *facet, near);
                     let pieces = (pieces.as_slice(), &hidden);
                     panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
                 }

@@ -14,11 +14,9 @@ use crate::geometry::Vec3;
 use crate::transport::cluster::{Cluster, PATCH};
 use crate::transport::direct::{Hidden, Setting};
 use crate::transport::lambert::{Clipper, Pane};
-use crate::transport::mask::{Masker, Screen};
 use crate::transport::near::Picture;
 use crate::transport::sheet::{SHADED, Sheet};
 use crate::transport::visibility::Shaft;
-use std::cell::OnceCell;
 use std::ops::Range;
 
 /// Occluders beyond which an emitter is halved.
@@ -28,16 +26,9 @@ const CHEAP: usize = 200;
 /// How often an emitter is halved at most.
 const HALVINGS: usize = 4;
 
-/// Occluders from which on a mask is cheaper than cutting.
-const MASKED: usize = 4;
-
 /// Distance of an emitter from a point, in footprints of the point's pixel, within which 4 points
 /// stand for one, within which 16, and within which 64.
 const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
-
-/// Roughness of shadows from which on those distances shrink: what errs by more is not worth as many
-/// points.
-const FINE: f64 = 0.01;
 
 /// A convex polygon of the light.
 struct Emitter {
@@ -46,8 +37,6 @@ struct Emitter {
     ball: (Vec3, f64),
     /// How often it may still be halved.
     halvings: usize,
-    /// Made when it is asked for first.
-    screen: OnceCell<Option<Screen>>,
 }
 
 /// An emitter as a cluster sees it.
@@ -64,9 +53,8 @@ pub struct Panel<'a> {
     normal: Vec3,
     facet: usize,
     clipper: Clipper,
-    masker: Masker,
-    /// How wrong what a point receives may be, as a share of itself.
-    rough: f64,
+    /// Of the distances of [`NEAR`].
+    near: f64,
     // Stacks: what a cluster adds is taken off when it is done.
     emitters: Vec<Emitter>,
     pairs: Vec<Pair>,
@@ -81,15 +69,9 @@ impl Emitter {
         let radius = corners.iter().map(|c| (*c - middle).length());
         Emitter {
             ball: (middle, radius.fold(0.0, f64::max)),
-            screen: OnceCell::new(),
             pane,
             halvings,
         }
-    }
-
-    fn screen(&self) -> Option<&Screen> {
-        let made = || Screen::new(self.pane.corners(), self.pane.normal());
-        self.screen.get_or_init(made).as_ref()
     }
 
     /// How far it is from a point, or some less.
@@ -103,14 +85,13 @@ impl Emitter {
 
 impl<'a> Panel<'a> {
     /// The way to a facet of unit `normal`.
-    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, rough: f64) -> Panel<'a> {
+    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, near: f64) -> Panel<'a> {
         Panel {
             setting,
             normal,
             facet,
             clipper: Clipper::default(),
-            masker: Masker::default(),
-            rough,
+            near,
             emitters: Vec::new(),
             pairs: Vec::new(),
             lists: Vec::new(),
@@ -268,8 +249,7 @@ impl<'a> Panel<'a> {
         let far = |pair: &Pair| self.emitters[pair.emitter].distance(point);
         let nearest = self.pairs[pairs.clone()].iter().map(far);
         let nearest = nearest.fold(f64::INFINITY, f64::min) / picture.footprint(point);
-        let scale = (FINE / self.rough).min(1.0);
-        let depth = NEAR.iter().filter(|n| nearest < scale * **n).count() as u32;
+        let depth = NEAR.iter().filter(|n| nearest < self.near * **n).count() as u32;
         match depth.checked_sub(1) {
             None => self.at(pairs, point),
             Some(depth) => picture.mean(receiver, depth, |p| self.at(pairs.clone(), p)),
@@ -281,8 +261,7 @@ impl<'a> Panel<'a> {
         pairs.map(|pair| self.from(pair, point)).sum()
     }
 
-    /// Irradiance at a point from one pair: past a few occluders exactly, past more as exactly as it
-    /// is asked for.
+    /// Irradiance at a point from one pair.
     fn from(&mut self, pair: usize, point: Vec3) -> f64 {
         let surfaces = self.setting.surfaces;
         let Pair { emitter, occluders } = &self.pairs[pair];
@@ -297,19 +276,6 @@ impl<'a> Panel<'a> {
         }
         let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
         let touching = surfaces.touching();
-        if self.rough > 0.0
-            && list.len() >= MASKED
-            && let Some(screen) = emitter.screen()
-            && let Some(sight) = screen.seen_from(point, self.normal)
-            && sight.rough <= self.rough
-        {
-            let list = occluders.clone();
-            let share = self.masker.passes(screen, &sight, list, touching);
-            // Of a little light that comes through a gap the samples would make streaks.
-            if sight.rough <= self.rough * share {
-                return share * self.clipper.unoccluded(point, self.normal, pane);
-            }
-        }
         self.clipper
             .occluded(point, self.normal, pane, occluders, touching)
     }

@@ -144,8 +144,8 @@ struct Operator {
     shown: Vec<f64>,
     /// How exactly direct light is interpolated, as a share of its level in the picture.
     tolerance: f64,
-    /// How exactly shadows are cut ([`Precision::rough`]).
-    rough: f64,
+    /// As [`Precision::near`].
+    near: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
     solutions: Vec<Option<Solution>>,
@@ -259,7 +259,7 @@ impl Operator {
             taken,
             shown,
             tolerance: step.tolerance,
-            rough: step.rough,
+            near: step.near,
         })
     }
 

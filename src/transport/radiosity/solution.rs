@@ -78,7 +78,7 @@ impl Operator {
     pub(super) fn precision(&self, allowed: f64) -> Precision {
         Precision {
             allowed,
-            rough: self.rough,
+            near: self.near,
         }
     }
 
