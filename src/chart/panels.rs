@@ -459,21 +459,24 @@ impl Plot {
     }
 }
 
-/// How many of the run's points and segments come near the frame, by samples.
+/// Pixels from sample to sample of a line.
+const SAMPLED: f32 = 4.0;
+
+/// How much of the run comes near the frame: samples of its segments, and points, which count more.
 fn met(run: &[Point], frame: &Frame) -> usize {
     let near = |x: f32, y: f32| frame.overlaps(&Frame::new(x - 4.0, y - 4.0, 8.0, 8.0));
     let alone = run.iter().filter(|(x, y)| near(*x, *y)).count();
-    let segments = run.windows(2).filter(|pair| match pair {
-        [from, to] => (1..16).any(|part| {
-            let share = part as f32 / 16.0;
-            near(
-                from.0 + (to.0 - from.0) * share,
-                from.1 + (to.1 - from.1) * share,
-            )
-        }),
-        _ => false,
+    let hidden = run.windows(2).map(|pair| match pair {
+        [from, to] => {
+            let way = (to.0 - from.0, to.1 - from.1);
+            let parts = (way.0.hypot(way.1) / SAMPLED).ceil().max(1.0) as usize;
+            let at = |part: &usize| *part as f32 / parts as f32;
+            let on = |share: f32| near(from.0 + way.0 * share, from.1 + way.1 * share);
+            (1..parts).filter(|part| on(at(part))).count()
+        }
+        _ => 0,
     });
-    alone + segments.count()
+    4 * alone + hidden.sum::<usize>()
 }
 
 fn polyline(drawing: &mut Drawing, run: &[Point], stroke: Stroke) {
