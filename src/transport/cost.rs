@@ -43,7 +43,7 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [5.0e-2, 4.7e-7, 1.0e-7, 4.2e-5, 6.2e-7, 2.4e-6];
+const OF_PREPARE: [f64; 6] = [4.5e-2, 4.2e-7, 9.0e-8, 3.8e-5, 5.6e-7, 2.2e-6];
 /// Yardsticks for each of [`LIGHTS`].
 const OF_LIGHTS: [f64; 5] = [6.0e-7, 1.2e-7, 1.0e-8, 5.0e-8, 1.15e-8];
 /// Yardsticks for each of [`PICTURE`].
