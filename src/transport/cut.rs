@@ -57,8 +57,8 @@ pub enum Tree<T> {
     Fork(Upright, Box<[Tree<T>; 2]>),
 }
 
-/// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that bound it,
-/// each not negative on its side.
+/// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that
+/// bound it, each not negative on its side.
 pub fn cut(corner: Place, feet: &[Foot]) -> Tree<Vec<Line>> {
     let [u, v] = corner;
     let square = [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];

@@ -11,7 +11,7 @@
 )]
 
 use crate::geometry::Vec3;
-use crate::transport::contact::Contacts;
+use crate::transport::contact::{Contacts, Foot};
 use crate::transport::grid::Grid;
 use crate::transport::mesh::Mesh;
 use crate::transport::surface::{Facet, Surfaces};
@@ -45,26 +45,20 @@ impl Seams {
     /// Finds the seams of a scene.
     pub fn new(surfaces: &Surfaces) -> Seams {
         let contacts = Contacts::new(surfaces);
-        let of = |facet: usize| {
-            let mut seams = beside(surfaces, &contacts, facet);
-            if !seams.is_empty() {
-                let others: Vec<usize> = seams.iter().map(|s| s.other).collect();
-                let feet: Vec<[Vec3; 2]> = std::iter::once(facet)
-                    .chain(others)
-                    .flat_map(|f| contacts.of(f, 0.0))
-                    .map(|foot| foot.ends)
-                    .collect();
-                seams.retain(|seam| {
-                    !feet
-                        .iter()
-                        .any(|f| seam.runs_along(*f, surfaces.touching()))
-                });
-            }
-            seams
+        let facets = || (0..surfaces.facets.len()).into_par_iter();
+        let mut of: Vec<Vec<Seam>> = facets().map(|f| beside(surfaces, &contacts, f)).collect();
+        let feet = |f: usize| match of[f].is_empty() {
+            true => Vec::new(),
+            false => contacts.of(f, 0.0),
         };
-        Seams {
-            of: (0..surfaces.facets.len()).into_par_iter().map(of).collect(),
+        let feet: Vec<Vec<Foot>> = facets().map(feet).collect();
+        for (facet, seams) in of.iter_mut().enumerate() {
+            seams.retain(|seam| {
+                let mut both = feet[facet].iter().chain(&feet[seam.other]);
+                !both.any(|foot| seam.runs_along(foot.ends, surfaces.touching()))
+            });
         }
+        Seams { of }
     }
 
     /// Elements around a point of a facet and their weights, which sum to 1, as
