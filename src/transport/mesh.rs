@@ -451,12 +451,9 @@ impl Mesh {
         let mut around = vec![false; self.cells.len()];
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let is_cut = |[i, j]: [usize; 2]| {
-                let own = self.cells[grid.first + j * columns + i];
-                own & CUT != 0 && own != NONE
-            };
+            let is_cut = |[i, j]: &[usize; 2]| !self.is_whole(grid.first + j * columns + i);
             let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j]));
-            for [i, j] in cells.filter(|at| is_cut(*at)) {
+            for [i, j] in cells.filter(is_cut) {
                 for y in j.saturating_sub(1)..(j + 2).min(rows) {
                     let line = grid.first + y * columns;
                     around[line + i.saturating_sub(1)..line + (i + 2).min(columns)].fill(true);
