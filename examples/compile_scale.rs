@@ -5,9 +5,9 @@
 //! tenth of the banks. Prints for each the seconds of compiling (text to key settings), of the
 //! plan, and of an edit of one cue as the prompt makes it, with the peak of memory; and the
 //! exponents of growth. Each show runs in a process of its own, so that its peak of resident memory
-//! is its own (Linux; elsewhere memory is left out). Times are processor time where the system tells
-//! it, so that other work on the machine counts little. Into the folder go `compile_scale` as .json,
-//! .csv, .png and .svg.
+//! is its own (Linux; elsewhere memory is left out). Times are processor time where the system
+//! tells it, so that other work on the machine counts little. Into the folder go `compile_scale` as
+//! .json, .csv, .png and .svg.
 
 #![allow(
     clippy::unwrap_used,

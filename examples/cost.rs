@@ -1,9 +1,10 @@
 //! Fits the unit costs of `src/transport/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release --example cost`.
 //!
-//! `--check` only prints, `--quick` leaves out the two finest steps. Times are in yardsticks, laid on anew before each scene, so the machine's
-//! speed and what else runs on it matter little; run it on an idle machine all the same. The fit
-//! minimizes the squares of relative errors over costs that are not negative.
+//! `--check` only prints, `--quick` leaves out the two finest steps. Times are in yardsticks, laid
+//! on anew before each scene, so the machine's speed and what else runs on it matter little; run it
+//! on an idle machine all the same. The fit minimizes the squares of relative errors over costs
+//! that are not negative.
 
 #![allow(
     clippy::unwrap_used,

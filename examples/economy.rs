@@ -1,14 +1,15 @@
-//! What a method costs until the sequence is good enough: pictures and seconds to 10, 5, 2 and 1 % of
-//! the error that coarse pictures alone leave, for the tavern and Turandot.
+//! What a method costs until the sequence is good enough: pictures and seconds to 10, 5, 2 and 1 %
+//! of the error that coarse pictures alone leave, for the tavern and Turandot.
 //! `cargo run --release --example economy [RECORD.csv | RECORD.json]` prints the table and writes
 //! the record; `full` before it takes the shows at their full size.
 //!
-//! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised by
-//! time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors are
-//! exact, against every source refined ([`footlight::study::Trial`]). Three operators: radiosity as it is
-//! shipped, its seconds measured here; and two outside renderers whose pictures share no work, at the
-//! paper's costs, of which one renders negative light in the same run and one needs a second. Ours
-//! renders the coarse pictures at two qualities, for the estimate; the others at one.
+//! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised
+//! by time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors
+//! are exact, against every source refined ([`footlight::study::Trial`]). Three operators:
+//! radiosity as it is shipped, its seconds measured here; and two outside renderers whose pictures
+//! share no work, at the paper's costs, of which one renders negative light in the same run and one
+//! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
+//! at one.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -23,8 +24,8 @@ use footlight::study::{Kind, Machine, Quantity, Record, Shown, Trial};
 
 /// Shares of the start's error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
-/// Minutes of the paper's coarse and refined pictures of its tavern; a coarse one of half the quality
-/// is taken to cost half.
+/// Minutes of the paper's coarse and refined pictures of its tavern; a coarse one of half the
+/// quality is taken to cost half.
 const PAPER: [f64; 2] = [3.0, 120.0];
 /// Settings have 1 for their largest number; below this it is rounding of the decomposition.
 const ROUNDING: f64 = 1e-9;

@@ -395,8 +395,8 @@ impl Projected<'_> {
 
     /// Predicted error of the sequence, before calibration: the root of what coarse pictures are
     /// estimated to err by in ∫ ‖W (L - S·c)‖² dt, over `norm`. `moment` is ∫ L Lᵀ dt (see
-    /// [`crate::plan::second_moment`]). No projection foretells less than those in the metric of the
-    /// errors, which make it least; others may rise with a new picture.
+    /// [`crate::plan::second_moment`]). No projection foretells less than those in the metric of
+    /// the errors, which make it least; others may rise with a new picture.
     ///
     /// # Errors
     /// [`PlanError`] when `moment` has another number of coordinates.

@@ -175,10 +175,10 @@ impl Rgb {
     }
 
     /// Colour of a black body of `kelvin`, scaled to luminance 1 (Rec. 709 weights), so that a
-    /// luminous quantity times this colour keeps its luminance. Valid from 1000 to 25000 K;
-    /// outside `None`. Chromaticity after Krystek, "An algorithm to calculate correlated colour
-    /// temperature" (1985), within 1.1e-4 of the Planckian locus in CIE 1960 uv; what falls outside Rec. 709
-    /// (blue below about 1900 K) is clipped to zero before scaling.
+    /// luminous quantity times this colour keeps its luminance. Valid from 1000 to 25000 K; outside
+    /// `None`. Chromaticity after Krystek, "An algorithm to calculate correlated colour
+    /// temperature" (1985), within 1.1e-4 of the Planckian locus in CIE 1960 uv; what falls outside
+    /// Rec. 709 (blue below about 1900 K) is clipped to zero before scaling.
     pub fn from_kelvin(kelvin: f64) -> Option<Rgb> {
         if !(1000.0..=25_000.0).contains(&kelvin) {
             return None;

@@ -1,4 +1,5 @@
-//! Builds a small hall as glTF: `cargo run --example hall_model` writes `hall.gltf` beside this file.
+//! Builds a small hall as glTF: `cargo run --example hall_model` writes `hall.gltf` beside this
+//! file.
 //!
 //! As modellers export it: everything is cut into triangles, a table stands there twice as one mesh
 //! (the second mirrored), a double-sided cloth hangs free, and lights hang on nodes of their own.

@@ -138,7 +138,8 @@ fn painted(line: &str) -> String {
     out
 }
 
-/// The history's file: what FOOTLIGHT_HISTORY says (`off`: none), else where the system keeps state.
+/// The history's file: what FOOTLIGHT_HISTORY says (`off`: none), else where the system keeps
+/// state.
 pub fn history_file() -> Option<PathBuf> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     if let Some(said) = set("FOOTLIGHT_HISTORY") {

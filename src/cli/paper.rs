@@ -20,8 +20,8 @@ pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     Ok(u8::from(look && changed > 0))
 }
 
-/// Tells what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2: it cannot be told; for git, which takes any
-/// other code for a crash of its driver, always 0.
+/// Tells what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
+/// it cannot be told; for git, which takes any other code for a crash of its driver, always 0.
 pub fn difference(
     files: &[PathBuf; 2],
     output: Option<&Path>,

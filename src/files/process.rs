@@ -1,7 +1,7 @@
 //! Other programs: started without a shell, watched, and never left behind.
 //!
-//! Invariants: a program works on files of a private folder that is made for the one run and removed
-//! after it, however it ends; nothing of what it says on its output is read, and of what it
+//! Invariants: a program works on files of a private folder that is made for the one run and
+//! removed after it, however it ends; nothing of what it says on its output is read, and of what it
 //! complains about only the end; when it takes too long or the user stops, it is killed with
 //! everything it started (on Unix, by its process group; elsewhere only the program itself).
 
@@ -17,7 +17,8 @@ use super::{FileError, read_limited};
 /// Bytes of a program's last complaints that are kept.
 const TAIL: u64 = 2048;
 
-/// How often a running program is looked at: this part of the time it has taken, within these bounds.
+/// How often a running program is looked at: this part of the time it has taken, within these
+/// bounds.
 const LOOK: (u32, Duration, Duration) = (20, Duration::from_millis(2), Duration::from_millis(100));
 
 /// One run of a program.
@@ -307,9 +308,9 @@ pub enum SplitError {
     Empty,
 }
 
-/// Splits a command line into words as a shell does: at blanks; what stands between single quotes is
-/// as it is, between double quotes too but that a backslash keeps its `"` or `\`; outside quotes a
-/// backslash keeps the next character. Nothing else has a meaning: no variables, patterns, pipes.
+/// Splits a command line into words as a shell does: at blanks; what stands between single quotes
+/// is as it is, between double quotes too but that a backslash keeps its `"` or `\`; outside quotes
+/// a backslash keeps the next character. Nothing else has a meaning: no variables, patterns, pipes.
 ///
 /// # Errors
 /// [`SplitError`].

@@ -159,8 +159,8 @@ impl Interpreter {
     /// Begins a refinement that goes on while other verbs are served; see [`Interpreter::attend`].
     ///
     /// # Errors
-    /// [`Error::Usage`] when one is at work already, when the host gives no [`Background`], and when
-    /// the show has no stage or view.
+    /// [`Error::Usage`] when one is at work already, when the host gives no [`Background`], and
+    /// when the show has no stage or view.
     pub fn refine_beside(&mut self, goal: Goal, words: &str) -> Result<Vec<String>, Error> {
         self.idle()?;
         if self.host.background.is_none() {

@@ -454,8 +454,8 @@ fn load(
     }
 }
 
-/// Gives the scene the show's surfaces: what replaces the stage's materials, then what stands beside
-/// them. What is wrong with that.
+/// Gives the scene the show's surfaces: what replaces the stage's materials, then what stands
+/// beside them. What is wrong with that.
 fn dressed(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagnostic> {
     let mut mistakes = Vec::new();
     let (own, replaced): (Vec<_>, Vec<_>) =

@@ -1,5 +1,5 @@
-//! A show put on trial: every source rendered at all qualities that a pool deals with, and what that
-//! takes.
+//! A show put on trial: every source rendered at all qualities that a pool deals with, and what
+//! that takes.
 
 use super::{Error, Interpreter, refine};
 use crate::picture::Image;
@@ -35,8 +35,8 @@ impl Interpreter {
     /// The true error of the sequence against refined pictures and seconds, by order and preview.
     ///
     /// # Errors
-    /// As [`Interpreter::trial`]; [`Error::Usage`] where both coarse pictures of every source are the
-    /// same, so that there is no error to refine.
+    /// As [`Interpreter::trial`]; [`Error::Usage`] where both coarse pictures of every source are
+    /// the same, so that there is no error to refine.
     pub fn chart_plan(&self) -> Result<Record, Error> {
         let (trial, mut seconds) = self.tried()?;
         let said = |words: &'static str| {

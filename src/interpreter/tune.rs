@@ -81,9 +81,9 @@ impl Interpreter {
     /// of the scale, or the finest that is predicted to be measured within `budget` seconds.
     ///
     /// # Errors
-    /// [`Error::Usage`] without stage or view, where the scale has too few steps, where the pictures
-    /// do not fit into memory, and where no choice is within `until`: then it says what is reachable.
-    /// Else what rendering says; pictures that are finished by then are kept.
+    /// [`Error::Usage`] without stage or view, where the scale has too few steps, where the
+    /// pictures do not fit into memory, and where no choice is within `until`: then it says what is
+    /// reachable. Else what rendering says; pictures that are finished by then are kept.
     pub fn tune(&mut self, until: f64, budget: Option<f64>) -> Result<Tuned, Error> {
         let finest = self.finest().0;
         self.fits_tuning(finest)?;

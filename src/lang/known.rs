@@ -3,8 +3,8 @@
 //! What a cue means depends on its own text and on everything that is no cue: names, looks, curves,
 //! the default time. While all of that is the same to the byte, a cue whose text is the same is
 //! taken as it was lowered the last time, its node ids and places moved. Invariants: only cues that
-//! gave no diagnostic are kept, so nothing is said twice or never; a show made with the help of this
-//! is the show made without.
+//! gave no diagnostic are kept, so nothing is said twice or never; a show made with the help of
+//! this is the show made without.
 
 use std::collections::HashMap;
 

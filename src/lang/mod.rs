@@ -4,10 +4,11 @@
 //! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
 //! quantities and writes the model. Every mistake of a file is reported in one run.
 //!
-//! Invariants: no file is read but what a show includes, and nothing is written here; time and memory are linear in the
-//! text (within [`limits`]); of the parser generator nothing gets out; a show comes out exactly
-//! when there is no error, and then keeps every invariant of [`crate::show`]. This room knows
-//! nothing of curves over time: what only they can tell is `check`'s to say.
+//! Invariants: no file is read but what a show includes, and nothing is written here; time and
+//! memory are linear in the text (within [`limits`]); of the parser generator nothing gets out; a
+//! show comes out exactly when there is no error, and then keeps every invariant of
+//! [`crate::show`]. This room knows nothing of curves over time: what only they can tell is
+//! `check`'s to say.
 
 mod ast;
 mod build;

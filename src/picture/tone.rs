@@ -2,9 +2,9 @@
 //!
 //! Invariants: the same bytes for the same picture in every output and on every machine (each byte
 //! is that of comparing with 255 thresholds, so no power function runs per pixel); more light never
-//! gives a smaller byte; negative and NaN channels show as black, and only here: pictures keep them.
-//! A still stretch is still to the bit. Dithering is off unless asked for: without it two levels
-//! compare pixel by pixel.
+//! gives a smaller byte; negative and NaN channels show as black, and only here: pictures keep
+//! them. A still stretch is still to the bit. Dithering is off unless asked for: without it two
+//! levels compare pixel by pixel.
 
 mod dither;
 mod table;

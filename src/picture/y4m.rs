@@ -237,7 +237,8 @@ mod tests {
     }
 
     proptest! {
-        /// Half a step of luma is 0.58 codes, half one of chroma 1.06 of blue; together less than 2.
+        /// Half a step of luma is 0.58 codes, half one of chroma 1.06 of blue; together less than
+        /// 2.
         #[test]
         fn full_chroma_comes_back_to_its_rounding(
             rgb in prop::collection::vec(any::<u8>(), 3 * 7 * 5),

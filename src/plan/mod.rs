@@ -30,8 +30,8 @@ pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
 use crate::linalg::{Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;
 
-/// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse image
-/// at full, ‖·‖ the square root of the sum of squares over pixels and channels.
+/// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse
+/// image at full, ‖·‖ the square root of the sum of squares over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
     /// w_i = 1: light as the desk sees it.

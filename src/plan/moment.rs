@@ -82,8 +82,8 @@ pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
     out
 }
 
-/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For a
-/// sequence without length the sum over its looks.
+/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For
+/// a sequence without length the sum over its looks.
 pub fn second_moment(keys: &KeySequence) -> Matrix {
     let mut columns = Vec::new();
     let ones = vec![1.0; keys.coordinates()];

@@ -34,7 +34,8 @@ pub struct NextSteps {
 /// normalised. `norm` as in [`super::Plan::new`].
 ///
 /// # Errors
-/// Weights or settings of another number than the coordinates; a decomposition that fails its check.
+/// Weights or settings of another number than the coordinates; a decomposition that fails its
+/// check.
 pub fn next(
     keys: &KeySequence,
     pool: &[Vec<f64>],

@@ -44,8 +44,8 @@ fn missed(keys: &KeySequence, plan: &Plan) -> f64 {
     worst / largest(keys.keys()).max(1e-300)
 }
 
-/// ∫ ‖W (L − S c)‖² dt by Gauss-Legendre with four points on each segment (exact to degree 7), c from
-/// the normal equations' solver for each instant.
+/// ∫ ‖W (L − S c)‖² dt by Gauss-Legendre with four points on each segment (exact to degree 7), c
+/// from the normal equations' solver for each instant.
 fn quadrature(keys: &KeySequence, pool: &[Vec<f64>], weighting: &Weighting) -> f64 {
     let nodes = [0.861_136_311_594_052_6, 0.339_981_043_584_856_26];
     let shares = [0.347_854_845_137_453_85, 0.652_145_154_862_546_1];

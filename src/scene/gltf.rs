@@ -6,8 +6,8 @@
 //! followed. Polygons come out as the triangles of the file, turned to Z up, wound so that the
 //! front is the side that the file means, also under mirroring transforms.
 //!
-//! Only the crate's description of the JSON is used: its validation panics on an index of a position
-//! accessor that is out of range, and its reader of GLB on a length below 12.
+//! Only the crate's description of the JSON is used: its validation panics on an index of a
+//! position accessor that is out of range, and its reader of GLB on a length below 12.
 //!
 //! Not read: textures (a textured material reflects half of its factor), normals, vertex colours,
 //! roughness, metalness, transparency, skins, morph targets (meshes stand as modelled), animations.

@@ -1,9 +1,9 @@
 //! How a luminaire hangs: where it is, what it is focused on, how it is turned about its axis.
 //!
 //! The one convention of axes for all that is not round: to one who stands at the luminaire and
-//! looks along its axis, head up, `right` is to the right and `up` is up. Where the axis is vertical,
-//! `right` is +X (stage left), as if the luminaire had been lowered from looking upstage. A turn
-//! goes anticlockwise for the same observer: right towards up.
+//! looks along its axis, head up, `right` is to the right and `up` is up. Where the axis is
+//! vertical, `right` is +X (stage left), as if the luminaire had been lowered from looking upstage.
+//! A turn goes anticlockwise for the same observer: right towards up.
 
 use crate::geometry::{Vec3, vec3};
 

@@ -5,9 +5,9 @@
 //! 0..1. A file that breaks them is refused with its name and line, except that polygons without
 //! area are dropped and bent ones cut into triangles, as every exporter writes some of those.
 //!
-//! tobj reads, but panics on some malformed lines (`Kd 1`; a texture index of minus two) and gives no
-//! line numbers. So a gate (in `gate`) reads every line first, refuses what is wrong with
-//! its line, and hands tobj only plain lines of the kinds used here.
+//! tobj reads, but panics on some malformed lines (`Kd 1`; a texture index of minus two) and gives
+//! no line numbers. So a gate (in `gate`) reads every line first, refuses what is wrong with its
+//! line, and hands tobj only plain lines of the kinds used here.
 //!
 //! Not read: textures (`map_Kd`), normals, texture coordinates, lines, points, curves. Kd is the
 //! diffuse reflectance, Ke the emitted radiance; either is black where the MTL does not give it.

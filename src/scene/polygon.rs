@@ -22,13 +22,13 @@ pub enum ShapeError {
     Bent,
 }
 
-/// `corners` as polygons: nothing when they lie on one line, itself when planar, else triangles that
-/// meet its edges.
+/// `corners` as polygons: nothing when they lie on one line, itself when planar, else triangles
+/// that meet its edges.
 ///
 /// # Errors
 /// [`ShapeError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
-/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`ShapeError::Bent`] for
-/// a bent face of many corners.
+/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`ShapeError::Bent`]
+/// for a bent face of many corners.
 pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {
@@ -184,8 +184,8 @@ impl Flat {
         })
     }
 
-    /// Cuts off one ear after the other (Meisters 1975), the best-shaped first, as slivers make poor
-    /// elements; `None` when there is none left to cut.
+    /// Cuts off one ear after the other (Meisters 1975), the best-shaped first, as slivers make
+    /// poor elements; `None` when there is none left to cut.
     fn triangles(mut self) -> Option<Vec<Vec<Vec3>>> {
         let mut triangles = Vec::new();
         while self.corners.len() >= 3 {

@@ -1,9 +1,9 @@
 //! The image of a scenic projection, made ready to be thrown.
 //!
-//! A [`Slide`] holds the image and smaller ones of half the size each, down to one texel, every texel
-//! the exact mean of what it covers, odd sizes included: so a light that is averaged over many texels
-//! costs no more than one. Texels are linear, 1 is the projector's peak. Invariants: at least one texel;
-//! every number finite and not negative. It knows neither projectors nor surfaces.
+//! A [`Slide`] holds the image and smaller ones of half the size each, down to one texel, every
+//! texel the exact mean of what it covers, odd sizes included: so a light that is averaged over
+//! many texels costs no more than one. Texels are linear, 1 is the projector's peak. Invariants: at
+//! least one texel; every number finite and not negative. It knows neither projectors nor surfaces.
 
 use crate::picture::{Image, PictureError, exr, png};
 

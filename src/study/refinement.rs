@@ -3,8 +3,8 @@
 //!
 //! The truth is every source at the refined quality; the mathematics is [`Trial`]'s. All orders are
 //! shown by the shipped preview, so that they differ in their pictures alone; all previews show the
-//! pictures of the shipped order. Two bounds stand beside the metrics: a picture for each source, the
-//! best first, and an oracle that knows the true errors.
+//! pictures of the shipped order. Two bounds stand beside the metrics: a picture for each source,
+//! the best first, and an oracle that knows the true errors.
 
 use std::fmt::Write as _;
 
@@ -24,8 +24,8 @@ pub struct Seconds {
     pub cost: Cost,
     /// Real seconds to prepare the refined quality.
     pub prepare: f64,
-    /// Real seconds of the pictures of the shipped order, one after the other. Other orders of mixed
-    /// pictures are taken to cost the same: each lights all sources with its first.
+    /// Real seconds of the pictures of the shipped order, one after the other. Other orders of
+    /// mixed pictures are taken to cost the same: each lights all sources with its first.
     pub mixed: Vec<f64>,
     /// Real seconds of every source alone.
     pub alone: Vec<f64>,

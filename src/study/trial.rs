@@ -7,10 +7,10 @@
 //! trial are the pool's own ([`Projection`], [`Fit`]).
 //!
 //! On 20 random shows ([`super::random_show`], 12 to 24 banks, 96 x 54) and, in brackets, on the
-//! tavern at its full 640 x 360, by `cargo run --release --example trial full` (the tavern's are of an
-//! operator before the last changes of its steps). Refined pictures until the true
-//! error of the sequence is 5 and 1 % of its start, medians, projected in the order's own metric,
-//! then by the pool's preview:
+//! tavern at its full 640 x 360, by `cargo run --release --example trial full` (the tavern's are of
+//! an operator before the last changes of its steps). Refined pictures until the true error of the
+//! sequence is 5 and 1 % of its start, medians, projected in the order's own metric, then by the
+//! pool's preview:
 //!
 //! | order | own, 5 % | own, 1 % | pool's, 5 % | pool's, 1 % |
 //! |---|---|---|---|---|
@@ -41,8 +41,8 @@
 //! products of all pairs of pictures.
 //!
 //! Predicted over true error after each picture (see [`Fit`]): within a factor of 1.5 in 139 of the
-//! 162 steps of the odd shows, by which the rule was chosen, in 166 of the 188 of the even ones and in
-//! all 14 of the tavern. The 45 exceptions (`steps` prints them):
+//! 162 steps of the odd shows, by which the rule was chosen, in 166 of the 188 of the even ones and
+//! in all 14 of the tavern. The 45 exceptions (`steps` prints them):
 //!
 //! - 13 have at most three refined pictures, and ten of these foretell too much, by 1.5 to 2.8. The
 //!   first pictures mix all the banks of the show, so that their corrections speak for the worst bank;

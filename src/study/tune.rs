@@ -190,7 +190,8 @@ impl Tuner {
     }
 
     /// What `run --until` makes of a show with these steps: it refines until the error that it
-    /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were measured.
+    /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were
+    /// measured.
     ///
     /// # Errors
     /// [`PlanError`]

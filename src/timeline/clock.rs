@@ -10,9 +10,9 @@ use crate::units::{CueNumber, Time};
 /// GO is the clock time if the cue has one; else what the cue before says (`follow` counts from its
 /// GO, `hang` from its completion); else that cue's completion plus the preview's gap, and then
 /// `assumed` is true. The first cue without a clock time starts at 0. Completion is GO plus the
-/// longest delay + time of the parts that move something, a part's time being the longer of its `up`
-/// and `down` if it fades anything (whichever way: the text alone decides) and the length of its
-/// paths, repeats counted. A cue that moves nothing takes its parts' times all the same.
+/// longest delay + time of the parts that move something, a part's time being the longer of its
+/// `up` and `down` if it fades anything (whichever way: the text alone decides) and the length of
+/// its paths, repeats counted. A cue that moves nothing takes its parts' times all the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CueTime {
     /// The statement.

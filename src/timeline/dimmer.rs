@@ -3,8 +3,8 @@
 //! Where the product of the degrees of level and law is at most 3 the composition is exact (a
 //! user's law with knots inside a fade is exact but for what the level moves in half a microsecond,
 //! since the instants of its knots are rounded: at most 1e-7 of a fade of 5 s, all along the piece
-//! between two knots). Elsewhere it is fitted by cubics: ends exact, values between the ends' values
-//! (so within 0 to 1), within [`TOLERANCE`] of the light at full.
+//! between two knots). Elsewhere it is fitted by cubics: ends exact, values between the ends'
+//! values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
 
 use super::curve::Piece;
 use super::error::TimelineError;

@@ -83,8 +83,8 @@ pub struct KeySequence {
 impl KeySequence {
     /// The keys of a timeline.
     ///
-    /// A jump at the very end adds a last segment without length, so that the last look has its key;
-    /// a timeline without length has that segment alone.
+    /// A jump at the very end adds a last segment without length, so that the last look has its
+    /// key; a timeline without length has that segment alone.
     ///
     /// # Errors
     /// [`TooManyKeys`] when they would not fit in the memory meant for them.
@@ -140,8 +140,8 @@ impl KeySequence {
         }
     }
 
-    /// The segment at a time and where in it (0 to 1): the later one at a knot, the first before the
-    /// start, the last after the end.
+    /// The segment at a time and where in it (0 to 1): the later one at a knot, the first before
+    /// the start, the last after the end.
     pub fn segment_at(&self, time: Time) -> (usize, f64) {
         self.at(time.micros() as f64)
     }

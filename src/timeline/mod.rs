@@ -5,10 +5,10 @@
 //! segments on which all coordinates are one polynomial each, so that every frame is a blend of at
 //! most four key settings.
 //!
-//! Invariants: the knots are whole microseconds; a piece's degree comes from the kind of part, never
-//! from its coefficients (only coefficients that are all the same number count as constant); a
-//! knot's value is computed once and shared by the pieces that meet there, so what is continuous is
-//! so to the bit; pieces cover the sequence without gaps. At a jump the later value holds.
+//! Invariants: the knots are whole microseconds; a piece's degree comes from the kind of part,
+//! never from its coefficients (only coefficients that are all the same number count as constant);
+//! a knot's value is computed once and shared by the pieces that meet there, so what is continuous
+//! is so to the bit; pieces cover the sequence without gaps. At a jump the later value holds.
 //!
 //! It must not know of text, images or what a setting costs.
 
@@ -62,9 +62,9 @@ impl Timeline {
     /// The sequence runs from the first cue's GO to the last completion. The rules of timing are
     /// [`CueTime`]'s; those of motion: at any time the latest cue (in order of the list) whose move
     /// of a coordinate has started rules it, from the level it had at that start; so a move
-    /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target with
-    /// part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what that
-    /// one moved and this one leaves.
+    /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target
+    /// with part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what
+    /// that one moved and this one leaves.
     ///
     /// # Errors
     /// Every mistake that only the times and the curves can tell.

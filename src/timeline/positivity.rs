@@ -24,8 +24,8 @@ use crate::linalg::{Bernstein, quadratic_roots};
 const ROUNDING: f64 = 4.0 * f64::EPSILON / 2.0;
 
 /// Interior knots of [0, 1], ascending, so that between any two neighbours no control point of any
-/// of `curves` is negative beyond rounding. The curves must not be negative themselves; where one is,
-/// by rounding in its making, control points may be twice as much so.
+/// of `curves` is negative beyond rounding. The curves must not be negative themselves; where one
+/// is, by rounding in its making, control points may be twice as much so.
 pub fn knots(curves: &[Bernstein]) -> Vec<f64> {
     let troubled: Vec<(Bernstein, f64)> = curves
         .iter()

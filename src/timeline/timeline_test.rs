@@ -109,8 +109,8 @@ proptest! {
                         a.value + (level - a.at) / (b.at - a.at) * (b.value - a.value)
                     }
                 };
-                // A law's knots fall on whole microseconds of the fade: all of a piece may be off by
-                // what the level moves in one.
+                // A law's knots fall on whole microseconds of the fade: all of a piece may be off
+                // by what the level moves in one.
                 let moved = [t - 1, t + 1].map(|t| {
                     (naive::level(&show, &go, c, show.cues.len(), t) / 100.0 - level).abs()
                 });

@@ -1,10 +1,10 @@
 //! What the eye sees: fragments of facets and their share of each pixel.
 //!
 //! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of
-//! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its
-//! middle; one with edges in it has a fragment for each facet, weighted by the exact area that
-//! shows. What fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they
-//! take their place and leave no fragment. This room knows nothing of lights.
+//! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its middle;
+//! one with edges in it has a fragment for each facet, weighted by the exact area that shows. What
+//! fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they take
+//! their place and leave no fragment. This room knows nothing of lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -203,8 +203,8 @@ pub fn camera(view: &View) -> Result<Camera, TransportError> {
 
 /// Is a pixel stretched on the plane of a facet, seen along the ray through its middle?
 ///
-/// Its sides fall along u and v there; of an ellipse with these conjugate half axes the main ones, a
-/// and b, have a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane that faces the picture stretches
+/// Its sides fall along u and v there; of an ellipse with these conjugate half axes the main ones,
+/// a and b, have a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane that faces the picture stretches
 /// nothing, however far from the middle it is seen.
 pub(super) fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
     let slope = facet.normal.dot(ray);

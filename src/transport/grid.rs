@@ -91,8 +91,8 @@ impl Grid {
         [self.along * self.scale[0], self.across * self.scale[1]]
     }
 
-    /// A direction as the slope of what it is normal to: along the two sides by the cell, and upwards
-    /// by the metre.
+    /// A direction as the slope of what it is normal to: along the two sides by the cell, and
+    /// upwards by the metre.
     pub(super) fn normal(&self, normal: Vec3) -> [f64; 3] {
         let [along, across] = [self.along, self.across].map(|axis| normal.dot(axis));
         let up = normal.dot(self.along.cross(self.across));

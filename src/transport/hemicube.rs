@@ -3,11 +3,12 @@
 //! After Cohen and Greenberg, "The Hemi-Cube" (1985), in the form of Beran-Koehn and Pavicic, "A
 //! Cubic Tetrahedral Adaptation of the Hemi-Cube Algorithm" (1991): the corner of a cube points
 //! along the normal, so that three faces cover the hemisphere: triangles above the horizon, from
-//! slope -2 to 1. The finest pixels lie where the form factor is largest. It is turned about the normal by an angle that looks random:
-//! aliasing becomes noise without pattern, several times smaller when summed. And only the table
-//! of the pixels' form factors is normalised to sum to 1, never a row, so that open scenes lose the
-//! light that leaves them. In a closed room a row sums to 1 because outlines are drawn wider by a
-//! five-hundredth of a pixel: neighbours overlap and leave no gap. This room knows nothing of lights.
+//! slope -2 to 1. The finest pixels lie where the form factor is largest. It is turned about the
+//! normal by an angle that looks random: aliasing becomes noise without pattern, several times
+//! smaller when summed. And only the table of the pixels' form factors is normalised to sum to 1,
+//! never a row, so that open scenes lose the light that leaves them. In a closed room a row sums to
+//! 1 because outlines are drawn wider by a five-hundredth of a pixel: neighbours overlap and leave
+//! no gap. This room knows nothing of lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -106,13 +107,13 @@ struct Placed {
 }
 
 /// Where in a pixel it is asked what is seen of a cell that is cut, in pixels from its middle. What
-/// lights the wall that it hangs on cuts it, so that the brightest of all elements are the smallest,
-/// and a node that asks once a pixel finds them or not. Of cells beside those that are cut as many
-/// are asked: what one of them gives, the other must get.
+/// lights the wall that it hangs on cuts it, so that the brightest of all elements are the
+/// smallest, and a node that asks once a pixel finds them or not. Of cells beside those that are
+/// cut as many are asked: what one of them gives, the other must get.
 const PLACES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
-/// Cells between two places that are asked whether what stands on them hides one: more would take as
-/// long as a ray.
+/// Cells between two places that are asked whether what stands on them hides one: more would take
+/// as long as a ray.
 const MOST_BETWEEN: usize = 9;
 
 /// Least inverse depth of a place, as a share of that of its pixel's middle: it may lie beyond the

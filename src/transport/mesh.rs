@@ -253,8 +253,8 @@ impl Mesh {
     }
 
     /// Does what stands on some cells hide a place of the facet (the second) from a point that sees
-    /// another? Not what is not between these two, nor if the point is on the place's side of it. It
-    /// does if the way from the point crosses it below its top; if above, something may stand on
+    /// another? Not what is not between these two, nor if the point is on the place's side of it.
+    /// It does if the way from the point crosses it below its top; if above, something may stand on
     /// that, and the answer is `None`.
     pub fn hides(
         &self,

@@ -1,11 +1,11 @@
 //! Light that changes within a pixel, because its source is near.
 //!
 //! Irradiance from a point source is I cos/d²; over an area it is the integral of I over the solid
-//! angle that the area fills as the source sees it. That angle is exact for a triangle (Van Oosterom
-//! and Strackee, "The Solid Angle of a Plane Triangle", 1983), and the intensity, which is smooth, is
-//! taken at centres. From a panel it is exact at each point, and where the panel stands on the
-//! surface it falls from half its radiosity to little within the pixel: there several points stand
-//! for one. At one point instead, a pixel beside a lamp is wrong by half.
+//! angle that the area fills as the source sees it. That angle is exact for a triangle (Van
+//! Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983), and the intensity, which is
+//! smooth, is taken at centres. From a panel it is exact at each point, and where the panel stands
+//! on the surface it falls from half its radiosity to little within the pixel: there several points
+//! stand for one. At one point instead, a pixel beside a lamp is wrong by half.
 
 #![allow(
     clippy::indexing_slicing,

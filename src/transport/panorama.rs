@@ -1,13 +1,13 @@
 //! All polygons around a point, drawn on the faces of a cube in single precision.
 //!
 //! Corners that polygons share are stored and turned once. A face is drawn as an item buffer of
-//! facets, the nearest wins; of two in one plane the one drawn later wins: backs come first, so that
-//! a wall of two faces back to back is seen on both sides, then large pieces before small ones.
-//! Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing. Backs of
-//! convex solids are left out: their fronts hide them.
-//! Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is cut
-//! where it comes nearer than any of its points on the face can be, so that coordinates stay
-//! small. This room knows nothing of elements and lights.
+//! facets, the nearest wins; of two in one plane the one drawn later wins: backs come first, so
+//! that a wall of two faces back to back is seen on both sides, then large pieces before small
+//! ones. Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing. Backs
+//! of convex solids are left out: their fronts hide them. Invariants: every outline is drawn wider
+//! by a five-hundredth of a pixel, and a polygon is cut where it comes nearer than any of its
+//! points on the face can be, so that coordinates stay small. This room knows nothing of elements
+//! and lights.
 
 #![allow(
     clippy::indexing_slicing,

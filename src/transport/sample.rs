@@ -127,7 +127,8 @@ fn centroid(local: &[Vec3]) -> Vec3 {
     if total > 0.0 { sum / total } else { Vec3::ZERO }
 }
 
-/// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, or as far as it goes.
+/// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, or as
+/// far as it goes.
 pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     let margin = (surfaces.size * INSET).min(0.2 * facet.area.sqrt());
     let mut moved = p;

@@ -1,9 +1,9 @@
 //! Where facets that lie in one plane meet: light goes on from one to the other.
 //!
-//! Each facet has a grid of its own, so that what is interpolated on it ends at its rim: a wall made
-//! of several polygons would show each by a shade of its own. Within half a cell of a seam it goes
-//! on to the facet beyond, as far as the samples on both sides are from it; not where something
-//! stands on the seam, as light stops there. This room knows nothing of lights.
+//! Each facet has a grid of its own, so that what is interpolated on it ends at its rim: a wall
+//! made of several polygons would show each by a shade of its own. Within half a cell of a seam it
+//! goes on to the facet beyond, as far as the samples on both sides are from it; not where
+//! something stands on the seam, as light stops there. This room knows nothing of lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -209,8 +209,8 @@ mod tests {
         (surfaces, mesh)
     }
 
-    /// What is interpolated at a point: at the samples it is the square of the distance from a corner
-    /// of the floor.
+    /// What is interpolated at a point: at the samples it is the square of the distance from a
+    /// corner of the floor.
     fn value(mesh: &Mesh, shares: &[(u32, f32)]) -> f64 {
         let all: f32 = shares.iter().map(|s| s.1).sum();
         assert!((all - 1.0).abs() < 1e-5, "{all}");

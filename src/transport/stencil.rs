@@ -1,9 +1,9 @@
 //! Convex parts of a plane, cut by straight lines.
 //!
 //! What a pixel shows, what is lit of it by a spot, and what a point sees of a panel, are all found
-//! by cutting polygons in two dimensions, of the picture or of the panel's own plane: no samples, no
-//! bias, edges sharp at any size. All parts of one outline share one list of
-//! corners, so that cutting allocates nothing. This room knows nothing of surfaces or light.
+//! by cutting polygons in two dimensions, of the picture or of the panel's own plane: no samples,
+//! no bias, edges sharp at any size. All parts of one outline share one list of corners, so that
+//! cutting allocates nothing. This room knows nothing of surfaces or light.
 
 #![allow(
     clippy::indexing_slicing,

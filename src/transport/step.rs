@@ -109,8 +109,8 @@ pub struct Step {
     /// How exactly direct light is interpolated between the picture's fragments, as a share of
     /// its root mean square in the picture; 0 for none.
     pub tolerance: f64,
-    /// How near a panel must be for its light to be averaged over a pixel, as a share of the distance
-    /// within which that changes anything.
+    /// How near a panel must be for its light to be averaged over a pixel, as a share of the
+    /// distance within which that changes anything.
     pub near: f64,
     /// Fragments along the side of a plain pixel.
     pub split: Split,

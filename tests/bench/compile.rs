@@ -1,9 +1,10 @@
 //! From text to plan, and after the edit of one cue: `cargo bench --bench compile`.
 //!
-//! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and `dense`,
-//! in which it moves them all. Each step of the way is timed alone, then all of them in a row; an
-//! edit replaces one cue in the middle through the interpreter, as the prompt does. What an edit
-//! costs does not include a plan, which is made when it is asked for. Last, texts of growing size.
+//! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and
+//! `dense`, in which it moves them all. Each step of the way is timed alone, then all of them in a
+//! row; an edit replaces one cue in the middle through the interpreter, as the prompt does. What an
+//! edit costs does not include a plan, which is made when it is asked for. Last, texts of growing
+//! size.
 
 #![allow(
     clippy::unwrap_used,

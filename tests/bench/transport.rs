@@ -2,13 +2,13 @@
 //!
 //! Prints, for each reference scene, seconds to prepare, to render all banks one by one and to
 //! compose one more picture, the processor's seconds for the first two (all threads; where the
-//! system tells), and the error of the mixed picture. Without a reference picture each bank is
-//! held against the finest step's: `--truth FOLDER` keeps those pictures there, and takes them
-//! from there when they exist, so that two versions of the program are held against the same.
+//! system tells), and the error of the mixed picture. Without a reference picture each bank is held
+//! against the finest step's: `--truth FOLDER` keeps those pictures there, and takes them from
+//! there when they exist, so that two versions of the program are held against the same.
 //! `--pictures FOLDER` also writes what it rendered beside the reference, as PPM; `--only SCENE`
-//! and `--steps 12` leave the others out.
-//! `uplit` is a room of 1000 faces with a bank that is seen by reflections alone; its truth is
-//! walked to in a few minutes, and its error told with the deviation that the walks' noise leaves it.
+//! and `--steps 12` leave the others out. `uplit` is a room of 1000 faces with a bank that is seen
+//! by reflections alone; its truth is walked to in a few minutes, and its error told with the
+//! deviation that the walks' noise leaves it.
 
 #![allow(
     clippy::unwrap_used,

@@ -81,8 +81,9 @@ fn together(lights: Vec<Light>) -> Rig {
     }
 }
 
-/// Light that arrives on the six walls: the mean illuminance of each, read from a camera close
-/// to it, times its area. The camera looks at the wall square on, so that every pixel is the same area.
+/// Light that arrives on the six walls: the mean illuminance of each, read from a camera close to
+/// it, times its area. The camera looks at the wall square on, so that every pixel is the same
+/// area.
 fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
     let rig = together(lights);
     let mut sum = [0.0; 3];

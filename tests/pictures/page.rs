@@ -1,5 +1,6 @@
 //! The page in a real browser: it plays, shows what `picture` shows, mixes as `picture` does, and
-//! says nothing to the console; with WebGL and without. Where no Chromium is installed it is skipped.
+//! says nothing to the console; with WebGL and without. Where no Chromium is installed it is
+//! skipped.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -171,7 +172,8 @@ impl Browser {
              Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n{body}"
         )
         .unwrap();
-        // The driver keeps its connections open, whatever it is asked: the length says when to stop.
+        // The driver keeps its connections open, whatever it is asked: the length says when to
+        // stop.
         let mut answer = BufReader::new(stream);
         let (mut head, mut length) = (String::new(), 0);
         while !head.ends_with("\r\n\r\n") {

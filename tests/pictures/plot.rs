@@ -5,7 +5,8 @@ use std::path::Path;
 use footlight::files::{Memory, Shelf, Store};
 use footlight::interpreter::{Host, Interpreter};
 
-/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put in.
+/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put
+/// in.
 const SHOW: &str = "show \"Knots\"
 preview { tolerance 2% }
 stage \"room.obj\"

@@ -1,5 +1,5 @@
-//! The help keeps its word: every example of every `--help`, and every line of the README that calls
-//! the program, runs in a shell, and every verb's example at the prompt.
+//! The help keeps its word: every example of every `--help`, and every line of the README that
+//! calls the program, runs in a shell, and every verb's example at the prompt.
 #![cfg(unix)]
 
 use std::fs;

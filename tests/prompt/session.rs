@@ -608,8 +608,8 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
     assert!(show.predicted_error().unwrap() <= after / 2.0);
 }
 
-/// No more is modelled than a scene needs: an estimate that leaves room three times over is believed
-/// as it is, a nearer one not.
+/// No more is modelled than a scene needs: an estimate that leaves room three times over is
+/// believed as it is, a nearer one not.
 #[test]
 fn a_tolerance_with_room_needs_no_refined_picture() {
     let after = |share: f64| {

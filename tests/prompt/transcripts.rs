@@ -12,8 +12,8 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts")
 }
 
-/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on the show that
-/// its first line names (`// on sketch/sketch.lxq`), or the first one, and returns it with the
+/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on the show
+/// that its first line names (`// on sketch/sketch.lxq`), or the first one, and returns it with the
 /// answers as they are now.
 fn replay(transcript: &str) -> String {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");

@@ -98,8 +98,8 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
     }
 }
 
-/// A closed room of about `polygons` faces with one more bank, the last: a lamp that looks up at the
-/// ceiling, out of sight, so that the picture shows of it only what has been reflected twice.
+/// A closed room of about `polygons` faces with one more bank, the last: a lamp that looks up at
+/// the ceiling, out of sight, so that the picture shows of it only what has been reflected twice.
 pub fn uplit(polygons: usize, size: (usize, usize)) -> Case {
     let mut case = room(polygons, 4, size);
     let half = 1.0;

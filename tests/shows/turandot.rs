@@ -152,7 +152,8 @@ fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
     assert!(green > 2.0 * red && green > blue, "{red} {green} {blue}");
 }
 
-/// A thrown slide, a panel, lights of both signs: the sum of the pictures is the picture of the sum.
+/// A thrown slide, a panel, lights of both signs: the sum of the pictures is the picture of the
+/// sum.
 #[test]
 fn pictures_of_this_show_add_up() {
     let mut show = show("48x27");

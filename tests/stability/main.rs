@@ -1,7 +1,8 @@
 //! Where the usual methods fail, and what is done here instead: each test shows both.
 //!
-//! The naive methods stand in `footlight::study::stability`, from where `chart stability` draws them.
-//! `data` holds what only other programs can find: `svd_peers` (the one in `tests/peers/svd`).
+//! The naive methods stand in `footlight::study::stability`, from where `chart stability` draws
+//! them. `data` holds what only other programs can find: `svd_peers` (the one in
+//! `tests/peers/svd`).
 
 #![allow(
     clippy::unwrap_used,

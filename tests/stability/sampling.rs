@@ -219,9 +219,9 @@ fn four_samples_beside_a_lamp_miss_its_flux_and_more_find_it() {
     }
 }
 
-/// Radiance of each of 9 x 9 pixels that show a floor from 4 m in the light of the room, at a quality;
-/// and the same by brute force from the irradiance at points, in as many points a pixel (1: its
-/// middle).
+/// Radiance of each of 9 x 9 pixels that show a floor from 4 m in the light of the room, at a
+/// quality; and the same by brute force from the irradiance at points, in as many points a pixel
+/// (1: its middle).
 fn pixels(
     room: &mut Room,
     view: &View,

@@ -42,7 +42,8 @@ fn stretch() -> f64 {
     (1.0 + SPLAY * SPLAY).sqrt()
 }
 
-/// The wall on the left-hand side: local X runs upstage from the proscenium, local Y out of the room.
+/// The wall on the left-hand side: local X runs upstage from the proscenium, local Y out of the
+/// room.
 pub fn left_wall() -> Frame {
     Frame::facing([-half_width(FRONT), FRONT, 0.0], [SPLAY, 1.0])
 }

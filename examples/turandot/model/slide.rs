@@ -1,8 +1,8 @@
 //! The two scenic projections: the same hills under a sky at dusk and at night.
 //!
-//! Colours are mixed as coded for the display, in which a painter mixes too. Only sums, products and
-//! square roots are used, and clouds come from hashed integers, so that every machine paints the
-//! same pixels.
+//! Colours are mixed as coded for the display, in which a painter mixes too. Only sums, products
+//! and square roots are used, and clouds come from hashed integers, so that every machine paints
+//! the same pixels.
 
 /// Pixels a row.
 pub const WIDTH: usize = 640;

@@ -177,8 +177,8 @@ impl Interpreter {
         ))
     }
 
-    /// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
-    /// start, the last not before the end, which holds the last look. How many there are.
+    /// Calls `take` for every frame of the film with its place from 0 and its time: the first at
+    /// the start, the last not before the end, which holds the last look. How many there are.
     fn frames(
         &self,
         task: &str,

@@ -2,9 +2,10 @@
 //!
 //! Quantities of one kind are added and subtracted; one of them is multiplied or divided by a plain
 //! number; two of a kind make a plain number when divided. A number without a unit is of whatever
-//! kind it meets. Invariants: the order of declaration plays no part; each value is worked out once,
-//! and what is wrong with it is said once, where it is declared; a result is handed on as the text
-//! that would have been written for it, so that everything that holds of quantities holds of it.
+//! kind it meets. Invariants: the order of declaration plays no part; each value is worked out
+//! once, and what is wrong with it is said once, where it is declared; a result is handed on as the
+//! text that would have been written for it, so that everything that holds of quantities holds of
+//! it.
 
 use std::borrow::Cow;
 

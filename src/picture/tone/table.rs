@@ -6,8 +6,8 @@
 //! start of the stretch and where in it, in the 16 lower bits, the threshold stands; the addition
 //! of the two carries into the next code exactly from the threshold on. So the bytes are those of
 //! comparing with every threshold, and 64 channels at a time are six vector operations and a
-//! gather. As the clamped stretches are consecutive and no more than the table has entries, the last
-//! bits of their numbers tell them apart.
+//! gather. As the clamped stretches are consecutive and no more than the table has entries, the
+//! last bits of their numbers tell them apart.
 //!
 //! [`Tone`]: super::Tone
 

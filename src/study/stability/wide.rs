@@ -3,7 +3,8 @@
 //! Sums and products without error as in Knuth (1969) and Dekker (1971), products by a fused
 //! multiplication; the operations are the accurate ones of Hida, Li and Bailey (2001). One-sided
 //! Jacobi needs only sums, products, quotients and roots, and keeps small singular values to
-//! relative accuracy where the columns are graded; elsewhere they are right to 1e-31 of the largest.
+//! relative accuracy where the columns are graded; elsewhere they are right to 1e-31 of the
+//! largest.
 
 #![allow(
     clippy::indexing_slicing,

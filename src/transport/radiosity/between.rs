@@ -3,14 +3,14 @@
 //! How fast reflected light can change is known from how near the things are that a node sees
 //! (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection", 1988): over a
 //! distance d by about d / R, with R the harmonic mean of their distances, taken of what sends
-//! light: in the open the light of the little that is seen changes faster, as a share of itself.
-//! So first one node of 64 looks, the eighth along each line, and the last; then those halfway between
-//! two or four of them where d / R is large, then those halfway between these, and so on. All others
-//! take the mean of what they stand between, so that nodes are as dense as the picture wants them at
-//! corners and joints, and as the light wants them elsewhere. At a reach of .07 seven eighths of the
-//! tavern's nodes look, which is full of small things, five sixths of the stage's at the third step and
-//! seven tenths at the fourth, and half of a bare room's at .1. Invariant: who looks follows from the
-//! scene and the nodes alone, so that G stays linear.
+//! light: in the open the light of the little that is seen changes faster, as a share of itself. So
+//! first one node of 64 looks, the eighth along each line, and the last; then those halfway between
+//! two or four of them where d / R is large, then those halfway between these, and so on. All
+//! others take the mean of what they stand between, so that nodes are as dense as the picture wants
+//! them at corners and joints, and as the light wants them elsewhere. At a reach of .07 seven
+//! eighths of the tavern's nodes look, which is full of small things, five sixths of the stage's at
+//! the third step and seven tenths at the fourth, and half of a bare room's at .1. Invariant: who
+//! looks follows from the scene and the nodes alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
@@ -144,7 +144,8 @@ fn is_on(at: usize, count: usize, stride: usize) -> bool {
 }
 
 /// Those that a node stands between, `stride` cells away along the axes along which it is an odd
-/// number of strides from the first, or the last of their line, with bilinear shares; `None` if one is missing.
+/// number of strides from the first, or the last of their line, with bilinear shares; `None` if one
+/// is missing.
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {

@@ -17,10 +17,10 @@
 use crate::transport::hemicube::Outlook;
 use crate::transport::mesh::Mesh;
 
-/// The share of the mean distance of what they see over which nodes are averaged. At half of this the
-/// right wall of the tavern has blotches at every step, the finest too, where it sees the sills of
-/// its windows and the walls above its lamps between banisters; against a far finer operator both are
-/// as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
+/// The share of the mean distance of what they see over which nodes are averaged. At half of this
+/// the right wall of the tavern has blotches at every step, the finest too, where it sees the sills
+/// of its windows and the walls above its lamps between banisters; against a far finer operator
+/// both are as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
 const REACH: f64 = 0.2;
 
 /// Times that neighbours are averaged.
