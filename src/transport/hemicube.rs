@@ -83,9 +83,10 @@ pub struct Outlook {
 }
 
 impl Outlook {
-    /// How fast reflected light changes, as a share of itself (1/m).
+    /// How fast reflected light changes, as a share of itself (1/m): without bounds where only
+    /// things are seen that send none, as beside there may be some that do.
     pub fn change(&self) -> f32 {
-        if self.seen > 0.0 {
+        if self.closeness > 0.0 {
             self.closeness / self.seen
         } else {
             0.0

@@ -64,29 +64,31 @@ impl Seams {
     /// Elements around a point of a facet and their weights, which sum to 1, as
     /// [`Mesh::stencil`], but going on across seams: added to `out`. None are if there is none.
     pub fn stencil(&self, mesh: &Mesh, facet: usize, p: Vec3, out: &mut Vec<(u32, f32)>) {
-        self.add(mesh, facet, p, 1.0, &[], out);
+        self.add(mesh, facet, p, 1.0, [Vec3::ZERO; MOST_CROSSED], out);
     }
 
+    /// Adds a share of the light, which has `crossed` seams in these directions; zero is none.
     fn add(
         &self,
         mesh: &Mesh,
         facet: usize,
         p: Vec3,
         weight: f64,
-        crossed: &[Vec3],
+        mut crossed: [Vec3; MOST_CROSSED],
         out: &mut Vec<(u32, f32)>,
     ) {
-        let (mut own, mut crossed) = (weight, crossed.to_vec());
+        let mut own = weight;
         for seam in &self.of[facet] {
             let is_new = |way: &Vec3| way.dot(seam.inward).abs() < 0.5;
-            if crossed.len() == MOST_CROSSED || !crossed.iter().all(is_new) {
+            let free = crossed.iter().position(|way| *way == Vec3::ZERO);
+            let Some(free) = free.filter(|_| crossed.iter().all(is_new)) else {
                 continue;
-            }
+            };
             let Some((foot, share)) = seam.beyond(mesh, facet, p) else {
                 continue;
             };
-            crossed.push(seam.inward);
-            self.add(mesh, seam.other, foot, own * share, &crossed, out);
+            crossed[free] = seam.inward;
+            self.add(mesh, seam.other, foot, own * share, crossed, out);
             own *= 1.0 - share;
         }
         let stencil = mesh.stencil(facet, p).into_iter();

@@ -253,6 +253,29 @@ mod tests {
         });
     }
 
+    /// Between nodes before which black things stand there may be a gap that lets light in; in the
+    /// void there is nothing to miss.
+    #[test]
+    fn among_black_things_every_node_looks() {
+        with_room(|_, _, nodes| {
+            let looking = |closeness| {
+                let mut looked = 0;
+                let dark = Outlook {
+                    closeness,
+                    seen: 0.0,
+                };
+                let all = Between::nodes(nodes, 0.1, |which| {
+                    looked += which.len();
+                    Ok::<_, Infallible>(vec![dark; which.len()])
+                });
+                all.unwrap();
+                looked
+            };
+            assert_eq!(looking(0.5), nodes.elements.len());
+            assert!(looking(0.0) < nodes.elements.len() / 8);
+        });
+    }
+
     #[test]
     fn slopes_stay_as_they_are() {
         with_room(|_, _, nodes| {
