@@ -368,11 +368,8 @@ impl Hierarchy {
         stack.extend((!self.nodes.is_empty()).then_some(0));
         while let Some(at) = stack.pop() {
             let node = &self.nodes[at];
-            let outside = shaft
-                .walls
-                .iter()
-                .any(|w| -node.bounds.support(-w.normal) >= w.offset);
-            if outside || !node.bounds.overlaps(&shaft.bounds) {
+            let outside = |w: &Wall| -node.bounds.support(-w.normal) >= w.offset;
+            if !node.bounds.overlaps(&shaft.bounds) || shaft.walls.iter().any(outside) {
                 continue;
             }
             if node.leaf.is_empty() {
