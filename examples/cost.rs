@@ -33,6 +33,8 @@ struct Sample {
     counts: Counts,
     took: [f64; 3],
     predicted: [f64; 3],
+    /// What composing the pictures of the banks is predicted to take of rendering them.
+    pictures: f64,
 }
 
 fn main() {
@@ -85,7 +87,14 @@ fn main() {
         return;
     }
     let rows = |of: fn(&Counts) -> Vec<f64>, part: usize| -> Vec<(Vec<f64>, f64)> {
-        let each = samples.iter().map(|s| (of(&s.counts), s.took[part]));
+        let each = samples.iter().map(|s| {
+            let own = [
+                s.took[0],
+                (s.took[1] - s.pictures).max(0.2 * s.took[1]),
+                s.took[2],
+            ];
+            (of(&s.counts), own[part])
+        });
         each.collect()
     };
     fitted(
@@ -141,12 +150,12 @@ fn measure(
     let step = Step::of(quality).unwrap();
     let counts = Counts::of(&case.scene, &case.rig, &case.view, step).unwrap();
     let cost = counts.cost(n);
-    let banks = (cost.per_source + cost.per_image) * n as f64;
-    // The pictures of the banks, one light at a time, are a small part of rendering them.
-    let of_pictures = best[2];
+    let pictures = cost.per_lone * n as f64;
+    let banks = cost.per_source * n as f64 + pictures;
     Sample {
         name: format!("{} {}", case.name, quality.0),
-        took: [best[0], (best[1] - of_pictures).max(0.2 * best[1]), best[2]].map(|t| t / pace),
+        took: best.map(|t| t / pace),
+        pictures,
         predicted: [cost.prepare, banks, cost.per_image],
         counts,
     }

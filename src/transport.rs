@@ -50,7 +50,7 @@ use crate::work::{Cancelled, Work};
 pub struct Quality(pub u8);
 
 /// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
-/// `per_image` for each picture. In units of the operator's own; [`Transport::pace`] tells how many
+/// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of the operator's own; [`Transport::pace`] tells how many
 /// seconds one of them takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
@@ -58,14 +58,16 @@ pub struct Cost {
     pub prepare: f64,
     /// Direct light and radiosity of one newly lit source.
     pub per_source: f64,
-    /// Composing one picture.
+    /// Composing one picture of all sources.
     pub per_image: f64,
+    /// Composing one picture of a source alone.
+    pub per_lone: f64,
 }
 
 impl Cost {
     /// Of so many sources, each lit alone, from nothing prepared.
     pub fn alone(self, sources: f64) -> f64 {
-        self.prepare + sources * (self.per_source + self.per_image)
+        self.prepare + sources * (self.per_source + self.per_lone)
     }
 }
 

@@ -86,7 +86,7 @@ impl Interpreter {
             let cost = transport.cost(&stage.scene, &stage.rig, &stage.view, step);
             let predicted = Seconds {
                 prepare: cost.prepare * pace,
-                banks: (cost.per_source * sources + cost.per_image * settings.len() as f64) * pace,
+                banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
                 picture: cost.per_image * pace,
             };
             out.add(quality, &sets, predicted);

@@ -133,6 +133,7 @@ impl Interpreter {
                 prepare: cost.prepare * pace,
                 per_source: cost.per_source * pace,
                 per_image: cost.per_image * pace,
+                per_lone: cost.per_lone * pace,
             }
         };
         let all = |step: u8| of(Quality(step)).alone(sources);

@@ -15,7 +15,7 @@ pub const POLYGON_LIMIT: usize = 200_000;
 /// The most vertices a file may define, and the most corners its faces may have together.
 pub const VERTEX_LIMIT: usize = 1_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
-pub(super) const FAR: f64 = 1e9;
+pub const FAR: f64 = 1e9;
 
 /// Why a stage could not be imported.
 #[derive(Debug, thiserror::Error)]

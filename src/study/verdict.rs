@@ -128,7 +128,7 @@ fn needed(trial: &Trial) -> Result<Vec<Needed>, PlanError> {
     Ok(out)
 }
 
-/// Three banks at random, each between a fifth and full.
+/// Three coordinates at random, or fewer where they coincide, each between a fifth and full.
 fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
     let mut out = vec![0.0; coordinates];
     for _ in 0..LIT {

@@ -3,8 +3,8 @@
 //! The work is counted: hemicubes drawn and their pixels, fragments, pairs of receiver and emitter,
 //! coefficients of the exchange. The counts come from the same layouts that the operator uses and
 //! from one rasterization of the view at one sample a pixel; no form factor and no shadow is
-//! computed. Each count has a unit cost, fitted to measurements of all shipped scenes
-//! (`cargo run --release --example cost`). Units are in yardsticks: the time that one small fixed
+//! computed. Each count has a unit cost, fitted to measurements of shipped scenes
+//! (`cargo run --release --example cost` tells which). Units are in yardsticks: the time that one small fixed
 //! task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
 //! written here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped
 //! scene from nothing prepared are told within factors of 0.7 to 1.33, of a bare room of 1,000
@@ -146,10 +146,14 @@ impl Counts {
         let sum = |counts: &[f64], units: &[f64]| -> f64 {
             counts.iter().zip(units).map(|(c, u)| c * u).sum()
         };
+        // Of the lights a source has its share.
+        let [fragments, lit] = self.picture;
+        let alone = [fragments, lit / sources.max(1) as f64];
         Cost {
             prepare: sum(&self.prepare, &OF_PREPARE),
             per_source: sum(&self.lights, &OF_LIGHTS) / sources.max(1) as f64,
             per_image: sum(&self.picture, &OF_PICTURE),
+            per_lone: sum(&alone, &OF_PICTURE),
         }
     }
 
@@ -180,7 +184,32 @@ fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
 }
 
 impl Sight {
+    /// Of the view, or of a smaller picture of it that stands for so many pixels.
     fn of(surfaces: &Surfaces, view: &View) -> Result<Sight, TransportError> {
+        camera(view)?;
+        let mut times = 1;
+        while (view.width / times).max(1) * (view.height / times).max(1) > MOST_PIXELS {
+            times += 1;
+        }
+        let small = View {
+            width: (view.width / times).max(1),
+            height: (view.height / times).max(1),
+            ..view.clone()
+        };
+        let mut out = Sight::at_once(surfaces, &small)?;
+        // Edges grow in length, all else in area.
+        let times = times as f64;
+        out.edges *= times;
+        for area in [&mut out.inside, &mut out.stretched]
+            .into_iter()
+            .chain(&mut out.pixels)
+        {
+            *area *= times * times;
+        }
+        Ok(out)
+    }
+
+    fn at_once(surfaces: &Surfaces, view: &View) -> Result<Sight, TransportError> {
         let camera = camera(view)?;
         let mut buffer = ItemBuffer::new(view.width, view.height);
         for piece in &surfaces.pieces {
@@ -255,6 +284,9 @@ impl Sight {
         (count, looking)
     }
 }
+
+/// Pixels that are counted one by one; of larger pictures a smaller one is counted.
+const MOST_PIXELS: usize = 1 << 21;
 
 /// How fast reflected light changes beside a joint, times the distance from it.
 const CHANGE: f64 = 0.3;

@@ -39,6 +39,21 @@ pub enum Luminaire {
 /// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
 const MOST_MARKS: usize = 1 << 24;
 
+/// A light, and what is hidden from it behind the fronts of solids.
+#[derive(Clone, Debug)]
+pub struct Shining<'a> {
+    light: &'a Luminaire,
+    hidden: Hidden,
+}
+
+impl<'a> Shining<'a> {
+    /// Finds what is hidden from a light.
+    pub fn new(surfaces: &Surfaces, light: &'a Luminaire) -> Shining<'a> {
+        let hidden = light.hides(surfaces);
+        Shining { light, hidden }
+    }
+}
+
 /// What is hidden from a light behind the fronts of solids.
 #[derive(Clone, Debug)]
 pub struct Hidden {
@@ -152,19 +167,19 @@ impl Precision {
 
 /// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
 /// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
-/// each fragment's outline; else, and for panels, that at the point.
+/// each fragment's outline, and a panel's where it is near ([`Precision::near`]); else that at the
+/// point.
 ///
 /// # Errors
 /// On cancel.
 pub fn irradiance(
     setting: Setting<'_>,
-    light: &Luminaire,
+    Shining { light, hidden }: &Shining<'_>,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
     Precision { allowed, near }: Precision,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let hidden = light.hides(setting.surfaces);
     let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
         .chunks
         .par_iter()
@@ -183,11 +198,11 @@ pub fn irradiance(
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet, near);
-                    let pieces = (pieces.as_slice(), &hidden);
+                    let pieces = (pieces.as_slice(), hidden);
                     panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
                 }
                 Luminaire::Spot(beam) => {
-                    let mut spot = Spot::new(setting, beam, &hidden, own.normal);
+                    let mut spot = Spot::new(setting, beam, hidden, own.normal);
                     spot.shine(receivers, fragments, cluster, &mut sheet);
                 }
             }

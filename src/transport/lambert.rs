@@ -545,7 +545,7 @@ mod tests {
     }
 
     proptest! {
-        /// A tilted triangle's shadow against counting 400 x 400 points of the lamp.
+        /// A tilted triangle's shadow against counting 200 x 200 points of the lamp.
         #[test]
         fn agrees_with_counting(
             corners in prop::collection::vec((-1.5..1.5, -1.5..1.5, 0.2..2.5), 3),

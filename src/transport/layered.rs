@@ -17,6 +17,10 @@ use crate::work::Work;
 /// Seconds to add one number of a picture to another, measured on an ordinary core.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
+/// The same in yardsticks of some 30 ms each, for beside another operator. Of one whose unit is
+/// longer it is a small part anyway.
+const YARDSTICKS_PER_NUMBER: f64 = 5e-8;
+
 /// Images on top of another operator, or alone.
 #[derive(Clone, Copy)]
 pub struct Layered<'t> {
@@ -114,9 +118,15 @@ impl Transport for Layered<'_> {
         let inner = self.inner.map_or(Cost::default(), |inner| {
             inner.cost(scene, &parted.rest, view, quality)
         });
+        let each = match self.inner {
+            Some(_) => YARDSTICKS_PER_NUMBER,
+            None => SECONDS_PER_NUMBER,
+        };
         let numbers = (view.width * view.height * 3 * parted.images.len()) as f64;
         Cost {
-            per_image: inner.per_image + numbers * SECONDS_PER_NUMBER,
+            per_image: inner.per_image + numbers * each,
+            // Of the images a source has its share.
+            per_lone: inner.per_lone + numbers * each / rig.sources.len().max(1) as f64,
             ..inner
         }
     }
@@ -306,6 +316,7 @@ mod tests {
                 prepare: 1.0,
                 per_source: 2.0,
                 per_image: 3.0,
+                per_lone: 3.0,
             }
         }
     }

@@ -5,8 +5,9 @@
 //! inside a solid are left out: what no light can reach must not darken what is interpolated beside
 //! it. Where something stands on the facet the cell is cut along its foot, each part an element of
 //! its own, and nothing is interpolated across: light stops there, and else would leak. Facets that
-//! reflect nothing have no elements. Invariant: a mesh depends on the scene and the cell size
-//! alone. This room knows nothing of lights.
+//! reflect nothing have no elements. Invariant: a mesh depends on the scene, the cell size, the points
+//! known to be in the open and what the caller wishes of each cell. This room knows nothing of
+//! lights.
 
 #![allow(
     clippy::indexing_slicing,

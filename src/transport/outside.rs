@@ -231,8 +231,10 @@ impl Transport for Outside {
         let known = self.0.known();
         let run = known.runs.iter().find(|r| r.0 == quality);
         let run = run.or(known.runs.last());
+        let per_image = run.map_or(0.0, |(_, count, seconds)| seconds / *count as f64);
         Cost {
-            per_image: run.map_or(0.0, |(_, count, seconds)| seconds / *count as f64),
+            per_image,
+            per_lone: per_image,
             ..Cost::default()
         }
     }
@@ -319,7 +321,7 @@ impl Seen {
         work.check()?;
         let request = self.request(setting)?;
         let (width, height) = self.size();
-        // Twice the picture's own floats: other channels may stand beside R, G and B.
+        // Some five times the picture's own floats: other channels may stand beside R, G and B.
         let pixels = (width as u64 * height as u64).saturating_mul(64);
         let done = self.renderer.processes.run(&Job {
             words: &self.renderer.call.words,

@@ -28,7 +28,7 @@ use crate::transport::cost::{self, Counts};
 #[cfg(doc)]
 use crate::transport::direct::Precision;
 use crate::transport::direct::{Luminaire, Setting, luminaires};
-use crate::transport::eye::{Fragments, fragments};
+use crate::transport::eye::{Fragment, Fragments, fragments};
 use crate::transport::form::{Bounces, Rows};
 use crate::transport::hemicube::Table;
 use crate::transport::mesh::{Layout, Mesh, Wish};
@@ -106,6 +106,12 @@ pub(super) fn pool(work: Work<'_>) -> Result<ThreadPool, TransportError> {
         .map_err(|e| TransportError::Scene(format!("no threads: {e}")))
 }
 
+/// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of nodes.
+const OF_A_FRAGMENT: usize = 180;
+
+/// Bytes of an element with its samples, about.
+const OF_AN_ELEMENT: usize = 512;
+
 /// A light at unit strength.
 struct Solution {
     /// Irradiance at each fragment, the same in all channels.
@@ -148,6 +154,8 @@ struct Operator {
     near: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
+    /// Bytes, about.
+    held: usize,
     solutions: Vec<Option<Solution>>,
 }
 
@@ -168,16 +176,20 @@ impl Operator {
             hierarchy: &hierarchy,
         };
         let lights = luminaires(&surfaces, rig)?;
-        let fragments = fragments(&surfaces, view, step.sampling(), work)?;
-        let each = size_of::<crate::transport::eye::Fragment>() + 96 + 4 * rig.lights.len();
-        within(
-            "direct light at every fragment",
-            fragments.all.len() * each,
-            work,
+        let mut account = Account::new(work);
+        // They are found in bands and then put together.
+        let pixels = view.width.saturating_mul(view.height);
+        account.check(
+            "the picture",
+            pixels.saturating_mul(2 * size_of::<Fragment>()),
         )?;
+        let fragments = fragments(&surfaces, view, step.sampling(), work)?;
+        let each = size_of::<Fragment>() + OF_A_FRAGMENT + 4 * rig.lights.len();
+        let every = fragments.all.len() * each;
+        account.take("direct light at every fragment", every)?;
 
         let layout = Layout::of_elements(&surfaces, step.elements);
-        within("the mesh", layout.cells() * 512, work)?;
+        account.take("the mesh", layout.cells() * OF_AN_ELEMENT)?;
         let beacons = beacons(setting, &lights, view.from);
         let mut wishes = vec![Wish::WANTED; layout.cells()];
         show(&layout, &fragments, &mut wishes);
@@ -189,12 +201,13 @@ impl Operator {
         };
         let table = Table::new(step.resolution);
         let limited = Work {
-            memory: work.memory / 2,
+            memory: account.free() / 2,
             ..work
         };
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
         let meter = Meter::new("form factors", every.len());
         let (rows, _) = form_factors(sight, &mesh, &every, &table, &meter, limited)?;
+        account.take("form factors", rows.bytes())?;
         let reflectance: Vec<[f32; 3]> = mesh
             .elements
             .iter()
@@ -203,8 +216,15 @@ impl Operator {
         let bounces = Bounces::new(&rows, &reflectance);
         let nodes = match step.nodes {
             0 => None,
-            _ => Some(Nodes::new(sight, &beacons, &fragments, step, work)?),
+            _ => {
+                let left = Work {
+                    memory: account.free(),
+                    ..work
+                };
+                Some(Nodes::new(sight, &beacons, &fragments, step, left)?)
+            }
         };
+        account.take("the nodes", nodes.as_ref().map_or(0, Nodes::bytes))?;
         let taken = match &nodes {
             // They stand on the facets' rims: light goes on beyond without more.
             Some(nodes) => Taken::by(&fragments.all, |f, shares| {
@@ -260,6 +280,7 @@ impl Operator {
             shown,
             tolerance: step.tolerance,
             near: step.near,
+            held: account.held,
         })
     }
 
@@ -298,6 +319,10 @@ impl Prepared for Operator {
             .filter(|&l| strengths.iter().any(|s| s[l].iter().any(|x| *x != 0.0)))
             .collect();
         let pixels = self.width * self.height;
+        let work = Work {
+            memory: work.memory.saturating_sub(self.held),
+            ..work
+        };
         within("the pictures", settings.len() * pixels * 12, work)?;
         pool(work)?.install(|| {
             self.solve(&wanted, work)?;
@@ -332,6 +357,43 @@ fn thrown(light: &Light) -> Option<Throw> {
     match light {
         Light::Projection(projection) => Throw::new(projection),
         _ => None,
+    }
+}
+
+/// What one step after the other holds of a budget of memory.
+struct Account {
+    budget: usize,
+    held: usize,
+}
+
+impl Account {
+    fn new(work: Work<'_>) -> Account {
+        Account {
+            budget: work.memory,
+            held: 0,
+        }
+    }
+
+    fn free(&self) -> usize {
+        self.budget.saturating_sub(self.held)
+    }
+
+    fn check(&self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
+        let needed = self.held.saturating_add(bytes);
+        match needed <= self.budget {
+            true => Ok(()),
+            false => Err(TransportError::Memory {
+                what,
+                needed,
+                budget: self.budget,
+            }),
+        }
+    }
+
+    fn take(&mut self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
+        self.check(what, bytes)?;
+        self.held += bytes;
+        Ok(())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The scale of quality: what each step spends.
 //!
-//! Every step has the same fragments on edges, so that steps differ by their light alone and the
-//! difference between two of them tells something of the error. This room knows no scene.
+//! All steps but the finest have the same fragments on edges, so that they differ by their light alone
+//! and the difference between two of them tells something of the error. This room knows no scene.
 
 use crate::transport::eye::{Sampling, Split};
 use crate::transport::{Quality, TransportError};
@@ -12,7 +12,7 @@ use crate::transport::{Quality, TransportError};
 /// The first two have no nodes: light goes on across seams instead (`seam`). With a node for each 8
 /// x 8 pixels the second would err a third less on the tavern for a fifth more time, but how far it
 /// is from the first would no longer tell what either lacks: predicted errors (`study::trial`)
-/// would be within a factor of 1.5 in 70 % of all steps instead of 88. From the third on a facet
+/// would be within a factor of 1.5 in 70 % of all steps instead of 87. From the third on a facet
 /// has a node for each 5 x 5 of its pixels, so that more nodes than those buy little: on the
 /// tavern's 22 banks, against the finest, 1000 elements and 8000 nodes leave 1.21 % on average and
 /// 4.1 % in the worst, 2000 and 5000 in the same time .94 and 2.7 %. What a node sees of a small

@@ -12,12 +12,13 @@
 
 use crate::geometry::{Vec3, newell};
 use crate::scene::Scene;
+use crate::scene::import::FAR;
 use crate::transport::TransportError;
 use crate::transport::solid::Solids;
 use std::sync::OnceLock;
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
-/// about 1e-7 of it.
+/// about 1e-7 of it. On a ground plane of 10 km nothing lower than 14 mm casts a shadow.
 const TOUCHING: f64 = 1e-6;
 
 /// A planar polygon with a front.
@@ -31,6 +32,8 @@ pub struct Facet {
     pub normal: Vec3,
     /// Square metres.
     pub area: f64,
+    /// Its area over its longest edge, m: how narrow it is.
+    pub width: f64,
     /// Index into [`Scene::materials`].
     pub material: usize,
     /// Diffuse reflectance of each channel.
@@ -103,8 +106,8 @@ impl Surfaces {
     /// Takes over the polygons of a scene.
     ///
     /// # Errors
-    /// [`TransportError::Scene`] for a vertex that is not finite, a material that does not exist,
-    /// or a reflectance outside 0 to 1.
+    /// [`TransportError::Scene`] for a vertex that is not finite or a million kilometres away, a
+    /// material that does not exist, or a reflectance outside 0 to 1.
     pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
         let mut facets = Vec::new();
         for (i, polygon) in scene.polygons.iter().enumerate() {
@@ -124,6 +127,12 @@ impl Surfaces {
             if !polygon.vertices.iter().all(|v| v.is_finite()) {
                 return Err(TransportError::Scene(format!(
                     "polygon {i} has a vertex that is not finite"
+                )));
+            }
+            let far = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
+            if polygon.vertices.iter().any(far) {
+                return Err(TransportError::Scene(format!(
+                    "polygon {i} has a vertex more than {FAR:e} m away: nothing of the stage would be left beside it"
                 )));
             }
             facets.extend(facet(&polygon.vertices, polygon.material, reflectance));
@@ -212,8 +221,11 @@ fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Fa
             length: way.length(),
         }
     };
+    let rim: Vec<Edge> = kept.iter().enumerate().map(edge).collect();
+    let longest = rim.iter().map(|e| e.length).fold(0.0, f64::max);
     Some(Facet {
-        rim: kept.iter().enumerate().map(edge).collect(),
+        rim,
+        width: area / longest,
         normal,
         vertices: kept,
         area,

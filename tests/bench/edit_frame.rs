@@ -46,6 +46,7 @@ impl Transport for Painter {
             prepare: 1.0,
             per_source: 0.1,
             per_image: 0.1,
+            per_lone: 0.1,
         }
     }
 }

@@ -345,7 +345,7 @@ pub fn spheres_by_triangles() {
     }
 }
 
-/// Reciprocity A_i F_ij = A_j F_ji of direct light, and of reflected.
+/// Reciprocity A_i F_ij = A_j F_ji of direct light.
 #[test]
 fn reciprocity() {
     let small = level([0.3, 0.7], [0.2, 0.9], 0.0, true);

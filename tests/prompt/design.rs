@@ -48,12 +48,14 @@ const SHARED: Cost = Cost {
     prepare: 2.0,
     per_source: 0.25,
     per_image: 0.125,
+    per_lone: 0.125,
 };
 
 const UNSHARED: Cost = Cost {
     prepare: 0.0,
     per_source: 0.0,
     per_image: 3.0,
+    per_lone: 3.0,
 };
 
 /// The smallest show there is, smaller.

@@ -18,7 +18,9 @@ use footlight::geometry::{Vec3, frame};
 use footlight::raster::Camera;
 use footlight::scene::Light;
 use footlight::transport::cluster::{Receiver, Receivers};
-use footlight::transport::direct::{Luminaire, Precision, Setting, irradiance, luminaires};
+use footlight::transport::direct::{
+    Luminaire, Precision, Setting, Shining, irradiance, luminaires,
+};
 use footlight::transport::eye::camera;
 use footlight::transport::strength::colour;
 use footlight::transport::surface::Surfaces;
@@ -185,7 +187,7 @@ impl Walker<'_> {
         for (at, light) in self.lights.iter().enumerate() {
             let lit = irradiance(
                 setting,
-                light,
+                &Shining::new(&self.surfaces, light),
                 &receivers,
                 None,
                 Precision::EXACT,

@@ -150,7 +150,7 @@ fn polygons_that_are_none_change_nothing() {
 }
 
 #[test]
-fn odd_polygons_are_drawn() {
+fn odd_polygons_do_no_harm() {
     let mut stage = plain();
     // A bow tie, a pentagram, one that is not flat, one that runs through all others, a huge one.
     let star = (0..5).map(|i| 2.0 * f64::from(2 * i) * std::f64::consts::PI / 5.0);
@@ -228,6 +228,10 @@ fn numbers_that_are_none_are_refused() {
         );
     }
     let mut stage = plain();
+    stage.scene.polygons[3].vertices[1].y = 1e10;
+    let refused = stage.render(1, 1 << 30).unwrap_err().to_string();
+    assert!(refused.contains("polygon 3"), "{refused}");
+    let mut stage = plain();
     stage.scene.materials[0].reflectance = Rgb([1.1; 3]);
     assert!(matches!(
         stage.render(1, 1 << 30),
@@ -270,6 +274,20 @@ fn one_polygon_and_none() {
     stage.assert_finite("one polygon", true);
     stage.scene.polygons.clear();
     stage.assert_finite("no polygon", false);
+}
+
+/// Eight thousand pixels square, more than the budget holds: refused before they are made.
+#[test]
+fn a_picture_beyond_the_budget_is_not_begun() {
+    let mut stage = plain();
+    (stage.view.width, stage.view.height) = (8192, 8192);
+    match stage.render(1, 1 << 30) {
+        Err(TransportError::Memory { what, needed, .. }) => {
+            assert_eq!(what, "the picture");
+            assert!(needed > 1 << 32);
+        }
+        other => unreachable!("{other:?}"),
+    }
 }
 
 /// Two hundred lamps, and what each step may use of memory.

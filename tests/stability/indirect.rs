@@ -1,7 +1,8 @@
 //! Reflected light: hemicubes, rows of form factors, bounces, memory.
 
-use crate::reference::{render, stage};
+use crate::reference::{Case, render, stage};
 use footlight::geometry::vec3;
+use footlight::picture::Image;
 pub use footlight::study::stability::furnace::scene;
 use footlight::study::stability::furnace::{self, Furnace, room, rows};
 use footlight::transport::cost::Counts;
@@ -14,8 +15,9 @@ use footlight::transport::radiosity::Radiosity;
 use footlight::transport::step::Step;
 use footlight::transport::surface::Surfaces;
 use footlight::transport::visibility::Hierarchy;
-use footlight::transport::{Quality, Transport};
-use footlight::work::Work;
+use footlight::transport::{Quality, Transport, TransportError};
+use footlight::work::{Progress, Work};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// About so many elements of what is open half a metre over the floor.
 pub fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
@@ -182,21 +184,70 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     let counts = Counts::of(&case.scene, &case.rig, &case.view, step).unwrap();
     assert!(counts.nodes > counts.elements);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
-    let work = Work {
-        memory: 10 << 20,
-        ..Work::silent()
-    };
-    let mut g = Radiosity
-        .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
-        .unwrap();
-    let lean = g.render(std::slice::from_ref(&case.mix), work).unwrap();
+    let (least, lean) = leanest(&case);
+    assert!(least > 4, "{least}");
     assert_eq!(plenty[0].data(), lean[0].data());
-    // The rows of the elements take more than half of this: those of the nodes, which are more, do
-    // not fit into a quarter of the above.
-    let less = Work {
-        memory: 7 << 20,
-        ..Work::silent()
-    };
-    let refused = Radiosity.prepare(&case.scene, &case.rig, &case.view, Quality(3), less);
-    assert!(refused.err().unwrap().to_string().contains("budget"));
+}
+
+/// The mixed picture with the least memory that will do, megabytes: the rows of the elements fit
+/// into half of what is left, those of the nodes, which are more, not into a quarter of it.
+fn leanest(case: &Case) -> (usize, Vec<Image>) {
+    for megabytes in 1.. {
+        let work = Work {
+            memory: megabytes << 20,
+            ..Work::silent()
+        };
+        let done = Radiosity
+            .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
+            .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
+        match done {
+            Err(TransportError::Memory { .. }) => {}
+            other => return (megabytes, other.unwrap()),
+        }
+    }
+    unreachable!("memory grows")
+}
+
+/// Cancels when it has been asked so many times.
+struct Countdown {
+    asked: AtomicUsize,
+    patience: usize,
+}
+
+impl Progress for Countdown {
+    fn cancelled(&self) -> bool {
+        self.asked.fetch_add(1, Ordering::Relaxed) >= self.patience
+    }
+}
+
+/// Wherever it is cancelled, with rows kept or made again, no picture comes of it.
+#[test]
+fn a_cancel_is_heard_all_the_way() {
+    let mut case = stage();
+    (case.view.width, case.view.height) = (96, 54);
+    for megabytes in [64, leanest(&case).0] {
+        let with = |patience: usize| {
+            let progress = Countdown {
+                asked: AtomicUsize::new(0),
+                patience,
+            };
+            let work = Work {
+                progress: &progress,
+                threads: 2,
+                memory: megabytes << 20,
+            };
+            let done = Radiosity
+                .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
+                .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
+            (done, progress.asked.into_inner())
+        };
+        let (done, asked) = with(usize::MAX);
+        assert!(done.is_ok(), "{done:?}");
+        println!("{megabytes} MB: asked {asked} times");
+        assert!(asked > 200, "{asked}");
+        for part in 0..16 {
+            let (done, _) = with(asked * part / 16);
+            assert!(matches!(done, Err(TransportError::Cancelled(_))), "{part}");
+        }
+    }
 }

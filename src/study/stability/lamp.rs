@@ -7,7 +7,7 @@ use super::furnace::{mesh, scene};
 use crate::geometry::{Vec3, vec3};
 use crate::transport::TransportError;
 use crate::transport::cluster::{Receiver, Receivers};
-use crate::transport::direct::{Luminaire, Precision, Setting, irradiance};
+use crate::transport::direct::{Luminaire, Precision, Setting, Shining, irradiance};
 use crate::transport::hemicube::{Hemicube, Table, scatter};
 use crate::transport::panorama::Outline;
 use crate::transport::surface::Surfaces;
@@ -172,6 +172,7 @@ impl Room {
         let lamp = self.surfaces.facets.get(1 - self.floor.min(1));
         let pieces = lamp.map(|f| f.pieces.clone().collect());
         let light = Luminaire::Panel(pieces.unwrap_or_default());
+        let light = Shining::new(&self.surfaces, &light);
         let lit = irradiance(setting, &light, &receivers, None, Precision::EXACT, work)?;
         Ok(lit.into_iter().map(|e| f64::from(e) / PI).collect())
     }

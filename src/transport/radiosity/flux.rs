@@ -14,7 +14,7 @@
 use super::Operator;
 use crate::transport::burial::is_buried;
 use crate::transport::cluster::{Receiver, Receivers};
-use crate::transport::direct::{Setting, irradiance};
+use crate::transport::direct::{Setting, Shining, irradiance};
 use crate::transport::sample::Sample;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
@@ -41,15 +41,16 @@ impl Operator {
     /// Cancel.
     pub(super) fn on_elements(
         &self,
+        light: &Shining<'_>,
         team: &[usize],
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, Cancelled> {
-        let parts = self.parts(team[0], work)?;
+        let parts = self.parts(light, work)?;
         Ok(team.iter().map(|&l| self.means(l, &parts)).collect())
     }
 
     /// Parts of the elements, as fine as the light asks.
-    fn parts(&self, light: usize, work: Work<'_>) -> Result<Vec<Part>, Cancelled> {
+    fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, Cancelled> {
         let mut groups = self.first_parts(light, work)?;
         let power = |p: &Part| self.weight(p.element) * p.sample.area * f64::from(p.light);
         let allowed = ALLOWED * groups.iter().flatten().map(power).sum::<f64>();
@@ -110,9 +111,12 @@ impl Operator {
     }
 
     /// The samples that the mesh has, element by element.
-    fn first_parts(&self, light: usize, work: Work<'_>) -> Result<Vec<Vec<Part>>, Cancelled> {
+    fn first_parts(
+        &self,
+        light: &Shining<'_>,
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<Part>>, Cancelled> {
         let receivers = &self.element_receivers;
-        let light = &self.lights[light];
         let precision = self.precision(0.0);
         let all = irradiance(self.setting(), light, receivers, None, precision, work)?;
         let mut all = all.into_iter();
@@ -132,10 +136,13 @@ impl Operator {
     /// The quarters of each part, without those that are dark because they are buried.
     fn quartered(
         &self,
-        light: usize,
+        light: &Shining<'_>,
         parts: &[Part],
         work: Work<'_>,
     ) -> Result<Vec<Vec<Part>>, Cancelled> {
+        if parts.is_empty() {
+            return Ok(Vec::new());
+        }
         let quarters = |p: &Part| -> Vec<Part> {
             let at = self.mesh.elements[p.element].facet;
             let facet = &self.surfaces.facets[at];
@@ -154,7 +161,6 @@ impl Operator {
         };
         let receivers: Vec<Receiver> = groups.iter().flatten().map(receiver).collect();
         let receivers = Receivers::new(&self.surfaces, &receivers);
-        let light = &self.lights[light];
         let precision = self.precision(0.0);
         let lit = irradiance(self.setting(), light, &receivers, None, precision, work)?;
         for (part, lit) in groups.iter_mut().flatten().zip(lit) {

@@ -21,6 +21,9 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// About what a node takes without its row, bytes: an element and its place in the grid.
+const OF_A_NODE: usize = 256;
+
 /// Where reflected light is interpolated between.
 pub struct Nodes {
     /// Elements of a finer grid that only gather.
@@ -70,7 +73,7 @@ impl Nodes {
             pixels[f.facet] += f64::from(f.weight);
         }
         let layout = Layout::of_nodes(setting.surfaces, step.nodes, &pixels);
-        within("the nodes", layout.cells().saturating_mul(96), work)?;
+        within("the nodes", layout.cells().saturating_mul(OF_A_NODE), work)?;
         let mut wishes = vec![Wish::default(); layout.cells()];
         for f in &fragments.all {
             for (cell, weight) in layout.grid(f.facet).iter().flat_map(|g| g.stencil(f.point)) {
@@ -106,6 +109,13 @@ impl Nodes {
             reach: step.reach,
             kept,
         })
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let kept = self.kept.iter().flat_map(|kept| &kept.seen);
+        let rows: usize = kept.map(|(_, rows)| rows.bytes()).sum();
+        self.mesh.elements.len() * OF_A_NODE + rows
     }
 
     /// Irradiance at each node from a block of radiosities of `width` columns. The same bits
@@ -150,6 +160,7 @@ impl Nodes {
         work: Work<'_>,
     ) -> Result<Vec<Outlook>, Cancelled> {
         let width = sums.len() / nodes.len().max(1);
+        let (done, all) = (AtomicUsize::new(0), nodes.len());
         let mut outlooks = vec![Outlook::default(); nodes.len()];
         nodes
             .par_chunks(BLOCK)
@@ -157,6 +168,8 @@ impl Nodes {
             .zip(outlooks.par_chunks_mut(BLOCK))
             .try_for_each(|((nodes, sums), outlooks)| {
                 work.check()?;
+                let so_far = done.fetch_add(nodes.len(), Ordering::Relaxed);
+                work.progress.report("final gather", so_far, all);
                 let mut cube = Hemicube::new(sight.setting, sight.outline, sight.to, &self.table);
                 for (i, &at) in nodes.iter().enumerate() {
                     let node = &self.mesh.elements[at as usize];

@@ -7,7 +7,7 @@
 
 use super::gather::Sight;
 use super::{Operator, Solution};
-use crate::transport::direct::{Precision, irradiance};
+use crate::transport::direct::{Precision, Shining, irradiance};
 use crate::transport::throw::pixel;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
@@ -62,16 +62,27 @@ impl Operator {
 
     /// The direct light of one light, or of the planes of one thrown image.
     fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
-        let setting = self.setting();
-        let light = &self.lights[team[0]];
-        let means = self.on_elements(team, work)?;
+        let shining = Shining::new(&self.surfaces, &self.lights[team[0]]);
+        // All planes of an image, wanted or not: how exact each is must not hang on its company.
+        let is_plane = |l: &usize| *l == team[0] || self.is_beside(team[0], *l);
+        let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
+        let means = self.on_elements(&shining, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
         let precision = self.precision(self.tolerance * level);
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
-        let seen = irradiance(setting, light, receivers, outlines, precision, work)?;
-        let direct = team.iter().map(|&l| self.on_fragments(l, &seen));
-        Ok(direct.zip(means).collect())
+        let seen = irradiance(
+            self.setting(),
+            &shining,
+            receivers,
+            outlines,
+            precision,
+            work,
+        )?;
+        let wanted = planes.iter().zip(means).filter(|(l, _)| team.contains(l));
+        Ok(wanted
+            .map(|(l, m)| (self.on_fragments(*l, &seen), m))
+            .collect())
     }
 
     /// Direct light that may be off by so much between samples.
