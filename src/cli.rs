@@ -14,8 +14,8 @@ mod watch;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::mpsc::channel;
+use std::sync::{Arc, OnceLock};
 
 use crate::files::{self, Disk, Folder, Monotonic};
 use crate::interpreter::{self, Background, Error, Host, Interpreter, LIMIT, PoolPlace};
@@ -42,11 +42,18 @@ pub fn main() -> ExitCode {
         }
     };
     let screen = Screen::new(arguments.quiet, arguments.format, arguments.kitty);
-    match serve(&arguments, &screen) {
-        Ok(code) => ExitCode::from(code),
-        Err(error) => ExitCode::from(screen.fail(&error)),
+    let code = match serve(&arguments, &screen) {
+        Ok(code) => code,
+        Err(error) => screen.fail(&error),
+    };
+    match LOST.get() {
+        None => ExitCode::from(code),
+        Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
     }
 }
+
+/// Why something could not be written to standard output, if nobody closed it.
+static LOST: OnceLock<String> = OnceLock::new();
 
 fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
     match &arguments.task {
@@ -181,9 +188,13 @@ fn pool_place(show: Option<&str>, folder: &Path, arguments: &Arguments) -> Optio
 /// Writes to standard output; false once nobody reads it any more.
 fn print(text: &str) -> bool {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .is_ok()
+    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+    if let Err(error) = &written
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        LOST.get_or_init(|| format!("standard output: {error}"));
+    }
+    written.is_ok()
 }
 
 /// Writes to standard error, where a closed end is nobody's loss.

@@ -15,7 +15,7 @@ use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use self::growing::{Beside, Gathered};
 
@@ -58,6 +58,35 @@ pub trait Files: Sync {
     /// # Errors
     /// [`FileError`] when it is outside the folder, missing, over the limit or unreadable.
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError>;
+
+    /// Was the file at this path, as results are named, read through this?
+    fn has_read(&self, path: &Path) -> bool {
+        let _ = path;
+        false
+    }
+
+    /// The files that were read, as they were then; nothing where files do not change.
+    fn as_read(&self) -> Vec<Stamp> {
+        Vec::new()
+    }
+
+    /// The same files as they are now.
+    fn as_is(&self) -> Vec<Stamp> {
+        Vec::new()
+    }
+}
+
+/// Size of a file and when it was changed; `None` when it is gone.
+pub type Stamp = Option<(u64, SystemTime)>;
+
+fn stamp(path: &Path) -> Stamp {
+    let found = fs::metadata(path).ok()?;
+    Some((found.len(), found.modified().ok()?))
+}
+
+/// Do two paths name one file that exists?
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// `path` with `.` and `..` resolved; `None` when absolute or when it climbs above its start.
@@ -83,6 +112,8 @@ fn inside(path: &str) -> Option<PathBuf> {
 pub struct Folder {
     root: PathBuf,
     limit: u64,
+    /// What was read so far, without links.
+    read: Arc<Mutex<BTreeMap<PathBuf, Stamp>>>,
 }
 
 impl Folder {
@@ -91,7 +122,13 @@ impl Folder {
         Folder {
             root: root.into(),
             limit,
+            read: Arc::default(),
         }
+    }
+
+    fn known(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Stamp>> {
+        // Each change is one call: a panic elsewhere leaves nothing half done.
+        self.read.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -110,7 +147,24 @@ impl Files for Folder {
         if !full.starts_with(&root) {
             return Err(FileError::Outside(path.to_owned()));
         }
-        read_limited(&full, path, self.limit)
+        // Before it is read: a change meanwhile is a change.
+        let stamp = stamp(&full);
+        let content = read_limited(&full, path, self.limit)?;
+        self.known().insert(full, stamp);
+        Ok(content)
+    }
+
+    fn as_read(&self) -> Vec<Stamp> {
+        self.known().values().copied().collect()
+    }
+
+    fn as_is(&self) -> Vec<Stamp> {
+        self.known().keys().map(|path| stamp(path)).collect()
+    }
+
+    fn has_read(&self, path: &Path) -> bool {
+        path.canonicalize()
+            .is_ok_and(|full| self.known().contains_key(&full))
     }
 }
 

@@ -44,6 +44,7 @@ use serde::Serialize;
 use crate::chart::Drawing;
 use crate::check;
 use crate::diagnostic::{Severity, Sources};
+use crate::files;
 use crate::lang;
 use crate::pool::archive::{Archive, Tally};
 use crate::pool::{Pool, Projection};
@@ -357,6 +358,9 @@ impl Interpreter {
 
     /// Options of a verb that say how pictures are chosen and made hold for that verb alone.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(path) = call.option("output") {
+            self.spare(Path::new(path))?;
+        }
         let usual = self.method;
         self.method = usual.with_options(call)?;
         let reply = self.answer_from_view(call);
@@ -364,6 +368,18 @@ impl Interpreter {
             self.method = usual;
         }
         reply
+    }
+
+    /// Refuses to write results over what the show is read from.
+    fn spare(&self, path: &Path) -> Result<(), Error> {
+        let own = self.path.as_deref();
+        if own.is_some_and(|own| files::is_same(own, path)) || self.host.files.has_read(path) {
+            return Err(Error::Usage(format!(
+                "`{}` belongs to the show and was not written; choose another name",
+                path.display()
+            )));
+        }
+        Ok(())
     }
 
     /// `--view` holds for its verb alone too.
@@ -454,10 +470,14 @@ impl Interpreter {
     /// # Errors
     /// As [`compile`]; nothing has changed then.
     fn compile_text(&mut self, text: &str, looking: Option<String>) -> Result<Report, Error> {
+        let again = self.host.files.as_read() != self.host.files.as_is();
         let (known, old) = (&mut self.known, self.stage.as_ref());
         let named = (self.name.as_str(), text);
         let (compiled, fresh) = compile(named, &self.host, known, looking.as_deref(), old)?;
         self.looking = looking;
+        if again {
+            self.unheard.push(READ_AGAIN.to_owned());
+        }
         let news = compiled.warnings.news(&self.compiled.warnings);
         let results = self.host.transport.results();
         let old = self.stage.take();
@@ -474,6 +494,12 @@ impl Interpreter {
             self.steps.clear();
         }
         Ok(news)
+    }
+
+    /// The files that the show was read from beside its own, as they are now: another answer says
+    /// that one of them was edited.
+    pub fn files_now(&self) -> Vec<files::Stamp> {
+        self.host.files.as_is()
     }
 
     /// Coarse and refined pictures, once there are any.
@@ -521,6 +547,9 @@ pub fn decoded(name: &str, bytes: &[u8]) -> Result<String, Error> {
     })
 }
 
+/// What is told after files of the show were edited elsewhere.
+const READ_AGAIN: &str = "files that the show names were changed; they are read again";
+
 /// True when a typed line is finished: a declaration with open braces or quotes goes on.
 pub fn finished(line: &str) -> bool {
     !lang::is_declaration(line) || lang::statement_complete(line)
@@ -543,6 +572,8 @@ fn compile(
     let mut done = None;
     if let Some(mut show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
         show.look_from(looking.unwrap_or_default());
+        // What was edited elsewhere is read again.
+        let old = old.filter(|_| files.as_read() == files.as_is());
         let fresh = Stage::read(&show, &parsed.spans, files, host.memory, old);
         let fresh = fresh.unwrap_or_else(|mistakes| {
             diagnostics.extend(mistakes);

@@ -6,11 +6,14 @@ use std::time::Duration;
 use super::screen::Screen;
 use super::{complain, print};
 use crate::diagnostic::Severity;
-use crate::files::{Disk, Store};
+use crate::files::{Disk, Stamp, Store};
 use crate::interpreter::{Call, Error, Interpreter, LIMIT, Verb};
 
 /// How often the files are looked at.
 const PAUSE: Duration = Duration::from_millis(40);
+
+/// Looks after which a file that is away is said to be.
+const LONG: usize = 25;
 
 /// What to watch, and what to do at every change.
 #[derive(Clone, Debug)]
@@ -50,7 +53,8 @@ pub fn watch(
         picture(interpreter, watched, time, screen)?;
         print(&format!("watching {}; Ctrl-C ends it\n", watched.show));
     }
-    let mut changes = 0;
+    let mut stamps = stamps_of(&show);
+    let (mut changes, mut away) = (0, 0);
     while !screen.stopped() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
         let now = match &show {
@@ -58,9 +62,25 @@ pub fn watch(
             None => Disk.read(path, LIMIT).into_iter().collect(),
         };
         // An editor that writes in two steps leaves the file away, or empty, for a moment.
-        if now == seen || now.first().is_none_or(Vec::is_empty) {
+        if now.first().is_none_or(Vec::is_empty) {
+            away += 1;
+            if away == LONG {
+                complain(&format!("{} is gone or empty", watched.show));
+                let kept = if show.is_some() {
+                    "; the last good show is kept\n"
+                } else {
+                    "\n"
+                };
+                complain(kept);
+            }
             continue;
         }
+        away = 0;
+        let stamped = stamps_of(&show);
+        if now == seen && stamped == stamps {
+            continue;
+        }
+        stamps = stamped;
         changes += 1;
         seen = now;
         let text = seen.first().cloned().unwrap_or_default();
@@ -89,8 +109,16 @@ pub fn watch(
             seen.truncate(1);
             seen.extend(now.into_iter().skip(1));
         }
+        if stamps_of(&show).len() != stamps.len() {
+            stamps = stamps_of(&show);
+        }
     }
     Ok(0)
+}
+
+/// The stage's files, images and all else that the show names, as they are on disk.
+fn stamps_of(show: &Option<Interpreter>) -> Vec<Stamp> {
+    show.as_ref().map_or_else(Vec::new, Interpreter::files_now)
 }
 
 /// The show's file and those it includes, as they are on disk.

@@ -194,8 +194,13 @@ impl Interpreter {
     /// what was read from it.
     ///
     /// # Errors
-    /// [`Error::Usage`] when the file changed meanwhile, [`Error::File`] when it cannot be written.
+    /// [`Error::Usage`] among blind edits and when the file changed meanwhile, [`Error::File`] when it cannot be written.
     pub fn save(&mut self, path: &Path) -> Result<(), Error> {
+        if self.is_blind() {
+            let message = "there are blind edits and nothing was written: `record` keeps them, \
+                           `blind off` drops them; then save";
+            return Err(Error::Usage(message.to_owned()));
+        }
         let own = self.path.as_deref() == Some(path);
         if let Ok(now) = self.host.store.read(path, super::LIMIT) {
             if own && now != self.saved.as_bytes() {

@@ -4,7 +4,7 @@
 //! recorded; blind edits and undo go by whole texts, so that nothing of them is ever half done.
 
 use super::answer::{count, label};
-use super::{Call, Error, Interpreter, Reply, Report, paper};
+use super::{Call, Error, Interpreter, READ_AGAIN, Reply, Report, paper};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::lang;
 use crate::sheet::{self, Difference, Version};
@@ -79,10 +79,13 @@ impl Interpreter {
         let kept = self.refined();
         let (news, difference) = self.compile_compared(text)?;
         self.change_text(text.to_owned());
-        let text = match paper::told(&difference, None) {
+        let mut text = match paper::told(&difference, None) {
             told if told.is_empty() => self.describe_edit(&news, &[], kept),
             told => told,
         };
+        if let Some(at) = self.unheard.iter().position(|note| note == READ_AGAIN) {
+            text = format!("{}\n{text}", self.unheard.remove(at));
+        }
         let reply = Reply::text(text);
         Ok(Reloaded { reply, difference })
     }
@@ -146,9 +149,15 @@ impl Interpreter {
         !self.desk.tried.is_empty()
     }
 
-    /// Moves in time, which lets go of what is being tried.
+    /// Moves in time, which lets go of what is being tried and says so.
     pub(super) fn move_to(&mut self, time: Time) {
         self.now = time;
+        if self.is_trying() {
+            let tried = self.tried_text();
+            self.unheard.push(format!(
+                "let go of {tried}; `record NUMBER` before a move keeps what is tried"
+            ));
+        }
         self.desk.release();
     }
 
@@ -380,6 +389,7 @@ impl Interpreter {
         let cue = lang::format(&cue).map_or(cue, |laid_out| laid_out.trim_end().to_owned());
         let mut reply = self.edit(&cue)?;
         let index = self.cue_index(number)?;
+        self.desk.release();
         if let Some(time) = self.settled(index) {
             self.move_to(time);
         }

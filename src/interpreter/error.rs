@@ -178,7 +178,7 @@ impl Error {
             }
             Error::OutOfTime { .. } => self.to_string(),
             other if other.exit_code() == 130 => {
-                "stopped; every picture that was finished is kept".to_owned()
+                "stopped; every picture that was finished for the pool is kept".to_owned()
             }
             other => other.to_string(),
         }

@@ -34,6 +34,22 @@ pub struct Summary {
     pub folder: PathBuf,
 }
 
+/// Lies in the folder while results are written, and where that was cut off.
+const UNFINISHED: &str = "unfinished.txt";
+
+/// What it says.
+const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
+                    of one run. The same `run` again makes it whole.\n";
+
+/// A run before its results are written.
+struct Through {
+    plan: PlanReport,
+    ended: Ended,
+    playback: Playback,
+    /// The clock at the beginning and after coarse pictures, plan, refinement and key images.
+    marks: [f64; 5],
+}
+
 impl Interpreter {
     pub(super) fn answer_run(&mut self, call: &Call) -> Result<Reply, Error> {
         let mut goal = Goal {
@@ -62,7 +78,8 @@ impl Interpreter {
     /// Coarse pictures, plan, refinement until `goal`, whose count is that of the pool's refined
     /// pictures in all, key images, playback; the results go to
     /// `folder`: `plan.json`, `keys/*.exr`, `curves.png`, `error.png`, `basis.png`,
-    /// `sequence.png`. Keys of an earlier run are removed.
+    /// `sequence.png`. Keys of an earlier run are removed. While they are written, and where that is
+    /// cut off, `unfinished.txt` says so.
     ///
     /// # Errors
     /// [`Error`]; refined pictures finished before it stay in the pool.
@@ -71,11 +88,41 @@ impl Interpreter {
     }
 
     fn run_all(&mut self, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+        // Before anything is rendered: a folder that cannot be written to is told at once.
+        let note = folder.join(UNFINISHED);
+        self.host.store.write(&note, NOTE.as_bytes())?;
         let before = self.tally();
+        let loops = match self.run_through(goal) {
+            Ok(loops) => loops,
+            Err(error) => {
+                // Nothing was written yet: what lies there is of one run.
+                self.host.store.remove(&note)?;
+                return Err(error);
+            }
+        };
+        let results = self.write_results(&loops.plan, &loops.playback, folder);
+        let (animation, frame_rate, format) = results?;
+        self.host.store.remove(&note)?;
+        let end = self.host.clock.seconds();
+        let [a, b, c, d, e] = loops.marks;
+        Ok(Summary {
+            plan: loops.plan,
+            ended: loops.ended,
+            seconds: [b - a, c - b, d - c, e - d, end - e],
+            tally: self.tally().since(before),
+            frame_rate,
+            format,
+            animation,
+            folder: folder.to_owned(),
+        })
+    }
+
+    /// The loop without its results: coarse pictures, plan, refinement, key images.
+    fn run_through(&mut self, goal: Goal) -> Result<Through, Error> {
         self.idle()?;
-        let mut marks = vec![self.host.clock.seconds()];
+        let begin = self.host.clock.seconds();
         self.coarse()?;
-        marks.push(self.host.clock.seconds());
+        let coarse = self.host.clock.seconds();
         // Those that earlier runs stored count, so that a second run renders nothing.
         let goal = Goal {
             count: goal.count.map(|n| n.saturating_sub(self.refined())),
@@ -84,31 +131,19 @@ impl Interpreter {
         let tolerance = goal.until.unwrap_or(self.show().preview.tolerance);
         let metric = self.plan_weighting(self.rendered()?)?.metric();
         let plan = self.plan(metric, tolerance)?;
-        marks.push(self.host.clock.seconds());
+        let planned = self.host.clock.seconds();
         let ended = self.refine(goal)?;
         if ended == Ended::Stopped {
             return Err(Cancelled.into());
         }
-        marks.push(self.host.clock.seconds());
+        let refined = self.host.clock.seconds();
         let playback = self.playback()?;
-        marks.push(self.host.clock.seconds());
-        let (animation, frame_rate, format) = self.write_results(&plan, &playback, folder)?;
-        marks.push(self.host.clock.seconds());
-        let mut seconds = [0.0; 5];
-        for (out, pair) in seconds.iter_mut().zip(marks.windows(2)) {
-            if let [from, to] = pair {
-                *out = to - from;
-            }
-        }
-        Ok(Summary {
+        let keys = self.host.clock.seconds();
+        Ok(Through {
             plan,
             ended,
-            seconds,
-            tally: self.tally().since(before),
-            frame_rate,
-            format,
-            animation,
-            folder: folder.to_owned(),
+            playback,
+            marks: [begin, coarse, planned, refined, keys],
         })
     }
 

@@ -18,7 +18,7 @@ fn every_save_is_told_and_a_mistake_leaves_the_last_good_show() {
     let show = folder.path().join("first.lxq");
     let picture = folder.path().join("now.png");
     let mut child = Command::new(env!("CARGO_BIN_EXE_footlight"))
-        .args(["--quiet", "watch", "--count", "2", "-o"])
+        .args(["--quiet", "watch", "--count", "3", "-o"])
         .arg(&picture)
         .arg(&show)
         .stdout(Stdio::piped())
@@ -49,6 +49,19 @@ fn every_save_is_told_and_a_mistake_leaves_the_last_good_show() {
     let second = fs::read(&picture).unwrap();
     assert_ne!(first, second);
 
+    // A wall is painted in the modeller.
+    let paint = folder.path().join("first.mtl");
+    let materials = fs::read_to_string(&paint).unwrap();
+    fs::write(
+        &paint,
+        materials.replace("Kd 0.62 0.60 0.56", "Kd 0.3 0.3 0.5"),
+    )
+    .unwrap();
+    let told = until("wrote");
+    assert!(told.contains("read again"), "{told}");
+    let third = fs::read(&picture).unwrap();
+    assert_ne!(second, third);
+
     fs::write(&show, text.replace("lamp 80", "lmap 80")).unwrap();
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let mut said = String::new();
@@ -62,5 +75,5 @@ fn every_save_is_told_and_a_mistake_leaves_the_last_good_show() {
         said.contains("E010") && said.contains("the last good show is kept"),
         "{said}"
     );
-    assert_eq!(fs::read(&picture).unwrap(), second);
+    assert_eq!(fs::read(&picture).unwrap(), third);
 }

@@ -9,6 +9,7 @@
 
 mod beside;
 mod design;
+mod files;
 mod image_banks;
 mod session;
 mod store;

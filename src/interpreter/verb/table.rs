@@ -470,7 +470,7 @@ pub const VERBS: &[VerbSpec] = &[
         "set",
         "[LEVELS]",
         &[],
-        "try levels on top of the current moment, without a cue",
+        "try levels on top of the current moment, without a cue; a move in time lets go of them",
         "set lamps 40 sky #203060",
     ),
     spec(

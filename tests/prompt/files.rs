@@ -1,0 +1,100 @@
+//! A show on disk: what it is read from is spared, and read again when it was edited elsewhere.
+
+use footlight::files::{Disk, Folder};
+use footlight::interpreter::{Call, Host, Interpreter, Verb};
+use std::path::PathBuf;
+use tempfile::TempDir;
+
+const FILES: [&str; 3] = ["first.lxq", "first.obj", "first.mtl"];
+
+/// The smallest show there is, in a folder of its own.
+fn first() -> (TempDir, Interpreter) {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    for name in FILES {
+        std::fs::copy(examples.join(name), folder.path().join(name)).unwrap();
+    }
+    let show = folder.path().join("first.lxq");
+    let text = std::fs::read_to_string(&show).unwrap();
+    std::fs::write(&show, text.replace("size 480x270", "size 48x27")).unwrap();
+    let host = Host {
+        files: Box::new(Folder::new(folder.path(), 1 << 20)),
+        store: Box::new(Disk),
+        ..Host::default()
+    };
+    let interpreter = Interpreter::open(&show, host).unwrap();
+    (folder, interpreter)
+}
+
+/// Results are not written over what the show is read from, by whatever way it is named.
+#[test]
+fn the_shows_own_files_are_spared() {
+    let (folder, mut show) = first();
+    std::fs::create_dir(folder.path().join("aside")).unwrap();
+    for name in FILES.into_iter().chain(["aside/../first.mtl"]) {
+        let path = folder.path().join(name);
+        let before = std::fs::read(&path).unwrap();
+        let call = Call::new(Verb::Tracksheet).with("output", &path.display().to_string());
+        let refused = show.call(&call).unwrap_err().to_string();
+        assert!(refused.contains("belongs to the show"), "{refused}");
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
+}
+
+#[test]
+fn blind_edits_are_not_saved_by_the_way() {
+    let (folder, mut show) = first();
+    let path = folder.path().join("first.lxq");
+    let before = std::fs::read(&path).unwrap();
+    show.execute("blind").unwrap();
+    show.execute("cue 9 { lamp 5 }").unwrap();
+    let refused = show.execute("save").unwrap_err().to_string();
+    assert!(refused.contains("blind"), "{refused}");
+    assert_eq!(std::fs::read(&path).unwrap(), before);
+    show.execute("record").unwrap();
+    show.execute("save").unwrap();
+    assert!(std::fs::read_to_string(&path).unwrap().contains("cue 9"));
+}
+
+#[test]
+fn a_move_says_what_it_lets_go() {
+    let (_folder, mut show) = first();
+    show.execute("set lamp 33").unwrap();
+    let notes = show.execute("go").unwrap().notes;
+    assert!(
+        notes.iter().any(|n| n.contains("let go of lamp 33")),
+        "{notes:?}"
+    );
+    show.execute("set lamp 33").unwrap();
+    let notes = show.execute("record 7").unwrap().notes;
+    assert!(!notes.iter().any(|n| n.contains("let go")), "{notes:?}");
+}
+
+/// A wall is painted in the modeller: the next edit shows it, and a stage that is gone is told.
+#[test]
+fn a_stage_edited_elsewhere_is_read_again() {
+    let (folder, mut show) = first();
+    let pixel = |show: &mut Interpreter| {
+        let image = show.render(&[1.0, 1.0], footlight::transport::Quality(1));
+        image.unwrap().data().to_vec()
+    };
+    let before = pixel(&mut show);
+    let paint = folder.path().join("first.mtl");
+    let materials = std::fs::read_to_string(&paint).unwrap();
+    std::fs::write(
+        &paint,
+        materials.replace("Kd 0.62 0.60 0.56", "Kd 0.3 0.3 0.5"),
+    )
+    .unwrap();
+    assert_eq!(pixel(&mut show), before);
+    let notes = show.execute("stage \"first.obj\"").unwrap().notes;
+    assert!(notes.iter().any(|n| n.contains("read again")), "{notes:?}");
+    let after = pixel(&mut show);
+    assert_ne!(after, before);
+    // Nothing changed since: nothing is told, the same is seen.
+    let notes = show.execute("stage \"first.obj\"").unwrap().notes;
+    assert!(!notes.iter().any(|n| n.contains("read again")), "{notes:?}");
+    std::fs::remove_file(folder.path().join("first.obj")).unwrap();
+    assert!(show.execute("stage \"first.obj\"").is_err());
+    assert_eq!(pixel(&mut show), after);
+}
