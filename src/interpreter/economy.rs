@@ -17,7 +17,8 @@ use super::compare::seconds;
 use super::refine::{Goal, no_stage};
 use super::{Call, Error, Interpreter, Reply};
 use crate::pool::is_within;
-use crate::transport::{Cost, Quality};
+use crate::transport::layered::Layered;
+use crate::transport::{Cost, Quality, Transport};
 
 /// Most pictures of one call: what is known after them is better than what is predicted before.
 const MOST: usize = 16;
@@ -53,20 +54,14 @@ pub struct Outlook {
     pub steps: Vec<Ahead>,
 }
 
-/// Measured against predicted seconds; 1 until something was measured.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Pace(f64);
-
-impl Default for Pace {
-    fn default() -> Pace {
-        Pace(1.0)
-    }
-}
+/// Measured against predicted seconds, once something was measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Pace(Option<f64>);
 
 impl Pace {
-    /// Seconds of what is predicted to take one.
+    /// Seconds of what is predicted to take one; one while nothing is known.
     pub fn seconds(self) -> f64 {
-        self.0
+        self.0.unwrap_or(1.0)
     }
 
     /// Takes what was predicted, this pace in it, against what it took. Only the last counts: the
@@ -74,7 +69,7 @@ impl Pace {
     pub fn learn(&mut self, predicted: f64, measured: f64) {
         let ratio = measured / predicted;
         if ratio.is_finite() && ratio > 0.0 {
-            self.0 *= ratio;
+            self.0 = Some(self.seconds() * ratio);
         }
     }
 }
@@ -188,12 +183,12 @@ impl Interpreter {
             if !stored {
                 let fresh = newly_lit(&mut lit, &direction.setting) as f64;
                 let prepare = if first && !ready { cost.prepare } else { 0.0 };
-                let fixed = (prepare + fresh * cost.per_source) * self.pace.0;
+                let fixed = (prepare + fresh * cost.per_source) * self.pace.seconds();
                 if first {
                     out.fixed = fixed;
                 }
                 first = false;
-                seconds = fixed + cost.per_image * self.pace.0;
+                seconds = fixed + cost.per_image * self.pace.seconds();
             }
             out.steps.push(Ahead {
                 setting: direction.setting,
@@ -214,7 +209,22 @@ impl Interpreter {
         let transport = self.host.transport.as_ref();
         let all = |step: u8| stage.cost(transport, Quality(step)).alone(sources);
         let other = if fine > cheap { all(cheap) } else { 0.0 };
-        self.pace.learn((all(fine) + other) * self.pace.0, measured);
+        self.pace
+            .learn((all(fine) + other) * self.pace.seconds(), measured);
+    }
+
+    /// Lays on the operator's yardstick where nothing was rendered yet that would tell the pace, as
+    /// the coarse pictures were stored.
+    pub(super) fn know_pace(&mut self) -> Result<(), Error> {
+        if self.pace.0.is_some() {
+            return Ok(());
+        }
+        let stage = self.stage.as_ref().ok_or_else(no_stage)?;
+        let clock = || self.host.clock.seconds();
+        let operator = Layered::new(&stage.rig, self.host.transport.as_ref());
+        let seconds = operator.pace(&clock, self.host.work())?;
+        self.pace.learn(self.pace.seconds(), seconds);
+        Ok(())
     }
 
     pub(super) fn answer_next(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -236,6 +246,7 @@ impl Interpreter {
             }
         }
         self.coarse()?;
+        self.know_pace()?;
         let mut outlook = self.outlook()?;
         let all = outlook.steps.len();
         let cost = self.refined_cost()?;
@@ -394,12 +405,12 @@ mod tests {
     fn the_pace_is_that_of_the_last_rendering() {
         let mut pace = Pace::default();
         pace.learn(1.0, 3.0);
-        assert_eq!(pace.0, 3.0);
+        assert_eq!(pace.seconds(), 3.0);
         pace.learn(3.0, 1.5);
-        assert_eq!(pace.0, 1.5);
+        assert_eq!(pace.seconds(), 1.5);
         // A clock that stands still, a cost that is not known.
         pace.learn(3.0, 0.0);
         pace.learn(0.0, 1.0);
-        assert_eq!(pace.0, 1.5);
+        assert_eq!(pace.seconds(), 1.5);
     }
 }

@@ -260,6 +260,7 @@ impl Interpreter {
     ) -> Result<Refined, Error> {
         self.idle()?;
         self.coarse()?;
+        self.know_pace()?;
         let goal = goal.or_one();
         let mut done = Refined::default();
         loop {

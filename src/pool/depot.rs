@@ -172,6 +172,8 @@ impl Depot {
             }
             Err(reason) => {
                 self.damage(&path, &reason);
+                // Else it would be told of again by every command; what cannot be removed is.
+                let _ = store.remove(&path);
                 None
             }
         }
@@ -404,7 +406,7 @@ impl Depot {
                 n => format!(" ({} more like it)", n - 1),
             };
             notes.push(format!(
-                "a stored picture is not used and is rendered again: {first}{others}"
+                "a stored picture is of no use and was dropped; what is needed is rendered again: {first}{others}"
             ));
         }
         let (count, bytes) = self.outdated;
