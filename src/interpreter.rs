@@ -310,8 +310,22 @@ impl Interpreter {
         if lang::is_declaration(line) {
             return self.serve(|show| show.edit(line));
         }
-        let call = Call::parse(line)?;
+        let call = Call::parse(line).map_err(|error| self.level_meant(line).unwrap_or(error))?;
         self.call(&call)
+    }
+
+    /// The way out for somebody who types a level as at a desk: `lamps 50`.
+    fn level_meant(&self, line: &str) -> Option<Error> {
+        let name = line.split_whitespace().next()?;
+        let show = self.show();
+        let is_bank = show.banks.iter().any(|b| b.name == name);
+        let is_group = show.groups.iter().any(|g| g.name == name);
+        let is_verb = verb::VERBS.iter().any(|v| v.name == name);
+        ((is_bank || is_group) && !is_verb).then(|| {
+            Error::Usage(format!(
+                "`{name}` is set in cues; `set {line}` tries it on top of the moment"
+            ))
+        })
     }
 
     /// Runs a verb.

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::verb::{self, Call, VERBS};
+use super::verb::{self, Call, Declaration, VERBS};
 use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
 use crate::lang;
 use crate::show::{Cue, Link, Show};
@@ -347,7 +347,12 @@ pub(super) fn goal(call: &Call) -> Result<Goal, Error> {
 /// What `help` says.
 pub(super) fn help(call: &Call) -> Result<Reply, Error> {
     if let Some(name) = call.words.first() {
-        let spec = verb::find(name)?;
+        let declared = verb::DECLARATIONS.iter().find(|d| d.word == name);
+        let spec = match (VERBS.iter().find(|v| v.name == name), declared) {
+            (Some(spec), _) => spec,
+            (None, Some(declared)) => return Ok(Reply::text(of_declaration(declared))),
+            (None, None) => verb::find(name)?,
+        };
         let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
         for option in spec.options {
             let name = match option.letter {
@@ -358,6 +363,9 @@ pub(super) fn help(call: &Call) -> Result<Reply, Error> {
             let _ = writeln!(text, "  {name:<22} {}", option.about);
         }
         let _ = write!(text, "example: {}", spec.example);
+        if let Some(declared) = declared {
+            let _ = write!(text, "\n\n{}", of_declaration(declared));
+        }
         return Ok(Reply::text(text));
     }
     let mut text = String::from("verbs\n");
@@ -368,10 +376,20 @@ pub(super) fn help(call: &Call) -> Result<Reply, Error> {
         text,
         "\nDeclarations change the show: {}.\n\
          One replaces what has its kind and name, as a whole; `show cue 2` prints the text to edit.\n\
-         `help VERB` tells more.",
+         `help WORD` tells more of a verb or a declaration.",
         wrapped(lang::keywords())
     );
     Ok(Reply::text(text))
+}
+
+fn of_declaration(declared: &Declaration) -> String {
+    let Declaration {
+        usage,
+        about,
+        example,
+        ..
+    } = declared;
+    format!("{usage}\n  {about}\nexample: {example}")
 }
 
 /// Words in lines of at most 72 letters.
@@ -433,6 +451,10 @@ fn lights(show: &Show, lights: &[usize]) -> String {
 
 /// `2%` or `0.02`; between 0 and 1.
 pub(super) fn fraction(text: &str) -> Result<f64, Error> {
+    let meant = match text.parse::<f64>() {
+        Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("{percent}%"),
+        _ => "2% or 0.02".to_owned(),
+    };
     let value = match text.strip_suffix('%') {
         Some(number) => number.trim().parse::<f64>().map(|p| p / 100.0),
         None => text.parse::<f64>(),
@@ -440,7 +462,7 @@ pub(super) fn fraction(text: &str) -> Result<f64, Error> {
     value
         .ok()
         .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as 2% or 0.02")))
+        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as {meant}")))
 }
 
 /// `5`, `1.5s`, `1:30`, `250ms`.

@@ -1,6 +1,7 @@
 //! The verbs: one table for the REPL, the command line and the manual, and the parser of a typed
 //! line.
 
+mod declaration;
 mod table;
 
 use std::collections::BTreeMap;
@@ -8,6 +9,7 @@ use std::collections::BTreeMap;
 use super::Error;
 use crate::lang::nearest;
 
+pub use self::declaration::{DECLARATIONS, Declaration};
 pub use self::table::VERBS;
 
 /// What can be done with a show.
