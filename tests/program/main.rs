@@ -10,6 +10,7 @@
 )]
 
 mod help;
+mod lost;
 mod outside;
 mod readme;
 mod store_process;

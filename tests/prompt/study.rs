@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use footlight::diagnostic::Style;
-use footlight::files::{Clock, Folder, Shelf, Store};
+use footlight::files::{Clock, Disk, Folder, Shelf, Store};
 use footlight::interpreter::{Call, Ended, Goal, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
@@ -101,6 +101,38 @@ fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
     assert!(words.text.contains("zpos") && words.text.contains("< noise"));
     let drawn = shelf.read(Path::new("off.png"), 1 << 24).unwrap();
     assert_eq!(&drawn[1..4], b"PNG");
+}
+
+/// The pictures that are shipped with Cornell: error without noise and without pixels that touch a
+/// lamp, in the mean of the banks; the worst bank (the floor, at the first step) comes to 1.3 times
+/// that.
+#[test]
+fn cornell_meets_the_pictures_beside_it() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/cornell");
+    let text = std::fs::read_to_string(folder.join("cornell.lxq")).unwrap();
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 20)),
+        store: Box::new(Disk),
+        threads: 2,
+        ..Host::default()
+    };
+    let mut show = Interpreter::from_text("cornell.lxq", text.as_bytes(), host).unwrap();
+    for (quality, most) in [("1", 0.032), ("3", 0.011), ("4", 0.006)] {
+        let call = Call::new(Verb::Compare).with("reference", &folder.display().to_string());
+        let call = call.with("quality", quality).with("json", "");
+        let found: serde_json::Value =
+            serde_json::from_str(&show.call(&call).unwrap().text).unwrap();
+        let banks = found["banks"].as_array().unwrap();
+        let error = |bank: &serde_json::Value| bank["rmse_noise_free_no_emitters"].as_f64();
+        let errors: Vec<f64> = banks.iter().map(|bank| error(bank).unwrap()).collect();
+        let mean = errors.iter().sum::<f64>() / 3.0;
+        assert_eq!(errors.len(), 3);
+        assert!(mean < most, "quality {quality}: {errors:?}");
+        assert!(
+            errors.iter().all(|e| *e < 1.35 * mean),
+            "quality {quality}: {errors:?}"
+        );
+    }
 }
 
 #[test]
