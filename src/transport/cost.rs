@@ -7,8 +7,8 @@
 //! (`cargo run --release --example cost` tells which). Units are in yardsticks: the time that one small fixed
 //! task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
 //! written here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped
-//! scene from nothing prepared are told within factors of 0.7 to 1.33, of a bare room of 1,000
-//! faces of 0.55 to 0.95; a change of the operator asks for a new fit.
+//! scene from nothing prepared are told within factors of 0.74 to 1.35, of a bare room of 200 or
+//! 1,000 faces of 0.72 to 1.01; a change of the operator asks for a new fit.
 
 use crate::geometry::{Vec3, vec3};
 use crate::raster::{ItemBuffer, NOTHING};
@@ -43,11 +43,11 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Yardsticks for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [4.5e-2, 4.2e-7, 9.0e-8, 3.8e-5, 5.6e-7, 2.2e-6];
+const OF_PREPARE: [f64; 6] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6];
 /// Yardsticks for each of [`LIGHTS`].
-const OF_LIGHTS: [f64; 5] = [6.0e-7, 1.2e-7, 1.0e-8, 5.0e-8, 1.15e-8];
+const OF_LIGHTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
 /// Yardsticks for each of [`PICTURE`].
-const OF_PICTURE: [f64; 2] = [5.3e-8, 2.7e-9];
+const OF_PICTURE: [f64; 2] = [4.0e-8, 3.0e-9];
 
 /// How often the yardstick is laid on; the shortest time counts, as delays only add.
 const REPEATS: usize = 3;

@@ -17,9 +17,9 @@ use crate::work::Work;
 /// Seconds to add one number of a picture to another, measured on an ordinary core.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
-/// The same in yardsticks of some 30 ms each, for beside another operator. Of one whose unit is
+/// The same in yardsticks of some 0.1 s each, for beside another operator. Of one whose unit is
 /// longer it is a small part anyway.
-const YARDSTICKS_PER_NUMBER: f64 = 5e-8;
+const YARDSTICKS_PER_NUMBER: f64 = 1.5e-8;
 
 /// Images on top of another operator, or alone.
 #[derive(Clone, Copy)]
