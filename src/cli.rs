@@ -11,6 +11,7 @@ mod prompt;
 mod screen;
 mod watch;
 
+use std::ffi::OsString;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,7 +19,9 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
 
 use crate::files::{self, Disk, Folder, Monotonic};
-use crate::interpreter::{self, Background, Error, Host, Interpreter, LIMIT, PoolPlace};
+use crate::interpreter::{
+    self, Background, Call, Error, Host, Interpreter, LIMIT, PoolPlace, VERBS,
+};
 use crate::transport::Transport;
 use crate::transport::outside::{self, Outside};
 use crate::transport::radiosity::Radiosity;
@@ -38,6 +41,11 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Help goes to standard output, mistakes to standard error; both may be closed.
             let _ = error.print();
+            if let Some(show) = sole_show(std::env::args_os()) {
+                complain(&format!(
+                    "\na verb comes first: `footlight check {show}`, `footlight repl {show}`\n"
+                ));
+            }
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
@@ -55,9 +63,16 @@ pub fn main() -> ExitCode {
 /// Why something could not be written to standard output, if nobody closed it.
 static LOST: OnceLock<String> = OnceLock::new();
 
+/// The show's file that stands where a verb is expected.
+fn sole_show(mut words: impl Iterator<Item = OsString>) -> Option<String> {
+    let word = words.nth(1)?.into_string().ok()?;
+    word.ends_with(".lxq").then_some(word)
+}
+
 fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
     match &arguments.task {
         Task::Verb { show, call } => {
+            show_comes_first(show, call)?;
             let mut interpreter = open(Some(show), arguments, screen)?;
             let reply = interpreter.call(call)?;
             screen.reply(&reply);
@@ -104,6 +119,23 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
                 prompt::batch(&mut interpreter, io::stdin().lock(), screen)
             }
         }
+    }
+}
+
+/// Refuses `plot keys show.lxq` with what was meant.
+fn show_comes_first(show: &str, call: &Call) -> Result<(), Error> {
+    let is_file = |name: &str| name == "-" || Path::new(name).exists();
+    let other = call
+        .words
+        .iter()
+        .find(|w| w.ends_with(".lxq") && is_file(w));
+    let spec = VERBS.iter().find(|v| v.verb == call.verb);
+    match (other, spec) {
+        (Some(file), Some(spec)) if !is_file(show) => Err(Error::Usage(format!(
+            "`{show}` is no show; its file comes first: {} {file} {show}",
+            spec.name
+        ))),
+        _ => Ok(()),
     }
 }
 

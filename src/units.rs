@@ -77,6 +77,14 @@ impl Neg for Time {
     }
 }
 
+impl Time {
+    /// To the nearest hundredth of a second, for moments that somebody reads.
+    #[must_use]
+    pub fn rounded(self) -> Time {
+        Time(self.0.saturating_add(5_000 * self.0.signum()) / 10_000 * 10_000)
+    }
+}
+
 impl fmt::Display for Time {
     /// As a cue sheet writes it: `4s`, `0.25s`, and from a minute on `1:30` or `1:02:03.5`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -229,6 +237,19 @@ mod tests {
         for code in 0..=255u8 {
             let coded = [code, 255 - code, code / 2];
             assert_eq!(Rgb::from_srgb8(coded).to_srgb8(), coded);
+        }
+    }
+
+    #[test]
+    fn moments_are_read_to_the_hundredth() {
+        for (exact, read) in [
+            (19_804_143, "19.8s"),
+            (3_725_302, "3.73s"),
+            (-1_005_000, "-1.01s"),
+            (4_999, "0s"),
+            (59_996_000, "1:00"),
+        ] {
+            assert_eq!(Time(exact).rounded().to_string(), read);
         }
     }
 

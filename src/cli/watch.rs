@@ -142,7 +142,7 @@ fn change(
     let text = crate::interpreter::decoded(&watched.show, text)?;
     let reloaded = interpreter.reload(&text)?;
     let largest = reloaded.difference.curves.first();
-    let time = largest.map(|curve| curve.at.to_string());
+    let time = largest.map(|curve| curve.at.rounded().to_string());
     print(&format!("\n{}", reloaded.reply.text));
     let warned = &interpreter.warnings().diagnostics;
     let count = warned

@@ -34,7 +34,12 @@ fn error(
 
 /// A stage file that cannot be used.
 pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Diagnostic {
+    let beside;
     let help = match cause {
+        SceneError::File(crate::files::FileError::Missing(path)) if *path != stage.path => {
+            beside = format!("`{}` names it, by a path from its own folder", stage.path);
+            beside.as_str()
+        }
         SceneError::File(crate::files::FileError::Outside(_)) => {
             "a show reads files only from its own folder downwards; copy the file there"
         }

@@ -10,6 +10,7 @@
 )]
 
 mod help;
+mod hints;
 mod lost;
 mod outside;
 mod readme;

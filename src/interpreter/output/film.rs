@@ -173,7 +173,8 @@ impl Interpreter {
         canvas.end();
         let frames = count(frames, "frame");
         Reply::text(format!(
-            "played from {from} to {reached}: {frames} in {passed:.1} s"
+            "played from {from} to {}: {frames} in {passed:.1} s",
+            reached.rounded()
         ))
     }
 

@@ -1,0 +1,39 @@
+//! What is written in another order than it is meant, or beside another file, is told the way out.
+
+use std::fs;
+use std::process::Command;
+
+const SHOW: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/first.lxq");
+
+/// Exit code, and what is said on standard error.
+fn said(words: &[&str]) -> (Option<i32>, String) {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_footlight"));
+    let done = program.args(words).output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    (done.status.code(), said)
+}
+
+#[test]
+fn the_verb_comes_first_then_the_show() {
+    let (code, told) = said(&["plot", "keys", SHOW]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains(&format!("plot {SHOW} keys")), "{told}");
+    let (code, told) = said(&[SHOW]);
+    assert_eq!(code, Some(2), "{told}");
+    assert!(told.contains(&format!("footlight check {SHOW}")), "{told}");
+}
+
+#[test]
+fn a_missing_mtl_is_sought_beside_the_obj_that_names_it() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("set")).unwrap();
+    let obj = "mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl wall\nf 1 2 3\n";
+    fs::write(folder.path().join("set/x.obj"), obj).unwrap();
+    let show = folder.path().join("show.lxq");
+    let text = "stage \"set/x.obj\"\n\ncue 1 at 0:00 { snap }\n";
+    fs::write(&show, text).unwrap();
+    let (code, told) = said(&["check", &show.display().to_string()]);
+    assert_eq!(code, Some(1), "{told}");
+    assert!(told.contains("`set/none.mtl` does not exist"), "{told}");
+    assert!(told.contains("`set/x.obj` names it"), "{told}");
+}
