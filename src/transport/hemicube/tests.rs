@@ -4,6 +4,7 @@ use super::*;
 use crate::geometry::{block, vec3};
 use crate::scene::{Material, Polygon, Scene};
 use crate::transport::element::Element;
+use crate::transport::lambert::{Clipper, Pane};
 use crate::transport::mesh::{Layout, Wish};
 use crate::transport::solid::Solids;
 use crate::transport::surface::{Facet, Surfaces};
@@ -220,5 +221,59 @@ fn what_leaves_an_open_scene_is_lost() {
         let row = cube.row(floor(&surfaces), Vec3::ZERO, 0.3);
         let sum: f64 = row.iter().map(|r| f64::from(r.1)).sum();
         assert!((sum - (1.0 - lid)).abs() < 0.006, "{sum}");
+        // A row that is normalised gives the walls what goes out through the lid, too.
+        let normalised: f64 = row.iter().map(|r| f64::from(r.1) / sum).sum();
+        assert!(normalised / (1.0 - lid) - 1.0 > 0.35, "{normalised}");
     });
+}
+
+/// Under a ceiling of 30 x 30 tiles, 4 m up: a tile far away is less than a pixel or a few, found or
+/// not, and what all are seen of together is right all the same.
+#[test]
+fn far_single_pairs_are_coarse_and_their_sum_is_not() {
+    let (count, side) = (30, 0.4);
+    let tile = |k: usize| {
+        let at = |i: usize| (i as f64 - 0.5 * count as f64) * side;
+        let (x, y) = (at(k % count), at(k / count));
+        [(x, y), (x, y + side), (x + side, y + side), (x + side, y)]
+            .map(|(x, y)| vec3(x, y, 4.0))
+            .to_vec()
+    };
+    let tiles: Vec<Vec<Vec3>> = (0..count * count).map(tile).collect();
+    let half = 0.5 * count as f64 * side;
+    let below = [(-half, -half), (half, -half), (half, half), (-half, half)];
+    let mut polygons = vec![below.map(|(x, y)| vec3(x, y, 0.0)).to_vec()];
+    polygons.extend(tiles.iter().cloned());
+    let surfaces = Surfaces::grey(polygons);
+    let own_facet = floor(&surfaces);
+    let point = vec3(0.13, -0.07, 0.0);
+    let up = vec3(0.0, 0.0, 1.0);
+    let errors = |resolution: usize| {
+        with_cube(&surfaces, resolution, |cube, mesh| {
+            let row: BTreeMap<u32, f32> = cube.row(own_facet, point, 0.3).into_iter().collect();
+            let mut clipper = Clipper::default();
+            let (mut square, mut far, mut found, mut exact) = (0.0, 0.0, 0.0, 0.0);
+            for (e, element) in (0..).zip(&mesh.elements) {
+                let facet = &surfaces.facets[element.facet];
+                if element.facet == own_facet {
+                    continue;
+                }
+                let pane = Pane::new(facet.vertices.clone(), facet.normal);
+                let own = clipper.unoccluded(point, up, &pane) / std::f64::consts::PI;
+                let share = f64::from(row.get(&e).copied().unwrap_or_default());
+                found += share;
+                exact += own;
+                if (element.centre - point).length() > 6.0 {
+                    square += (share / own - 1.0).powi(2);
+                    far += 1.0;
+                }
+            }
+            assert!(far > 100.0, "{far} tiles are far");
+            [f64::sqrt(square / far), (found / exact - 1.0).abs()]
+        })
+    };
+    let ([coarse, sum], [fine, fine_sum]) = (errors(32), errors(128));
+    println!("single tiles {coarse:.3}, {fine:.3}; together {sum:.1e}, {fine_sum:.1e}");
+    assert!(coarse > 0.1 && fine < 0.5 * coarse, "{coarse} {fine}");
+    assert!(sum < 2e-3 && fine_sum < 5e-4, "{sum} {fine_sum}");
 }
