@@ -75,7 +75,7 @@ fn main() {
             let values = [amount, compile, plan, edit, memory].map(Some);
             record.add(way, &format!("{amount} {way}"), &[], &values);
         }
-        exponents(&record, way);
+        results::exponents(&record, way);
     }
     if let Some(folder) = arguments.first() {
         let chart = chart::panels(
@@ -124,7 +124,7 @@ fn alone(words: &str) {
         let cue = format!("cue {} {{ time 3  b1 {level} }}", cues / 2);
         drop(show.edit(&cue).unwrap());
     });
-    let memory = peak_memory().unwrap_or(f64::NAN);
+    let memory = results::peak_memory().unwrap_or(f64::NAN);
     println!("{compile} {plan} {edit} {memory}");
 }
 
@@ -146,32 +146,6 @@ fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/schedstat").ok()?;
     let nanoseconds: f64 = text.split(' ').next()?.parse().ok()?;
     Some(nanoseconds * 1e-9)
-}
-
-/// Megabytes that the process had resident at most.
-fn peak_memory() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kilobytes / 1024.0)
-}
-
-/// Prints the slopes of each quantity on logs: from end to end, and of the last step.
-fn exponents(record: &Record, way: &str) {
-    let Some(series) = record.series.iter().find(|s| s.name == way) else {
-        return;
-    };
-    for name in MEASURED {
-        let points = record.curve(series, "amount", name);
-        if let [first, .., before, last] = points[..] {
-            let slope = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
-            println!(
-                "  {name}: {way}^{:.2} over all, ^{:.2} at the end",
-                slope(first, last),
-                slope(before, last)
-            );
-        }
-    }
 }
 
 fn panel(record: &Record, way: &str) -> Panel {

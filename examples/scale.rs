@@ -15,11 +15,13 @@
 
 #[path = "../tests/reference/mod.rs"]
 mod reference;
+#[path = "../tests/reference/results.rs"]
+mod results;
 #[path = "../tests/reference/rooms.rs"]
 mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
-use footlight::files::{Disk, Store, processor};
+use footlight::files::processor;
 use footlight::study::{Kind, Machine, Quantity, Record};
 use footlight::transport::radiosity::Radiosity;
 use footlight::transport::{Quality, Transport};
@@ -106,7 +108,7 @@ fn main() {
             let values = [amount, prepare, render, memory].map(Some);
             record.add(way, &format!("{amount} {way}"), &[], &values);
         }
-        exponents(&record, way);
+        results::exponents(&record, way);
     }
     if let Some(folder) = folder {
         write(&record, Path::new(folder));
@@ -154,38 +156,8 @@ fn alone(words: &str, quality: Quality) {
     let rendered = begin.elapsed().as_secs_f64() - prepared;
     println!(
         "{prepared} {rendered} {}",
-        peak_memory().unwrap_or(f64::NAN)
+        results::peak_memory().unwrap_or(f64::NAN)
     );
-}
-
-/// Megabytes that the process had resident at most.
-fn peak_memory() -> Option<f64> {
-    let text = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
-    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kilobytes / 1024.0)
-}
-
-/// Prints the slope of each quantity over the last steps of a way, on logs.
-fn exponents(record: &Record, way: &str) {
-    let Some(series) = record.series.iter().find(|s| s.name == way) else {
-        return;
-    };
-    for quantity in record.quantities.iter().skip(1) {
-        let points = record.curve(series, "amount", &quantity.name);
-        let ends: Vec<&(f64, f64)> = points.iter().filter(|p| p.1 > 0.0).collect();
-        if let [.., (x0, y0), (x1, y1)] = ends[..] {
-            let whole = ends[0];
-            let slope =
-                |(xa, ya): (f64, f64), (xb, yb): (f64, f64)| (yb / ya).ln() / (xb / xa).ln();
-            println!(
-                "  {}: grows as {way}^{:.2} over all, ^{:.2} at the end",
-                quantity.name,
-                slope(*whole, (*x1, *y1)),
-                slope((*x0, *y0), (*x1, *y1)),
-            );
-        }
-    }
 }
 
 fn write(record: &Record, folder: &Path) {
@@ -219,13 +191,5 @@ fn write(record: &Record, folder: &Path) {
     let processor = record.machine.processor.as_deref();
     let title = format!("{}; {}", record.method, processor.unwrap_or("unnamed"));
     let drawing = chart::panels(&title, &WAYS.map(panel), Theme::Light);
-    let files = [
-        ("scale.json", record.json().unwrap().into_bytes()),
-        ("scale.csv", record.csv().into_bytes()),
-        ("scale.svg", drawing.svg().into_bytes()),
-        ("scale.png", drawing.magnified(2.0).png().unwrap()),
-    ];
-    for (name, bytes) in files {
-        Disk.write(&folder.join(name), &bytes).unwrap();
-    }
+    results::write(folder, "scale", record, Some(&drawing));
 }

@@ -666,3 +666,15 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
         assert!(copy.after < 1e-14 * copy.before, "{copy:?}");
     }
 }
+
+/// Fixed lights have names of their own, but are one bank that nobody moves.
+#[test]
+fn what_is_fixed_is_looked_at_together() {
+    let shelf = Shelf::default();
+    let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host(&shelf)).unwrap();
+    let told = show.execute("picture --bank exits -o x.png").unwrap_err();
+    assert!(told.to_string().contains("`--bank fixed`"), "{told}");
+    let told = show.execute("picture --bank nobody -o x.png").unwrap_err();
+    assert!(told.to_string().contains("over, fixed"), "{told}");
+    show.execute("picture --bank fixed -o x.png").unwrap();
+}

@@ -1,4 +1,6 @@
-//! What a study leaves in a folder: its record and its chart.
+//! What a study measures of its process, prints of its record, and leaves in a folder.
+
+#![allow(dead_code, clippy::print_stdout, reason = "used by several studies")]
 
 use footlight::chart::Drawing;
 use footlight::files::{Disk, Store};
@@ -16,5 +18,34 @@ pub fn write(folder: &Path, name: &str, record: &Record, chart: Option<&Drawing>
     if let Some(chart) = chart {
         put("svg", chart.svg().as_bytes());
         put("png", &chart.clone().magnified(2.0).png().unwrap());
+    }
+}
+
+/// Megabytes that the process had resident at most; `None` where the system does not tell.
+pub fn peak_memory() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1024.0)
+}
+
+/// Prints the slopes on logs of each quantity against the first, along the series of one way to
+/// grow: from end to end, and of the last step.
+pub fn exponents(record: &Record, way: &str) {
+    let Some(series) = record.series.iter().find(|s| s.name == way) else {
+        return;
+    };
+    for quantity in record.quantities.iter().skip(1) {
+        let points = record.curve(series, "amount", &quantity.name);
+        let points: Vec<(f64, f64)> = points.into_iter().filter(|p| p.1 > 0.0).collect();
+        if let [first, .., before, last] = points[..] {
+            let slope = |a: (f64, f64), b: (f64, f64)| (b.1 / a.1).ln() / (b.0 / a.0).ln();
+            println!(
+                "  {}: {way}^{:.2} over all, ^{:.2} at the end",
+                quantity.name,
+                slope(first, last),
+                slope(before, last)
+            );
+        }
     }
 }

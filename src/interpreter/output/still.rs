@@ -110,7 +110,14 @@ impl Interpreter {
             bank || c.name == name
         };
         if !coordinates.iter().any(of) {
-            let names: Vec<&str> = banks.iter().map(|b| b.name.as_str()).collect();
+            let fixed = self.show().fixed.iter().any(|f| f.name == name);
+            if fixed {
+                return Err(Error::Usage(format!(
+                    "`{name}` is always on, as all that is fixed: `--bank fixed` is that together"
+                )));
+            }
+            let mut names: Vec<&str> = banks.iter().map(|b| b.name.as_str()).collect();
+            names.extend((!self.show().fixed.is_empty()).then_some("fixed"));
             let near = crate::lang::nearest(name, names.iter().copied());
             let hint = near.map_or(names.join(", "), |n| format!("did you mean `{n}`?"));
             return Err(Error::Usage(format!("there is no bank `{name}`: {hint}")));
