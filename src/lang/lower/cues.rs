@@ -149,7 +149,8 @@ impl<'a> Lower<'a, '_> {
             }
             if *mark == Mark::At {
                 let message = "`at` stands before the brace";
-                let help = "write `cue 2 \"Evening\" at 0:04 { … }`";
+                let help =
+                    "write `cue 2 \"Evening\" at 0:04 { … }`; a level has no `at`: `lamps 50`";
                 self.report
                     .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
             }
