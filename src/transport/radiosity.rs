@@ -12,6 +12,7 @@
     reason = "one entry for each light, element, node, fragment or source, made together"
 )]
 
+mod account;
 mod between;
 mod compose;
 mod flux;
@@ -41,6 +42,7 @@ use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
 use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
+use account::{Account, within};
 use compose::Taken;
 use gather::{Meter, Nodes, Sight, form_factors, show};
 use rayon::ThreadPool;
@@ -179,10 +181,8 @@ impl Operator {
         let mut account = Account::new(work);
         // They are found in bands and then put together.
         let pixels = view.width.saturating_mul(view.height);
-        account.check(
-            "the picture",
-            pixels.saturating_mul(2 * size_of::<Fragment>()),
-        )?;
+        let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
+        account.check("the picture", bands)?;
         let fragments = fragments(&surfaces, view, step.sampling(), work)?;
         let each = size_of::<Fragment>() + OF_A_FRAGMENT + 4 * rig.lights.len();
         let every = fragments.all.len() * each;
@@ -200,10 +200,7 @@ impl Operator {
             to: &mesh,
         };
         let table = Table::new(step.resolution);
-        let limited = Work {
-            memory: account.free() / 2,
-            ..work
-        };
+        let limited = account.share(2, work);
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
         let meter = Meter::new("form factors", every.len());
         let (rows, _) = form_factors(sight, &mesh, &every, &table, &meter, limited)?;
@@ -217,10 +214,7 @@ impl Operator {
         let nodes = match step.nodes {
             0 => None,
             _ => {
-                let left = Work {
-                    memory: account.free(),
-                    ..work
-                };
+                let left = account.share(1, work);
                 Some(Nodes::new(sight, &beacons, &fragments, step, left)?)
             }
         };
@@ -238,31 +232,14 @@ impl Operator {
                 })
             }
         };
-        let mut shown = vec![0.0; mesh.elements.len()];
-        for f in &fragments.all {
-            if let Some(pixels) = shown.get_mut(mesh.at(f.facet, f.point) as usize) {
-                *pixels += f64::from(f.weight);
-            }
-        }
-        let all: f64 = fragments.all.iter().map(|f| f64::from(f.weight)).sum();
-        shown.iter_mut().for_each(|pixels| *pixels /= all.max(1.0));
-        let sampled: Vec<Receiver> = mesh
-            .elements
-            .iter()
-            .flat_map(|e| {
-                e.samples.iter().map(|s| Receiver {
-                    point: s.point,
-                    facet: e.facet,
-                })
-            })
-            .collect();
         Ok(Operator {
             rig: rig.clone(),
             width: view.width,
             height: view.height,
             fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
-            element_receivers: Receivers::new(&surfaces, &sampled),
+            element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
             solutions: rig.lights.iter().map(|_| None).collect(),
+            shown: shown(&mesh, &fragments),
             surfaces,
             outline,
             hierarchy,
@@ -277,7 +254,6 @@ impl Operator {
             nodes,
             fragments,
             taken,
-            shown,
             tolerance: step.tolerance,
             near: step.near,
             held: account.held,
@@ -339,6 +315,32 @@ impl Prepared for Operator {
     }
 }
 
+/// For each element its share of all that the picture shows.
+fn shown(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
+    let mut out = vec![0.0; mesh.elements.len()];
+    let mut all = 0.0;
+    for f in &fragments.all {
+        let pixels = f64::from(f.weight);
+        all += pixels;
+        if let Some(own) = out.get_mut(mesh.at(f.facet, f.point) as usize) {
+            *own += pixels;
+        }
+    }
+    out.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
+    out
+}
+
+/// The samples of all elements.
+fn samples(mesh: &Mesh) -> Vec<Receiver> {
+    let pairs = mesh.elements.iter().flat_map(|e| {
+        let facet = e.facet;
+        e.samples.iter().map(move |s| (s.point, facet))
+    });
+    pairs
+        .map(|(point, facet)| Receiver { point, facet })
+        .collect()
+}
+
 /// For each light the first that is a panel of the same material, or itself.
 fn alike(lights: &[Light]) -> Vec<usize> {
     let material = |light: &Light| match light {
@@ -358,52 +360,4 @@ fn thrown(light: &Light) -> Option<Throw> {
         Light::Projection(projection) => Throw::new(projection),
         _ => None,
     }
-}
-
-/// What one step after the other holds of a budget of memory.
-struct Account {
-    budget: usize,
-    held: usize,
-}
-
-impl Account {
-    fn new(work: Work<'_>) -> Account {
-        Account {
-            budget: work.memory,
-            held: 0,
-        }
-    }
-
-    fn free(&self) -> usize {
-        self.budget.saturating_sub(self.held)
-    }
-
-    fn check(&self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
-        let needed = self.held.saturating_add(bytes);
-        match needed <= self.budget {
-            true => Ok(()),
-            false => Err(TransportError::Memory {
-                what,
-                needed,
-                budget: self.budget,
-            }),
-        }
-    }
-
-    fn take(&mut self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
-        self.check(what, bytes)?;
-        self.held += bytes;
-        Ok(())
-    }
-}
-
-fn within(what: &'static str, needed: usize, work: Work<'_>) -> Result<(), TransportError> {
-    if needed > work.memory {
-        return Err(TransportError::Memory {
-            what,
-            needed,
-            budget: work.memory,
-        });
-    }
-    Ok(())
 }

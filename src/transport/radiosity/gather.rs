@@ -5,9 +5,9 @@
     reason = "one entry for each facet, cell or element, made together"
 )]
 
+use super::account::within;
 use super::between::Between;
 use super::links::Links;
-use super::within;
 use crate::geometry::Vec3;
 use crate::transport::TransportError;
 use crate::transport::direct::Setting;
