@@ -70,6 +70,11 @@ pub trait Files: Sync {
         Vec::new()
     }
 
+    /// Was one of them edited since?
+    fn have_changed(&self) -> bool {
+        self.as_read() != self.as_is()
+    }
+
     /// The same files as they are now.
     fn as_is(&self) -> Vec<Stamp> {
         Vec::new()

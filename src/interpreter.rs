@@ -10,6 +10,7 @@ mod answer;
 mod beside;
 mod chart;
 mod compare;
+mod compiled;
 mod desk;
 mod economy;
 mod error;
@@ -42,14 +43,13 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::chart::Drawing;
-use crate::check;
-use crate::diagnostic::{Severity, Sources};
+use crate::diagnostic::Sources;
 use crate::files;
 use crate::lang;
 use crate::pool::archive::{Archive, Tally};
 use crate::pool::{Pool, Projection};
 use crate::show::Show;
-use crate::timeline::{KeyOptions, KeySequence, Timeline};
+use crate::timeline::{KeySequence, Timeline};
 use crate::units::Time;
 
 pub use self::beside::{Background, Status};
@@ -70,6 +70,7 @@ pub use crate::lang::{Token, time, tokens};
 
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 
+use self::compiled::{Compiled, compile, joined};
 use self::limit::Deadline;
 use self::stage::Stage;
 
@@ -137,26 +138,6 @@ fn json(data: &impl Serialize) -> Result<String, Error> {
 
 fn no_json(error: serde_json::Error) -> Error {
     Error::Usage(format!("no JSON can be made of it: {error}"))
-}
-
-/// Everything that follows from the text alone.
-struct Compiled {
-    show: Show,
-    timeline: Timeline,
-    keys: KeySequence,
-    warnings: Report,
-}
-
-impl Compiled {
-    /// The text with all that it includes.
-    fn text(&self) -> String {
-        joined(&self.warnings.sources)
-    }
-}
-
-/// The texts of a show and of what it includes, one after the other.
-fn joined(sources: &Sources) -> String {
-    sources.texts().collect::<Vec<_>>().join("\n")
 }
 
 /// One show and all that is known of it.
@@ -320,8 +301,7 @@ impl Interpreter {
         let show = self.show();
         let is_bank = show.banks.iter().any(|b| b.name == name);
         let is_group = show.groups.iter().any(|g| g.name == name);
-        let is_verb = verb::VERBS.iter().any(|v| v.name == name);
-        ((is_bank || is_group) && !is_verb).then(|| {
+        ((is_bank || is_group) && verb::find(name).is_err()).then(|| {
             Error::Usage(format!(
                 "`{name}` is set in cues; `set {line}` tries it on top of the moment"
             ))
@@ -484,13 +464,16 @@ impl Interpreter {
     /// # Errors
     /// As [`compile`]; nothing has changed then.
     fn compile_text(&mut self, text: &str, looking: Option<String>) -> Result<Report, Error> {
-        let again = self.host.files.as_read() != self.host.files.as_is();
-        let (known, old) = (&mut self.known, self.stage.as_ref());
+        // What was edited elsewhere is read again.
+        let again = self.host.files.have_changed();
+        let old = self.stage.as_ref().filter(|_| !again);
+        let known = &mut self.known;
         let named = (self.name.as_str(), text);
         let (compiled, fresh) = compile(named, &self.host, known, looking.as_deref(), old)?;
         self.looking = looking;
         if again {
-            self.unheard.push(READ_AGAIN.to_owned());
+            let told = "files that the show names were changed; they are read again";
+            self.unheard.push(told.to_owned());
         }
         let news = compiled.warnings.news(&self.compiled.warnings);
         let results = self.host.transport.results();
@@ -561,60 +544,7 @@ pub fn decoded(name: &str, bytes: &[u8]) -> Result<String, Error> {
     })
 }
 
-/// What is told after files of the show were edited elsewhere.
-const READ_AGAIN: &str = "files that the show names were changed; they are read again";
-
 /// True when a typed line is finished: a declaration with open braces or quotes goes on.
 pub fn finished(line: &str) -> bool {
     !lang::is_declaration(line) || lang::statement_complete(line)
-}
-
-/// Compiles a text as a whole, to be looked at from a view of this name if there is one; nothing is
-/// kept of a text with errors.
-fn compile(
-    (name, source): (&str, &str),
-    host: &Host,
-    known: &mut lang::Known,
-    looking: Option<&str>,
-    old: Option<&Stage>,
-) -> Result<(Compiled, Option<stage::Fresh>), Error> {
-    let mut sources = Sources::default();
-    let files = host.files.as_ref();
-    let parsed = lang::parse_again(known, files, &mut sources, name, source);
-    let mut diagnostics = parsed.diagnostics;
-    let is_error = |d: &crate::diagnostic::Diagnostic| d.severity == Severity::Error;
-    let mut done = None;
-    if let Some(mut show) = parsed.show.filter(|_| !diagnostics.iter().any(is_error)) {
-        show.look_from(looking.unwrap_or_default());
-        // What was edited elsewhere is read again.
-        let old = old.filter(|_| files.as_read() == files.as_is());
-        let fresh = Stage::read(&show, &parsed.spans, files, host.memory, old);
-        let fresh = fresh.unwrap_or_else(|mistakes| {
-            diagnostics.extend(mistakes);
-            None
-        });
-        let checked = check::check(&show, &parsed.spans);
-        diagnostics.extend(checked.diagnostics);
-        if let Some(timeline) = checked.timeline {
-            done = Some((show, timeline, fresh));
-        }
-    }
-    let report = Report {
-        diagnostics,
-        sources,
-    };
-    match done {
-        Some((show, timeline, fresh)) if !report.diagnostics.iter().any(is_error) => {
-            let keys = KeySequence::new(&timeline, KeyOptions::default())
-                .map_err(|e| Error::Usage(format!("the show is too large: {e}")))?;
-            let compiled = Compiled {
-                show,
-                timeline,
-                keys,
-                warnings: report,
-            };
-            Ok((compiled, fresh))
-        }
-        _ => Err(Error::Mistakes(report)),
-    }
 }

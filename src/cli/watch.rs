@@ -109,8 +109,9 @@ pub fn watch(
             seen.truncate(1);
             seen.extend(now.into_iter().skip(1));
         }
-        if stamps_of(&show).len() != stamps.len() {
-            stamps = stamps_of(&show);
+        let named = stamps_of(&show);
+        if named.len() != stamps.len() {
+            stamps = named;
         }
     }
     Ok(0)
@@ -143,7 +144,12 @@ fn change(
     let reloaded = interpreter.reload(&text)?;
     let largest = reloaded.difference.curves.first();
     let time = largest.map(|curve| curve.at.rounded().to_string());
-    print(&format!("\n{}", reloaded.reply.text));
+    let notes = reloaded.reply.notes.iter().map(|note| format!("{note}\n"));
+    print(&format!(
+        "\n{}{}",
+        notes.collect::<String>(),
+        reloaded.reply.text
+    ));
     let warned = &interpreter.warnings().diagnostics;
     let count = warned
         .iter()

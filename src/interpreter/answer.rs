@@ -348,10 +348,9 @@ pub(super) fn goal(call: &Call) -> Result<Goal, Error> {
 pub(super) fn help(call: &Call) -> Result<Reply, Error> {
     if let Some(name) = call.words.first() {
         let declared = verb::DECLARATIONS.iter().find(|d| d.word == name);
-        let spec = match (VERBS.iter().find(|v| v.name == name), declared) {
-            (Some(spec), _) => spec,
-            (None, Some(declared)) => return Ok(Reply::text(of_declaration(declared))),
-            (None, None) => verb::find(name)?,
+        let spec = match (verb::find(name), declared) {
+            (Err(_), Some(declared)) => return Ok(Reply::text(of_declaration(declared))),
+            (found, _) => found?,
         };
         let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
         for option in spec.options {

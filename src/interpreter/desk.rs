@@ -4,7 +4,7 @@
 //! recorded; blind edits and undo go by whole texts, so that nothing of them is ever half done.
 
 use super::answer::{count, label};
-use super::{Call, Error, Interpreter, READ_AGAIN, Reply, Report, paper};
+use super::{Call, Error, Interpreter, Reply, Report, paper};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::lang;
 use crate::sheet::{self, Difference, Version};
@@ -79,14 +79,14 @@ impl Interpreter {
         let kept = self.refined();
         let (news, difference) = self.compile_compared(text)?;
         self.change_text(text.to_owned());
-        let mut text = match paper::told(&difference, None) {
+        let text = match paper::told(&difference, None) {
             told if told.is_empty() => self.describe_edit(&news, &[], kept),
             told => told,
         };
-        if let Some(at) = self.unheard.iter().position(|note| note == READ_AGAIN) {
-            text = format!("{}\n{text}", self.unheard.remove(at));
-        }
-        let reply = Reply::text(text);
+        let reply = Reply {
+            notes: std::mem::take(&mut self.unheard),
+            ..Reply::text(text)
+        };
         Ok(Reloaded { reply, difference })
     }
 

@@ -260,7 +260,6 @@ impl Interpreter {
     ) -> Result<Refined, Error> {
         self.idle()?;
         self.coarse()?;
-        self.know_pace()?;
         let goal = goal.or_one();
         let mut done = Refined::default();
         loop {
@@ -273,6 +272,7 @@ impl Interpreter {
             if let Some(ended) = self.ended(&goal, &done)? {
                 return Ok(Refined { ended, ..done });
             }
+            self.know_pace()?;
             let begin = self.host.clock.seconds();
             let outlook = self.outlook()?;
             let left = goal.budget.map(|s| s - done.seconds);

@@ -136,6 +136,8 @@ impl Interpreter {
         if ended == Ended::Stopped {
             return Err(Cancelled.into());
         }
+        // The chart of what is ahead tells seconds, even where nothing was left to render.
+        self.know_pace()?;
         let refined = self.host.clock.seconds();
         let playback = self.playback()?;
         let keys = self.host.clock.seconds();

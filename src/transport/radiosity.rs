@@ -299,7 +299,7 @@ impl Prepared for Operator {
             memory: work.memory.saturating_sub(self.held),
             ..work
         };
-        within("the pictures", settings.len() * pixels * 12, work)?;
+        within("the pictures", settings.len() * pixels * 12, work.memory)?;
         pool(work)?.install(|| {
             self.solve(&wanted, work)?;
             let mut images = Vec::with_capacity(settings.len());

@@ -33,15 +33,7 @@ impl Account {
     /// # Errors
     /// [`TransportError::Memory`] if not.
     pub fn check(&self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
-        let needed = self.held.saturating_add(bytes);
-        match needed <= self.budget {
-            true => Ok(()),
-            false => Err(TransportError::Memory {
-                what,
-                needed,
-                budget: self.budget,
-            }),
-        }
+        within(what, self.held.saturating_add(bytes), self.budget)
     }
 
     /// Holds so much more.
@@ -55,17 +47,17 @@ impl Account {
     }
 }
 
-/// Is a task allowed to hold so much?
+/// Is so much within a budget?
 ///
 /// # Errors
 /// [`TransportError::Memory`] if not.
-pub fn within(what: &'static str, needed: usize, work: Work<'_>) -> Result<(), TransportError> {
-    if needed > work.memory {
-        return Err(TransportError::Memory {
+pub fn within(what: &'static str, needed: usize, budget: usize) -> Result<(), TransportError> {
+    match needed <= budget {
+        true => Ok(()),
+        false => Err(TransportError::Memory {
             what,
             needed,
-            budget: work.memory,
-        });
+            budget,
+        }),
     }
-    Ok(())
 }

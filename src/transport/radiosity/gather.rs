@@ -73,7 +73,11 @@ impl Nodes {
             pixels[f.facet] += f64::from(f.weight);
         }
         let layout = Layout::of_nodes(setting.surfaces, step.nodes, &pixels);
-        within("the nodes", layout.cells().saturating_mul(OF_A_NODE), work)?;
+        within(
+            "the nodes",
+            layout.cells().saturating_mul(OF_A_NODE),
+            work.memory,
+        )?;
         let mut wishes = vec![Wish::default(); layout.cells()];
         for f in &fragments.all {
             for (cell, weight) in layout.grid(f.facet).iter().flat_map(|g| g.stencil(f.point)) {
@@ -264,7 +268,7 @@ pub fn form_factors(
                 block.trim();
                 let own = block.bytes();
                 let all = meter.bytes.fetch_add(own, count) + own;
-                within("form factors", all, work)?;
+                within("form factors", all, work.memory)?;
                 blocks.push((block, outlooks));
                 let so_far = meter.done.fetch_add(which.len(), count) + which.len();
                 work.progress.report(meter.task, so_far, meter.total);
