@@ -5,6 +5,7 @@
 
 mod render;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 pub use render::{MOST, Style, render};
@@ -102,5 +103,61 @@ impl Diagnostic {
     pub fn help(mut self, help: impl Into<String>) -> Diagnostic {
         self.help.push(help.into());
         self
+    }
+}
+
+/// Diagnostics with the texts that they point into.
+#[derive(Clone, Debug, Default)]
+pub struct Diagnostics {
+    /// In the order of their places.
+    pub list: Vec<Diagnostic>,
+    /// The texts.
+    pub sources: Sources,
+}
+
+impl Diagnostics {
+    /// Diagnostics of one text alone, called `name`.
+    pub fn of(list: Vec<Diagnostic>, name: &str, text: &str) -> Diagnostics {
+        let mut sources = Sources::default();
+        sources.add(name, text);
+        Diagnostics { list, sources }
+    }
+
+    /// True where one of them is an error.
+    pub fn has_errors(&self) -> bool {
+        self.list.iter().any(|d| d.severity == Severity::Error)
+    }
+
+    /// All of them as text; empty when there are none.
+    pub fn render(&self, style: Style) -> String {
+        render(&self.list, &self.sources, style)
+    }
+
+    /// Those that `before` does not hold: another code, or other words at their places. Where they
+    /// stand in the file plays no part, nor do the times and levels in the message, so that an edit
+    /// elsewhere makes nothing new.
+    #[must_use]
+    pub fn new_since(&self, before: &Diagnostics) -> Diagnostics {
+        let mut known: BTreeMap<_, usize> = BTreeMap::new();
+        for diagnostic in &before.list {
+            *known.entry(before.identity(diagnostic)).or_default() += 1;
+        }
+        let mut new = self.clone();
+        new.list
+            .retain(|d| match known.get_mut(&self.identity(d)) {
+                Some(left) if *left > 0 => {
+                    *left -= 1;
+                    false
+                }
+                _ => true,
+            });
+        new
+    }
+
+    /// The code, and the text at each place.
+    fn identity(&self, diagnostic: &Diagnostic) -> (&'static str, Vec<&str>) {
+        let text = |label: &Label| self.sources.get(label.file)?.1.get(label.span.clone());
+        let places = diagnostic.labels.iter().filter_map(text).collect();
+        (diagnostic.code, places)
     }
 }

@@ -1,0 +1,412 @@
+//! The engine: a document, a renderer and the pool of images, as typed calls.
+//!
+//! State is three values. [`Document`]: text, compiled show, undo. [`Engine`]: what is rendered of
+//! the document's setup; an edit keeps all of it that the edit does not touch. [`LiveControl`]: the
+//! moment, the levels being tried, blind edits. One state machine refines, whether called, in the
+//! background or replayed. Nothing here returns prose, reads a command line or knows a terminal;
+//! every effect on the outside goes through the [`Host`].
+
+mod background;
+mod compile;
+mod document;
+mod error;
+mod exposure;
+mod forecast;
+mod host;
+mod limit;
+mod live;
+mod measure;
+mod plan;
+mod player;
+mod pooled;
+mod refine;
+mod rendering;
+mod session;
+mod setup;
+mod versions;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::files::{Stamp, Store};
+use crate::lang::edit::Edit;
+use crate::picture::Image;
+use crate::pool::Pool;
+use crate::pool::archive::{Archive, Tally};
+use crate::renderer::{Quality, Setup};
+use crate::show::Show;
+use crate::units::Time;
+
+pub use self::background::{Ahead, Background, Event, JobStatus, Status};
+pub use self::compile::Compiled;
+pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
+pub use self::error::Error;
+pub use self::forecast::{Forecast, NextImage};
+pub use self::host::{Host, POOL_LIMIT, PoolPlace};
+pub use self::live::{LiveControl, Moves};
+pub use self::plan::{Method, PlanOptions};
+pub use self::player::KeyFormat;
+pub use self::refine::{Ended, Goal, Refined, Remark, Step};
+
+pub(crate) use self::limit::TimedCall;
+
+/// A document with a renderer and the images made of it.
+///
+/// ```
+/// use footlight::{Engine, Host, Memory};
+///
+/// # fn main() -> Result<(), footlight::Error> {
+/// let show = b"show \"S\"\nsurface floor reflectance 0.5 { box from -2,-2,-1 to 2,2,0 }\n\
+///     view house from 0,-5,2 to 0,0,0 fov 40 size 32x18\n\
+///     light key spot at 0,-2,3 aim 0,0,0 beam 30 field 60 900 cd\nbank front = key\n\
+///     cue 1 at 0:00 { snap  front 100 }\n";
+/// let mut engine = Engine::from_text("s.lxq", show, Host::default())?;
+/// let image = engine.picture(footlight::Time::ZERO)?;
+/// assert!(image.data().iter().any(|light| *light > 0.0));
+/// # Ok(())
+/// # }
+/// ```
+pub struct Engine {
+    host: Host,
+    deadline: Option<Arc<limit::Deadline>>,
+    document: Document,
+    /// Every image at hand, whether the pool uses it or not.
+    archive: Archive,
+    /// Operators and pool of the document's setup; `None` where it has none.
+    rendering: Option<rendering::Rendering>,
+    method: Method,
+    background: Option<background::BackgroundRefinement>,
+    steps: Vec<Step>,
+    /// How long things take here against what the operator predicts.
+    pace: forecast::CostScale,
+    exposure: exposure::Exposure,
+    events: Vec<Event>,
+}
+
+impl std::fmt::Debug for Engine {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Engine")
+            .field("document", &self.document.name())
+            .field("host", &self.host)
+            .field("steps", &self.steps)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Engine {
+    /// An engine for a show's text; `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// As [`Document::new`].
+    pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Engine, Error> {
+        let document = Document::within(name, text, host.files.as_ref(), host.memory)?;
+        Ok(Engine::new(document, host))
+    }
+
+    /// An engine for the show in a file, read through the host's store.
+    ///
+    /// # Errors
+    /// [`Error::File`] when it cannot be read, else as [`Document::new`].
+    pub fn open(path: &Path, host: Host) -> Result<Engine, Error> {
+        let (store, files) = (host.store.as_ref(), host.files.as_ref());
+        let document = Document::open(path, store, files, host.memory)?;
+        Ok(Engine::new(document, host))
+    }
+
+    /// An engine for a document, which must have been read from the host's files.
+    pub fn new(document: Document, host: Host) -> Engine {
+        let (host, deadline) = limit::limited(host);
+        let mut engine = Engine {
+            archive: host.archive(),
+            host,
+            deadline,
+            document,
+            rendering: None,
+            method: Method::default(),
+            background: None,
+            steps: Vec::new(),
+            pace: forecast::CostScale::default(),
+            exposure: exposure::Exposure::default(),
+            events: Vec::new(),
+        };
+        engine.renew_rendering();
+        engine
+    }
+
+    /// The document.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// The model of the show.
+    pub fn show(&self) -> &Show {
+        self.document.show()
+    }
+
+    /// The means that the embedding program gave.
+    pub fn host(&self) -> &Host {
+        &self.host
+    }
+
+    /// Makes an edit. Everything rendered that still means the same is kept.
+    ///
+    /// # Errors
+    /// As [`Document::apply`]; the show is then as it was.
+    pub fn edit(&mut self, edit: &Edit) -> Result<Edited, Error> {
+        self.change(|document, host| document.apply(edit, host.files.as_ref()))
+    }
+
+    /// Takes another text as a whole. Everything rendered that still means the same is kept.
+    ///
+    /// # Errors
+    /// As [`Document::apply`]; the show is then as it was.
+    pub fn replace(&mut self, text: &str) -> Result<Edited, Error> {
+        self.change(|document, host| document.replace(text, host.files.as_ref()))
+    }
+
+    /// Takes the last edit back.
+    ///
+    /// # Errors
+    /// As [`Document::undo`].
+    pub fn undo(&mut self) -> Result<Edited, Error> {
+        self.change(|document, host| document.undo(host.files.as_ref()))
+    }
+
+    /// Makes the edit again that was taken back last.
+    ///
+    /// # Errors
+    /// As [`Document::redo`].
+    pub fn redo(&mut self) -> Result<Edited, Error> {
+        self.change(|document, host| document.redo(host.files.as_ref()))
+    }
+
+    /// Makes images from the view of this name from now on. Images from other views are kept.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchView`]; [`Error::Show`] when a file that the show names has become
+    /// unreadable.
+    pub fn look_from(&mut self, view: &str) -> Result<Edited, Error> {
+        self.change(|document, host| document.look_from(view, host.files.as_ref()))
+    }
+
+    /// Brings the text into its canonical layout; false where it had it already.
+    ///
+    /// # Errors
+    /// As [`Document::format`].
+    pub fn format(&mut self) -> Result<bool, Error> {
+        self.document.format()
+    }
+
+    /// Writes the show's text to `path`.
+    ///
+    /// # Errors
+    /// As [`Document::save`].
+    pub fn save(&mut self, path: &Path) -> Result<(), Error> {
+        self.document.save(path, self.host.store.as_ref())
+    }
+
+    fn change(
+        &mut self,
+        change: impl FnOnce(&mut Document, &Host) -> Result<Edited, Error>,
+    ) -> Result<Edited, Error> {
+        let edited = change(&mut self.document, &self.host)?;
+        if edited.reread {
+            self.events.push(Event::FilesReread);
+        }
+        self.renew_rendering();
+        self.drop_useless_job();
+        self.exposure.expire();
+        if self.refined() == 0 {
+            self.steps.clear();
+        }
+        Ok(edited)
+    }
+
+    /// Keeps of what is rendered what the document's setup still means.
+    fn renew_rendering(&mut self) {
+        let results = self.host.renderer.results();
+        let old = self.rendering.take();
+        let preview = &self.document.show().preview;
+        let steps = [preview.coarse, preview.refined];
+        let setup = self.document.setup();
+        self.rendering = setup
+            .map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
+    }
+
+    /// What happened since this was called last: refinements that ended in the background, files
+    /// that were read again.
+    pub fn take_events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.events)
+    }
+
+    /// The light of each coordinate at a time, relative to full: one for each bank, three for an
+    /// rgb bank, then one for the fixed lights if there are any.
+    pub fn levels(&self, time: Time) -> Vec<f64> {
+        self.document.timeline().evaluate(time)
+    }
+
+    /// The image of a moment from the pool as it stands; coarse images are rendered if they are not
+    /// there. Linear light, in cd/m² for shows whose lights are measured; values may lie a little
+    /// below zero.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
+    pub fn picture(&mut self, time: Time) -> Result<Image, Error> {
+        let setting = self.levels(time);
+        self.picture_of(&setting)
+    }
+
+    /// The image of a setting, one number for each coordinate, from the pool as it stands.
+    ///
+    /// # Errors
+    /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
+    pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
+        self.coarse()?;
+        Ok(self.projected()?.preview(setting, self.host.work())?)
+    }
+
+    /// Renders a setting at a step of quality, without the pool.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`], else what rendering says.
+    pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
+        let work = self.host.work();
+        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let operator = rendering.operator(self.host.renderer.as_ref(), quality, work)?;
+        let mut images = operator.render(&[setting.to_vec()], work)?;
+        images.pop().ok_or(Error::NoSetup)
+    }
+
+    /// The setting of a bank alone at full; `fixed` is all fixed lights together.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchBank`].
+    pub fn alone(&self, bank: &str) -> Result<Vec<f64>, Error> {
+        let show = self.show();
+        let coordinates = show.coordinates();
+        let of = |c: &crate::show::Coordinate| {
+            let own = c.bank.and_then(|b| show.banks.get(b));
+            own.is_some_and(|b| b.name == bank) || c.name == bank
+        };
+        if !coordinates.iter().any(of) {
+            let mut known: Vec<String> = show.banks.iter().map(|b| b.name.clone()).collect();
+            known.extend((!show.fixed.is_empty()).then(|| "fixed".to_owned()));
+            return Err(Error::NoSuchBank {
+                name: bank.to_owned(),
+                fixed: show.fixed.iter().any(|f| f.name == bank),
+                known,
+            });
+        }
+        Ok(coordinates
+            .iter()
+            .map(|c| f64::from(u8::from(of(c))))
+            .collect())
+    }
+
+    /// The files that the show was read from besides its own, as they are now: another answer says
+    /// that one of them was edited.
+    pub fn files_now(&self) -> Vec<Stamp> {
+        self.host.files.as_is()
+    }
+
+    /// What is rendered; `None` where the show has no stage or no view.
+    pub fn setup(&self) -> Option<&Setup> {
+        self.document.setup()
+    }
+
+    /// Coarse and refined images, once there are any.
+    pub fn pool(&self) -> Option<&Pool> {
+        self.rendering.as_ref().and_then(|r| r.pool.as_ref())
+    }
+
+    /// The pool, which must have been rendered.
+    pub(crate) fn rendered(&self) -> Result<&Pool, Error> {
+        if self.rendering.is_none() {
+            return Err(Error::NoSetup);
+        }
+        self.pool().ok_or(Error::NotRendered)
+    }
+
+    /// How the images of this session were come by so far.
+    pub fn tally(&self) -> Tally {
+        self.archive.tally()
+    }
+
+    /// Number of refined images that serve the show.
+    pub fn refined(&self) -> usize {
+        let least = self.refined_step();
+        let rendering = self.rendering.as_ref();
+        rendering.map_or(0, |r| r.refined(&self.archive, least))
+    }
+
+    /// The sequence after each refined image, coarse images alone first.
+    pub fn steps(&self) -> &[Step] {
+        &self.steps
+    }
+
+    /// The two steps of quality at which coarse images are rendered: what the show asks for, and
+    /// the finer one whose images serve as coarse ones; their difference estimates the error.
+    pub fn coarse_steps(&self) -> [Quality; 2] {
+        rendering::coarse_steps(self.show().preview.coarse, self.finest())
+    }
+
+    /// The finest step of the scale that the show's lights are rendered on.
+    pub fn finest(&self) -> Quality {
+        let renderer = self.host.renderer.as_ref();
+        let rendering = self.rendering.as_ref();
+        rendering.map_or_else(|| renderer.finest(), |r| r.finest(renderer))
+    }
+
+    /// The step of quality of refined images.
+    pub fn refined_step(&self) -> Quality {
+        Quality(self.show().preview.refined.clamp(1, self.finest().0))
+    }
+
+    /// True when the first images are as good as any: the scale has one step, so that nothing is
+    /// left to refine. So it is where every bank is an image.
+    pub fn is_final(&self) -> bool {
+        self.rendering.is_some() && self.finest() == Quality(1)
+    }
+
+    /// Seconds of the host's clock.
+    pub(crate) fn now(&self) -> f64 {
+        self.host.clock.seconds()
+    }
+
+    pub(crate) fn store(&self) -> &dyn Store {
+        self.host.store.as_ref()
+    }
+
+    /// A call within the host's limit of time; it ends when it is dropped.
+    pub(crate) fn begin_call(&self) -> TimedCall {
+        TimedCall::begin(self.deadline.as_ref(), self.now())
+    }
+
+    /// Does something within the limit of time, if there is one.
+    ///
+    /// # Errors
+    /// [`Error::OutOfTime`] where it was stopped for that, else its own.
+    fn timed<T>(
+        &mut self,
+        something: impl FnOnce(&mut Engine) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let call = self.begin_call();
+        let done = something(self);
+        call.outcome(done)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An engine can be moved to another thread, and so can all that a host gives.
+    #[test]
+    fn an_engine_is_send() {
+        fn is_send<T: Send>() {}
+        is_send::<Engine>();
+        is_send::<Host>();
+        is_send::<Document>();
+        is_send::<LiveControl>();
+    }
+}

@@ -1,0 +1,408 @@
+//! Refinement in the background, driven by the same [`Refiner`] as the blocking call.
+//!
+//! The engine stays the only owner of document and pool. What is rendered in the background is one
+//! job at a time, with all that it needs; [`Engine::poll`] takes its images in and starts the next
+//! one, planned from the show as it is then. So edits and previews are served at once in between,
+//! every finished image improves the next preview, and an edit changes what is still to come.
+//! Images are rendered one at a time: a job of several would keep the first waiting for the last.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::forecast;
+use super::refine::{Ended, Goal, Next, Refined, Refiner, Ticket};
+use super::rendering::{Job, Rendered};
+use super::{Engine, Error};
+use crate::renderer::Quality;
+use crate::work::{Progress, Work};
+
+/// How long a wait goes on before it looks at progress and cancel again.
+const GLANCE: Duration = Duration::from_millis(40);
+
+/// Runs tasks in the background, such as on threads.
+pub trait Background: Send {
+    /// Starts a task and comes back; [`Engine::poll`] should be called once it is done.
+    fn start(&self, task: Box<dyn FnOnce() + Send>);
+}
+
+/// How far a job is, and the way to stop it.
+#[derive(Debug, Default)]
+struct JobProgress {
+    stop: AtomicBool,
+    at: Mutex<(String, usize, usize)>,
+}
+
+impl JobProgress {
+    fn stop(&self) {
+        self.stop.store(true, Ordering::SeqCst);
+    }
+
+    fn at(&self) -> (String, usize, usize) {
+        let held = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        held.clone()
+    }
+}
+
+impl Progress for JobProgress {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        let mut held = self.at.lock().unwrap_or_else(PoisonError::into_inner);
+        *held = (task.to_owned(), done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
+    }
+}
+
+/// A job that is at work elsewhere. Dropped, it is given up.
+struct PendingJob {
+    /// `None` once its images were taken.
+    ticket: Option<Ticket>,
+    progress: Arc<JobProgress>,
+    /// In a mutex only so that the engine can be shared; nothing else waits for it.
+    from: Mutex<Receiver<Rendered>>,
+    /// What came back before it was asked for.
+    rendered: Option<Rendered>,
+}
+
+impl PendingJob {
+    /// Waits at most `patience` for it; `Some(false)` where it will never come back.
+    fn wait(&mut self, patience: Duration) -> Option<bool> {
+        if self.rendered.is_none() {
+            let from = self.from.get_mut().unwrap_or_else(PoisonError::into_inner);
+            match from.recv_timeout(patience) {
+                Ok(rendered) => self.rendered = Some(rendered),
+                Err(RecvTimeoutError::Timeout) => return None,
+                Err(RecvTimeoutError::Disconnected) => return Some(false),
+            }
+        }
+        Some(true)
+    }
+}
+
+impl Drop for PendingJob {
+    fn drop(&mut self) {
+        self.progress.stop();
+    }
+}
+
+/// A refinement in the background.
+pub(super) struct BackgroundRefinement {
+    refiner: Refiner,
+    job: Option<PendingJob>,
+}
+
+/// How far a refinement in the background is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Status {
+    /// Images that it has added.
+    pub rendered: usize,
+    /// Seconds that they took.
+    pub seconds: f64,
+    /// Predicted error of the sequence, relative; `None` before the coarse images are there.
+    pub error: Option<f64>,
+    /// The call of the operator that is at work.
+    pub job: Option<JobStatus>,
+    /// What is predicted to follow.
+    pub ahead: Option<Ahead>,
+}
+
+/// A call of the operator that is at work in the background.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobStatus {
+    /// Images that it renders.
+    pub images: usize,
+    /// Whether these are refined images, or coarse ones.
+    pub refined: bool,
+    /// Their step of quality.
+    pub quality: Quality,
+    /// Seconds since it began.
+    pub spent: f64,
+    /// Seconds that it is predicted to take; 0 where that is not known.
+    pub predicted: f64,
+    /// The loop that it is in: its name, steps done and steps in all.
+    pub task: (String, usize, usize),
+}
+
+/// What a refinement in the background is predicted to do yet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ahead {
+    /// Images that follow.
+    pub images: usize,
+    /// Seconds until the last of them is there.
+    pub seconds: f64,
+    /// The error that they leave, relative.
+    pub error: f64,
+}
+
+/// What happened that nobody asked for at that moment.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Event {
+    /// A refinement in the background ended, or failed; with the predicted error of the sequence
+    /// then, where it is known.
+    RefinementEnded {
+        /// What it did.
+        done: Refined,
+        /// Why it failed, if it did.
+        failed: Option<Error>,
+        /// Predicted error of the sequence, relative.
+        error: Option<f64>,
+        /// Refined images in the pool.
+        refined: usize,
+    },
+    /// Files that the show names had changed on disk, and were read again.
+    FilesReread,
+}
+
+impl Engine {
+    /// True while a refinement goes on in the background.
+    pub fn is_busy(&self) -> bool {
+        self.background.is_some()
+    }
+
+    /// Refuses what would render the same images twice.
+    pub(crate) fn idle(&self) -> Result<(), Error> {
+        match self.background {
+            None => Ok(()),
+            Some(_) => Err(Error::Busy),
+        }
+    }
+
+    /// Begins a refinement in the background; call [`Engine::poll`] now and then, which takes in
+    /// what is finished and starts what is next.
+    ///
+    /// # Errors
+    /// [`Error::Busy`] when one is running already, [`Error::NoBackground`] when the host runs
+    /// nothing in the background, [`Error::NoSetup`].
+    pub fn start(&mut self, goal: Goal) -> Result<(), Error> {
+        self.idle()?;
+        if self.host.background.is_none() {
+            return Err(Error::NoBackground);
+        }
+        if self.rendering.is_none() {
+            return Err(Error::NoSetup);
+        }
+        self.background = Some(BackgroundRefinement {
+            refiner: Refiner::new(goal, self.method, false, self.now()),
+            job: None,
+        });
+        self.poll();
+        Ok(())
+    }
+
+    /// Takes in what was rendered in the background and starts what comes next. Cheap while nothing
+    /// is finished. What there is to tell is among [`Engine::take_events`].
+    pub fn poll(&mut self) {
+        let Some(mut background) = self.background.take() else {
+            return;
+        };
+        let failed = match self.advance(&mut background) {
+            Ok(None) => {
+                self.background = Some(background);
+                return;
+            }
+            Ok(Some(ended)) => {
+                background.refiner.done.ended = Some(ended);
+                None
+            }
+            Err(error) => Some(error),
+        };
+        self.events.push(Event::RefinementEnded {
+            done: std::mem::take(&mut background.refiner.done),
+            failed,
+            error: self.predicted_error().ok(),
+            refined: self.refined(),
+        });
+    }
+
+    /// As far as it goes without waiting.
+    fn advance(
+        &mut self,
+        background: &mut BackgroundRefinement,
+    ) -> Result<Option<Ended>, Error> {
+        loop {
+            if let Some(mut job) = background.job.take() {
+                match job.wait(Duration::ZERO) {
+                    None => {
+                        background.job = Some(job);
+                        return Ok(None);
+                    }
+                    Some(false) => {
+                        if let Some(ticket) = &job.ticket {
+                            background.refiner.abandon(self, ticket);
+                        }
+                        return Err(Error::TaskLost);
+                    }
+                    Some(true) => self.collect(background, job)?,
+                }
+            }
+            match background.refiner.next(self)? {
+                Next::Added => {}
+                Next::Ended(ended) => return Ok(Some(ended)),
+                Next::Render(job, ticket) => {
+                    background.job = Some(self.launch(job, ticket)?);
+                    return Ok(None);
+                }
+            }
+        }
+    }
+
+    /// Takes in what a job rendered; one that was cancelled brings nothing.
+    fn collect(
+        &mut self,
+        background: &mut BackgroundRefinement,
+        mut job: PendingJob,
+    ) -> Result<(), Error> {
+        let (Some(ticket), Some(rendered)) = (job.ticket.take(), job.rendered.take()) else {
+            return Ok(());
+        };
+        match background.refiner.collect(self, ticket, rendered) {
+            Err(error) if error.is_cancel() => Ok(()),
+            other => other,
+        }
+    }
+
+    /// Starts a job on the host's threads.
+    fn launch(&self, job: Job, ticket: Ticket) -> Result<PendingJob, Error> {
+        let background = self.host.background.as_ref().ok_or(Error::NoBackground)?;
+        let progress = Arc::new(JobProgress::default());
+        let (send, from) = channel();
+        let renderer = Arc::clone(&self.host.renderer);
+        let (threads, memory) = (self.host.threads, self.host.memory);
+        let watched = Arc::clone(&progress);
+        background.start(Box::new(move || {
+            let work = Work {
+                progress: watched.as_ref(),
+                threads,
+                memory,
+            };
+            // Nobody may want it any more.
+            let _ = send.send(job.run(renderer.as_ref(), work));
+        }));
+        Ok(PendingJob {
+            ticket: Some(ticket),
+            progress,
+            from: Mutex::new(from),
+            rendered: None,
+        })
+    }
+
+    /// Gives up a job whose images the show has no use for any more: they would show another scene,
+    /// or from another place. In another light they are of use again.
+    pub(super) fn drop_useless_job(&mut self) {
+        let job = self.background.as_ref().and_then(|b| b.job.as_ref());
+        let Some((job, ticket)) = job.and_then(|j| Some((j, j.ticket.as_ref()?))) else {
+            return;
+        };
+        let rendering = self.rendering.as_ref();
+        if rendering.is_none_or(|r| !r.setup.has_same_scene(&ticket.setup)) {
+            job.progress.stop();
+        }
+    }
+
+    /// Waits while the refinement in the background is at work and `enough` is not true, reporting
+    /// its progress as that of the foreground.
+    pub(super) fn wait_until(&mut self, enough: impl Fn(&Engine) -> bool) -> Result<(), Error> {
+        self.poll();
+        while !enough(self) {
+            let Some(job) = self.background.as_mut().and_then(|b| b.job.as_mut()) else {
+                break;
+            };
+            if job.wait(GLANCE).is_some() {
+                self.poll();
+                continue;
+            }
+            let (task, done, total) = job.progress.at();
+            if total > 0 {
+                self.host.progress.report(&task, done, total);
+            }
+            self.host.work().check()?;
+        }
+        Ok(())
+    }
+
+    /// Waits until the refinement in the background has ended.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] when the host's progress says so, [`Error::OutOfTime`]; the refinement
+    /// then goes on.
+    pub fn wait(&mut self) -> Result<(), Error> {
+        self.timed(|engine| engine.wait_until(|_| false))
+    }
+
+    /// Ends the refinement in the background after the current image, or at once.
+    pub fn stop(&mut self, at_once: bool) {
+        if let Some(background) = &mut self.background {
+            background.refiner.stop();
+            if let Some(job) = background.job.as_ref().filter(|_| at_once) {
+                job.progress.stop();
+            }
+        }
+        self.poll();
+    }
+
+    /// Gives up the refinement in the background with what it is rendering.
+    pub fn abandon(&mut self) {
+        self.background = None;
+    }
+
+    /// How far the refinement in the background is, if there is one.
+    pub fn status(&self) -> Option<Status> {
+        let background = self.background.as_ref()?;
+        let now = self.now();
+        let done = &background.refiner.done;
+        let job = background.job.as_ref();
+        let job = job.and_then(|j| Some((j.ticket.as_ref()?, j.progress.at())));
+        let job = job.map(|(ticket, task)| JobStatus {
+            images: ticket.rendering(),
+            refined: ticket.refined,
+            quality: ticket.quality,
+            spent: now - ticket.started,
+            predicted: ticket.predicted,
+            task,
+        });
+        Some(Status {
+            rendered: done.images,
+            seconds: done.seconds,
+            error: self.predicted_error().ok(),
+            ahead: self.ahead(&background.refiner, job.as_ref()),
+            job,
+        })
+    }
+
+    /// What is predicted to follow.
+    fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
+        let forecast = self.forecast().ok()?;
+        let (goal, done) = (refiner.goal(), &refiner.done);
+        let left = goal.budget.map(|s| s - done.seconds);
+        let next = forecast::batch(&forecast, goal, self.refined(), left);
+        let counted = goal.count.map(|n| n.saturating_sub(done.images));
+        let needed = counted.map_or(next.needed, |n| n.min(next.needed));
+        let fits = |sum: f64| left.is_none_or(|left| sum <= left);
+        let job = job.filter(|j| j.refined);
+        let mut out = Ahead {
+            images: 0,
+            seconds: 0.0,
+            error: forecast.error,
+        };
+        for (i, step) in forecast.steps.iter().take(needed).enumerate() {
+            // The first is being rendered already, with what it takes beyond the others.
+            let seconds = match job {
+                Some(job) if i == 0 => (job.predicted - job.spent).max(0.0),
+                _ => step.seconds,
+            };
+            if i > 0 && !fits(out.seconds + seconds) {
+                break;
+            }
+            out = Ahead {
+                images: out.images + 1,
+                seconds: out.seconds + seconds,
+                error: step.error,
+            };
+        }
+        (out.images > 0).then_some(out)
+    }
+}

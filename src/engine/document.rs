@@ -1,0 +1,386 @@
+//! A document: a show's text, what it means, and its history.
+//!
+//! Invariants: the text always compiles; an edit compiles the whole new text before anything
+//! changes, so that an error never drops the last good show; what an edit does not touch is kept
+//! (geometry while the stage files are the same). It renders nothing and knows no prompt.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::Error;
+use super::compile::{self, Compiled, Source};
+use crate::diagnostic::Diagnostics;
+use crate::files::{self, Files, Store};
+use crate::lang;
+use crate::lang::edit::{self, Change, Edit};
+use crate::renderer::Setup;
+use crate::show::Show;
+use crate::timeline::{KeySequence, Timeline};
+
+/// The largest text that is read, in bytes.
+pub const TEXT_LIMIT: u64 = 64 << 20;
+
+/// Bytes of earlier texts that `undo` may hold.
+const PAST: usize = 64 << 20;
+
+/// A show's text with everything that follows from it, and the edits made to it.
+///
+/// ```
+/// use footlight::{Document, Edit, Memory};
+///
+/// # fn main() -> Result<(), footlight::Error> {
+/// let text = b"show \"S\"\nbank a = x\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
+///     cue 1 at 0:00 { snap  a 50 }\n";
+/// let files = Memory::default();
+/// let mut document = Document::new("s.lxq", text, &files)?;
+/// document.apply(&Edit::Declare("cue 2 at 0:05 { a 80 }".into()), &files)?;
+/// assert_eq!(document.show().cues.len(), 2);
+/// document.undo(&files)?;
+/// assert_eq!(document.show().cues.len(), 1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug)]
+pub struct Document {
+    name: String,
+    path: Option<PathBuf>,
+    text: String,
+    /// The text as it was last read or saved.
+    saved: String,
+    /// The view to look from, by name; the show's first without it.
+    view: Option<String>,
+    /// Bytes that images given as banks may hold.
+    memory: usize,
+    /// Counts the texts that meant something else than the one before.
+    revision: u64,
+    /// Cues that were lowered before, so that an edit costs what it changes.
+    cache: lang::Known,
+    compiled: Arc<Compiled>,
+    past: Vec<String>,
+    future: Vec<String>,
+}
+
+/// What an edit came to.
+#[derive(Clone, Debug, Default)]
+pub struct Edited {
+    /// The declarations that changed, in order; empty where a whole text was taken.
+    pub changes: Vec<Change>,
+    /// Warnings that the text before did not give.
+    pub warnings: Diagnostics,
+    /// Files that the show names had changed on disk, and were read again.
+    pub reread: bool,
+}
+
+impl Document {
+    /// A document from its text; `name` is what diagnostics call it. Files that the show names are
+    /// read from `files`.
+    ///
+    /// # Errors
+    /// [`Error::Show`] with every error of the text and of the files it names;
+    /// [`Error::TooManyKeys`].
+    pub fn new(name: &str, text: &[u8], files: &dyn Files) -> Result<Document, Error> {
+        Document::within(name, text, files, usize::MAX)
+    }
+
+    /// The same, with images given as banks holding at most `memory` bytes.
+    ///
+    /// # Errors
+    /// As [`Document::new`].
+    pub(super) fn within(
+        name: &str,
+        text: &[u8],
+        files: &dyn Files,
+        memory: usize,
+    ) -> Result<Document, Error> {
+        let text = decode(name, text)?;
+        let mut cache = lang::Known::default();
+        let source = Source {
+            name,
+            text: &text,
+            view: None,
+            files,
+            memory,
+        };
+        let compiled = compile::compile(source, &mut cache, None)?;
+        Ok(Document {
+            name: name.to_owned(),
+            path: None,
+            saved: text.clone(),
+            text,
+            view: None,
+            memory,
+            revision: 0,
+            cache,
+            compiled: Arc::new(compiled),
+            past: Vec::new(),
+            future: Vec::new(),
+        })
+    }
+
+    /// The document in a file, read through `store`.
+    ///
+    /// # Errors
+    /// [`Error::File`] when it cannot be read, else as [`Document::new`].
+    pub(super) fn open(
+        path: &Path,
+        store: &dyn Store,
+        files: &dyn Files,
+        memory: usize,
+    ) -> Result<Document, Error> {
+        let text = store.read(path, TEXT_LIMIT)?;
+        let name = path.display().to_string();
+        let mut document = Document::within(&name, &text, files, memory)?;
+        document.path = Some(path.to_owned());
+        Ok(document)
+    }
+
+    /// What diagnostics call it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file that it was read from or saved to.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// Its text, edits included.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The text as it was last read or saved.
+    pub fn saved_text(&self) -> &str {
+        &self.saved
+    }
+
+    /// True when the text has edits that were not saved.
+    pub fn is_unsaved(&self) -> bool {
+        self.text != self.saved
+    }
+
+    /// The model of the show.
+    pub fn show(&self) -> &Show {
+        &self.compiled.show
+    }
+
+    /// Its curves.
+    pub fn timeline(&self) -> &Timeline {
+        &self.compiled.timeline
+    }
+
+    /// Its key settings.
+    pub fn keys(&self) -> &KeySequence {
+        &self.compiled.keys
+    }
+
+    /// What is legal in the show but surely not meant, with the texts that it points into.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.compiled.diagnostics
+    }
+
+    /// Everything that follows from the text, to be held while the document changes.
+    pub fn compiled(&self) -> Arc<Compiled> {
+        Arc::clone(&self.compiled)
+    }
+
+    /// What a renderer is given; `None` where the show has no stage or no view.
+    pub fn setup(&self) -> Option<&Setup> {
+        self.compiled.setup()
+    }
+
+    /// The name of the view that is looked from; `None` when the show has none.
+    pub fn view(&self) -> Option<&str> {
+        self.show().view().map(|view| view.name.as_str())
+    }
+
+    /// Another number whenever the text has come to mean something else.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// How many edits [`Document::undo`] can take back.
+    pub fn edits(&self) -> usize {
+        self.past.len()
+    }
+
+    /// Makes an edit as the smallest change of the text. A declaration replaces the one of its kind
+    /// and name, or is added at its place.
+    ///
+    /// # Errors
+    /// [`Error::Show`]; the document is then as it was.
+    pub fn apply(&mut self, edit: &Edit, files: &dyn Files) -> Result<Edited, Error> {
+        let edited = edit::apply(&self.text, edit).map_err(|list| {
+            // What was typed is what the places are in.
+            let typed = match edit {
+                Edit::Declare(text) => text.as_str(),
+                _ => "",
+            };
+            Error::Show(Diagnostics::of(list, "typed", typed))
+        })?;
+        let mut done = self.compile(&edited.source, self.view.clone(), files)?;
+        self.change_text(edited.source);
+        done.changes = edited.changes;
+        Ok(done)
+    }
+
+    /// Takes another text as a whole.
+    ///
+    /// # Errors
+    /// As [`Document::apply`].
+    pub fn replace(&mut self, text: &str, files: &dyn Files) -> Result<Edited, Error> {
+        let done = self.compile(text, self.view.clone(), files)?;
+        if text != self.text {
+            self.change_text(text.to_owned());
+        }
+        Ok(done)
+    }
+
+    /// Looks from the view of this name.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchView`]; as [`Document::new`] when a file that the show names has become
+    /// unreadable. Nothing has changed then.
+    pub(super) fn look_from(&mut self, name: &str, files: &dyn Files) -> Result<Edited, Error> {
+        let names = self.show().views.iter().map(|view| &view.name);
+        if !names.clone().any(|known| known == name) {
+            return Err(Error::NoSuchView {
+                name: name.to_owned(),
+                known: names.cloned().collect(),
+            });
+        }
+        if self.view() == Some(name) {
+            return Ok(Edited::default());
+        }
+        let text = self.text.clone();
+        self.compile(&text, Some(name.to_owned()), files)
+    }
+
+    /// Takes the last edit back.
+    ///
+    /// # Errors
+    /// [`Error::NothingToUndo`]; [`Error::Show`] where the earlier text does not compile any more,
+    /// because files changed. The document is then as it was.
+    pub fn undo(&mut self, files: &dyn Files) -> Result<Edited, Error> {
+        let text = self.past.last().ok_or(Error::NothingToUndo)?.clone();
+        let done = self.compile(&text, self.view.clone(), files)?;
+        self.past.pop();
+        self.future.push(std::mem::replace(&mut self.text, text));
+        Ok(done)
+    }
+
+    /// Makes the edit again that was taken back last.
+    ///
+    /// # Errors
+    /// [`Error::NothingToRedo`], else as [`Document::undo`].
+    pub fn redo(&mut self, files: &dyn Files) -> Result<Edited, Error> {
+        let text = self.future.last().ok_or(Error::NothingToRedo)?.clone();
+        let done = self.compile(&text, self.view.clone(), files)?;
+        self.future.pop();
+        self.past.push(std::mem::replace(&mut self.text, text));
+        Ok(done)
+    }
+
+    /// Brings the text into its canonical layout; false where it had it already.
+    ///
+    /// # Errors
+    /// [`Error::Show`].
+    pub fn format(&mut self) -> Result<bool, Error> {
+        let text = format(&self.name, self.text.as_bytes())?;
+        let changes = text != self.text;
+        if changes {
+            self.change_text(text);
+        }
+        Ok(changes)
+    }
+
+    /// Writes the text to `path`. Its own file is replaced only when it still holds what was read
+    /// from it, another one never.
+    ///
+    /// # Errors
+    /// [`Error::ChangedOnDisk`], [`Error::FileExists`], [`Error::File`].
+    pub fn save(&mut self, path: &Path, store: &dyn Store) -> Result<(), Error> {
+        let own = self.path.as_deref() == Some(path);
+        if let Ok(now) = store.read(path, TEXT_LIMIT) {
+            if own && now != self.saved.as_bytes() {
+                return Err(Error::ChangedOnDisk(path.to_owned()));
+            }
+            if !own && now != self.text.as_bytes() {
+                return Err(Error::FileExists(path.to_owned()));
+            }
+        }
+        store.write(path, self.text.as_bytes())?;
+        self.saved.clone_from(&self.text);
+        self.path = Some(path.to_owned());
+        Ok(())
+    }
+
+    /// True for the show's own file and those that it was read from.
+    pub fn reads(&self, path: &Path, files: &dyn Files) -> bool {
+        let own = self.path.as_deref();
+        own.is_some_and(|own| files::is_same(own, path)) || files.has_read(path)
+    }
+
+    /// The text becomes another that was compiled already; `undo` has the old one.
+    fn change_text(&mut self, text: String) {
+        self.past.push(std::mem::replace(&mut self.text, text));
+        self.future.clear();
+        let mut bytes: usize = self.past.iter().map(String::len).sum();
+        while bytes > PAST && self.past.len() > 1 {
+            bytes -= self.past.remove(0).len();
+        }
+    }
+
+    /// Takes over what a text means, looked at from a view. Files that changed on disk are read
+    /// again.
+    fn compile(
+        &mut self,
+        text: &str,
+        view: Option<String>,
+        files: &dyn Files,
+    ) -> Result<Edited, Error> {
+        let reread = files.have_changed();
+        let source = Source {
+            name: &self.name,
+            text,
+            view: view.as_deref(),
+            files,
+            memory: self.memory,
+        };
+        let old = self.compiled.loaded.as_ref().filter(|_| !reread);
+        let compiled = compile::compile(source, &mut self.cache, old)?;
+        let warnings = compiled.diagnostics.new_since(&self.compiled.diagnostics);
+        if text != self.text {
+            self.revision += 1;
+        }
+        self.view = view;
+        self.compiled = Arc::new(compiled);
+        Ok(Edited {
+            changes: Vec::new(),
+            warnings,
+            reread,
+        })
+    }
+}
+
+/// The text of a show's file.
+///
+/// # Errors
+/// [`Error::Show`] when it is no text, or too large.
+pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
+    lang::decode(name, bytes).map_err(|diagnostic| {
+        Error::Show(Diagnostics {
+            list: vec![*diagnostic],
+            ..Diagnostics::default()
+        })
+    })
+}
+
+/// The canonical layout of a text.
+///
+/// # Errors
+/// [`Error::Show`] when it does not parse.
+pub fn format(name: &str, bytes: &[u8]) -> Result<String, Error> {
+    let text = decode(name, bytes)?;
+    lang::format(&text).map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
+}

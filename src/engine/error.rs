@@ -1,0 +1,189 @@
+//! What can go wrong in the engine, as values that a caller can match on. The advice for a person
+//! at a prompt is `report`'s.
+
+use std::path::PathBuf;
+
+use crate::diagnostic::Diagnostics;
+use crate::files::FileError;
+use crate::picture::PictureError;
+use crate::plan::PlanError;
+use crate::playback::PlaybackError;
+use crate::renderer::TransportError;
+use crate::study::ReferenceError;
+use crate::timeline::TooManyKeys;
+use crate::units::{CueNumber, Time};
+use crate::work::Cancelled;
+
+/// Why a call of the engine failed. Nothing has changed then, but that finished images are kept.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The show, its stage files or an edit has errors.
+    #[error("the show has errors")]
+    Show(Diagnostics),
+    /// The show has more key settings than memory is meant for.
+    #[error("the show is too large: {0}")]
+    TooManyKeys(#[from] TooManyKeys),
+    /// The show has no stage, or no view to look at it from.
+    #[error("the show has no stage or no view to render")]
+    NoSetup,
+    /// No coarse image is rendered yet; see [`Engine::coarse`](super::Engine::coarse).
+    #[error("no image is rendered yet")]
+    NotRendered,
+    /// The show has no bank.
+    #[error("the show has no bank to render")]
+    NoBanks,
+    /// There is no bank of this name.
+    #[error("there is no bank `{name}`")]
+    NoSuchBank {
+        /// What was asked for.
+        name: String,
+        /// Whether it names fixed lights, which are lit all together.
+        fixed: bool,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// There is no view of this name.
+    #[error("there is no view `{name}`")]
+    NoSuchView {
+        /// What was asked for.
+        name: String,
+        /// The names there are.
+        known: Vec<String>,
+    },
+    /// There is no cue of this number.
+    #[error("there is no cue {0}")]
+    NoSuchCue(CueNumber),
+    /// There is a cue of this number already.
+    #[error("there is a cue {0} already")]
+    CueExists(CueNumber),
+    /// The show has no cue.
+    #[error("the show has no cue")]
+    NoCues,
+    /// The last cue has run: nothing follows it.
+    #[error("the last cue has run")]
+    LastCue,
+    /// No cue stands before the current one.
+    #[error("there is no cue before this")]
+    FirstCue,
+    /// A time outside the show.
+    #[error("{time} is outside the show, which runs from {start} to {end}")]
+    OutsideShow {
+        /// What was asked for.
+        time: Time,
+        /// Where the show begins.
+        start: Time,
+        /// Where it ends.
+        end: Time,
+    },
+    /// Moves that set no level.
+    #[error("that sets no level")]
+    NoLevels,
+    /// No level is being tried, so that none can be recorded.
+    #[error("no level is being tried")]
+    NothingTried,
+    /// There are no blind edits to keep or to drop.
+    #[error("there are no blind edits")]
+    NoBlindEdits,
+    /// Blind edits are neither kept nor dropped yet.
+    #[error("there are blind edits")]
+    BlindEdits,
+    /// There is no edit to take back.
+    #[error("there is nothing to undo")]
+    NothingToUndo,
+    /// There is no edit to make again.
+    #[error("there is nothing to redo")]
+    NothingToRedo,
+    /// The document has no file of its own yet.
+    #[error("the show has no file yet")]
+    NoFile,
+    /// The show's file holds something else than what was read or saved last.
+    #[error("{} changed on disk since it was read", .0.display())]
+    ChangedOnDisk(PathBuf),
+    /// Another file is there already.
+    #[error("{} exists already", .0.display())]
+    FileExists(PathBuf),
+    /// A refinement runs in the background already.
+    #[error("a refinement is running in the background")]
+    Busy,
+    /// The host runs nothing in the background.
+    #[error("the host runs nothing in the background")]
+    NoBackground,
+    /// A background task ended without giving its images back.
+    #[error("the rendering broke off")]
+    TaskLost,
+    /// The operator has too few steps of quality for what was asked.
+    #[error("the operator has {found} steps of quality, and this needs {needed}")]
+    TooFewSteps {
+        /// Steps that the operator has.
+        found: u8,
+        /// Steps that are needed.
+        needed: u8,
+    },
+    /// Coarse and refined images have one quality, so that there is nothing to compare.
+    #[error("coarse images have one quality only")]
+    OneQuality,
+    /// Refined images would be what the coarse ones are.
+    #[error("coarse images are what refined ones would be")]
+    AlikeRefined,
+    /// Both coarse qualities give the same images: no error is known.
+    #[error("the coarse images of both qualities are the same")]
+    AlikeCoarse,
+    /// The images that a measurement needs do not fit into memory.
+    #[error("the images take {needed} bytes, the budget is {budget}")]
+    MeasureMemory {
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
+    /// The sequence is black at every step of quality.
+    #[error("the sequence is black at every step")]
+    Black,
+    /// No choice of quality reaches the wanted error.
+    #[error("an error of {until} is out of reach")]
+    OutOfReach {
+        /// The relative error that was asked for.
+        until: f64,
+        /// The step of quality that errors are measured against.
+        reference: u8,
+        /// The choice that comes nearest.
+        best: Option<crate::study::Candidate>,
+    },
+    /// A session's commands could not be read as text.
+    #[error("{} is not text in UTF-8", .0.display())]
+    NotText(PathBuf),
+    /// A file could not be read or written.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The operator could not prepare or render.
+    #[error(transparent)]
+    Render(#[from] TransportError),
+    /// An image could not be made or read.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// A reference image is missing or does not fit.
+    #[error(transparent)]
+    Reference(#[from] ReferenceError),
+    /// A decomposition failed its own verification.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The call took as long as [`Host::time`](super::Host::time) allows.
+    #[error("stopped after {seconds} s, the limit of time")]
+    OutOfTime {
+        /// The limit.
+        seconds: f64,
+    },
+}
+
+impl From<PlaybackError> for Error {
+    fn from(error: PlaybackError) -> Error {
+        match error {
+            PlaybackError::Cancelled(c) => c.into(),
+            PlaybackError::Plan(p) => p.into(),
+        }
+    }
+}

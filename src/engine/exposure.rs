@@ -1,0 +1,134 @@
+//! The automatic exposure of a sequence, found again after an edit from what the edit changed.
+//!
+//! It follows from the bright light of every key image ([`tone::auto_exposure`]), of which only
+//! some pixels are looked at. A preview of these pixels alone is the same to the bit as the same
+//! pixels of a whole preview, and costs a sixteenth at 640x360; keys whose setting is known from
+//! before the edit cost nothing. So images, sequences and pages are exposed alike, and an image
+//! after an edit waits for no key image.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{Engine, Error};
+use crate::picture::tone::{self, Curve, Tone};
+use crate::picture::Image;
+use crate::pool::{Pool, Projection};
+use crate::show::ToneCurve;
+
+/// What is known of the key images of one pool.
+struct Brightness {
+    /// The pool's images, to know it again; being held here, no other can take their place.
+    pictures: Vec<Arc<Image>>,
+    projection: Projection,
+    thin: Pool,
+    /// Bright light by the bits of a key's setting.
+    known: BTreeMap<Vec<u64>, f64>,
+}
+
+impl Brightness {
+    fn new(pool: &Pool, projection: Projection) -> Brightness {
+        let (width, height) = pool.size();
+        Brightness {
+            pictures: pool.pictures().cloned().collect(),
+            projection,
+            thin: pool.thinned(tone::sampling(width, height)),
+            known: BTreeMap::new(),
+        }
+    }
+
+    fn is_of(&self, pool: &Pool, projection: Projection) -> bool {
+        let same = |(a, b): (&Arc<Image>, &Arc<Image>)| Arc::ptr_eq(a, b);
+        self.projection == projection
+            && self.pictures.len() == pool.pictures().count()
+            && self.pictures.iter().zip(pool.pictures()).all(same)
+    }
+}
+
+/// The exposure of a sequence, and what finding it again takes.
+#[derive(Default)]
+pub(super) struct Exposure {
+    /// In stops, with the number of refined images that it was found with and how: finding it takes
+    /// every key image.
+    found: Option<(f64, (usize, Projection))>,
+    /// How bright each key is, from before the last edit.
+    brightness: Option<Brightness>,
+}
+
+impl Exposure {
+    /// Lets go of the exposure, but not of what an edit left of its keys.
+    pub fn expire(&mut self) {
+        self.found = None;
+    }
+}
+
+impl Engine {
+    /// One tone for the whole sequence, so that images of different moments compare: the show's own
+    /// exposure, or one from all key images.
+    ///
+    /// # Errors
+    /// As [`Engine::coarse`].
+    pub fn tone(&mut self) -> Result<Tone, Error> {
+        if let Some(exposure) = self.show().preview.exposure {
+            return Ok(self.tone_at(exposure));
+        }
+        let made_by = (self.refined(), self.method.projection);
+        if let Some((exposure, at)) = self.exposure.found
+            && at == made_by
+        {
+            return Ok(self.tone_at(exposure));
+        }
+        let exposure = self.auto_exposure()?;
+        self.exposure.found = Some((exposure, made_by));
+        Ok(self.tone_at(exposure))
+    }
+
+    /// The tone of some images: the show's own exposure, or one from these.
+    pub fn tone_of<'i>(&self, images: impl IntoIterator<Item = &'i Image>) -> Tone {
+        let own = self.show().preview.exposure;
+        self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter())))
+    }
+
+    /// The show's own curve and dithering at an exposure, stops.
+    fn tone_at(&self, exposure: f64) -> Tone {
+        let preview = &self.show().preview;
+        Tone {
+            exposure,
+            curve: match preview.tone {
+                ToneCurve::Filmic => Curve::Filmic,
+                ToneCurve::Plain => Curve::Plain,
+            },
+            dither: preview.dither,
+        }
+    }
+
+    /// The exposure, in stops, of the whole sequence as the pool shows it.
+    fn auto_exposure(&mut self) -> Result<f64, Error> {
+        let projection = self.method.projection;
+        // These look at scalar products of whole images.
+        if matches!(projection, Projection::FullError | Projection::Corrections) {
+            let playback = self.playback()?;
+            return Ok(tone::auto_exposure(playback.images().iter()));
+        }
+        self.coarse()?;
+        let old = self.exposure.brightness.take();
+        let pool = self.rendered()?;
+        let kept = old.filter(|b| b.is_of(pool, projection));
+        let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool, projection));
+        let work = self.host.work();
+        let thin = brightness.thin.projected(projection, work);
+        let mut known = BTreeMap::new();
+        for key in self.document.keys().keys() {
+            work.check()?;
+            let bits: Vec<u64> = key.iter().map(|level| level.to_bits()).collect();
+            let light = match brightness.known.get(&bits) {
+                Some(light) => *light,
+                None => tone::bright_light(&thin.preview(key, work)?),
+            };
+            known.insert(bits, light);
+        }
+        let brightest = known.values().copied().fold(0.0, f64::max);
+        brightness.known = known;
+        self.exposure.brightness = Some(brightness);
+        Ok(tone::exposure(brightest))
+    }
+}

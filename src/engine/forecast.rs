@@ -1,0 +1,316 @@
+//! What the next refined images cost and what they bring, and how many to render in one call.
+//!
+//! Seconds are the operator's own prediction, scaled by how long the last rendering took against
+//! its prediction. A call has a fixed part (the operator's preparation, sources lit for the first
+//! time) and a part for each image. Rendering several images at once spares the planning between
+//! them, but the first may show that the others were not needed; so the others together are given
+//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what was
+//! needed.
+
+use serde::Serialize;
+
+use super::refine::{Goal, Remark};
+use super::{Engine, Error};
+use crate::pool::is_within;
+use crate::renderer::Transport as _;
+use crate::renderer::layered::Layered;
+use crate::renderer::{Cost, Quality};
+
+/// Most images of one call: what is known after them is better than what is predicted before.
+const MOST: usize = 16;
+
+/// An image that could be refined next.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NextImage {
+    /// What is to be rendered: one number for each coordinate.
+    pub setting: Vec<f64>,
+    /// Predicted seconds, once those before it are rendered; none where it is `stored`.
+    pub seconds: f64,
+    /// Whether it is at hand, in memory or in the store, or a sum of what is.
+    pub stored: bool,
+    /// Predicted error of the sequence after it and those before it, relative.
+    pub error: f64,
+}
+
+/// What refinement has before it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Forecast {
+    /// The step of quality that refined images are rendered at.
+    pub quality: u8,
+    /// Predicted error of the sequence as the pool stands, relative.
+    pub error: f64,
+    /// Predicted seconds that the first image to be rendered costs beyond what each further one
+    /// does: preparation, and sources that are lit for the first time.
+    pub fixed: f64,
+    /// The most useful first; none when nothing is left to improve.
+    pub steps: Vec<NextImage>,
+}
+
+/// Measured against predicted seconds, once something was measured.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CostScale(Option<f64>);
+
+impl CostScale {
+    /// Seconds of what is predicted to take one; one while nothing is known.
+    pub fn seconds(self) -> f64 {
+        self.0.unwrap_or(1.0)
+    }
+
+    /// True once something was measured.
+    pub fn is_known(self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Takes what was predicted, this scale in it, against what it took. Only the last counts: the
+    /// machine may have other work now than it had before.
+    pub fn learn(&mut self, predicted: f64, measured: f64) {
+        let ratio = measured / predicted;
+        if ratio.is_finite() && ratio > 0.0 {
+            self.0 = Some(self.seconds() * ratio);
+        }
+    }
+}
+
+/// What to render in the next call.
+#[derive(Debug, PartialEq)]
+pub(super) struct Batch {
+    /// How many images; 0 when nothing is left.
+    pub images: usize,
+    /// How many the goal is predicted to need.
+    pub needed: usize,
+    /// Whether the first of them is predicted to end in time.
+    pub fits: bool,
+    /// Why they are several.
+    pub remark: Option<Remark>,
+}
+
+/// How many images of `forecast` one call should render for `goal`, when `refined` images are there
+/// and `left` seconds remain, if those are limited.
+pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Option<f64>) -> Batch {
+    let steps = &forecast.steps;
+    let needed = match goal.until {
+        None => steps.len(),
+        Some(until) => {
+            let ahead = steps.iter().zip(refined + 1..);
+            let over = ahead.take_while(|(s, refined)| !is_within(until, s.error, *refined));
+            (over.count() + 1).min(steps.len())
+        }
+    };
+    let first = steps.first().map_or(0.0, |s| s.seconds);
+    let fits = left.is_none_or(|left| first <= left);
+    let mut rendered = steps.iter().filter(|s| !s.stored).skip(1);
+    let marginal = rendered.next().map_or(0.0, |s| s.seconds);
+    // What is stored costs nothing by itself, and what it shows is known before the next.
+    let stored = steps.first().is_some_and(|s| s.stored);
+    let one_by_one = goal.count.is_some() || marginal <= 0.0 || stored;
+    let paying = match one_by_one {
+        true => 1,
+        false => 1 + (forecast.fixed / marginal) as usize,
+    };
+    // A prediction that is wrong by a factor of two may still not break the time.
+    let inside = |left: f64| match fits && marginal > 0.0 {
+        true => 1 + ((0.5 * left - first).max(0.0) / marginal) as usize,
+        false => 1,
+    };
+    let images = needed
+        .min(paying)
+        .min(left.map_or(MOST, inside))
+        .min(MOST)
+        .min(steps.len());
+    let remark = (images > 1).then_some(Remark::Batch {
+        images,
+        fixed: forecast.fixed,
+        each: marginal,
+    });
+    Batch {
+        images,
+        needed,
+        fits,
+        remark,
+    }
+}
+
+impl Engine {
+    /// What refinement has before it: for each next image its setting, the seconds that it is
+    /// predicted to take and the error that it is predicted to leave.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
+    pub fn forecast(&self) -> Result<Forecast, Error> {
+        let quality = self.refined_step();
+        let mut out = Forecast {
+            quality: quality.0,
+            error: self.predicted_error()?,
+            fixed: 0.0,
+            steps: Vec::new(),
+        };
+        if self.is_final() {
+            return Ok(out);
+        }
+        let pool = self.rendered()?;
+        if pool.flawless() {
+            return Ok(out);
+        }
+        let next = self.directions(pool)?;
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let cost = self.refined_cost()?;
+        let ready = rendering.is_prepared(quality);
+        let mut lit = vec![false; rendering.sources()];
+        for refined in pool
+            .refined()
+            .iter()
+            .filter(|r| ready && r.quality == quality)
+        {
+            newly_lit(&mut lit, &refined.setting);
+        }
+        let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
+        let store = self.host.store.as_ref();
+        let stored = rendering.at_hand(&self.archive, quality, &settings, store);
+        let mut first = true;
+        for (direction, stored) in next.into_iter().zip(stored) {
+            let mut seconds = 0.0;
+            if !stored {
+                let fresh = newly_lit(&mut lit, &direction.setting) as f64;
+                let prepare = if first && !ready { cost.prepare } else { 0.0 };
+                let fixed = (prepare + fresh * cost.per_source) * self.pace.seconds();
+                if first {
+                    out.fixed = fixed;
+                }
+                first = false;
+                seconds = fixed + cost.per_image * self.pace.seconds();
+            }
+            out.steps.push(NextImage {
+                setting: direction.setting,
+                seconds,
+                stored,
+                error: direction.error * self.calibration(),
+            });
+        }
+        Ok(out)
+    }
+
+    /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
+    /// that would tell, as the coarse images were stored.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`], else what rendering says.
+    pub fn calibrate_cost(&mut self) -> Result<(), Error> {
+        if self.pace.is_known() {
+            return Ok(());
+        }
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let clock = || self.host.clock.seconds();
+        let operator = Layered::new(&rendering.setup.rig, self.host.renderer.as_ref());
+        let seconds = operator.pace(&clock, self.host.work())?;
+        self.pace.learn(self.pace.seconds(), seconds);
+        Ok(())
+    }
+
+    /// Predicted cost of refined images, in the operator's units.
+    pub(crate) fn refined_cost(&self) -> Result<Cost, Error> {
+        self.cost(self.refined_step())
+    }
+
+    /// Predicted cost at a step of quality, in the operator's units.
+    pub(super) fn cost(&self, quality: Quality) -> Result<Cost, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        Ok(rendering.cost(self.host.renderer.as_ref(), quality))
+    }
+}
+
+/// Marks the sources that a setting lights and counts those that were dark before.
+fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
+    let pairs = lit.iter_mut().zip(setting);
+    let fresh = pairs.filter(|(lit, s)| !**lit && **s != 0.0);
+    fresh.map(|(lit, _)| *lit = true).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn forecast(fixed: f64, each: f64) -> Forecast {
+        let step = |i: usize| NextImage {
+            setting: vec![1.0],
+            seconds: if i == 0 { fixed + each } else { each },
+            stored: false,
+            error: 0.5_f64.powi(i as i32 + 1),
+        };
+        Forecast {
+            quality: 4,
+            error: 1.0,
+            fixed,
+            steps: (0..10).map(step).collect(),
+        }
+    }
+
+    fn until(error: f64) -> Goal {
+        Goal {
+            until: Some(error),
+            ..Goal::default()
+        }
+    }
+
+    fn within(seconds: f64) -> Goal {
+        Goal {
+            budget: Some(seconds),
+            ..Goal::default()
+        }
+    }
+
+    #[test]
+    fn several_at_once_only_while_they_cost_no_more_than_what_is_spent_anyway() {
+        // Five are needed for 1/32; all of them together cost less than the preparation.
+        assert_eq!(batch(&forecast(2.0, 0.1), &until(0.04), 2, None).images, 5);
+        // Two beyond the first may be given what the preparation costs.
+        assert_eq!(batch(&forecast(2.0, 1.0), &until(0.04), 2, None).images, 3);
+        // No shared work, as with an outside renderer; or all of it done.
+        assert_eq!(batch(&forecast(0.0, 1.0), &until(0.04), 2, None).images, 1);
+        // A count is one by one, whatever it costs.
+        let three = Goal {
+            count: Some(3),
+            ..Goal::default()
+        };
+        assert_eq!(batch(&forecast(2.0, 0.1), &three, 0, None).images, 1);
+        // An error that is not confirmed takes the pictures that confirm it.
+        assert_eq!(batch(&forecast(2.0, 0.1), &until(0.9), 0, None).images, 2);
+        // What is stored comes by itself, whatever those after it cost.
+        let mut stored = forecast(2.0, 0.1);
+        if let Some(first) = stored.steps.first_mut() {
+            (first.stored, first.seconds) = (true, 0.0);
+        }
+        let next = batch(&stored, &within(1.0), 2, Some(1.0));
+        assert_eq!((next.images, next.fits), (1, true));
+        let nothing = Forecast {
+            steps: Vec::new(),
+            ..forecast(0.0, 0.0)
+        };
+        assert_eq!(batch(&nothing, &until(0.1), 2, None).images, 0);
+    }
+
+    #[test]
+    fn a_time_is_kept_by_prediction() {
+        let fits = |fixed, each, left| {
+            let next = batch(&forecast(fixed, each), &within(left), 0, Some(left));
+            (next.fits, next.images)
+        };
+        assert_eq!(fits(0.0, 2.0, 1.0), (false, 1));
+        assert_eq!(fits(0.0, 2.0, 2.0), (true, 1));
+        // Half of the time at most goes to a call of several.
+        assert_eq!(fits(2.0, 0.5, 7.0), (true, 3));
+        assert_eq!(fits(2.0, 0.5, 100.0), (true, 5));
+    }
+
+    #[test]
+    fn the_cost_scale_is_that_of_the_last_rendering() {
+        let mut scale = CostScale::default();
+        scale.learn(1.0, 3.0);
+        assert_eq!(scale.seconds(), 3.0);
+        scale.learn(3.0, 1.5);
+        assert_eq!(scale.seconds(), 1.5);
+        // A clock that stands still, a cost that is not known.
+        scale.learn(3.0, 0.0);
+        scale.learn(0.0, 1.0);
+        assert_eq!(scale.seconds(), 1.5);
+    }
+}

@@ -1,0 +1,117 @@
+//! What an embedding program gives to the engine: files, a clock, the renderer, threads, progress,
+//! limits of memory and time, and where images are stored.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::background::Background;
+use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
+use crate::pool::archive::Archive;
+use crate::pool::depot::Depot;
+use crate::radiosity::Radiosity;
+use crate::renderer::Transport;
+use crate::work::{Progress, Silent, Work};
+
+/// The means an embedding program gives to an [`Engine`](super::Engine). All of them are [`Send`],
+/// so that an engine can be moved to another thread.
+///
+/// ```
+/// use footlight::{Host, Memory};
+///
+/// let host = Host {
+///     files: Box::new(Memory::default().with("room.obj", "v 0 0 0")),
+///     threads: 2,
+///     memory: 1 << 30,
+///     ..Host::default()
+/// };
+/// assert!(host.background.is_none());
+/// ```
+pub struct Host {
+    /// Reads the files that the show names: stage, materials, images, included texts.
+    pub files: Box<dyn Files>,
+    /// Takes results and saved shows, and holds stored images.
+    pub store: Box<dyn Store>,
+    /// Measures the seconds of each step.
+    pub clock: Box<dyn Clock>,
+    /// Takes progress, gives cancel.
+    pub progress: Box<dyn Progress>,
+    /// The operator G.
+    pub renderer: Arc<dyn Transport>,
+    /// Threads for rendering, which end with the call that used them; with 1 the engine starts
+    /// none. Results do not depend on it.
+    pub threads: usize,
+    /// Bytes that rendering may hold.
+    pub memory: usize,
+    /// The longest that a call may take. Then it ends as if cancelled twice, with
+    /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`:
+    /// no limit. A refinement in the background is not limited by it.
+    pub time: Option<Duration>,
+    /// The processor's name, for the records of measurements; `None` leaves it out.
+    pub processor: Option<String>,
+    /// Where images are stored from session to session, if anywhere.
+    pub pool: Option<PoolPlace>,
+    /// Runs refinement in the background; without it [`Engine::start`](super::Engine::start) is
+    /// refused.
+    pub background: Option<Box<dyn Background>>,
+}
+
+/// A folder for images, reached through the host's store.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PoolPlace {
+    /// The folder; made when it is missing.
+    pub folder: PathBuf,
+    /// The most bytes that it may hold.
+    pub limit: u64,
+}
+
+/// Bytes that images may take on disk unless something else is said.
+pub const POOL_LIMIT: u64 = 2_000_000_000;
+
+impl Default for Host {
+    /// No files, the disk as store, the machine's clock, no progress, radiosity, one thread, four
+    /// gigabytes, no limit of time, images kept in memory only, nothing in the background.
+    fn default() -> Host {
+        Host {
+            files: Box::new(Memory::default()),
+            store: Box::new(Disk),
+            clock: Box::new(Monotonic::default()),
+            progress: Box::new(Silent),
+            renderer: Arc::new(Radiosity),
+            threads: 1,
+            memory: 4 << 30,
+            time: None,
+            processor: None,
+            pool: None,
+            background: None,
+        }
+    }
+}
+
+impl std::fmt::Debug for Host {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Host")
+            .field("renderer", &self.renderer.name())
+            .field("threads", &self.threads)
+            .field("memory", &self.memory)
+            .field("time", &self.time)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Host {
+    /// Images in memory and in the host's folder, none of them read yet.
+    pub(super) fn archive(&self) -> Archive {
+        let version = self.renderer.results().unwrap_or_default();
+        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit, &version);
+        Archive::new(self.pool.as_ref().map(depot))
+    }
+
+    pub(crate) fn work(&self) -> Work<'_> {
+        Work {
+            progress: self.progress.as_ref(),
+            threads: self.threads,
+            memory: self.memory,
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! The limit of time of a call, as the embedding program sets it.
+//!
+//! A deadline acts through the host's own [`Progress`], so that it reaches every loop that can be
+//! cancelled, and only those. What is finished by then is kept, as with any cancel.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use super::{Error, Host};
+use crate::files::Clock;
+use crate::renderer::TransportError;
+use crate::work::Progress;
+
+const ORDER: Ordering = Ordering::SeqCst;
+
+/// Until when the current call may go on.
+#[derive(Debug)]
+pub(super) struct Deadline {
+    /// Seconds that a call may take.
+    limit: f64,
+    /// The bits of the time at which the current call ends; infinite between calls.
+    end: AtomicU64,
+    /// The current call, or the last one, was still at work then.
+    passed: AtomicBool,
+}
+
+impl Deadline {
+    fn is_over(&self, now: f64) -> bool {
+        let over = now >= f64::from_bits(self.end.load(ORDER));
+        if over {
+            self.passed.store(true, ORDER);
+        }
+        over
+    }
+}
+
+/// A call within its limit of time. Dropped, the call has ended.
+#[derive(Debug)]
+pub(crate) struct TimedCall {
+    /// `None` without a limit, and within another call, whose end holds.
+    deadline: Option<Arc<Deadline>>,
+}
+
+impl TimedCall {
+    pub(super) fn begin(deadline: Option<&Arc<Deadline>>, now: f64) -> TimedCall {
+        let outermost = |d: &&Arc<Deadline>| {
+            let (none, end) = (f64::INFINITY.to_bits(), (now + d.limit).to_bits());
+            let first = d.end.compare_exchange(none, end, ORDER, ORDER).is_ok();
+            if first {
+                d.passed.store(false, ORDER);
+            }
+            first
+        };
+        TimedCall {
+            deadline: deadline.filter(outermost).cloned(),
+        }
+    }
+
+    /// The seconds that the call may take, where it used them up.
+    pub(crate) fn exceeded(&self) -> Option<f64> {
+        let deadline = self.deadline.as_ref()?;
+        deadline.passed.load(ORDER).then_some(deadline.limit)
+    }
+
+    /// What the call came to: a cancel that its deadline asked for is [`Error::OutOfTime`].
+    pub(super) fn outcome<T>(&self, done: Result<T, Error>) -> Result<T, Error> {
+        done.map_err(|error| match self.exceeded() {
+            Some(seconds) if error.is_cancel() => Error::OutOfTime { seconds },
+            _ => error,
+        })
+    }
+}
+
+impl Drop for TimedCall {
+    fn drop(&mut self) {
+        if let Some(deadline) = &self.deadline {
+            deadline.end.store(f64::INFINITY.to_bits(), ORDER);
+        }
+    }
+}
+
+impl Error {
+    /// True where the embedding program's cancel ended the call.
+    pub fn is_cancel(&self) -> bool {
+        matches!(
+            self,
+            Error::Cancelled(_) | Error::Render(TransportError::Cancelled(_))
+        )
+    }
+}
+
+/// The host's progress, which also asks to stop once the time is used up.
+struct Timed {
+    progress: Box<dyn Progress>,
+    clock: Arc<dyn Clock>,
+    deadline: Arc<Deadline>,
+}
+
+impl Progress for Timed {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        self.progress.report(task, done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.progress.cancelled() || self.deadline.is_over(self.clock.seconds())
+    }
+
+    fn insisted(&self) -> bool {
+        self.progress.insisted() || self.deadline.is_over(self.clock.seconds())
+    }
+}
+
+/// The host with its limit of time at work in its progress.
+pub(super) fn limited(host: Host) -> (Host, Option<Arc<Deadline>>) {
+    let Some(time) = host.time else {
+        return (host, None);
+    };
+    let deadline = Arc::new(Deadline {
+        limit: time.as_secs_f64(),
+        end: AtomicU64::new(f64::INFINITY.to_bits()),
+        passed: AtomicBool::new(false),
+    });
+    let clock: Arc<dyn Clock> = Arc::from(host.clock);
+    let timed = Timed {
+        progress: host.progress,
+        clock: Arc::clone(&clock),
+        deadline: Arc::clone(&deadline),
+    };
+    let host = Host {
+        clock: Box::new(clock),
+        progress: Box::new(timed),
+        ..host
+    };
+    (host, Some(deadline))
+}

@@ -1,0 +1,357 @@
+//! Live control, as at a desk: go, back, goto; levels that are tried, recorded or released; blind
+//! edits. Nothing of it touches the text until something is recorded.
+
+use super::{Document, Edited, Engine, Error};
+use crate::diagnostic::Diagnostics;
+use crate::lang::edit::{self, Edit};
+use crate::lang::{self, SetLevel};
+use crate::show::Show;
+use crate::timeline::{self, CueTime};
+use crate::units::{CueNumber, Time};
+
+/// Levels for some coordinates, as `lamps 40  sky #203060` sets them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moves {
+    text: String,
+    levels: Vec<SetLevel>,
+}
+
+impl Moves {
+    /// As they were written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The coordinates that they set, with levels as fractions of full.
+    pub fn levels(&self) -> &[SetLevel] {
+        &self.levels
+    }
+}
+
+/// A coordinate that is being tried.
+#[derive(Clone, Copy, Debug)]
+struct Tried {
+    coordinate: usize,
+    /// Fraction of full, before the dimmer.
+    level: f64,
+    /// Light relative to full, behind the dimmer.
+    light: f64,
+}
+
+/// The moment that is looked at, the levels being tried on top of it, and blind edits.
+///
+/// ```
+/// use footlight::{Document, LiveControl, Memory};
+///
+/// # fn main() -> Result<(), footlight::Error> {
+/// let text = b"show \"S\"\nbank a = x\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
+///     cue 1 at 0:00 { snap  a 50 }\ncue 2 at 0:05 { time 2  a 80 }\n";
+/// let document = Document::new("s.lxq", text, &Memory::default())?;
+/// let mut live = LiveControl::new(&document);
+/// live.go(&document)?;
+/// assert!((live.levels(&document)[0] - 0.8).abs() < 1e-12);
+/// live.set(&document, live.moves(&document, "a 30")?);
+/// assert!((live.levels(&document)[0] - 0.3).abs() < 1e-12);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Debug, Default)]
+pub struct LiveControl {
+    now: Time,
+    tried: Vec<(String, Vec<Tried>)>,
+    /// The text before the blind edits.
+    blind: Option<String>,
+    /// The document's, as the levels being tried are known by its coordinates.
+    revision: u64,
+}
+
+/// A cue that was recorded from levels that were tried.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// The cue as it stands in the text.
+    pub text: String,
+    /// What the edit came to.
+    pub edited: Edited,
+}
+
+impl LiveControl {
+    /// At the start of a document's show.
+    pub fn new(document: &Document) -> LiveControl {
+        LiveControl {
+            now: document.timeline().start(),
+            revision: document.revision(),
+            ..LiveControl::default()
+        }
+    }
+
+    /// Goes along with an edit: the moment stays within the show, and levels that were tried in a
+    /// show of other meaning are let go of.
+    pub fn follow(&mut self, document: &Document) {
+        let (start, end) = (document.timeline().start(), document.timeline().end());
+        self.now = self.now.clamp(start, end);
+        if self.revision != document.revision() {
+            self.revision = document.revision();
+            self.tried.clear();
+        }
+    }
+
+    /// The moment.
+    pub fn time(&self) -> Time {
+        self.now
+    }
+
+    /// The cue that has started last, as an index into the show's cues.
+    pub fn cue(&self, document: &Document) -> Option<usize> {
+        let cues = document.timeline().cues();
+        cues.iter().rposition(|cue| cue.go <= self.now)
+    }
+
+    /// Moves to a time within the show; the levels that were tried, as they were written, which are
+    /// let go of.
+    ///
+    /// # Errors
+    /// [`Error::OutsideShow`].
+    pub fn move_to(&mut self, document: &Document, time: Time) -> Result<Vec<String>, Error> {
+        within(document, time)?;
+        Ok(self.go_to(time))
+    }
+
+    fn go_to(&mut self, time: Time) -> Vec<String> {
+        self.now = time;
+        let tried = std::mem::take(&mut self.tried);
+        tried.into_iter().map(|(text, _)| text).collect()
+    }
+
+    /// Runs the next cue, and those that follow by themselves, to their end; what is let go of.
+    ///
+    /// # Errors
+    /// [`Error::NoCues`], [`Error::LastCue`].
+    pub fn go(&mut self, document: &Document) -> Result<Vec<String>, Error> {
+        let next = self.cue(document).map_or(0, |index| index + 1);
+        let last = chain_end(document.show(), next);
+        let time = settled(document, last).ok_or(match next {
+            0 => Error::NoCues,
+            _ => Error::LastCue,
+        })?;
+        Ok(self.go_to(time))
+    }
+
+    /// To the end of the cue before; what is let go of.
+    ///
+    /// # Errors
+    /// [`Error::FirstCue`].
+    pub fn back(&mut self, document: &Document) -> Result<Vec<String>, Error> {
+        let before = self.cue(document).and_then(|index| index.checked_sub(1));
+        let time = before.and_then(|index| settled(document, index));
+        Ok(self.go_to(time.ok_or(Error::FirstCue)?))
+    }
+
+    /// To the end of a cue, or to where a share of its time, 0 to 1, has gone by; what is let go
+    /// of.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchCue`].
+    pub fn goto(
+        &mut self,
+        document: &Document,
+        cue: CueNumber,
+        share: Option<f64>,
+    ) -> Result<Vec<String>, Error> {
+        let index = index_of(document, cue)?;
+        let time = match (document.timeline().cues().get(index), share) {
+            (Some(cue), Some(share)) => Some(part_of(cue, share)),
+            _ => settled(document, index),
+        };
+        Ok(self.go_to(time.unwrap_or(self.now)))
+    }
+
+    /// Reads levels as a cue of the show would set them: banks, groups, looks and named values of
+    /// the document. Neither the text nor the levels change.
+    ///
+    /// # Errors
+    /// [`Error::Show`] with places in `text`, [`Error::NoLevels`].
+    pub fn moves(&self, document: &Document, text: &str) -> Result<Moves, Error> {
+        let levels = lang::levels(&document.diagnostics().sources, text)
+            .map_err(|list| Error::Show(Diagnostics::of(list, "typed", text)))?;
+        match levels.is_empty() {
+            true => Err(Error::NoLevels),
+            false => Ok(Moves {
+                text: text.to_owned(),
+                levels,
+            }),
+        }
+    }
+
+    /// Tries levels on top of what the cues say at this moment. What is set again takes the place
+    /// of what was.
+    pub fn set(&mut self, document: &Document, moves: Moves) {
+        self.follow(document);
+        let show = document.show();
+        let tried: Vec<Tried> = moves
+            .levels
+            .iter()
+            .map(|set| Tried {
+                coordinate: set.coordinate,
+                level: set.level,
+                light: light(show, *set),
+            })
+            .collect();
+        let again = |(_, old): &(String, Vec<Tried>)| {
+            old.iter()
+                .all(|old| tried.iter().any(|new| new.coordinate == old.coordinate))
+        };
+        self.tried.retain(|tried| !again(tried));
+        self.tried.push((moves.text, tried));
+    }
+
+    /// Lets go of the levels being tried; false where there are none.
+    pub fn release(&mut self) -> bool {
+        let trying = self.is_trying();
+        self.tried.clear();
+        trying
+    }
+
+    /// Levels are being tried.
+    pub fn is_trying(&self) -> bool {
+        !self.tried.is_empty()
+    }
+
+    /// The levels being tried, as they were written.
+    pub fn tried(&self) -> Vec<&str> {
+        self.tried.iter().map(|(text, _)| text.as_str()).collect()
+    }
+
+    /// The light of each coordinate at this moment, relative to full, with the levels being tried.
+    pub fn setting(&self, document: &Document) -> Vec<f64> {
+        let mut setting = document.timeline().evaluate(self.now);
+        for tried in self.tried.iter().flat_map(|(_, tried)| tried) {
+            if let Some(slot) = setting.get_mut(tried.coordinate) {
+                *slot = tried.light;
+            }
+        }
+        setting
+    }
+
+    /// The level of each coordinate at this moment, before its dimmer, as a fraction of full, with
+    /// the levels being tried.
+    pub fn levels(&self, document: &Document) -> Vec<f64> {
+        let mut levels = document.timeline().levels(self.now);
+        for tried in self.tried.iter().flat_map(|(_, tried)| tried) {
+            if let Some(slot) = levels.get_mut(tried.coordinate) {
+                *slot = tried.level;
+            }
+        }
+        levels
+    }
+
+    /// Writes the levels being tried as a new cue and goes to its end. `time` is its time as a show
+    /// writes it, such as `3` or `4/6`.
+    ///
+    /// # Errors
+    /// [`Error::NothingTried`], [`Error::CueExists`], else as [`Engine::edit`]; the levels are then
+    /// tried on.
+    pub fn record(
+        &mut self,
+        engine: &mut Engine,
+        cue: CueNumber,
+        label: Option<&str>,
+        time: Option<&str>,
+    ) -> Result<Recorded, Error> {
+        if !self.is_trying() {
+            return Err(Error::NothingTried);
+        }
+        if index_of(engine.document(), cue).is_ok() {
+            return Err(Error::CueExists(cue));
+        }
+        let text = edit::cue_text(cue, label, time, &self.tried());
+        let edited = engine.edit(&Edit::Declare(text.clone()))?;
+        let document = engine.document();
+        self.follow(document);
+        let index = index_of(document, cue)?;
+        if let Some(time) = settled(document, index) {
+            self.go_to(time);
+        }
+        Ok(Recorded { text, edited })
+    }
+
+    /// True while edits are shown that are yet to be kept.
+    pub fn is_blind(&self) -> bool {
+        self.blind.is_some()
+    }
+
+    /// Begins blind edits: shown, but dropped unless they are kept. False where they had begun.
+    pub fn begin_blind(&mut self, document: &Document) -> bool {
+        let begins = self.blind.is_none();
+        if begins {
+            self.blind = Some(document.text().to_owned());
+        }
+        begins
+    }
+
+    /// Keeps the blind edits.
+    ///
+    /// # Errors
+    /// [`Error::NoBlindEdits`].
+    pub fn keep_blind(&mut self) -> Result<(), Error> {
+        self.blind.take().map(drop).ok_or(Error::NoBlindEdits)
+    }
+
+    /// Drops the blind edits: the text is what it was before them.
+    ///
+    /// # Errors
+    /// [`Error::NoBlindEdits`], else as [`Engine::replace`]; nothing has changed then.
+    pub fn drop_blind(&mut self, engine: &mut Engine) -> Result<(), Error> {
+        let text = self.blind.as_ref().ok_or(Error::NoBlindEdits)?;
+        engine.replace(text)?;
+        self.blind = None;
+        self.follow(engine.document());
+        Ok(())
+    }
+}
+
+/// Refuses a time outside the show.
+fn within(document: &Document, time: Time) -> Result<(), Error> {
+    let (start, end) = (document.timeline().start(), document.timeline().end());
+    match (start..=end).contains(&time) {
+        true => Ok(()),
+        false => Err(Error::OutsideShow { time, start, end }),
+    }
+}
+
+/// Light relative to full behind the dimmer of a coordinate's bank.
+fn light(show: &Show, set: SetLevel) -> f64 {
+    let coordinates = show.coordinates();
+    let bank = coordinates.get(set.coordinate).and_then(|c| c.bank);
+    let bank = bank.and_then(|b| show.banks.get(b));
+    let lights = bank.map(|b| timeline::settings(b.dimmer, &show.curves, &[set.level]));
+    let first = lights.and_then(|l| l.first().copied());
+    first.unwrap_or(set.level)
+}
+
+fn index_of(document: &Document, number: CueNumber) -> Result<usize, Error> {
+    let mut cues = document.show().cues.iter();
+    let found = cues.position(|cue| cue.number == number);
+    found.ok_or(Error::NoSuchCue(number))
+}
+
+/// The moment at which a cue is complete, or at which the next one takes over.
+fn settled(document: &Document, index: usize) -> Option<Time> {
+    let cues = document.timeline().cues();
+    let cue = cues.get(index)?;
+    // A microsecond before its GO the next cue has not begun.
+    let until = cues.get(index + 1).map(|n| n.go - Time::from_micros(1));
+    let end = until.map_or(cue.completion, |until| cue.completion.min(until));
+    Some(end.max(cue.go))
+}
+
+/// The last of the cues that follow this one by themselves; the cue itself where none does.
+fn chain_end(show: &Show, index: usize) -> usize {
+    let run = show.cues.iter().skip(index);
+    index + run.take_while(|cue| cue.link.is_some()).count()
+}
+
+/// The moment at which a share of a cue's time has gone by.
+fn part_of(cue: &CueTime, share: f64) -> Time {
+    let whole = (cue.completion - cue.go).micros() as f64;
+    cue.go + Time::from_micros((whole * share).round() as i64)
+}

@@ -1,0 +1,139 @@
+//! The plan of a show, and how refined images are chosen and previews made of them.
+
+use super::{Engine, Error};
+use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
+use crate::pool::{Pool, Projected, Projection};
+use crate::timeline::{KeyOptions, KeySequence};
+
+/// How refined images are chosen, and previews made of coarse and refined ones.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Method {
+    /// What makes an image worth refining; `None`: the best that the images allow.
+    pub metric: Option<Metric>,
+    /// How a preview is made up of coarse and refined images.
+    pub projection: Projection,
+}
+
+/// What a plan is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanOptions {
+    /// What is measured; all but settings render coarse images first.
+    pub metric: Metric,
+    /// The relative error of the sequence that is aimed for.
+    pub tolerance: f64,
+    /// Allow negative keys, which float playback can show, and spare the knots.
+    pub signed_keys: bool,
+}
+
+impl Engine {
+    /// The plan of the show alone: key settings, basis, predicted error; no pool in it. The metrics
+    /// `influence` and `error` render coarse images first.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`] when images are wanted and there is no stage or view, what rendering
+    /// says, or [`Error::Plan`] when a decomposition fails.
+    pub fn plan(&mut self, options: PlanOptions) -> Result<PlanReport, Error> {
+        if options.metric != Metric::Settings {
+            self.coarse()?;
+        }
+        if !options.signed_keys {
+            return self.plan_of(self.document.keys(), options);
+        }
+        let key_options = KeyOptions { signed_keys: true };
+        let keys = KeySequence::new(self.document.timeline(), key_options)?;
+        self.plan_of(&keys, options)
+    }
+
+    fn plan_of(&self, keys: &KeySequence, options: PlanOptions) -> Result<PlanReport, Error> {
+        let (weighting, norm) = match (options.metric, self.pool()) {
+            (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
+            (_, None) => return Err(Error::NotRendered),
+            (Metric::Error, Some(pool)) => (pool.weighting(), Some(self.sequence_norm(pool))),
+            (Metric::Influence, Some(pool)) => (
+                Weighting::influence(&pool.norms(), keys)?,
+                Some(self.sequence_norm(pool)),
+            ),
+        };
+        let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
+        let report = plan.report(self.show(), keys);
+        Ok(if self.is_final() {
+            nothing_to_refine(report)
+        } else {
+            report
+        })
+    }
+
+    /// How images are chosen and previews made at present.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// Chooses and makes them by another method from now on; images that are there are kept.
+    pub fn set_method(&mut self, method: Method) {
+        self.method = method;
+    }
+
+    /// The pool as the chosen projection sees it.
+    pub(crate) fn projected(&self) -> Result<Projected<'_>, Error> {
+        let pool = self.rendered()?;
+        Ok(pool.projected(self.method.projection, self.host.work()))
+    }
+
+    /// The metric that orders what is to be refined.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered; [`Error::Plan`].
+    pub fn plan_metric(&self) -> Result<Metric, Error> {
+        Ok(self.plan_weighting(self.rendered()?)?.metric())
+    }
+
+    /// The weights that order what is to be refined.
+    fn plan_weighting(&self, pool: &Pool) -> Result<Weighting, Error> {
+        let keys = self.document.keys();
+        Ok(match self.method.metric {
+            None | Some(Metric::Error) => pool.weighting(),
+            Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
+            Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
+        })
+    }
+
+    /// What is left to refine in the order of the chosen metric, with the errors, before
+    /// calibration, that the shipped projection is predicted to leave.
+    pub(super) fn directions(&self, pool: &Pool) -> Result<Vec<Direction>, Error> {
+        let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
+        let weighting = self.plan_weighting(pool)?;
+        let mut known = pool.settings();
+        let mut out = plan::next(keys, &known, &weighting, norm)?.directions;
+        let own = pool.weighting();
+        if weighting != own {
+            // Singular values in another metric say nothing of errors.
+            for direction in &mut out {
+                known.push(direction.setting.clone());
+                direction.error = plan::forecast(keys, &known, &own, norm)?;
+            }
+        }
+        Ok(out)
+    }
+
+    /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse images.
+    pub(super) fn sequence_norm(&self, pool: &Pool) -> f64 {
+        plan::sequence_norm(pool.gram(), &plan::second_moment(self.document.keys()))
+    }
+
+    /// What known corrections make of the estimated errors.
+    pub(crate) fn calibration(&self) -> f64 {
+        self.pool().map_or(1.0, Pool::calibration)
+    }
+}
+
+/// The plan where the first images are final: the basis still tells how the sequence varies, but no
+/// image of it is worth rendering.
+fn nothing_to_refine(mut plan: PlanReport) -> PlanReport {
+    plan.used = 0;
+    plan.predicted = vec![Predicted {
+        refined: 0,
+        error: 0.0,
+    }];
+    plan.left_out.push(LeftOut::OneQuality);
+    plan
+}

@@ -1,0 +1,145 @@
+//! Key images ready to play, in the fastest format that is good enough for the show.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::{Engine, Error};
+use crate::picture::Image;
+use crate::picture::tone::Tone;
+use crate::playback::key::Format;
+use crate::playback::{Playback, Player};
+use crate::study::playback::{self as study, Frame, Judged, UNSEEN};
+use crate::units::Time;
+
+/// Channels that decide the default format; a measurement looks at whole images.
+const SAMPLE: usize = 20_000;
+
+/// What keeping the keys in a format takes and loses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyFormat {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of all keys.
+    pub bytes: usize,
+    /// How far a frame is off at most, in steps of 8 bits on the display.
+    pub error: f64,
+    /// Whether playback takes it by itself.
+    pub chosen: bool,
+}
+
+impl Engine {
+    /// Key images from the pool as it stands, ready to play; coarse images are rendered if they are
+    /// not there.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
+    pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
+        self.coarse()?;
+        let pool = self.projected()?;
+        let playback = Playback::new(self.document.keys(), &pool, self.host.work())?;
+        Ok(Arc::new(playback))
+    }
+
+    /// The sequence as display bytes, exposed as one: any frame is at most three blends of key
+    /// images.
+    ///
+    /// # Errors
+    /// As [`Engine::playback`].
+    pub fn player(&mut self) -> Result<Player, Error> {
+        let playback = self.playback()?;
+        let tone = self.tone_of(playback.images());
+        self.player_of(&playback, tone, None)
+    }
+
+    /// A player with keys in a format, or else in the fastest that is good enough for this show.
+    pub(crate) fn player_of(
+        &self,
+        playback: &Arc<Playback>,
+        tone: Tone,
+        format: Option<Format>,
+    ) -> Result<Player, Error> {
+        match format {
+            Some(format) => Ok(Player::new(playback, format, tone, self.host.work())?),
+            None => self.default_player(playback, tone),
+        }
+    }
+
+    /// Half precision where its error stays under half a step of 8 bits, as it does unless a light
+    /// in sight is a hundred million times brighter than what is to be seen next to it; else single.
+    /// 8 bits are never the default: they err by more, and take longer to decode than to read.
+    fn default_player(&self, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
+        let half = Player::new(playback, Format::Half, tone, self.host.work())?;
+        if self.sampled(playback, tone, &half)? < UNSEEN {
+            return Ok(half);
+        }
+        let work = self.host.work();
+        Ok(Player::new(playback, Format::Float, tone, work)?)
+    }
+
+    /// The largest error of some channels, in steps of 8 bits.
+    fn sampled(&self, playback: &Playback, tone: Tone, player: &Player) -> Result<f64, Error> {
+        let stride = (playback.size().0 * playback.size().1 * 3).div_ceil(SAMPLE);
+        Ok(self.judge(playback, tone, stride, player)?.most)
+    }
+
+    /// All formats, judged as the default is.
+    pub(super) fn key_formats(
+        &self,
+        playback: &Arc<Playback>,
+        tone: Tone,
+    ) -> Result<Vec<KeyFormat>, Error> {
+        let chosen = self.default_player(playback, tone)?.format();
+        let mut out = Vec::new();
+        for format in Format::ALL {
+            let player = Player::new(playback, format, tone, self.host.work())?;
+            out.push(KeyFormat {
+                name: format.name(),
+                bytes: player.bytes(),
+                error: self.sampled(playback, tone, &player)?,
+                chosen: format == chosen,
+            });
+        }
+        Ok(out)
+    }
+
+    /// How far a player's frames are off, of every `stride`-th channel.
+    pub(super) fn judge(
+        &self,
+        playback: &Playback,
+        tone: Tone,
+        stride: usize,
+        player: &Player,
+    ) -> Result<Judged, Error> {
+        let mut frame = |time| {
+            let mut image = Image::new(0, 0);
+            player.light(time, &mut image);
+            Frame::Light(image)
+        };
+        let work = self.host.work();
+        Ok(study::judge(playback, tone, stride, &mut frame, work)?)
+    }
+
+    /// Frames a second that playback alone reaches, measured over about half a second.
+    pub(crate) fn frame_rate(&self, player: &Player) -> f64 {
+        let mut bytes = Vec::new();
+        let begin = self.now();
+        let mut frames = 0;
+        loop {
+            player.show(self.visited(frames), &mut bytes);
+            frames += 1;
+            let passed = self.now() - begin;
+            if passed > 0.5 || frames >= 500 {
+                return frames as f64 / passed.max(1e-9);
+            }
+        }
+    }
+
+    /// The `n`-th moment of a measurement: a stride that is no simple fraction visits all kinds of
+    /// segments.
+    pub(super) fn visited(&self, n: usize) -> Time {
+        let timeline = self.document.timeline();
+        let (start, end) = (timeline.start(), timeline.end());
+        start + (end - start).scaled((n as f64 * 0.618_033_988_75).fract())
+    }
+}

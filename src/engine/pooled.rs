@@ -1,0 +1,126 @@
+//! What images there are, which of them serve the show, and freeing the others.
+
+use std::sync::Arc;
+
+use super::{Engine, Error};
+use crate::picture::Image;
+use crate::linalg::Dependent;
+use crate::plan;
+use crate::pool::Pool;
+use crate::pool::depot::Stored;
+use crate::renderer::Quality;
+
+/// Images at hand, in memory and in the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoolSummary {
+    /// Images in memory that an edit put aside.
+    pub idle: usize,
+    /// Refined images at hand that the pool does not use, as they say next to nothing new.
+    pub near_copies: usize,
+    /// Refined images whose settings lie in the span of those before them.
+    pub refused: Vec<Dependent>,
+    /// The store; `None` where images are kept in memory only.
+    pub store: Option<StoreSummary>,
+}
+
+/// Images in the store.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoreSummary {
+    /// Its folder.
+    pub folder: std::path::PathBuf,
+    /// The most bytes that it may hold.
+    pub limit: u64,
+    /// Steps of quality and bytes of the images that can serve this show.
+    pub own: Vec<(Quality, u64)>,
+    /// Bytes of each of the others: of other scenes, lights, views or versions.
+    pub other: Vec<u64>,
+}
+
+/// What was freed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Freed {
+    /// Images dropped from memory.
+    pub memory: usize,
+    /// Images and bytes freed in the store's folder, if there is one.
+    pub store: Option<(usize, u64, std::path::PathBuf)>,
+}
+
+impl Engine {
+    /// What images there are beyond the pool's own, and which of the stored ones serve the show;
+    /// `None` where the show has no stage or view.
+    pub fn pool_summary(&self) -> Option<PoolSummary> {
+        let rendering = self.rendering.as_ref()?;
+        let held = self.pool().map_or(0, |p| images_of(p).len());
+        let keys = self.document.keys();
+        let next = self
+            .pool()
+            .and_then(|pool| plan::next(keys, &pool.settings(), &pool.weighting(), None).ok());
+        Some(PoolSummary {
+            idle: self.archive.kept().len().saturating_sub(held),
+            near_copies: rendering.near_copies,
+            refused: next.map(|n| n.refused).unwrap_or_default(),
+            store: self.store_summary(),
+        })
+    }
+
+    fn store_summary(&self) -> Option<StoreSummary> {
+        let depot = self.archive.depot()?;
+        let stored = depot.stored(self.store());
+        let (own, other): (Vec<Stored>, Vec<Stored>) =
+            stored.into_iter().partition(|s| self.serves(s));
+        Some(StoreSummary {
+            folder: depot.folder().to_owned(),
+            limit: depot.limit(),
+            own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
+            other: other.iter().map(|s| s.bytes).collect(),
+        })
+    }
+
+    /// Whether a stored image can serve the show: its scene fits, and all its lights are there.
+    fn serves(&self, stored: &Stored) -> bool {
+        let (Some(rendering), Some(depot)) = (&self.rendering, self.archive.depot()) else {
+            return false;
+        };
+        rendering.is_of_scene(stored.ground)
+            && depot
+                .lighting(self.store(), *stored)
+                .is_some_and(|lighting| rendering.can_use(stored.ground, &lighting))
+    }
+
+    /// Frees images, in memory and in the store: those that this show cannot use, or all.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`], [`Error::File`] when the store cannot be written.
+    pub fn drop_images(&mut self, all: bool) -> Result<Freed, Error> {
+        let mut gone = Vec::new();
+        if let Some(depot) = self.archive.depot() {
+            let stored = depot.stored(self.store()).into_iter();
+            gone = stored.filter(|s| all || !self.serves(s)).collect();
+        }
+        let Some(rendering) = &mut self.rendering else {
+            return Err(Error::NoSetup);
+        };
+        if all {
+            rendering.pool = None;
+            self.steps.clear();
+            self.exposure = super::exposure::Exposure::default();
+        }
+        let held = rendering.pool.as_ref().map(images_of).unwrap_or_default();
+        let used = |image: &Arc<_>| held.contains(&Arc::as_ptr(image));
+        let memory = self.archive.forget(|kept| !used(&kept.image));
+        let mut store = None;
+        if let Some(depot) = self.archive.depot_mut() {
+            let (images, bytes) = depot.free(self.host.store.as_ref(), |s| gone.contains(s))?;
+            store = Some((images, bytes, depot.folder().to_owned()));
+        }
+        Ok(Freed { memory, store })
+    }
+}
+
+/// Every image a pool holds, each once.
+pub(crate) fn images_of(pool: &Pool) -> Vec<*const Image> {
+    let mut all: Vec<_> = pool.pictures().map(Arc::as_ptr).collect();
+    all.sort();
+    all.dedup();
+    all
+}

@@ -1,0 +1,309 @@
+//! What is rendered of a setup: prepared operators and the pool, kept as long as the setup stays.
+
+mod job;
+mod reuse;
+
+pub(super) use self::job::{Job, Rendered};
+pub(super) use self::reuse::Reused;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::Host;
+use crate::files::Store;
+use crate::picture::Image;
+use crate::pool::Pool;
+use crate::pool::address::{Digest, Ground, Lighting, Lights};
+use crate::pool::archive::{Archive, Wanted};
+use crate::pool::depot::Place;
+use crate::renderer::layered::{Layered, only_images};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use crate::work::Work;
+
+/// The share of the memory budget for images that the pool does not use at present.
+const KEPT_SHARE: usize = 4;
+
+/// Operators, addresses and pool of one setup.
+pub(super) struct Rendering {
+    pub setup: Setup,
+    /// The coarse and the refined step of quality that the show asks for.
+    pub steps: [u8; 2],
+    operators: BTreeMap<u8, Box<dyn Prepared>>,
+    /// The step of quality whose operator is at work in a job.
+    lent: Option<u8>,
+    /// The rig as addresses see it.
+    lights: Lights,
+    /// Where its images belong; `None` when the operator's images are not to be kept.
+    scene_key: Option<Ground>,
+    /// Refined images at hand that the pool does not use, as they say next to nothing new.
+    pub near_copies: usize,
+    /// Coarse and refined images, once there are any.
+    pub pool: Option<Pool>,
+}
+
+/// Images to be rendered, with their addresses where they are to be kept.
+pub(super) struct Missing {
+    /// What is to be rendered.
+    pub settings: Vec<Vec<f64>>,
+    /// As many, unless the operator's images are not to be kept.
+    pub wanted: Option<Vec<Wanted>>,
+}
+
+impl Rendering {
+    /// Of a setup, with what `old` has that is still true of it: operators and pool where the setup
+    /// is the same. `results` is what the operator says of its images.
+    pub fn renew(
+        old: Option<Rendering>,
+        setup: &Setup,
+        steps: [u8; 2],
+        results: Option<&str>,
+    ) -> Rendering {
+        let (operators, lent, pool) = match old {
+            Some(old) if old.setup == *setup => {
+                // A pool's coarse images are of one step; operators are kept by step anyway.
+                let pool = old.pool.filter(|_| old.steps == steps);
+                (old.operators, old.lent, pool)
+            }
+            _ => (BTreeMap::new(), None, None),
+        };
+        // Banks given as images are images already: nothing is gained by keeping them twice.
+        let results = results.filter(|_| !only_images(&setup.rig));
+        Rendering {
+            lights: Lights::new(&setup.rig),
+            scene_key: results.map(|r| Ground::new(r, &setup.scene, &setup.view)),
+            setup: setup.clone(),
+            steps,
+            operators,
+            lent,
+            near_copies: 0,
+            pool,
+        }
+    }
+
+    /// Number of sources: coordinates of a setting.
+    pub fn sources(&self) -> usize {
+        self.setup.rig.sources.len()
+    }
+
+    /// The setting of each source alone at full, which coarse images are of.
+    pub fn units(&self) -> Vec<Vec<f64>> {
+        Pool::unit_settings(self.sources())
+    }
+
+    /// The finest step of quality that the rig's operator has.
+    pub fn finest(&self, renderer: &dyn Transport) -> Quality {
+        Layered::new(&self.setup.rig, renderer).finest()
+    }
+
+    /// A new operator at a step of quality.
+    pub fn prepare(
+        &self,
+        renderer: &dyn Transport,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Layered::new(&self.setup.rig, renderer).prepare(&self.setup, quality, work)
+    }
+
+    /// Predicted cost of the rig's operator.
+    pub fn cost(&self, renderer: &dyn Transport, quality: Quality) -> Cost {
+        Layered::new(&self.setup.rig, renderer).cost(&self.setup, quality)
+    }
+
+    /// True when the operator of this step of quality is at hand, or will be given back.
+    pub fn is_prepared(&self, quality: Quality) -> bool {
+        self.operators.contains_key(&quality.0) || self.lent == Some(quality.0)
+    }
+
+    /// Lets go of all operators but those of some steps.
+    pub fn keep_operators(&mut self, steps: &[u8]) {
+        self.operators.retain(|step, _| steps.contains(step));
+    }
+
+    /// The operator at a step of quality, prepared on first use.
+    pub fn operator(
+        &mut self,
+        renderer: &dyn Transport,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<&mut dyn Prepared, TransportError> {
+        let finest = self.finest(renderer).0;
+        if !self.operators.contains_key(&quality.0) {
+            let prepared = self.prepare(renderer, quality, work)?;
+            self.operators.insert(quality.0, prepared);
+        }
+        match self.operators.get_mut(&quality.0) {
+            Some(operator) => Ok(operator.as_mut()),
+            None => Err(TransportError::Quality(quality.0, finest)),
+        }
+    }
+
+    /// An image of each setting at a step of quality, found or rendered here.
+    pub fn images(
+        &mut self,
+        archive: &mut Archive,
+        host: &Host,
+        quality: Quality,
+        settings: &[Vec<f64>],
+    ) -> Result<Vec<Arc<Image>>, TransportError> {
+        let store = host.store.as_ref();
+        let (found, missing) = self.find(archive, quality, settings, None, store);
+        let mut rendered = Vec::new();
+        if !missing.settings.is_empty() {
+            let operator = self.operator(host.renderer.as_ref(), quality, host.work())?;
+            let images = operator.render(&missing.settings, host.work())?;
+            rendered = take_in(archive, missing.wanted.as_deref(), images, store);
+        }
+        trim(archive, host.memory);
+        Ok(in_order(found, rendered))
+    }
+
+    /// Of the images of `settings` those that are at hand, in their order with gaps, and those that
+    /// are not. Refined images are counted on from `refined`; coarse ones have none.
+    pub fn find(
+        &self,
+        archive: &mut Archive,
+        quality: Quality,
+        settings: &[Vec<f64>],
+        refined: Option<usize>,
+        store: &dyn Store,
+    ) -> (Vec<Option<Arc<Image>>>, Missing) {
+        let Some(key) = self.scene_key else {
+            let missing = Missing {
+                settings: settings.to_vec(),
+                wanted: None,
+            };
+            return (vec![None; settings.len()], missing);
+        };
+        let wanted = self.wanted(key, quality, settings, refined);
+        let size = (self.setup.view.width, self.setup.view.height);
+        let found = archive.find(&wanted, size, store);
+        let open = |((setting, wanted), found): ((&Vec<f64>, Wanted), &Option<Arc<Image>>)| {
+            found.is_none().then(|| (setting.clone(), wanted))
+        };
+        let pairs = settings.iter().zip(wanted).zip(&found).filter_map(open);
+        let (settings, wanted) = pairs.unzip();
+        let missing = Missing {
+            settings,
+            wanted: Some(wanted),
+        };
+        (found, missing)
+    }
+
+    /// Which images of settings need no rendering, as far as can be told without reading any.
+    pub fn at_hand(
+        &self,
+        archive: &Archive,
+        quality: Quality,
+        settings: &[Vec<f64>],
+        store: &dyn Store,
+    ) -> Vec<bool> {
+        let Some(key) = self.scene_key else {
+            return vec![false; settings.len()];
+        };
+        archive.has(&self.wanted(key, quality, settings, None), store)
+    }
+
+    /// Images of settings as the archive knows them; `refined` as in [`Rendering::find`].
+    fn wanted(
+        &self,
+        key: Ground,
+        quality: Quality,
+        settings: &[Vec<f64>],
+        refined: Option<usize>,
+    ) -> Vec<Wanted> {
+        let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
+            address: self.lights.address(key, quality, setting),
+            words: self.setup.rig.lit(setting),
+            refined: refined.map(|first| Place {
+                order: first + i,
+                setting: setting.clone(),
+            }),
+        };
+        settings.iter().enumerate().map(want).collect()
+    }
+
+    /// Predicted cost of so many sources alone, in the operator's units.
+    pub fn cost_of_units(
+        &self,
+        renderer: &dyn Transport,
+        quality: Quality,
+        images: usize,
+    ) -> f64 {
+        let cost = self.cost(renderer, quality);
+        let prepare = match self.is_prepared(quality) {
+            true => 0.0,
+            false => cost.prepare,
+        };
+        Cost { prepare, ..cost }.alone(images as f64)
+    }
+
+    /// True for where this scene and view have their images.
+    pub fn is_of_scene(&self, key: Ground) -> bool {
+        Some(key) == self.scene_key
+    }
+
+    /// True for images that this scene, rig and view can use.
+    pub fn can_use(&self, key: Ground, lighting: &Lighting) -> bool {
+        self.is_of_scene(key) && self.lights.has_all(lighting)
+    }
+
+    /// The names of the refined images in an archive, on disk too, that serve.
+    pub fn serving(
+        &self,
+        archive: &Archive,
+        least: Quality,
+        store: &dyn Store,
+    ) -> BTreeSet<Digest> {
+        let known = self.known(archive, least, Some(store));
+        known.into_iter().map(|k| k.address.key).collect()
+    }
+
+    /// Number of refined images that the pool has, or, until it is made, will have of those in
+    /// memory.
+    pub fn refined(&self, archive: &Archive, least: Quality) -> usize {
+        match &self.pool {
+            Some(pool) => pool.refined().len(),
+            None => self.known(archive, least, None).len(),
+        }
+    }
+}
+
+/// The two steps of quality for coarse images: `coarse` itself and the next finer one, whose images
+/// serve; their difference estimates the error that these have. The estimate sees nothing of an
+/// error that both steps share.
+pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [Quality; 2] {
+    let cheap = coarse.clamp(1, finest.0);
+    [cheap, cheap.saturating_add(1).min(finest.0)].map(Quality)
+}
+
+/// Keeps images that were rendered, where they have addresses.
+pub(super) fn take_in(
+    archive: &mut Archive,
+    wanted: Option<&[Wanted]>,
+    images: Vec<Image>,
+    store: &dyn Store,
+) -> Vec<Arc<Image>> {
+    let Some(wanted) = wanted else {
+        return images.into_iter().map(Arc::new).collect();
+    };
+    let pairs = wanted.iter().zip(images);
+    pairs
+        .map(|(w, image)| archive.take_in(w, image, store))
+        .collect()
+}
+
+/// Found images, with those that were rendered in their gaps.
+pub(super) fn in_order(
+    found: Vec<Option<Arc<Image>>>,
+    rendered: Vec<Arc<Image>>,
+) -> Vec<Arc<Image>> {
+    let mut rendered = rendered.into_iter();
+    let all = found.into_iter();
+    all.filter_map(|f| f.or_else(|| rendered.next())).collect()
+}
+
+/// Lets go of images that nothing uses, beyond their share of the memory, bytes.
+pub(super) fn trim(archive: &mut Archive, memory: usize) {
+    archive.trim(memory / KEPT_SHARE);
+}

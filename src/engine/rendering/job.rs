@@ -1,0 +1,83 @@
+//! One call of the operator with all that it needs, to be done on any thread while the engine goes
+//! on.
+
+use super::Rendering;
+use crate::picture::Image;
+use crate::renderer::layered::Layered;
+use crate::renderer::{Prepared, Quality, Setup, Transport, TransportError};
+use crate::work::{Cancelled, Work};
+
+/// A call of the operator.
+pub(in crate::engine) struct Job {
+    pub setup: Setup,
+    pub quality: Quality,
+    pub settings: Vec<Vec<f64>>,
+    /// Prepared earlier; else it is prepared first.
+    operator: Option<Box<dyn Prepared>>,
+}
+
+/// What a job gives back.
+pub(in crate::engine) struct Rendered {
+    /// To be given back to the rendering, unless preparing it failed.
+    pub operator: Option<Box<dyn Prepared>>,
+    /// One for each setting.
+    pub images: Result<Vec<Image>, TransportError>,
+}
+
+impl Job {
+    /// What it gives back where it is not run.
+    pub fn cancelled(self) -> Rendered {
+        Rendered {
+            operator: self.operator,
+            images: Err(Cancelled.into()),
+        }
+    }
+
+    /// Renders.
+    pub fn run(self, renderer: &dyn Transport, work: Work<'_>) -> Rendered {
+        let Job {
+            setup,
+            quality,
+            settings,
+            operator,
+        } = self;
+        let prepared = match operator {
+            Some(operator) => Ok(operator),
+            None => Layered::new(&setup.rig, renderer).prepare(&setup, quality, work),
+        };
+        match prepared {
+            Ok(mut operator) => {
+                let images = operator.render(&settings, work);
+                Rendered {
+                    operator: Some(operator),
+                    images,
+                }
+            }
+            Err(error) => Rendered {
+                operator: None,
+                images: Err(error),
+            },
+        }
+    }
+}
+
+impl Rendering {
+    /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
+    pub fn lend(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
+        self.lent = Some(quality.0);
+        Job {
+            setup: self.setup.clone(),
+            quality,
+            settings,
+            operator: self.operators.remove(&quality.0),
+        }
+    }
+
+    /// Takes an operator back.
+    pub fn give_back(&mut self, quality: Quality, operator: Option<Box<dyn Prepared>>) {
+        self.lent = None;
+        if let Some(operator) = operator {
+            self.operators.entry(quality.0).or_insert(operator);
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! Reads what a show renders from its files: scene, rig and view, as one [`Setup`].
+
+mod diagnostics;
+mod luminaires;
+
+use std::sync::Arc;
+
+use super::compile::Source;
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Vec3, vec3};
+use crate::lang::SpanMap;
+use crate::picture::Image;
+use crate::renderer::Setup;
+use crate::renderer::layered::only_images;
+use crate::scene::fitting::Fittings;
+use crate::scene::import;
+use crate::scene::shape::Shape;
+use crate::scene::solid::Solid;
+use crate::scene::{ImageFile, Images, Lamp, Scene, View, still};
+use crate::show::{self, Show};
+use crate::units::Rgb;
+
+/// What a scene is made from; equal inputs make equal scenes.
+#[derive(Clone, Debug, PartialEq)]
+struct Inputs {
+    stages: Vec<(String, import::Options)>,
+    surfaces: Vec<(String, Rgb, Vec<Solid>)>,
+    shapes: Vec<(String, Shape)>,
+}
+
+impl Inputs {
+    fn of(show: &Show) -> Inputs {
+        let stages = show.stages.iter().map(|s| (s.path.clone(), options(s)));
+        let surfaces = show.surfaces.iter();
+        let surfaces = surfaces.map(|s| (s.name.clone(), s.reflectance, s.solids.clone()));
+        let shapes = show.shapes().map(|(name, shape)| (name.to_owned(), shape));
+        Inputs {
+            stages: stages.collect(),
+            surfaces: surfaces.collect(),
+            shapes: shapes.collect(),
+        }
+    }
+}
+
+/// A setup with what was read for it, so that after an edit only what changed is read.
+#[derive(Debug)]
+pub(super) struct Loaded {
+    inputs: Inputs,
+    images: Images,
+    luminaires: Fittings,
+    pub setup: Setup,
+}
+
+/// Loads what `show` needs, taking scene and images from `old` where the text means the same;
+/// `None` when the show has no stage or no view. Where every bank is an image neither is needed:
+/// the view then is as large as they are.
+///
+/// # Errors
+/// A diagnostic for every file that cannot be used and every light that does not fit.
+pub(super) fn load(
+    show: &Show,
+    spans: &SpanMap,
+    source: Source<'_>,
+    old: Option<&Loaded>,
+) -> Result<Option<Loaded>, Vec<Diagnostic>> {
+    let inputs = Inputs::of(show);
+    let scene = match old.filter(|l| l.inputs == inputs) {
+        Some(old) => Ok((Arc::clone(&old.setup.scene), old.luminaires.lamps.clone())),
+        None => read_scene(show, spans, source).map(|(scene, lamps)| (Arc::new(scene), lamps)),
+    };
+    let none = Images::new();
+    let known = old.map_or(&none, |l| &l.images);
+    let images = read_images(show, spans, source, known);
+    let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
+    let (scene, images, luminaires) = match (scene, images, luminaires) {
+        (Ok((scene, lamps)), Ok(images), Ok(luminaires)) => {
+            let luminaires = Fittings {
+                lamps,
+                ..luminaires
+            };
+            (scene, images, luminaires)
+        }
+        (scene, images, luminaires) => {
+            let errors = [scene.err(), images.err(), luminaires.err()];
+            return Err(errors.into_iter().flatten().flatten().collect());
+        }
+    };
+    let rig = show.rig_with(&scene, &images, &luminaires);
+    let rig = rig.map_err(|errors| {
+        let diagnostics = errors.iter().map(|e| diagnostics::of_rig(e, &scene, spans));
+        diagnostics.collect::<Vec<_>>()
+    })?;
+    let view = show.view().map(|v| v.camera.clone());
+    let view = if only_images(&rig) {
+        view.or_else(|| images.values().next().map(|i| view_of(i)))
+    } else if show.stages.is_empty() && show.surfaces.iter().all(|s| s.solids.is_empty()) {
+        None
+    } else {
+        view
+    };
+    let Some(view) = view else { return Ok(None) };
+    // An edit that changes none of it keeps the very rig, so that comparing costs nothing.
+    let rig = match old {
+        Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
+        _ => Arc::new(rig),
+    };
+    Ok(Some(Loaded {
+        inputs,
+        images,
+        luminaires,
+        setup: Setup { scene, rig, view },
+    }))
+}
+
+/// The images that banks are given as, all of one size, which is the view's where there is one.
+fn read_images(
+    show: &Show,
+    spans: &SpanMap,
+    source: Source<'_>,
+    known: &Images,
+) -> Result<Images, Vec<Diagnostic>> {
+    let wanted: Vec<ImageFile> = show.images().map(|(_, file)| file.clone()).collect();
+    let images = still::read(source.files, &wanted, known, source.memory);
+    let images = images.map_err(|refused| {
+        let of_one = |one| diagnostics::of_image(one, show, spans);
+        refused.iter().flat_map(of_one).collect::<Vec<_>>()
+    })?;
+    let named = || {
+        let read = |(id, file)| images.get(file).map(|image| (id, file, size(image)));
+        show.images().filter_map(read)
+    };
+    let of_view = show.view().map(|v| {
+        let camera = (v.camera.width, v.camera.height);
+        (camera, diagnostics::view_name(v))
+    });
+    let of_first = || {
+        let (_, file, size) = named().next()?;
+        Some((size, diagnostics::file_name(file)))
+    };
+    let Some((wanted, of)) = of_view.or_else(of_first) else {
+        return Ok(images);
+    };
+    let other = named().filter(|(_, _, size)| *size != wanted);
+    let errors: Vec<Diagnostic> = other
+        .map(|(id, file, size)| diagnostics::of_size((id, file), size, wanted, &of, spans))
+        .collect();
+    if errors.is_empty() {
+        Ok(images)
+    } else {
+        Err(errors)
+    }
+}
+
+fn size(image: &Image) -> (usize, usize) {
+    (image.width(), image.height())
+}
+
+/// A view as large as `image`, for a show that has nothing to look at but images; where it stands
+/// does not matter.
+fn view_of(image: &Image) -> View {
+    View {
+        from: vec3(0.0, -1.0, 0.0),
+        to: Vec3::ZERO,
+        fov: 40.0,
+        width: image.width(),
+        height: image.height(),
+    }
+}
+
+/// How a stage's file is to be taken.
+fn options(stage: &show::Stage) -> import::Options {
+    import::Options {
+        z_up: stage.z_up,
+        one_sided: stage.one_sided,
+    }
+}
+
+/// The scene, and the lights of its files.
+fn read_scene(
+    show: &Show,
+    spans: &SpanMap,
+    source: Source<'_>,
+) -> Result<(Scene, Vec<Lamp>), Vec<Diagnostic>> {
+    let mut scene = Scene::default();
+    let mut lamps = Vec::new();
+    let mut errors = Vec::new();
+    for stage in &show.stages {
+        match import::read(source.files, &stage.path, options(stage)) {
+            Ok(read) => {
+                scene.append(read.scene);
+                lamps.extend(read.inventory.lamps);
+            }
+            Err(error) => errors.push(diagnostics::of_stage(&error, stage, spans)),
+        }
+    }
+    if errors.is_empty() {
+        errors = apply_materials(show, spans, &mut scene);
+    }
+    if errors.is_empty() {
+        show.furnish(&mut scene);
+        Ok((scene, lamps))
+    } else {
+        Err(errors)
+    }
+}
+
+/// Gives the scene the show's surfaces: what replaces the stage's materials, then the solids of
+/// materials of its own. What is wrong with that.
+fn apply_materials(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagnostic> {
+    let mut errors = Vec::new();
+    let (own, replaced): (Vec<_>, Vec<_>) =
+        show.surfaces.iter().partition(|s| !s.solids.is_empty());
+    for surface in replaced {
+        if !scene.set_reflectance(&surface.name, surface.reflectance) {
+            errors.push(diagnostics::of_surface(surface, scene, spans));
+        }
+    }
+    let mut fronts = Vec::new();
+    for surface in own {
+        if scene.materials.iter().any(|m| m.name == surface.name) {
+            errors.push(diagnostics::of_own_surface(surface, spans));
+            continue;
+        }
+        for solid in &surface.solids {
+            let first = scene.polygons.len();
+            scene.add_solid(&surface.name, surface.reflectance, solid);
+            if solid.two_sided() {
+                fronts.extend(first..scene.polygons.len());
+            }
+        }
+    }
+    scene.add_backs(&fronts);
+    errors
+}

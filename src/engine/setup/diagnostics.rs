@@ -1,0 +1,302 @@
+//! Errors that show only when the stage's files are read: diagnostics at the statement that names
+//! the file, the surface or the light.
+
+use crate::diagnostic::{Diagnostic, Label, Severity};
+use crate::files::FileError;
+use crate::lang::{SpanMap, codes, nearest};
+use crate::picture::PictureError;
+use crate::scene::gltf::PartError;
+use crate::scene::import::SceneError;
+use crate::scene::still::{ImageError, Refused};
+use crate::scene::{ImageFile, Scene};
+use crate::show::{NodeId, RigError, Show, Stage, Surface, View};
+
+fn error(
+    code: &'static str,
+    message: String,
+    id: NodeId,
+    spans: &SpanMap,
+    help: Vec<String>,
+) -> Diagnostic {
+    let place = spans.get(id).map(|span| Label {
+        file: span.file as usize,
+        span: span.range(),
+        text: String::new(),
+    });
+    Diagnostic {
+        severity: Severity::Error,
+        code,
+        message,
+        labels: place.into_iter().collect(),
+        help,
+    }
+}
+
+/// A stage file that cannot be used.
+pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Diagnostic {
+    let named;
+    let help = match cause {
+        SceneError::File(crate::files::FileError::Missing(path)) if *path != stage.path => {
+            named = format!("`{}` names it, by a path from its own folder", stage.path);
+            named.as_str()
+        }
+        SceneError::File(crate::files::FileError::Outside(_)) => {
+            "a show reads files only from its own folder downwards; copy the file there"
+        }
+        SceneError::File(crate::files::FileError::Missing(_)) => {
+            "the path is taken from the show's own folder"
+        }
+        SceneError::Part {
+            reason: PartError::Extension(_),
+            ..
+        } => "export the geometry again as glTF without compression",
+        SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
+        _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
+    };
+    let message = format!("the stage cannot be read: {cause}");
+    error(
+        codes::STAGE_FILE,
+        message,
+        stage.id,
+        spans,
+        vec![help.to_owned()],
+    )
+}
+
+/// A surface that replaces nothing.
+pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> Diagnostic {
+    let message = format!("the stage has no material `{}` to replace", surface.name);
+    error(
+        codes::SURFACE,
+        message,
+        surface.id,
+        spans,
+        materials(&surface.name, scene, false),
+    )
+}
+
+/// A surface of the show's own that the stage has already.
+pub(super) fn of_own_surface(surface: &Surface, spans: &SpanMap) -> Diagnostic {
+    let name = &surface.name;
+    let message = format!("the stage has a material `{name}` already");
+    let help =
+        format!("give the surface another name, such as `{name}_2`, or leave its solids out");
+    error(
+        codes::DECLARED_TWICE,
+        message,
+        surface.id,
+        spans,
+        vec![help],
+    )
+}
+
+/// What is wrong with a photometric file, naming it.
+pub(super) fn photometric_cause(path: &str, error: &dyn std::fmt::Display) -> String {
+    format!("`{path}` {error}")
+}
+
+/// What is wrong with an image to project, naming its file.
+pub(super) fn slide_cause(path: &str, error: &dyn std::fmt::Display) -> String {
+    format!("`{path}`: {error}")
+}
+
+/// A photometric file that cannot be used; the cause names the file where reading it failed.
+pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
+    let message = format!("the photometric file cannot be read: {cause}");
+    let help =
+        "put the IES LM-63 file (type C) of the luminaire beside the show; its maker publishes it";
+    error(
+        codes::PHOTOMETRIC,
+        message,
+        light,
+        spans,
+        vec![help.to_owned()],
+    )
+}
+
+/// A slide that cannot be used.
+pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
+    let message = format!("the image cannot be thrown: {cause}");
+    let help = "put a PNG or OpenEXR file of at most 16,777,216 pixels beside the show";
+    error(codes::SLIDE, message, light, spans, vec![help.to_owned()])
+}
+
+/// A light that does not fit its stage.
+pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagnostic {
+    match cause {
+        RigError::NoMaterial { id, material } => error(
+            codes::MATERIAL,
+            cause.to_string(),
+            *id,
+            spans,
+            materials(material, scene, true),
+        ),
+        RigError::Dark { id, material } => {
+            let help = format!("give it a radiance, such as `panel {material} 500 cd/m2`");
+            error(codes::DARK, cause.to_string(), *id, spans, vec![help])
+        }
+        RigError::NoImage { id, .. } => {
+            error(codes::IMAGE, cause.to_string(), *id, spans, Vec::new())
+        }
+        RigError::Unread { id, .. } => error(
+            codes::PHOTOMETRIC,
+            cause.to_string(),
+            *id,
+            spans,
+            Vec::new(),
+        ),
+        RigError::NoLamp { id, name, known } => {
+            let near = nearest(name, known.iter().map(String::as_str));
+            let help = match near {
+                Some(near) => format!("did you mean `{near}`?"),
+                None if known.is_empty() => "lights come with glTF files only".to_owned(),
+                None => format!("the stage has {}", some(known)),
+            };
+            error(codes::NO_LAMP, cause.to_string(), *id, spans, vec![help])
+        }
+        RigError::Distant { id, .. } => {
+            let help = "hang a `spot` far away with a narrow beam, or a `panel` for the sky";
+            error(
+                codes::LAMP,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
+        }
+        RigError::NoSpot { id, .. } => {
+            let help = "say `beam` and `field`, `at` and `aim` of your own behind its name";
+            error(
+                codes::LAMP,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
+        }
+        RigError::NoArea { id, .. } => {
+            let help = "lumens and candela are spread over its area; say `cd/m2`, or name another";
+            error(
+                codes::NO_AREA,
+                cause.to_string(),
+                *id,
+                spans,
+                vec![help.to_owned()],
+            )
+        }
+    }
+}
+
+/// An image that cannot be used, at every statement that names it.
+pub(super) fn of_image((file, cause): &Refused, show: &Show, spans: &SpanMap) -> Vec<Diagnostic> {
+    let (code, help) = match cause {
+        ImageError::Picture(PictureError::Layer { wanted, layers }) => {
+            (codes::IMAGE_LAYER, layer_help(wanted.as_deref(), layers))
+        }
+        ImageError::Picture(PictureError::NotFinite { .. }) => {
+            let help = "render it again; a pixel without a number has no place in a sum of lights";
+            (codes::IMAGE, vec![help.to_owned()])
+        }
+        ImageError::Picture(PictureError::Memory { .. }) => {
+            let help = "render it smaller, or give more memory with `--memory MB`";
+            (codes::IMAGE, vec![help.to_owned()])
+        }
+        ImageError::Picture(_) => {
+            let help = "an image is OpenEXR (linear light, with R, G and B) or PNG (sRGB)";
+            (codes::IMAGE, vec![help.to_owned()])
+        }
+        ImageError::File(FileError::Outside(_)) => {
+            let help = "a show reads files only from its own folder downwards; copy the file there";
+            (codes::IMAGE, vec![help.to_owned()])
+        }
+        ImageError::File(FileError::Missing(_)) => {
+            let help = "the path is taken from the show's own folder";
+            (codes::IMAGE, vec![help.to_owned()])
+        }
+        ImageError::File(_) => (codes::IMAGE, Vec::new()),
+    };
+    let said = match cause {
+        ImageError::File(error) => error.to_string(),
+        ImageError::Picture(PictureError::NotFinite { .. }) => match &file.layer {
+            None => format!("`{}`: {cause}", file.path),
+            Some(layer) => format!("`{}`, layer `{layer}`: {cause}", file.path),
+        },
+        ImageError::Picture(_) => format!("`{}`: {cause}", file.path),
+    };
+    let message = format!("the image cannot be used: {said}");
+    let named = show.images().filter(|(_, f)| *f == file);
+    named
+        .map(|(id, _)| error(code, message.clone(), id, spans, help.clone()))
+        .collect()
+}
+
+/// Which layer could have been meant.
+fn layer_help(wanted: Option<&str>, layers: &[String]) -> Vec<String> {
+    let names = || layers.iter().map(String::as_str);
+    if let Some(near) = wanted.and_then(|name| nearest(name, names())) {
+        return vec![format!("did you mean `layer \"{near}\"`?")];
+    }
+    let some: Vec<String> = names().take(12).map(|n| format!("`{n}`")).collect();
+    let more = match layers.len().saturating_sub(some.len()) {
+        0 => String::new(),
+        n => format!(" and {n} more"),
+    };
+    match (some.is_empty(), wanted) {
+        (true, _) => vec!["leave `layer` out".to_owned()],
+        (false, None) => vec![format!(
+            "say which: `layer \"NAME\"`; the file has {}{more}",
+            some.join(", ")
+        )],
+        (false, Some(_)) => vec![format!("the file has {}{more}", some.join(", "))],
+    }
+}
+
+/// A view, as a diagnostic names it.
+pub(super) fn view_name(view: &View) -> String {
+    format!("the view `{}`", view.name)
+}
+
+/// An image's file, as a diagnostic names it.
+pub(super) fn file_name(file: &ImageFile) -> String {
+    format!("`{}`", file.path)
+}
+
+/// An image of another size than the picture; `of` says whose size that is.
+pub(super) fn of_size(
+    (id, file): (NodeId, &ImageFile),
+    found: (usize, usize),
+    wanted: (usize, usize),
+    of: &str,
+    spans: &SpanMap,
+) -> Diagnostic {
+    let message = format!(
+        "`{}` has {}x{} pixels, {of} has {}x{}",
+        file.path, found.0, found.1, wanted.0, wanted.1
+    );
+    let help =
+        "all images and the view have one size: render them alike, or change `size` in the view";
+    error(codes::IMAGE_SIZE, message, id, spans, vec![help.to_owned()])
+}
+
+/// Names that could have been meant.
+fn materials(name: &str, scene: &Scene, emitting: bool) -> Vec<String> {
+    let names = || scene.materials.iter().map(|m| m.name.as_str());
+    if let Some(near) = nearest(name, names()) {
+        return vec![format!("did you mean `{near}`?")];
+    }
+    let lit = scene
+        .materials
+        .iter()
+        .filter(|m| !emitting || m.emission.luminance() > 0.0);
+    let some: Vec<String> = lit.take(8).map(|m| format!("`{}`", m.name)).collect();
+    if some.is_empty() {
+        return Vec::new();
+    }
+    vec![format!("the stage has {}", some.join(", "))]
+}
+
+/// The first few of many names.
+fn some(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().take(8).map(|n| format!("`{n}`")).collect();
+    quoted.join(", ")
+}

@@ -1,0 +1,113 @@
+//! Versions of a show, and the refined images that serve two of them.
+
+use std::collections::BTreeSet;
+
+use super::compile::{self, Parsed, Source};
+use super::rendering::Rendering;
+use super::setup::{self, Loaded};
+use super::{Engine, Error, Host, decode};
+use crate::files::Files;
+use crate::lang;
+use crate::pool::address::Digest;
+use crate::pool::archive::Archive;
+use crate::renderer::Quality;
+use crate::show::Show;
+use crate::timeline::Timeline;
+
+/// A text with its curves, without what its stage needs.
+pub struct Version(Parsed);
+
+impl Version {
+    /// Reads a version by its name, its bytes and the files that it may include.
+    ///
+    /// # Errors
+    /// [`Error::Show`] with the errors of the text and its curves.
+    pub fn read(name: &str, bytes: &[u8], files: &dyn Files) -> Result<Version, Error> {
+        let text = decode(name, bytes)?;
+        let source = Source {
+            name,
+            text: &text,
+            view: None,
+            files,
+            memory: usize::MAX,
+        };
+        let mut cache = lang::Known::default();
+        Ok(Version(compile::parse(source, &mut cache)?))
+    }
+
+    /// The text with all that it includes.
+    pub fn text(&self) -> String {
+        self.0.text()
+    }
+
+    /// The model.
+    pub fn show(&self) -> &Show {
+        &self.0.show
+    }
+
+    /// The curves.
+    pub fn timeline(&self) -> &Timeline {
+        &self.0.timeline
+    }
+
+    /// The names of the refined images in `archive` that serve this version; none where it has no
+    /// stage, or one that cannot be read. The scene of `known` is taken where it is the same.
+    fn serving(&self, host: &Host, archive: &Archive, known: Option<&Loaded>) -> BTreeSet<Digest> {
+        let Parsed { show, spans, .. } = &self.0;
+        let source = Source {
+            name: "",
+            text: "",
+            view: None,
+            files: host.files.as_ref(),
+            memory: host.memory,
+        };
+        let Ok(Some(loaded)) = setup::load(show, spans, source, known) else {
+            return BTreeSet::new();
+        };
+        let results = host.renderer.results();
+        let steps = [show.preview.coarse, show.preview.refined];
+        let rendering = Rendering::renew(None, &loaded.setup, steps, results.as_deref());
+        let finest = rendering.finest(host.renderer.as_ref()).0;
+        let least = Quality(show.preview.refined.clamp(1, finest));
+        rendering.serving(archive, least, host.store.as_ref())
+    }
+}
+
+/// Refined images that serve an older version of a show, and those of them that serve a newer one
+/// too.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Serving {
+    /// Those that serve the older version.
+    pub old: usize,
+    /// Those of them that serve the newer version.
+    pub both: usize,
+}
+
+impl Serving {
+    /// Counts the images in the host's store.
+    pub fn in_store(old: &Version, new: &Version, host: &Host) -> Serving {
+        Serving::count(old, new, (host, &host.archive(), None))
+    }
+
+    fn count(
+        old: &Version,
+        new: &Version,
+        (host, archive, known): (&Host, &Archive, Option<&Loaded>),
+    ) -> Serving {
+        let old = old.serving(host, archive, known);
+        let new = new.serving(host, archive, known);
+        Serving {
+            old: old.len(),
+            both: old.intersection(&new).count(),
+        }
+    }
+}
+
+impl Engine {
+    /// Counts the images at hand that serve two versions of the show.
+    pub fn serving(&self, old: &Version, new: &Version) -> Serving {
+        let compiled = self.document.compiled();
+        let known = compiled.loaded.as_ref();
+        Serving::count(old, new, (&self.host, &self.archive, known))
+    }
+}

@@ -1,0 +1,224 @@
+//! A document in words: its headline, what it declares, what an edit came to, its levels.
+
+use std::fmt::Write as _;
+
+use super::text::{count, label};
+use crate::diagnostic::Style;
+use crate::engine::{Document, Edited, LiveControl};
+use crate::lang::{self, edit::Action};
+use crate::show::{Link, Show};
+
+/// Title, banks, cues and length, in a line.
+pub fn headline(document: &Document) -> String {
+    let (show, timeline) = (document.show(), document.timeline());
+    let length = timeline.end() - timeline.start();
+    format!(
+        "{}: {}, {}, {length}",
+        show.title,
+        count(show.banks.len(), "bank"),
+        count(show.cues.len(), "cue")
+    )
+}
+
+/// Warnings, and whether the show has any.
+pub fn check(document: &Document, style: Style) -> String {
+    let diagnostics = document.diagnostics();
+    let mut text = diagnostics.render(style);
+    if !style.is_for_people() {
+        return text;
+    }
+    let _ = writeln!(text, "{}", headline(document));
+    text.push_str(&match diagnostics.list.len() {
+        0 => "no mistakes".to_owned(),
+        n => format!("no errors, {}", count(n, "warning")),
+    });
+    text
+}
+
+/// Banks, and cues with their times.
+pub fn listing(document: &Document) -> String {
+    let mut text = headline(document) + "\n\nbanks\n";
+    let show = document.show();
+    for bank in &show.banks {
+        let channel = bank
+            .channel
+            .map_or(String::new(), |c| format!("channel {c}"));
+        let lights = lights(show, &bank.lights);
+        let _ = writeln!(text, "  {:<14} {channel:<12} {lights}", bank.name);
+    }
+    for fixed in &show.fixed {
+        let at = format!("fixed at {}", super::level(fixed.level));
+        let lights = lights(show, &fixed.lights);
+        let _ = writeln!(text, "  {:<14} {at:<12} {lights}", fixed.name);
+    }
+    text.push_str("\ncues\n");
+    for (cue, time) in show.cues.iter().zip(document.timeline().cues()) {
+        let assumed = if time.assumed { "  (assumed GO)" } else { "" };
+        let _ = writeln!(
+            text,
+            "  {:>9} - {:<9} {:<7} {}{assumed}",
+            time.go.to_string(),
+            time.completion.to_string(),
+            cue.number.to_string(),
+            label(cue)
+        );
+    }
+    text
+}
+
+fn lights(show: &Show, lights: &[usize]) -> String {
+    let names = lights
+        .iter()
+        .filter_map(|l| show.lights.get(*l))
+        .map(|l| l.name.as_str());
+    names.collect::<Vec<_>>().join(" ")
+}
+
+/// The texts that declare a name, with its kind or without: `bank lamps`, `lamps`, `2.5`.
+pub fn declarations<'d>(document: &'d Document, name: &str) -> Vec<&'d str> {
+    let texts = document.diagnostics().sources.texts();
+    texts.flat_map(|text| declared(text, name)).collect()
+}
+
+/// What a text declares under a name.
+fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
+    let find = |what: &str| lang::edit::locate(text, what);
+    let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
+    // These stand once, without a name; asked for by another name they would answer to it.
+    let named = |kind: &&&str| !["show", "preview", "default"].contains(*kind);
+    let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
+    let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
+    places.sort_by_key(|place| place.start);
+    places.dedup();
+    places
+        .into_iter()
+        .filter_map(|place| text.get(place))
+        .collect()
+}
+
+/// What an edit came to: new warnings, what changed, and how many of the refined images that there
+/// were before and after it.
+pub fn edited(
+    document: &Document,
+    edited: &Edited,
+    [before, after]: [usize; 2],
+    style: Style,
+) -> String {
+    let mut text = String::new();
+    if !edited.warnings.list.is_empty() {
+        text.push_str(&edited.warnings.render(style));
+    }
+    for change in &edited.changes {
+        let done = match change.action {
+            Action::Added => "added",
+            _ => "replaced as a whole",
+        };
+        let what = change.what();
+        let _ = writeln!(text, "{what}: {done}");
+        if let (Action::Added, Some(number)) = (change.action.clone(), what.strip_prefix("cue ")) {
+            text.push_str(&started_instead(document.show(), number));
+        }
+    }
+    text.push_str(&headline(document));
+    match (before, after) {
+        (0, _) => {}
+        (before, 0) => {
+            let _ = write!(text, "; {} no longer fit", count(before, "refined picture"));
+        }
+        (_, kept) => {
+            let _ = write!(text, "; {} kept", count(kept, "refined picture"));
+        }
+    }
+    text
+}
+
+/// What to say where a new cue is started by the one before it in place of the one behind it.
+fn started_instead(show: &Show, number: &str) -> String {
+    let cues = &show.cues;
+    let index = cues.iter().position(|c| c.number.to_string() == number);
+    let around = index.and_then(|i| Some((cues.get(i.checked_sub(1)?)?, cues.get(i + 1)?)));
+    let Some((before, behind)) = around else {
+        return String::new();
+    };
+    let word = match before.link {
+        Some((_, Link::Follow(_))) => "follow",
+        Some((_, Link::Hang(_))) => "hang",
+        None => return String::new(),
+    };
+    format!(
+        "cue {}: its `{word}` starts cue {number} now, and no longer cue {}\n",
+        before.number, behind.number
+    )
+}
+
+/// The moment, its cue and its levels, with what is not in the text yet.
+pub fn moment(document: &Document, live: &LiveControl) -> String {
+    let mut text = format!("at {}", live.time());
+    let cue = live.cue(document).and_then(|i| document.show().cues.get(i));
+    if let Some(cue) = cue {
+        let _ = write!(text, ", cue {} {}", cue.number, label(cue));
+    }
+    text.push('\n');
+    text.push_str(&levels(document, live));
+    if live.is_blind() {
+        text.push_str("blind edits: `record` keeps them, `blind off` drops them\n");
+    }
+    if live.is_trying() {
+        let _ = writeln!(text, "trying {}", live.tried().join("  "));
+    }
+    text
+}
+
+/// The levels as a desk shows them, in percent; next to them the light behind the dimmers where it
+/// is another.
+fn levels(document: &Document, live: &LiveControl) -> String {
+    let lights = live.setting(document);
+    let levels = live.levels(document);
+    let show = document.show();
+    let bent = |bank: &crate::show::Bank| bank.dimmer != crate::show::Dimmer::Linear;
+    let bent = show.banks.iter().any(bent);
+    let mut text = String::new();
+    if bent {
+        let _ = writeln!(text, "  {:<14} {:>6} {:>7}", "", "level", "light");
+    }
+    let shown = if bent { &levels } else { &lights };
+    let rows = show.coordinates().into_iter().zip(shown);
+    for ((coordinate, level), light) in rows.zip(&lights) {
+        let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
+        let behind = match bent {
+            true => format!(" {:>7.1}", light * 100.0),
+            false => String::new(),
+        };
+        let (name, percent) = (coordinate.name, level * 100.0);
+        let line = format!("  {name:<14} {percent:>6.1}{behind}  {bar}");
+        let _ = writeln!(text, "{}", line.trim_end());
+    }
+    text
+}
+
+/// Where the show is, for a prompt: the cue's number and label; empty before the first.
+pub fn place(document: &Document, live: &LiveControl) -> String {
+    let cue = live.cue(document).and_then(|i| document.show().cues.get(i));
+    cue.map_or_else(String::new, |cue| {
+        format!("{} {}", cue.number, label(cue))
+            .trim_end()
+            .to_owned()
+    })
+}
+
+/// The views, the current one marked.
+pub fn views(document: &Document) -> String {
+    let views = &document.show().views;
+    if views.is_empty() {
+        return "the show declares no view".to_owned();
+    }
+    let mut sorted: Vec<_> = views.iter().collect();
+    sorted.sort_unstable_by_key(|view| &view.name);
+    let line = |view: &&crate::show::View| {
+        let name = &view.name;
+        let mark = if document.view() == Some(name) { "*" } else { " " };
+        let camera = &view.camera;
+        format!("{mark} {name}  {}x{}\n", camera.width, camera.height)
+    };
+    sorted.iter().map(line).collect()
+}

@@ -1,0 +1,183 @@
+//! Errors in a designer's words, with the way out that can be typed.
+
+use std::path::PathBuf;
+
+use super::text::{count, percent};
+use super::tune;
+use crate::chart::ChartError;
+use crate::engine;
+use crate::lang::nearest;
+use crate::picture::PictureError;
+use crate::playback::page::PageError;
+use crate::work::Cancelled;
+
+/// Why results could not be written out.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The engine could not make them.
+    #[error(transparent)]
+    Engine(#[from] engine::Error),
+    /// A chart could not be drawn.
+    #[error(transparent)]
+    Chart(#[from] ChartError),
+    /// The file's ending names no format that this can be written in.
+    #[error("`{}` has an ending that cannot be written here; use {known}", path.display())]
+    Ending {
+        /// The file.
+        path: PathBuf,
+        /// The endings that can be written.
+        known: &'static str,
+    },
+    /// Data could not be written as JSON.
+    #[error("no JSON can be made of it: {0}")]
+    Json(#[from] serde_json::Error),
+    /// The data of a page could not be written.
+    #[error("the page's data: {0}")]
+    PageData(serde_json::Error),
+    /// Nothing takes files down a pipe here.
+    #[error("`-` needs a reader at standard output")]
+    NoPipe,
+    /// There is no message of this code.
+    #[error("{0}")]
+    NoSuchCode(String),
+}
+
+impl From<crate::files::FileError> for Error {
+    fn from(error: crate::files::FileError) -> Error {
+        engine::Error::from(error).into()
+    }
+}
+
+impl From<PictureError> for Error {
+    fn from(error: PictureError) -> Error {
+        engine::Error::from(error).into()
+    }
+}
+
+impl From<Cancelled> for Error {
+    fn from(error: Cancelled) -> Error {
+        engine::Error::from(error).into()
+    }
+}
+
+impl From<PageError> for Error {
+    fn from(error: PageError) -> Error {
+        match error {
+            PageError::Cancelled(c) => c.into(),
+            PageError::Picture(p) => p.into(),
+            PageError::Data(e) => Error::PageData(e),
+        }
+    }
+}
+
+/// What to say where there is nothing to render.
+const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
+    them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
+
+/// An error of the engine, with the way out.
+pub fn engine_error(error: &engine::Error) -> String {
+    use engine::Error as E;
+    match error {
+        E::NoSetup | E::NotRendered => NO_SETUP.to_owned(),
+        E::NoSuchView { name, known } => no_view(name, known),
+        E::NoSuchBank { name, fixed, known } => no_bank(name, *fixed, known),
+        E::CueExists(number) => format!(
+            "there is a cue {number} already; take a free number, or type the cue anew \
+             (`show cue {number}` prints it)"
+        ),
+        E::LastCue => "the last cue has run: `back`, or `goto` a cue".to_owned(),
+        E::NoLevels => "that sets no level: `set lamps 40`".to_owned(),
+        E::NothingTried => {
+            "nothing is being tried; `set lamps 40` first, then `record 2.5 \"Label\"`".to_owned()
+        }
+        E::BlindEdits => "there are blind edits and nothing was written: `record` keeps them, \
+                          `blind off` drops them; then save"
+            .to_owned(),
+        E::NoFile => "the show has no file yet; say `save NAME.lxq`".to_owned(),
+        E::ChangedOnDisk(path) => format!(
+            "{} changed on disk since it was read; nothing was written. `save OTHER.lxq` keeps \
+             your edits beside it",
+            path.display()
+        ),
+        E::FileExists(path) => format!(
+            "{} exists already and was not written; choose another name",
+            path.display()
+        ),
+        E::NoBackground => "nothing can run beside the prompt here; say it without `&`".to_owned(),
+        E::OneQuality => "there is one quality only, so that nothing can be tried".to_owned(),
+        E::TooFewSteps { found, needed } => format!(
+            "the pictures of this show have {} of quality: tune needs {needed}, two for coarse \
+             pictures and a finer one to hold them against",
+            count((*found).into(), "step")
+        ),
+        E::AlikeRefined => "coarse pictures are what refined ones would be: nothing changes by \
+                            refining; a higher `refined` in the show's `preview` does"
+            .to_owned(),
+        E::AlikeCoarse => "the coarse pictures of both qualities are the same: nothing is wrong \
+                           with them as far as can be told, and nothing to refine"
+            .to_owned(),
+        E::MeasureMemory { needed, budget } => {
+            let mega = |bytes: usize| bytes.div_ceil(1 << 20);
+            format!(
+                "the pictures of every source at every step take {} MB, the memory allowed is {} \
+                 MB: give the view a smaller size for tuning, or allow more with --memory",
+                mega(*needed),
+                mega(*budget)
+            )
+        }
+        E::Black => "the sequence is black at every step: there is nothing to tune".to_owned(),
+        E::OutOfReach {
+            until,
+            reference,
+            best,
+        } => out_of_reach(*until, *reference, best.as_ref()),
+        E::OutOfTime { seconds } => format!(
+            "stopped after {seconds} s, the limit of time; every picture that was finished is \
+             kept, and the same again goes on from there (or give it more time: `--time-limit`)"
+        ),
+        other if other.is_cancel() => {
+            "stopped; every picture that was finished for the pool is kept".to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
+fn no_view(name: &str, known: &[String]) -> String {
+    let names = known.iter().map(String::as_str);
+    let hint = match (nearest(name, names.clone()), known.is_empty()) {
+        (Some(near), _) => format!("did you mean `{near}`?"),
+        (None, false) => "`view` lists those there are".to_owned(),
+        (None, true) => "the show declares none: view house from … to … fov …".to_owned(),
+    };
+    format!("there is no view `{name}`; {hint}")
+}
+
+fn no_bank(name: &str, fixed: bool, known: &[String]) -> String {
+    if fixed {
+        return format!(
+            "`{name}` is always on, as all that is fixed: `--bank fixed` is that together"
+        );
+    }
+    let near = nearest(name, known.iter().map(String::as_str));
+    let hint = near.map_or_else(|| known.join(", "), |n| format!("did you mean `{n}`?"));
+    format!("there is no bank `{name}`: {hint}")
+}
+
+/// No choice is good enough: which comes nearest, and what to ask for instead.
+fn out_of_reach(until: f64, reference: u8, best: Option<&crate::study::Candidate>) -> String {
+    let nearest = best.map_or("nothing".to_owned(), |best| {
+        // Up, so that it can be asked for.
+        let reachable = (best.error * 1e5).ceil() / 1e3;
+        format!(
+            "the best is {}, off by {} %: ask for --until {reachable}%",
+            tune::candidate(best),
+            percent(best.error)
+        )
+    });
+    format!(
+        "{} % is out of reach: the scale's finest step, {reference}, is what errors are against, \
+         and of the others {nearest}",
+        percent(until)
+    )
+}

@@ -1,0 +1,264 @@
+//! Refinement in words: steps, remarks, status, forecast.
+
+use std::fmt::Write as _;
+
+use super::text::{count, percent, seconds};
+use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Method, Refined, Remark, Status};
+use crate::pool::Projection;
+use crate::renderer::Cost;
+
+/// Coordinates named for a step.
+const NAMED: usize = 4;
+
+/// Why refinement ended; empty where it goes without saying.
+pub fn ended(ended: Ended) -> &'static str {
+    match ended {
+        Ended::Reached => "the error asked for is reached",
+        Ended::Counted => "",
+        Ended::Spent => "the time is used up",
+        Ended::Complete => "every direction that the show needs is refined",
+        Ended::Stopped => "stopped; what is finished is kept",
+    }
+}
+
+/// A remark in a line.
+pub fn remark(remark: &Remark) -> String {
+    match remark {
+        Remark::Batch {
+            images,
+            fixed,
+            each,
+        } => format!(
+            "{} in one call: what it takes before the first costs {}, each picture {} (predicted)",
+            count(*images, "picture"),
+            seconds(*fixed),
+            seconds(*each)
+        ),
+        Remark::DoesNotFit { seconds: s } => {
+            format!(
+                "the next picture would take {}, which does not fit",
+                seconds(*s)
+            )
+        }
+    }
+}
+
+/// The steps from the `first` on, remarks, and why it ended.
+pub fn refined(engine: &Engine, done: &Refined, first: usize) -> String {
+    let mut text = String::new();
+    for step in engine.steps().iter().skip(first) {
+        let _ = writeln!(text, "{}", self::step(step.refined, step.error, step.seconds));
+    }
+    for one in &done.remarks {
+        let _ = writeln!(text, "{}", remark(one));
+    }
+    text.push_str(done.ended.map_or("", ended));
+    text
+}
+
+/// One line about where the sequence stands.
+fn step(refined: usize, error: f64, seconds: f64) -> String {
+    format!(
+        "{refined:>3} refined  predicted error {:>8} %  {seconds:.1} s",
+        percent(error)
+    )
+}
+
+/// An event in lines; `words` is how the refinement in the background was asked for.
+pub fn event(event: &Event, words: &str) -> Vec<String> {
+    let (done, failed, error, refined) = match event {
+        Event::FilesReread => {
+            let said = "files that the show names were changed; they are read again";
+            return vec![said.to_owned()];
+        }
+        Event::RefinementEnded {
+            done,
+            failed,
+            error,
+            refined,
+        } => (done, failed, error, refined),
+    };
+    let why = match failed {
+        Some(error) => format!("stopped: {}", super::error::engine_error(error)),
+        None => done.ended.map_or("", ended).to_owned(),
+    };
+    let mut text = format!("{words}: ");
+    if let Some(error) = error {
+        let refined = count(*refined, "refined picture");
+        let _ = write!(text, "error {} % with {refined}; ", percent(*error));
+    }
+    text.push_str(if why.is_empty() { "done" } else { &why });
+    let mut notes: Vec<String> = done.remarks.iter().map(remark).collect();
+    notes.push(text);
+    notes
+}
+
+/// A refinement in the background, in a few lines.
+pub fn status(status: &Status, words: &str) -> String {
+    let mut text = format!("{words}: ");
+    match status.error {
+        Some(error) => {
+            let done = match status.rendered {
+                0 => "no picture finished yet".to_owned(),
+                n => format!("{} in {}", count(n, "picture"), seconds(status.seconds)),
+            };
+            let _ = writeln!(text, "{done}, error {} %", percent(error));
+        }
+        None => text.push_str("before the first refined picture\n"),
+    }
+    if let Some(job) = &status.job {
+        describe_job(job, &mut text);
+    }
+    if let Some(ahead) = &status.ahead {
+        let _ = writeln!(
+            text,
+            "  to come: {}, predicted to be there in {} with error {} %",
+            count(ahead.images, "picture"),
+            seconds(ahead.seconds),
+            percent(ahead.error)
+        );
+    }
+    text
+}
+
+fn describe_job(job: &JobStatus, text: &mut String) {
+    let what = match job.refined {
+        true => "a picture".to_owned(),
+        false => count(job.images, "coarse picture"),
+    };
+    let quality = job.quality.0;
+    let _ = write!(
+        text,
+        "  in hand: {what} at quality {quality}, {}",
+        seconds(job.spent)
+    );
+    if job.predicted > 0.0 {
+        let _ = write!(text, " of {} predicted", seconds(job.predicted));
+    }
+    match &job.task {
+        (_, _, 0) => {}
+        (task, done, total) => {
+            let _ = write!(text, " ({task}: {done} of {total})");
+        }
+    }
+    text.push('\n');
+}
+
+/// What to say where nothing runs in the background.
+pub fn idle(engine: &Engine) -> String {
+    let mut text = "nothing is at work beside the prompt".to_owned();
+    if let Some(step) = engine.steps().last() {
+        let refined = count(step.refined, "refined picture");
+        let _ = write!(text, "; {refined}, error {} %", percent(step.error));
+    }
+    text
+}
+
+/// The next steps of a forecast of `all` steps, with what they cost.
+pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) -> String {
+    let mut text = format!(
+        "predicted error {} % with {}; {} left to refine, at quality {}\n",
+        percent(forecast.error),
+        count(engine.refined(), "refined picture"),
+        count(all, "direction"),
+        forecast.quality
+    );
+    if forecast.steps.is_empty() {
+        return text;
+    }
+    let _ = writeln!(text, "       takes    in all     leaves  mostly");
+    let names = engine.show().coordinates();
+    let mut total = 0.0;
+    for (i, step) in forecast.steps.iter().enumerate() {
+        total += step.seconds;
+        let pairs = step.setting.iter().copied().zip(&names);
+        let mut parts: Vec<(f64, &str)> = pairs.map(|(s, c)| (s, c.name.as_str())).collect();
+        parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
+        let large = parts.iter().take(NAMED).filter(|(s, _)| s.abs() >= 0.1);
+        let words: Vec<String> = large.map(|(s, name)| format!("{name} {s:+.2}")).collect();
+        let takes = match step.stored {
+            true => "stored".to_owned(),
+            false => seconds(step.seconds),
+        };
+        let _ = writeln!(
+            text,
+            "  {:>2} {takes:>8}  {:>8}  {:>7} %  {}",
+            i + 1,
+            seconds(total),
+            percent(step.error),
+            words.join("  ")
+        );
+    }
+    text.push_str(&sharing(forecast, cost));
+    text
+}
+
+fn sharing(forecast: &Forecast, cost: Cost) -> String {
+    match (cost.prepare + cost.per_source > 0.0, forecast.fixed > 0.0) {
+        (false, _) => "pictures share no work here: one at a time loses nothing".to_owned(),
+        (true, true) => format!(
+            "the first costs {} before any picture, which the others share: several in one call \
+             pay until they cost as much",
+            seconds(forecast.fixed)
+        ),
+        (true, false) => "what pictures share is done: one at a time loses nothing".to_owned(),
+    }
+}
+
+/// What to say in a plan where images share no work; `None` where they do, or where there is
+/// nothing to refine.
+pub fn unshared(engine: &Engine) -> Option<String> {
+    let cost = engine.refined_cost().ok().filter(|_| !engine.is_final())?;
+    let shares = cost.prepare > 0.0 || cost.per_source > 0.0;
+    let each = match cost.per_image > 0.0 {
+        true => format!("{:.2} s each, as measured", cost.per_image),
+        false => "not measured yet".to_owned(),
+    };
+    (!shares).then(|| {
+        format!(
+            "pictures share no work here ({each}; with negative light two runs): refining several \
+             at once does not pay"
+        )
+    })
+}
+
+/// What to say where the show asks for steps of quality beyond the scale.
+pub fn clamped(engine: &Engine) -> Option<String> {
+    let finest = engine.finest().0;
+    let preview = &engine.show().preview;
+    let beyond = preview.coarse.max(preview.refined) > finest;
+    let scale = engine.setup().is_some() && finest > 1 && beyond;
+    scale.then(|| {
+        let name = engine.host().renderer.name();
+        let (coarse, refined) = (preview.coarse, preview.refined);
+        format!(
+            "the show asks for quality `coarse {coarse}  refined {refined}`, the scale of the \
+             {name} ends at {finest}: that is taken instead"
+        )
+    })
+}
+
+/// A method in two lines.
+pub fn method(method: Method) -> String {
+    let metric = method
+        .metric
+        .map_or("error, or influence where quality has one step", |m| {
+            m.name()
+        });
+    format!(
+        "pictures are refined by the metric: {metric}\npreviews are made by the projection: {}",
+        method.projection.name()
+    )
+}
+
+/// What of a method is not the shipped way, to stand behind other words; empty where all is.
+pub fn unusual(method: Method) -> String {
+    let metric = method.metric.map(|m| format!("metric {}", m.name()));
+    let own = method.projection != Projection::default();
+    let projection = own.then(|| format!("projection {}", method.projection.name()));
+    let said: Vec<String> = metric.into_iter().chain(projection).collect();
+    match said.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", said.join(", ")),
+    }
+}

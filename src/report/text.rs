@@ -1,0 +1,54 @@
+//! Numbers and names as people read them.
+
+use crate::show::Cue;
+use crate::units::Time;
+
+/// A relative number in percent, three digits.
+pub fn percent(x: f64) -> String {
+    let p = x * 100.0;
+    match p.abs() {
+        a if a >= 100.0 => format!("{p:.0}"),
+        a if a >= 10.0 => format!("{p:.1}"),
+        a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
+        _ => format!("{p:.3}"),
+    }
+}
+
+/// `1 cue`, `2 cues`.
+pub fn count(n: usize, what: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {what}{plural}")
+}
+
+/// Seconds as one reads them.
+pub fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
+        s if s < 60.0 => format!("{s:.2} s"),
+        s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
+    }
+}
+
+/// Bytes in kB or MB.
+pub fn megabytes(bytes: u64) -> String {
+    match bytes {
+        0..=999_999 => format!("{:.0} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// A cue's label in quotes; empty where it has none.
+pub fn label(cue: &Cue) -> String {
+    if cue.label.is_empty() {
+        return String::new();
+    }
+    format!("\"{}\"", cue.label)
+}
+
+/// Coordinates with their settings: `lamp 0.64, day 0.05`.
+pub fn setting(show: &crate::show::Show, setting: &[f64]) -> String {
+    let coordinates = show.coordinates();
+    let pairs = coordinates.iter().zip(setting);
+    let words: Vec<String> = pairs.map(|(c, s)| format!("{} {s}", c.name)).collect();
+    words.join(", ")
+}
