@@ -1,4 +1,4 @@
-//! Fits the unit costs of `src/transport/cost.rs` to measurements of every shipped scene at every
+//! Fits the unit costs of `src/radiosity/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release --example cost`.
 //!
 //! `--check` only prints, `--quick` leaves out the two finest steps. Times are in yardsticks, laid
@@ -18,10 +18,10 @@ mod reference;
 #[path = "../tests/reference/rooms.rs"]
 mod rooms;
 
-use footlight::transport::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::step::Step;
-use footlight::transport::{Quality, Transport};
+use footlight::radiosity::Radiosity;
+use footlight::radiosity::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
+use footlight::radiosity::step::Step;
+use footlight::renderer::{Quality, Transport};
 use footlight::work::{Silent, Work};
 use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};

@@ -22,9 +22,9 @@ mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight::files::processor;
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport};
 use footlight::study::{Kind, Machine, Quantity, Record};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport};
 use footlight::work::{Silent, Work};
 use rooms::room;
 use std::path::Path;

@@ -2,7 +2,7 @@
 //!
 //! A stored picture is found by an address that holds this version (see `pool::address`), so it
 //! must change whenever a picture could. Nobody has to remember that: it is a digest of every
-//! source file of the transport's room and of the rooms below that it may import, and of
+//! source file of the module `radiosity` and of those below that it may import, and of
 //! `Cargo.lock` where there is one. A changed comment costs pictures that were still right; a
 //! changed formula never finds an old one. Files of tests alone are left out. What it cannot see is
 //! a compiler, or in an embedding program an outside crate, that rounds otherwise.
@@ -11,15 +11,15 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms that decide what a picture looks like: `transport` and all that it may import, by the
+/// The rooms that decide what a picture looks like: `radiosity` and all that it may import, by the
 /// table of `lib.rs`; `tests/layering.rs` holds the two against each other.
 pub const ROOMS: [&str; 8] = [
     "files",
     "geometry",
     "picture",
-    "raster",
+    "radiosity",
+    "renderer",
     "scene",
-    "transport",
     "units",
     "work",
 ];

@@ -22,9 +22,9 @@ use crate::files::{self, Disk, Folder, Monotonic};
 use crate::interpreter::{
     self, Background, Call, Error, Host, Interpreter, LIMIT, PoolPlace, VERBS,
 };
-use crate::transport::Transport;
-use crate::transport::outside::{self, Outside};
-use crate::transport::radiosity::Radiosity;
+use crate::radiosity::Radiosity;
+use crate::renderer::Transport;
+use crate::renderer::outside::{self, Outside};
 
 use self::argument::{Arguments, Task};
 use self::prompt::Threads;

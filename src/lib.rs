@@ -10,7 +10,7 @@
 //! ```text
 //! text --lang--> Show --timeline--> key settings --plan--> basis, order, predicted error
 //!                                                    |
-//!               scene --transport (G)--> images --pool--> key images --playback--> frames
+//!               scene --renderer (G)--> images --pool--> key images --playback--> frames
 //! ```
 //!
 //! # The rooms
@@ -18,7 +18,7 @@
 //! Each module is a room on a layer. It may import rooms of lower layers that its row names, and
 //! the outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as
 //! they only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares
-//! them. `build.rs` is the build script: it makes the operator's version of `transport` and the
+//! them. `build.rs` is the build script: it makes the operator's version of `radiosity` and the
 //! rooms below it, so that no picture of older code is ever taken from a store.
 //!
 //! | layer | module | its job | may import | its own outside crates |
@@ -29,22 +29,22 @@
 //! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
 //! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix |
 //! | 0 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | - | annotate_snippets, serde_json |
-//! | 1 | `raster` | the software rasterizer: z-buffer, clipping, item buffers | geometry | - |
 //! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | files | exr, image, png |
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
-//! | 3 | `transport` | `Transport`, `Prepared`: the operator G with its quality and cost; radiosity; banks given as images; an outside renderer | units, geometry, work, files, scene, raster, picture | rayon, serde_json |
+//! | 3 | `renderer` | `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, work, files, scene, picture | serde_json |
+//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
-//! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | transport, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
+//! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 6 | `sheet` | the show on paper: track sheet, cue sheet, difference | lang, timeline, show, linalg, units, diagnostic | - |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | multiversion, serde_json |
-//! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data, where methods fail | linalg, geometry, transport, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
+//! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data, where methods fail | linalg, geometry, radiosity, renderer, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
 //! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
-//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, transport, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 pub mod chart;
 pub mod check;
@@ -59,12 +59,12 @@ pub mod picture;
 pub mod plan;
 pub mod playback;
 pub mod pool;
-pub mod raster;
+pub mod radiosity;
+pub mod renderer;
 pub mod scene;
 pub mod sheet;
 pub mod show;
 pub mod study;
 pub mod timeline;
-pub mod transport;
 pub mod units;
 pub mod work;

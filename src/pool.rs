@@ -30,7 +30,7 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{add, combine, dot, extrapolate};
 use crate::plan::{Metric, PlanError, Weighting};
-use crate::transport::{Prepared, Quality, TransportError};
+use crate::renderer::{Prepared, Quality, TransportError};
 use crate::work::Work;
 
 /// A refined picture and how it came to be.

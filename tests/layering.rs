@@ -210,7 +210,7 @@ fn every_room_keeps_to_its_row() {
 fn the_operators_version_covers_all_that_it_may_import() {
     let table = table();
     let mut rooms = BTreeSet::new();
-    let mut open = vec!["transport".to_owned()];
+    let mut open = vec!["radiosity".to_owned()];
     while let Some(room) = open.pop() {
         open.extend(table[&room].imports.iter().cloned());
         rooms.insert(room);
@@ -227,21 +227,21 @@ fn any_change_of_the_operators_code_is_another_version() {
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     };
-    write("transport.rs", "mod gather;");
-    write("transport/gather.rs", "a * b");
-    write("raster.rs", "c");
+    write("radiosity.rs", "mod gather;");
+    write("radiosity/gather.rs", "a * b");
+    write("geometry.rs", "c");
     let version = || build::digest(folder.path()).unwrap();
     let first = version();
     assert_eq!(first, version());
-    for other in ["lang.rs", "transport/tests.rs", "scene/obj/read_test.rs"] {
+    for other in ["lang.rs", "radiosity/tests.rs", "scene/obj/read_test.rs"] {
         write(other, "draws nothing");
         assert_eq!(version(), first, "{other}");
     }
     let mut seen = BTreeSet::from([first]);
     for (name, text) in [
-        ("transport/gather.rs", "a + b"),
-        ("transport/radiosity/deep.rs", "new"),
-        ("raster.rs", ""),
+        ("radiosity/gather.rs", "a + b"),
+        ("radiosity/indirect/deep.rs", "new"),
+        ("geometry.rs", ""),
         ("units.rs", "c"),
     ] {
         write(name, text);

@@ -11,7 +11,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use super::watch::Watched;
 use crate::diagnostic::Style;
 use crate::interpreter::{self, Call, POOL_LIMIT, VERBS, VerbSpec};
-use crate::transport::outside;
+use crate::renderer::outside;
 
 /// What the command line says.
 #[derive(Debug)]

@@ -20,7 +20,7 @@ use super::stage::{Again, Footing, Returned};
 use super::{Call, Error, Interpreter, Method, Reply, economy};
 use crate::picture::Image;
 use crate::pool::archive::Wanted;
-use crate::transport::{Quality, TransportError};
+use crate::renderer::{Quality, TransportError};
 use crate::work::{Progress, Work};
 
 /// How long a wait goes on before it looks at progress and cancel again.

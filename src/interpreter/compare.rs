@@ -6,9 +6,10 @@ use super::output::{ending, unknown_ending};
 use super::{Call, Error, Interpreter, Reply, json, refine};
 use crate::chart::Drawing;
 use crate::picture::Image;
+use crate::radiosity::seen;
+use crate::renderer::Quality;
 use crate::study::comparison::{self, Pair, figure};
 use crate::study::{BankError, Comparison, Reference, difference};
-use crate::transport::{Quality, seen};
 use crate::units::Time;
 
 /// A comparison with the pictures it was made of.

@@ -17,8 +17,8 @@ use super::compare::seconds;
 use super::refine::{Goal, no_stage};
 use super::{Call, Error, Interpreter, Reply};
 use crate::pool::is_within;
-use crate::transport::layered::Layered;
-use crate::transport::{Cost, Quality, Transport};
+use crate::renderer::layered::Layered;
+use crate::renderer::{Cost, Quality, Transport};
 
 /// Most pictures of one call: what is known after them is better than what is predicted before.
 const MOST: usize = 16;

@@ -9,8 +9,8 @@ use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
 use crate::playback::page::PageError;
+use crate::renderer::TransportError;
 use crate::study::ReferenceError;
-use crate::transport::TransportError;
 use crate::work::Cancelled;
 
 /// Mistakes or warnings, with the texts they point into.

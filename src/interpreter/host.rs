@@ -13,8 +13,8 @@ use crate::diagnostic::Style;
 use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::pool::archive::Archive;
 use crate::pool::depot::Depot;
-use crate::transport::Transport;
-use crate::transport::radiosity::Radiosity;
+use crate::radiosity::Radiosity;
+use crate::renderer::Transport;
 use crate::work::{Progress, Silent, Work};
 
 /// The means an embedding program gives.

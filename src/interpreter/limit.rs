@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::{Error, Host, Interpreter};
 use crate::files::Clock;
-use crate::transport::TransportError;
+use crate::renderer::TransportError;
 use crate::work::Progress;
 
 /// Until when the call in hand may go on.

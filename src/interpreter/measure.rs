@@ -6,11 +6,12 @@ use super::output::ending;
 use super::{Call, Error, Interpreter, Reply, no_json, refine};
 use crate::chart::{Drawing, Theme};
 use crate::picture::Image;
+use crate::radiosity::seen;
+use crate::renderer::layered::Layered;
+use crate::renderer::{Quality, Transport as _};
 use crate::study::forecast::{Forecast, Seconds};
 use crate::study::tradeoff::{self, Measured, Origin};
 use crate::study::{BankError, Machine, Record, Reference, difference};
-use crate::transport::layered::Layered;
-use crate::transport::{Quality, Transport as _, seen};
 
 /// A step is measured again while all its runs took less than this, the shortest counts.
 const ENOUGH: f64 = 0.5;

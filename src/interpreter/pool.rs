@@ -9,7 +9,7 @@ use crate::plan;
 use crate::pool::Pool;
 use crate::pool::archive::Archive;
 use crate::pool::depot::Stored;
-use crate::transport::Quality;
+use crate::renderer::Quality;
 
 impl Interpreter {
     pub(super) fn answer_pool(&mut self, call: &Call) -> Result<Reply, Error> {

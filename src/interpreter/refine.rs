@@ -5,7 +5,7 @@ use super::stage::Again;
 use super::{Error, Interpreter, stage};
 use crate::plan;
 use crate::pool::{Pool, Projection, is_within};
-use crate::transport::Quality;
+use crate::renderer::Quality;
 use crate::work::Patient;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.

@@ -15,9 +15,9 @@ use crate::lang;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::archive::Archive;
+use crate::renderer::Quality;
 use crate::scene::{Rig, Scene, View};
 use crate::study::session::{self, Errors, Event, Moment};
-use crate::transport::Quality;
 use crate::work::Cancelled;
 
 /// A command of the file.

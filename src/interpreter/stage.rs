@@ -19,14 +19,14 @@ use crate::pool::Pool;
 use crate::pool::address::{Ground, Lighting, Lights};
 use crate::pool::archive::{Archive, Wanted};
 use crate::pool::depot::Place;
+use crate::renderer::layered::{Layered, only_images};
+use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::scene::fitting::Fittings;
 use crate::scene::import;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
 use crate::scene::{self, ImageFile, Images, Lamp, Rig, Scene, still};
 use crate::show::{self, Show};
-use crate::transport::layered::{Layered, only_images};
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
 

@@ -5,10 +5,10 @@ use super::{Error, Interpreter, refine};
 use crate::picture::Image;
 use crate::plan::{Metric, PlanError};
 use crate::pool::Pool;
+use crate::renderer::layered::Layered;
+use crate::renderer::{Cost, Quality, Transport as _, TransportError};
 use crate::study::refinement::{self, Seconds};
 use crate::study::{Record, Trial};
-use crate::transport::layered::Layered;
-use crate::transport::{Cost, Quality, Transport as _, TransportError};
 
 /// Why there is nothing to try where refined pictures are of the coarse ones' own quality.
 const ALIKE: &str = "coarse pictures are what refined ones would be: nothing changes by refining; a \

@@ -20,10 +20,10 @@ use super::refine::no_stage;
 use super::{Call, Error, Interpreter, Reply};
 use crate::picture::Image;
 use crate::pool::Pool;
+use crate::renderer::Quality;
 use crate::show::ToneCurve;
 use crate::study::Machine;
 use crate::study::tune::{self, Candidate, Expense, Tuner};
-use crate::transport::Quality;
 
 /// Steps without which there is nothing to choose: two for coarse pictures, one to hold against.
 const LEAST: u8 = 3;

@@ -7,12 +7,12 @@ use crate::interpreter::{Error, Goal, Host, Interpreter};
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
+use crate::radiosity::Radiosity;
+use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::scene::{Rig, Scene, View};
 use crate::study::random_show;
 use crate::study::session::sequence_error;
 use crate::study::tune::{Candidate, Tuner};
-use crate::transport::radiosity::Radiosity;
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
 
 fn show(steps: Option<(u8, u8)>) -> Interpreter {

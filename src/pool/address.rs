@@ -1,6 +1,6 @@
 //! What a picture is a picture of, as a content address: equal addresses, equal pictures.
 //!
-//! A picture of an operator that names its results (see [`crate::transport::Transport::results`])
+//! A picture of an operator that names its results (see [`crate::renderer::Transport::results`])
 //! depends on scene, view, quality and the lights that are lit, each by its strength in three
 //! channels; names of lights and banks, and lights that are dark, do not matter. So a moved light
 //! changes the addresses of the pictures it is lit in, and of no others. Every type is taken apart
@@ -14,11 +14,11 @@ use sha2::{Digest as _, Sha256};
 
 use crate::geometry::Vec3;
 use crate::picture::Image;
+use crate::renderer::Quality;
 use crate::scene::mount::Mount;
 use crate::scene::{
     Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
 };
-use crate::transport::Quality;
 use crate::units::Rgb;
 
 /// Version of everything here: raised when the way of addressing changes.

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use crate::files::Store;
 use crate::picture::Image;
-use crate::transport::Quality;
+use crate::renderer::Quality;
 
 use super::address::{Address, Digest, Ground, Lighting};
 use super::depot::{Depot, Place};

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use crate::files::{Entry, FileError, Store};
 use crate::picture::Image;
 use crate::picture::exr::{self, Precision};
-use crate::transport::Quality;
+use crate::renderer::Quality;
 
 use super::address::{Address, Digest, Ground, Hasher, Lighting};
 

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
+use crate::renderer::Expense;
 use crate::study::Machine;
 use crate::study::comparison::figure;
-use crate::transport::Expense;
 
 /// Seconds of the three things that one waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -13,7 +13,7 @@ use super::{Kind, Machine, Quantity, Record, Series, Trial};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use crate::plan::{Metric, PlanError};
 use crate::pool::Projection;
-use crate::transport::Cost;
+use crate::renderer::Cost;
 
 /// Seconds of everything, as predicted and as they were.
 #[derive(Clone, Debug, Default, PartialEq)]

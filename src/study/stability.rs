@@ -18,7 +18,7 @@ use self::lamp::Lamp;
 use super::comparison::figure;
 use super::{Kind, Machine, Quantity, Record, Series};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
-use crate::transport::TransportError;
+use crate::renderer::TransportError;
 use crate::work::Work;
 
 /// Random matrices of each random kind.

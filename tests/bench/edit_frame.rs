@@ -6,8 +6,8 @@ use std::time::Instant;
 use footlight::files::Memory;
 use footlight::interpreter::{Goal, Host, Interpreter};
 use footlight::picture::Image;
+use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::scene::{Rig, Scene, View};
-use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::work::Work;
 
 /// Coarse pictures, each of two qualities.

@@ -26,8 +26,8 @@ mod walk;
 
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport};
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport};
 use footlight::work::{Silent, Work};
 use reference::{Case, cornell, counted, errors, picture, stage, tavern};
 use std::time::Instant;

@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use footlight::geometry::{Vec3, vec3};
 use footlight::picture::Image;
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport};
 use footlight::scene::mount::Mount;
 use footlight::scene::photometric::Distribution;
 use footlight::scene::profile::Profile;
@@ -13,8 +15,6 @@ use footlight::scene::slide::Slide;
 use footlight::scene::{
     Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
 };
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport};
 use footlight::units::Rgb;
 use footlight::work::Work;
 

@@ -5,9 +5,9 @@
 //! picture measures a grid of known points.
 
 use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport};
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 use std::f64::consts::{PI, TAU};

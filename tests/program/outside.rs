@@ -9,8 +9,8 @@ use footlight::files::{Memory, Shelf};
 use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
-use footlight::transport::Quality;
-use footlight::transport::outside::{Call, Outside};
+use footlight::renderer::Quality;
+use footlight::renderer::outside::{Call, Outside};
 use footlight::work::Progress;
 
 /// What one run of the renderer paints: each coordinate lights its own column, and step of quality

@@ -9,10 +9,10 @@ use footlight::files::{Folder, Shelf, Store};
 use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::scene::{Rig, Scene, View};
 use footlight::study::session::{Event, Moment};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::units::Time;
 use footlight::work::Work;
 

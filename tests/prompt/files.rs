@@ -75,7 +75,7 @@ fn a_move_says_what_it_lets_go() {
 fn a_stage_edited_elsewhere_is_read_again() {
     let (folder, mut show) = first();
     let pixel = |show: &mut Interpreter| {
-        let image = show.render(&[1.0, 1.0], footlight::transport::Quality(1));
+        let image = show.render(&[1.0, 1.0], footlight::renderer::Quality(1));
         image.unwrap().data().to_vec()
     };
     let before = pixel(&mut show);

@@ -55,7 +55,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
 
     // One sum at full precision: rendered and from the pool it is the same picture.
     let summed = show
-        .render(&[1.0, 0.5], footlight::transport::Quality(1))
+        .render(&[1.0, 0.5], footlight::renderer::Quality(1))
         .unwrap();
     assert_eq!((summed.width(), summed.height()), (8, 4));
     for (x, a) in summed.data().iter().zip(ramp(8, 4, 1.0).data()) {
@@ -97,7 +97,7 @@ fn an_image_is_kept_while_the_text_means_the_same_and_an_edit_replaces_it() {
     show.execute("bank b image \"p.png\"  channel 7").unwrap();
     assert!(show.pool().is_none());
     let all = show
-        .render(&[0.0, 2.0], footlight::transport::Quality(1))
+        .render(&[0.0, 2.0], footlight::renderer::Quality(1))
         .unwrap();
     // 188/255 is half the light, to 0.3 %.
     assert!((all.data()[0] - 1.0).abs() < 6e-3, "{}", all.data()[0]);
@@ -112,7 +112,7 @@ fn fixed_lights_and_rgb_banks_may_be_images() {
     let mut show = open(text, files()).unwrap();
     let setting = show.timeline().last().to_vec();
     let found = show
-        .render(&setting, footlight::transport::Quality(1))
+        .render(&setting, footlight::renderer::Quality(1))
         .unwrap();
     for (i, (x, a)) in found.data().iter().zip(ramp(8, 4, 1.0).data()).enumerate() {
         let wanted = if i % 3 == 0 {
@@ -138,7 +138,7 @@ fn images_add_to_lights_on_a_stage() {
     let alone = format!("{lamp}bank lamps = lamp\ncue 1 {{ lamps full }}\n");
     let mut alone = open(&alone, files()).unwrap();
     for step in [1, 4] {
-        let quality = footlight::transport::Quality(step);
+        let quality = footlight::renderer::Quality(step);
         let found = both.render(&[1.5, -2.0], quality).unwrap();
         let lamp = alone.render(&[1.5], quality).unwrap();
         assert!(lamp.data().iter().any(|v| *v > 0.1));
@@ -281,7 +281,7 @@ fn light_groups_of_a_renderer_add_up_to_its_picture() {
 
     let mut show = Interpreter::from_text("s.lxq", text.as_bytes(), host(folder)).unwrap();
     let sum = show
-        .render(&[1.0; 8], footlight::transport::Quality(1))
+        .render(&[1.0; 8], footlight::renderer::Quality(1))
         .unwrap();
     let all = exr::layer::decode(&bytes, &[Some("ViewLayer.Combined")], 1 << 30).unwrap();
     let all = all[0].as_ref().unwrap();

@@ -227,7 +227,7 @@ fn refining_everything_makes_previews_equal_to_rendering() {
         let preview = show.preview(seconds(at)).unwrap();
         let setting = show.timeline().evaluate(seconds(at));
         let rendered = show
-            .render(&setting, footlight::transport::Quality(3))
+            .render(&setting, footlight::renderer::Quality(3))
             .unwrap();
         let peak = rendered.data().iter().copied().fold(0.0, f32::max);
         let off = largest_difference(&preview, &rendered);

@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
 use footlight::interpreter::{Ahead, Goal, Host, Interpreter, PoolPlace};
 use footlight::picture::Image;
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::scene::{Rig, Scene, View};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::work::Work;
 
 const SHOW: &str = r#"show "Store"

@@ -15,16 +15,11 @@
 
 use crate::reference::Case;
 use footlight::geometry::{Vec3, frame};
-use footlight::raster::Camera;
-use footlight::scene::Light;
-use footlight::transport::cluster::{Receiver, Receivers};
-use footlight::transport::direct::{
-    Luminaire, Precision, Setting, Shining, irradiance, luminaires,
+use footlight::radiosity::{
+    Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
+    camera, colour, irradiance, luminaires,
 };
-use footlight::transport::eye::camera;
-use footlight::transport::strength::colour;
-use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
+use footlight::scene::Light;
 use footlight::work::Work;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};

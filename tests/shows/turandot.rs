@@ -8,8 +8,8 @@ use footlight::interpreter::{Host, Interpreter};
 use footlight::lang;
 use footlight::picture::{Image, png};
 use footlight::plan::{Plan, Weighting};
+use footlight::renderer::Quality;
 use footlight::show::LightKind;
-use footlight::transport::Quality;
 use footlight::units::Time;
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]

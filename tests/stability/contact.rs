@@ -3,13 +3,8 @@
 
 use crate::meter::{Room, cuboid, level, mean, upright};
 use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::{Hierarchy, Layout, Setting, Surfaces, Wish, is_buried, scatter};
 use footlight::scene::View;
-use footlight::transport::burial::is_buried;
-use footlight::transport::direct::Setting;
-use footlight::transport::hemicube::scatter;
-use footlight::transport::mesh::{Layout, Wish};
-use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
 /// near chamber has a lamp.

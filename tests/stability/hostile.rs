@@ -1,9 +1,9 @@
 //! Stages made to break the operator: each gives pictures of finite numbers or a clear error.
 
 use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport, TransportError};
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::{Quality, Transport, TransportError};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 

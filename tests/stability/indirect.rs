@@ -3,19 +3,14 @@
 use crate::reference::{Case, render, stage};
 use footlight::geometry::vec3;
 use footlight::picture::Image;
+use footlight::radiosity::cost::Counts;
+use footlight::radiosity::step::Step;
+use footlight::radiosity::{
+    Bounces, Hemicube, Hierarchy, Mesh, Outline, Radiosity, Row, Setting, Surfaces, Table, scatter,
+};
+use footlight::renderer::{Quality, Transport, TransportError};
 pub use footlight::study::stability::furnace::scene;
 use footlight::study::stability::furnace::{self, Furnace, room, rows};
-use footlight::transport::cost::Counts;
-use footlight::transport::direct::Setting;
-use footlight::transport::form::Bounces;
-use footlight::transport::hemicube::{Hemicube, Row, Table, scatter};
-use footlight::transport::mesh::Mesh;
-use footlight::transport::panorama::Outline;
-use footlight::transport::radiosity::Radiosity;
-use footlight::transport::step::Step;
-use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
-use footlight::transport::{Quality, Transport, TransportError};
 use footlight::work::{Progress, Work};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

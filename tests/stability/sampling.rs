@@ -4,16 +4,11 @@
 use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::{
+    Beam, Hemicube, Hierarchy, Outline, Setting, Surfaces, Table, camera, kept_inside, scatter,
+};
 use footlight::scene::{Light, Spot, View};
 use footlight::study::stability::lamp::Lamp;
-use footlight::transport::beam::Beam;
-use footlight::transport::direct::Setting;
-use footlight::transport::eye::camera;
-use footlight::transport::hemicube::{Hemicube, Table, scatter};
-use footlight::transport::panorama::Outline;
-use footlight::transport::sample::kept_inside;
-use footlight::transport::surface::Surfaces;
-use footlight::transport::visibility::Hierarchy;
 use footlight::units::Rgb;
 use footlight::work::Work;
 use std::f64::consts::PI;

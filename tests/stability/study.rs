@@ -3,10 +3,10 @@
 use crate::meter::contour;
 use footlight::chart::Theme;
 use footlight::geometry::vec3;
+use footlight::radiosity::scatter;
 use footlight::study::stability::lamp::Lamp;
 use footlight::study::stability::{describe, drawing, study};
 use footlight::study::{Kind, Machine, Record};
-use footlight::transport::hemicube::scatter;
 use footlight::work::Work;
 
 fn record() -> Record {

@@ -9,8 +9,8 @@ use crate::interpreter::{Error, Interpreter, Reply};
 use crate::picture::Image;
 use crate::picture::exr::{Precision, stack};
 use crate::playback::Playback;
+use crate::renderer::TransportError;
 use crate::show::Coordinate;
-use crate::transport::TransportError;
 
 /// What does not fit, and the way out.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \

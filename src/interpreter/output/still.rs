@@ -9,7 +9,7 @@ use crate::interpreter::{Call, Error, Interpreter, Reply, Shown, refine};
 use crate::picture::exr;
 use crate::picture::tone::{self, Tone};
 use crate::picture::{Image, png};
-use crate::transport::Quality;
+use crate::renderer::Quality;
 
 impl Interpreter {
     pub(in crate::interpreter) fn answer_picture(&mut self, call: &Call) -> Result<Reply, Error> {

@@ -14,7 +14,7 @@ use crate::pool::address::{Address, Digest, Lighting};
 use crate::pool::archive::Archive;
 use crate::pool::depot::Place;
 use crate::pool::span;
-use crate::transport::Quality;
+use crate::renderer::Quality;
 
 /// The least share of a known setting, in the pool's metric, that must be outside the span of those
 /// taken before it. Of two settings nearer than this the difference would count a thousandfold, and

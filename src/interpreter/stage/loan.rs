@@ -7,9 +7,9 @@ use crate::files::Store;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::archive::Wanted;
+use crate::renderer::layered::Layered;
+use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::scene::{Rig, Scene, View};
-use crate::transport::layered::Layered;
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
 use crate::work::Work;
 
 /// All that the pictures of a rendering follow from, but for quality and settings.

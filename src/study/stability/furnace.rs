@@ -2,15 +2,12 @@
 //! ρ that gives off 1 everywhere, radiosity is 1 / (1 − ρ) everywhere.
 
 use crate::geometry::{Vec3, vec3};
+use crate::radiosity::{
+    BLOCK, Block, Bounces, Hemicube, Hierarchy, Layout, Mesh, Outline, Rows, Setting, Surfaces,
+    Table, Wish, scatter,
+};
+use crate::renderer::TransportError;
 use crate::scene::{Material, Polygon, Scene};
-use crate::transport::TransportError;
-use crate::transport::direct::Setting;
-use crate::transport::form::{BLOCK, Block, Bounces, Rows};
-use crate::transport::hemicube::{Hemicube, Table, scatter};
-use crate::transport::mesh::{Layout, Mesh, Wish};
-use crate::transport::panorama::Outline;
-use crate::transport::surface::Surfaces;
-use crate::transport::visibility::Hierarchy;
 use crate::units::Rgb;
 use crate::work::{Cancelled, Work};
 

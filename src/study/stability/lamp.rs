@@ -5,13 +5,11 @@ use std::f64::consts::{PI, TAU};
 
 use super::furnace::{mesh, scene};
 use crate::geometry::{Vec3, vec3};
-use crate::transport::TransportError;
-use crate::transport::cluster::{Receiver, Receivers};
-use crate::transport::direct::{Luminaire, Precision, Setting, Shining, irradiance};
-use crate::transport::hemicube::{Hemicube, Table, scatter};
-use crate::transport::panorama::Outline;
-use crate::transport::surface::Surfaces;
-use crate::transport::visibility::Hierarchy;
+use crate::radiosity::{
+    Hemicube, Hierarchy, Luminaire, Outline, Precision, Receiver, Receivers, Setting, Shining,
+    Surfaces, Table, irradiance, scatter,
+};
+use crate::renderer::TransportError;
 use crate::work::Work;
 
 /// A lamp's rectangle, parallel to the floor and looking down.

@@ -1,0 +1,372 @@
+//! The project's own G: radiosity with exact direct light.
+//!
+//! Light is split into what comes straight from a luminaire, which is exact at every fragment of
+//! the picture, and what has been reflected, which is the radiosity of elements gathered by
+//! hemicubes. Emission never passes a hemicube. Every number is kept per light at unit strength:
+//! settings, colours and filters only scale, so G is linear by construction, and whatever settings
+//! have in common is computed once. Invariant: mesh, order of summation and length of iterations
+//! follow from scene, rig, view and quality alone.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, element, node, fragment or source, made together"
+)]
+
+mod account;
+mod camera;
+mod compose;
+pub mod cost;
+mod direct;
+mod geometry;
+mod indirect;
+mod mesh;
+pub mod step;
+mod visibility;
+
+pub use camera::eye::camera;
+pub use camera::seen;
+pub use direct::beam::Beam;
+pub use direct::cluster::{Receiver, Receivers};
+pub use direct::strength::colour;
+pub use direct::{Luminaire, Precision, Setting, Shining, irradiance, luminaires};
+pub use geometry::surface::Surfaces;
+pub use indirect::form::{BLOCK, Block, Bounces, Rows};
+pub use indirect::hemicube::{Hemicube, Row, Table, scatter};
+pub use mesh::sample::kept_inside;
+pub use mesh::{Layout, Mesh, Wish};
+pub use visibility::Hierarchy;
+pub use visibility::burial::is_buried;
+pub use visibility::panorama::Outline;
+pub use visibility::raster::Camera;
+
+use crate::geometry::Vec3;
+use crate::picture::Image;
+use crate::renderer::{Cost, Expense, Prepared, Quality, Transport, TransportError};
+use crate::scene::{Light, Rig, Scene, View};
+use crate::work::Work;
+use account::{Account, within};
+use camera::eye::{Fragment, Fragments, fragments};
+use compose::Taken;
+use cost::Counts;
+use direct::strength::check_rig;
+use direct::throw::Throw;
+use indirect::gather::{Meter, Nodes, Sight, form_factors, show};
+use mesh::seam::Seams;
+use rayon::ThreadPool;
+use step::{STEPS, Step};
+use visibility::burial::beacons;
+
+/// Radiosity with hemicubes, five steps of quality.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Radiosity;
+
+impl Transport for Radiosity {
+    fn name(&self) -> &str {
+        "radiosity"
+    }
+
+    fn results(&self) -> Option<String> {
+        // The digest of this room and those below it, made by `src/build.rs`: any change of the
+        // code is another version, without anybody having to think of it.
+        Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(STEPS.len() as u8)
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        let step = Step::of(quality)?;
+        let operator = pool(work)?.install(|| Operator::new(scene, rig, view, step, work))?;
+        Ok(Box::new(operator))
+    }
+
+    /// In yardsticks, from counts of the work ([`cost`]); nothing where the scene cannot be used.
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
+        let counts = Step::of(quality).and_then(|step| Counts::of(scene, rig, view, step));
+        counts.map_or(Cost::default(), |counts| counts.cost(rig.sources.len()))
+    }
+
+    fn expenses(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        let step = Step::of(quality)?;
+        Ok(Counts::of(scene, rig, view, step)?.expenses(step))
+    }
+
+    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        cost::pace(clock, work)
+    }
+}
+
+fn pool(work: Work<'_>) -> Result<ThreadPool, TransportError> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(work.threads.max(1))
+        .build()
+        .map_err(|e| TransportError::Scene(format!("no threads: {e}")))
+}
+
+/// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of nodes.
+const OF_A_FRAGMENT: usize = 180;
+
+/// Bytes of an element with its samples, about.
+const OF_AN_ELEMENT: usize = 512;
+
+/// A light at unit strength.
+struct Solution {
+    /// Irradiance at each fragment, the same in all channels.
+    direct: Vec<f32>,
+    /// Reflected irradiance at each node, three channels interleaved.
+    indirect: Vec<f32>,
+}
+
+/// G for one scene, rig, view and step.
+struct Operator {
+    rig: Rig,
+    width: usize,
+    height: usize,
+    surfaces: Surfaces,
+    outline: Outline,
+    hierarchy: Hierarchy,
+    lights: Vec<Luminaire>,
+    /// For each light, the first that shines alike at unit strength: itself, or another panel of
+    /// the same surfaces.
+    alike: Vec<usize>,
+    /// For each light, how it is cut out of even light if it is a projection.
+    throws: Vec<Option<Throw>>,
+    mesh: Mesh,
+    /// Points known to be in the open.
+    beacons: Vec<Vec3>,
+    /// Of each element.
+    reflectance: Vec<[f32; 3]>,
+    rows: Rows,
+    bounces: Bounces,
+    /// A second gather; without it the elements are the nodes.
+    nodes: Option<Nodes>,
+    fragments: Fragments,
+    /// For each fragment the nodes around it and their weights.
+    taken: Taken,
+    /// For each element its share of all that the picture shows.
+    shown: Vec<f64>,
+    /// How exactly direct light is interpolated, as a share of its level in the picture.
+    tolerance: f64,
+    /// As [`Precision::near`].
+    near: f64,
+    fragment_receivers: Receivers,
+    element_receivers: Receivers,
+    /// Bytes, about.
+    held: usize,
+    solutions: Vec<Option<Solution>>,
+}
+
+impl Operator {
+    fn new(
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        step: Step,
+        work: Work<'_>,
+    ) -> Result<Operator, TransportError> {
+        check_rig(scene, rig)?;
+        let surfaces = Surfaces::new(scene)?;
+        let hierarchy = Hierarchy::new(&surfaces);
+        let outline = Outline::new(&surfaces);
+        let setting = Setting {
+            surfaces: &surfaces,
+            hierarchy: &hierarchy,
+        };
+        let lights = luminaires(&surfaces, rig)?;
+        let mut account = Account::new(work);
+        // They are found in bands and then put together.
+        let pixels = view.width.saturating_mul(view.height);
+        let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
+        account.check("the picture", bands)?;
+        let fragments = fragments(&surfaces, view, step.sampling(), work)?;
+        let each = size_of::<Fragment>() + OF_A_FRAGMENT + 4 * rig.lights.len();
+        let every = fragments.all.len() * each;
+        account.take("direct light at every fragment", every)?;
+
+        let layout = Layout::of_elements(&surfaces, step.elements);
+        account.take("the mesh", layout.cells() * OF_AN_ELEMENT)?;
+        let beacons = beacons(setting, &lights, view.from);
+        let mut wishes = vec![Wish::WANTED; layout.cells()];
+        show(&layout, &fragments, &mut wishes);
+        let mesh = layout.mesh(setting, &beacons, &wishes);
+        let sight = Sight {
+            setting,
+            outline: &outline,
+            to: &mesh,
+        };
+        let table = Table::new(step.resolution);
+        let limited = account.share(2, work);
+        let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
+        let meter = Meter::new("form factors", every.len());
+        let (rows, _) = form_factors(sight, &mesh, &every, &table, &meter, limited)?;
+        account.take("form factors", rows.bytes())?;
+        let reflectance: Vec<[f32; 3]> = mesh
+            .elements
+            .iter()
+            .map(|e| surfaces.facets[e.facet].reflectance.map(|r| r as f32))
+            .collect();
+        let bounces = Bounces::new(&rows, &reflectance);
+        let nodes = match step.nodes {
+            0 => None,
+            _ => {
+                let left = account.share(1, work);
+                Some(Nodes::new(sight, &beacons, &fragments, step, left)?)
+            }
+        };
+        account.take("the nodes", nodes.as_ref().map_or(0, Nodes::bytes))?;
+        let taken = match &nodes {
+            // They stand on the facets' rims: light goes on beyond without more.
+            Some(nodes) => Taken::by(&fragments.all, |f, shares| {
+                let around = nodes.mesh.stencil(f.facet, f.point).into_iter();
+                shares.extend(around.filter(|(_, w)| *w > 0.0));
+            }),
+            None => {
+                let seams = Seams::new(&surfaces);
+                Taken::by(&fragments.all, |f, shares| {
+                    seams.stencil(&mesh, f.facet, f.point, shares);
+                })
+            }
+        };
+        Ok(Operator {
+            rig: rig.clone(),
+            width: view.width,
+            height: view.height,
+            fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
+            element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
+            solutions: rig.lights.iter().map(|_| None).collect(),
+            shown: shown(&mesh, &fragments),
+            surfaces,
+            outline,
+            hierarchy,
+            lights,
+            alike: alike(&rig.lights),
+            throws: rig.lights.iter().map(thrown).collect(),
+            mesh,
+            beacons,
+            reflectance,
+            rows,
+            bounces,
+            nodes,
+            fragments,
+            taken,
+            tolerance: step.tolerance,
+            near: step.near,
+            held: account.held,
+        })
+    }
+
+    /// Strength of each light in each channel under a setting, counted at the first of those that
+    /// are alike.
+    fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; self.rig.lights.len()];
+        for (source, s) in self.rig.sources.iter().zip(setting) {
+            for emitter in &source.emitters {
+                let colour = colour(&self.rig.lights[emitter.light]);
+                let first = self.alike[emitter.light];
+                for c in 0..3 {
+                    out[first][c] += s * emitter.filter.0[c] * colour[c];
+                }
+            }
+        }
+        out
+    }
+}
+
+impl Prepared for Operator {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        let expected = self.rig.sources.len();
+        if settings
+            .iter()
+            .any(|s| s.len() != expected || !s.iter().all(|x| x.is_finite()))
+        {
+            return Err(TransportError::Setting { expected });
+        }
+        let strengths: Vec<Vec<[f64; 3]>> = settings.iter().map(|s| self.strengths(s)).collect();
+        let wanted: Vec<usize> = (0..self.lights.len())
+            .filter(|&l| strengths.iter().any(|s| s[l].iter().any(|x| *x != 0.0)))
+            .collect();
+        let pixels = self.width * self.height;
+        let work = Work {
+            memory: work.memory.saturating_sub(self.held),
+            ..work
+        };
+        within("the pictures", settings.len() * pixels * 12, work.memory)?;
+        pool(work)?.install(|| {
+            self.solve(&wanted, work)?;
+            let mut images = Vec::with_capacity(settings.len());
+            for (done, s) in strengths.iter().enumerate() {
+                work.check()?;
+                work.progress.report("pictures", done, settings.len());
+                images.push(self.compose(s));
+            }
+            work.progress
+                .report("pictures", settings.len(), settings.len());
+            Ok(images)
+        })
+    }
+}
+
+/// For each element its share of all that the picture shows.
+fn shown(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
+    let mut out = vec![0.0; mesh.elements.len()];
+    let mut all = 0.0;
+    for f in &fragments.all {
+        let pixels = f64::from(f.weight);
+        all += pixels;
+        if let Some(own) = out.get_mut(mesh.at(f.facet, f.point) as usize) {
+            *own += pixels;
+        }
+    }
+    out.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
+    out
+}
+
+/// The samples of all elements.
+fn samples(mesh: &Mesh) -> Vec<Receiver> {
+    let pairs = mesh.elements.iter().flat_map(|e| {
+        let facet = e.facet;
+        e.samples.iter().map(move |s| (s.point, facet))
+    });
+    pairs
+        .map(|(point, facet)| Receiver { point, facet })
+        .collect()
+}
+
+/// For each light the first that is a panel of the same material, or itself.
+fn alike(lights: &[Light]) -> Vec<usize> {
+    let material = |light: &Light| match light {
+        Light::Panel { material, .. } => Some(*material),
+        _ => None,
+    };
+    let first = |(i, light): (usize, &Light)| {
+        let own = material(light);
+        let same = |other: &Light| own.is_some() && material(other) == own;
+        lights.iter().position(same).unwrap_or(i)
+    };
+    lights.iter().enumerate().map(first).collect()
+}
+
+fn thrown(light: &Light) -> Option<Throw> {
+    match light {
+        Light::Projection(projection) => Throw::new(projection),
+        _ => None,
+    }
+}

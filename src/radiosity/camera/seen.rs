@@ -1,0 +1,42 @@
+//! Where the picture shows a light itself, not only what it lights.
+
+use crate::radiosity::camera::eye::{Sampling, Split, fragments};
+use crate::radiosity::geometry::surface::Surfaces;
+use crate::radiosity::pool;
+use crate::renderer::TransportError;
+use crate::scene::{Light, Rig, Scene, View};
+use crate::work::Work;
+
+/// For each pixel of the view, row by row, whether it shows the front of a surface that some light
+/// of the rig makes emit, be it only in a part of it.
+///
+/// # Errors
+/// [`TransportError`] for a scene or view that cannot be used, and on cancel.
+pub fn emitters(
+    scene: &Scene,
+    rig: &Rig,
+    view: &View,
+    work: Work<'_>,
+) -> Result<Vec<bool>, TransportError> {
+    let surfaces = Surfaces::new(scene)?;
+    let sampling = Sampling {
+        split: Split::Whole,
+        stretched_split: Split::Whole,
+        edge_split: Split::Whole,
+    };
+    let seen = pool(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
+    let emits = |material: usize| {
+        let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
+        rig.lights.iter().any(of)
+    };
+    let lit: Vec<bool> = surfaces.facets.iter().map(|f| emits(f.material)).collect();
+    let pixels = seen.offsets.windows(2).map(|pair| {
+        let range = match pair {
+            [from, to] => *from..*to,
+            _ => 0..0,
+        };
+        let shown = seen.all.get(range).unwrap_or_default();
+        shown.iter().any(|f| lit.get(f.facet) == Some(&true))
+    });
+    Ok(pixels.collect())
+}

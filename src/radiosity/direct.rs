@@ -1,0 +1,228 @@
+//! Direct light: one number for each receiving point and light, at unit radiance or intensity.
+//!
+//! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
+//! the work of one thread. Panels and point sources go their own ways to it (`panel`,
+//! `spot`), each dropping at every cluster what cannot reach it or cannot be in the way.
+//! Where some error is allowed, a cluster takes what is fitted to a few samples (`sheet`).
+//! Invariant: results depend on the points alone, not on threads, batches or settings. This room
+//! knows nothing of colour.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "facets and pieces are named by the surfaces, receivers by their clusters"
+)]
+
+pub mod beam;
+pub mod cluster;
+mod fit;
+pub mod lambert;
+mod near;
+mod panel;
+mod sheet;
+mod spot;
+pub mod strength;
+pub mod throw;
+
+use crate::geometry::Vec3;
+use crate::radiosity::camera::eye::Fragments;
+use crate::radiosity::direct::beam::Beam;
+use crate::radiosity::direct::cluster::Receivers;
+use crate::radiosity::direct::near::Picture;
+use crate::radiosity::direct::panel::Panel;
+use crate::radiosity::direct::sheet::Sheet;
+use crate::radiosity::direct::spot::Spot;
+use crate::radiosity::geometry::surface::{Piece, Surfaces};
+use crate::radiosity::visibility::Hierarchy;
+use crate::renderer::TransportError;
+use crate::scene::{Light, Rig};
+use crate::work::{Cancelled, Work};
+use rayon::prelude::*;
+
+/// A light made ready for direct illumination.
+#[derive(Clone, Debug)]
+pub enum Luminaire {
+    /// Pieces (indices) that emit.
+    Panel(Vec<usize>),
+    /// A point source; of a projection the even light that its image is cut out of.
+    Spot(Beam),
+}
+
+/// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
+const MOST_MARKS: usize = 1 << 24;
+
+/// A light, and what is hidden from it behind the fronts of solids.
+#[derive(Clone, Debug)]
+pub struct Shining<'a> {
+    light: &'a Luminaire,
+    hidden: Hidden,
+}
+
+impl<'a> Shining<'a> {
+    /// Finds what is hidden from a light.
+    pub fn new(surfaces: &Surfaces, light: &'a Luminaire) -> Shining<'a> {
+        let hidden = light.hides(surfaces);
+        Shining { light, hidden }
+    }
+}
+
+/// What is hidden from a light behind the fronts of solids.
+#[derive(Clone, Debug)]
+pub struct Hidden {
+    /// Pieces of the light, in order, that share their marks.
+    together: usize,
+    /// [`Solids::hidden`](crate::radiosity::geometry::solid::Solids::hidden) from those.
+    marks: Vec<Vec<bool>>,
+}
+
+impl Hidden {
+    /// From one of the light's pieces; a point source is the first.
+    pub fn from(&self, piece: usize) -> &[bool] {
+        &self.marks[piece / self.together]
+    }
+}
+
+impl Luminaire {
+    fn hides(&self, surfaces: &Surfaces) -> Hidden {
+        let marks = |corners: &[Vec3]| {
+            let touching = surfaces.touching();
+            surfaces
+                .solids()
+                .hidden(&surfaces.pieces, corners, touching)
+        };
+        match self {
+            Luminaire::Panel(pieces) => {
+                let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
+                let together = pieces.len().div_ceil(sets).max(1);
+                let corners = |group: &[usize]| {
+                    let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
+                    marks(&vertices.copied().collect::<Vec<Vec3>>())
+                };
+                Hidden {
+                    together,
+                    marks: pieces.chunks(together).map(corners).collect(),
+                }
+            }
+            Luminaire::Spot(beam) => Hidden {
+                together: 1,
+                marks: vec![marks(&[beam.position])],
+            },
+        }
+    }
+}
+
+/// Makes the rig's lights ready.
+///
+/// # Errors
+/// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
+/// shines on nothing ([`crate::renderer::layered`] adds it to the picture).
+pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, TransportError> {
+    rig.lights
+        .iter()
+        .enumerate()
+        .map(|(i, light)| match light {
+            Light::Panel { material, .. } => {
+                let lit = |p: &Piece| surfaces.facets[p.facet].material == *material;
+                let pieces = (0..surfaces.pieces.len()).filter(|&p| lit(&surfaces.pieces[p]));
+                Ok(Luminaire::Panel(pieces.collect()))
+            }
+            Light::Spot(spot) => Beam::new(spot).map(Luminaire::Spot).ok_or_else(|| {
+                TransportError::Scene(format!(
+                    "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
+                ))
+            }),
+            Light::Image(_) => Err(TransportError::Scene(format!(
+                "light {i} is an image: it cannot shine on the stage"
+            ))),
+            Light::Measured(measured) => Beam::measured(measured)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| unhung(i)),
+            Light::Projection(projection) => Beam::even(projection)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| unhung(i)),
+        })
+        .collect()
+}
+
+fn unhung(light: usize) -> TransportError {
+    let needs = "needs a place, another one to aim at, and an angle below 180 degrees";
+    TransportError::Scene(format!("light {light} {needs}"))
+}
+
+/// Who stands where: what the direct light needs to know of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    /// The facets and pieces.
+    pub surfaces: &'a Surfaces,
+    /// The hierarchy over the same pieces.
+    pub hierarchy: &'a Hierarchy,
+}
+
+/// How exact direct light is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// How far reflectance times irradiance may be, at the samples, from what is interpolated
+    /// through them; 0 evaluates every receiver.
+    pub allowed: f64,
+    /// How near a panel must be for its light to be averaged over a pixel instead of taken in its
+    /// middle, as a share of the distance at which these two begin to differ.
+    pub near: f64,
+}
+
+impl Precision {
+    /// Exact everywhere.
+    pub const EXACT: Precision = Precision {
+        allowed: 0.0,
+        near: 1.0,
+    };
+}
+
+/// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
+/// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
+/// each fragment's outline, and a panel's where it is near ([`Precision::near`]); else that at the
+/// point.
+///
+/// # Errors
+/// On cancel.
+pub fn irradiance(
+    setting: Setting<'_>,
+    Shining { light, hidden }: &Shining<'_>,
+    receivers: &Receivers,
+    fragments: Option<&Fragments>,
+    Precision { allowed, near }: Precision,
+    work: Work<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
+        .chunks
+        .par_iter()
+        .map(|(facet, cluster)| {
+            work.check()?;
+            let own = &setting.surfaces.facets[*facet];
+            let reflectance = own.reflectance.iter().copied().fold(0.0, f64::max);
+            let allowed = if reflectance > 0.0 {
+                allowed / reflectance
+            } else {
+                f64::INFINITY
+            };
+            let mut sheet = Sheet::new(&receivers.points, cluster, own.normal, allowed);
+            match light {
+                Luminaire::Panel(pieces) => {
+                    let picture =
+                        fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
+                    let mut panel = Panel::new(setting, own.normal, *facet, near);
+                    let pieces = (pieces.as_slice(), hidden);
+                    panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
+                }
+                Luminaire::Spot(beam) => {
+                    let mut spot = Spot::new(setting, beam, hidden, own.normal);
+                    spot.shine(receivers, fragments, cluster, &mut sheet);
+                }
+            }
+            Ok(sheet.sums.iter().map(|s| *s as f32).collect())
+        })
+        .collect();
+    let mut out = vec![0.0; receivers.points.len()];
+    for (value, &at) in parts?.iter().flatten().zip(&receivers.origin) {
+        out[at] = *value;
+    }
+    Ok(out)
+}

@@ -1,0 +1,287 @@
+//! Direct light of a panel: all the polygons of one light together.
+//!
+//! A polygon seen from a cluster is clear, dark, or mixed with a list of occluders; a cluster's
+//! halves take over what is left with shorter lists. Whether a cluster may be interpolated is
+//! decided by the sum over all polygons, as that is what shows. Invariant: what has been dropped
+//! sends nothing to any point of the cluster.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "ranges of the emitters, pairs and lists that this module has stacked"
+)]
+
+use crate::geometry::Vec3;
+use crate::radiosity::direct::cluster::{Cluster, PATCH};
+use crate::radiosity::direct::lambert::{Clipper, Pane};
+use crate::radiosity::direct::near::Picture;
+use crate::radiosity::direct::sheet::{SHADED, Sheet};
+use crate::radiosity::direct::{Hidden, Setting};
+use crate::radiosity::visibility::Shaft;
+use std::ops::Range;
+
+/// Occluders beyond which an emitter is halved.
+const FEW: usize = 200;
+/// Tests of a point against an occluder that cost less than a shaft.
+const CHEAP: usize = 200;
+/// How often an emitter is halved at most.
+const HALVINGS: usize = 4;
+
+/// Distance of an emitter from a point, in footprints of the point's pixel, within which 4 points
+/// stand for one, within which 16, and within which 64.
+const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
+
+/// A convex polygon of the light.
+struct Emitter {
+    pane: Pane,
+    /// A ball around it.
+    ball: (Vec3, f64),
+    /// How often it may still be halved.
+    halvings: usize,
+}
+
+/// An emitter as a cluster sees it.
+#[derive(Clone)]
+struct Pair {
+    emitter: usize,
+    /// In the stack of lists.
+    occluders: Range<usize>,
+}
+
+/// One light's way to one chunk of a facet.
+pub struct Panel<'a> {
+    setting: Setting<'a>,
+    normal: Vec3,
+    facet: usize,
+    clipper: Clipper,
+    /// Of the distances of [`NEAR`].
+    near: f64,
+    // Stacks: what a cluster adds is taken off when it is done.
+    emitters: Vec<Emitter>,
+    pairs: Vec<Pair>,
+    lists: Vec<usize>,
+}
+
+impl Emitter {
+    fn new(pane: Pane, halvings: usize) -> Emitter {
+        let corners = pane.corners();
+        let count = corners.len().max(1) as f64;
+        let middle = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) * (1.0 / count);
+        let radius = corners.iter().map(|c| (*c - middle).length());
+        Emitter {
+            ball: (middle, radius.fold(0.0, f64::max)),
+            pane,
+            halvings,
+        }
+    }
+
+    /// How far it is from a point, or some less.
+    fn distance(&self, point: Vec3) -> f64 {
+        let (middle, radius) = self.ball;
+        let way = point - middle;
+        let height = self.pane.normal().dot(way).abs();
+        (way.length() - radius).max(height)
+    }
+}
+
+impl<'a> Panel<'a> {
+    /// The way to a facet of unit `normal`.
+    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, near: f64) -> Panel<'a> {
+        Panel {
+            setting,
+            normal,
+            facet,
+            clipper: Clipper::default(),
+            near,
+            emitters: Vec::new(),
+            pairs: Vec::new(),
+            lists: Vec::new(),
+        }
+    }
+
+    /// Adds the light of these pieces, given what is hidden from them, to a chunk.
+    pub fn shine(
+        &mut self,
+        (pieces, hidden): (&[usize], &Hidden),
+        picture: Option<&Picture<'_>>,
+        chunk: &Cluster,
+        sheet: &mut Sheet<'_>,
+    ) {
+        let Setting {
+            surfaces,
+            hierarchy,
+        } = self.setting;
+        let mut found = Vec::new();
+        for (k, &i) in pieces.iter().enumerate() {
+            let piece = &surfaces.pieces[i];
+            if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
+                continue;
+            }
+            let emitter = Emitter::new(Pane::new(piece.vertices.clone(), piece.normal), HALVINGS);
+            if is_behind(&emitter, chunk) {
+                continue;
+            }
+            let shaft = self.shaft(&emitter, chunk);
+            hierarchy.occluders(surfaces, &shaft, hidden.from(k), &mut found);
+            let dark = |&i: &usize| shaft.is_blocked_by(&surfaces.pieces[i], surfaces.touching());
+            if found.iter().any(dark) {
+                continue;
+            }
+            let from = self.lists.len();
+            self.lists.extend(&found);
+            self.emitters.push(emitter);
+            self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
+        }
+        self.settle(picture, chunk, 0..self.pairs.len(), sheet);
+    }
+
+    /// Do these points lie on the plane of a cluster or below it?
+    fn is_below(&self, corners: &[Vec3], cluster: &Cluster) -> bool {
+        let at = cluster.corners[0];
+        let touching = self.setting.surfaces.touching();
+        corners.iter().all(|v| self.normal.dot(*v - at) <= touching)
+    }
+
+    fn shaft<'b>(&self, emitter: &'b Emitter, cluster: &'b Cluster) -> Shaft<'b> {
+        Shaft::new(
+            &cluster.corners,
+            self.normal,
+            emitter.pane.corners(),
+            Some(emitter.pane.normal()),
+            self.setting.surfaces.touching(),
+        )
+    }
+
+    /// Stacks an emitter with its occluders; in halves while they are too many.
+    fn pair(&mut self, emitter: usize, occluders: Range<usize>, cluster: &Cluster) {
+        let halvings = self.emitters[emitter].halvings;
+        if occluders.len() <= FEW || halvings == 0 {
+            self.pairs.push(Pair { emitter, occluders });
+            return;
+        }
+        let halves: Vec<Pane> = self.emitters[emitter].pane.halves().collect();
+        for half in halves {
+            if !self.is_below(half.corners(), cluster) {
+                self.emitters.push(Emitter::new(half, halvings - 1));
+                self.narrow(self.emitters.len() - 1, occluders.clone(), cluster);
+            }
+        }
+    }
+
+    /// Stacks an emitter with those of some occluders that are between it and a cluster.
+    fn narrow(&mut self, emitter: usize, candidates: Range<usize>, cluster: &Cluster) {
+        let own = &self.emitters[emitter];
+        if is_behind(own, cluster) {
+            return;
+        }
+        if candidates.len() * cluster.range.len() <= CHEAP {
+            let occluders = candidates;
+            self.pairs.push(Pair { emitter, occluders });
+            return;
+        }
+        let surfaces = self.setting.surfaces;
+        let shaft = self.shaft(own, cluster);
+        let from = self.lists.len();
+        for k in candidates {
+            let i = self.lists[k];
+            let piece = &surfaces.pieces[i];
+            if shaft.is_blocked_by(piece, surfaces.touching()) {
+                return;
+            }
+            if !shaft.misses(piece) {
+                self.lists.push(i);
+            }
+        }
+        self.pair(emitter, from..self.lists.len(), cluster);
+    }
+
+    /// Interpolates where that is allowed, else evaluates the points of the smallest clusters.
+    fn settle(
+        &mut self,
+        picture: Option<&Picture<'_>>,
+        cluster: &Cluster,
+        pairs: Range<usize>,
+        sheet: &mut Sheet<'_>,
+    ) {
+        if pairs.is_empty() {
+            return;
+        }
+        let clear = self.pairs[pairs.clone()]
+            .iter()
+            .all(|p| p.occluders.is_empty());
+        let most = if clear { PATCH } else { SHADED };
+        if sheet.interpolated(cluster, most, |i, p| self.on(picture, pairs.clone(), i, p)) {
+            return;
+        }
+        let Some(halves) = cluster.halves.as_deref() else {
+            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
+            return;
+        };
+        if clear && sheet.allowed <= 0.0 {
+            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
+            return;
+        }
+        for half in halves {
+            let marks = (self.emitters.len(), self.pairs.len(), self.lists.len());
+            for i in pairs.clone() {
+                let Pair { emitter, occluders } = self.pairs[i].clone();
+                self.narrow(emitter, occluders, half);
+            }
+            let own = marks.1..self.pairs.len();
+            self.settle(picture, half, own, sheet);
+            self.emitters.truncate(marks.0);
+            self.pairs.truncate(marks.1);
+            self.lists.truncate(marks.2);
+        }
+    }
+
+    /// Irradiance at a receiver from some pairs: that at its point, or the mean over its outline in
+    /// the picture where one of them is near.
+    fn on(
+        &mut self,
+        picture: Option<&Picture<'_>>,
+        pairs: Range<usize>,
+        receiver: usize,
+        point: Vec3,
+    ) -> f64 {
+        let Some(picture) = picture else {
+            return self.at(pairs, point);
+        };
+        let far = |pair: &Pair| self.emitters[pair.emitter].distance(point);
+        let nearest = self.pairs[pairs.clone()].iter().map(far);
+        let nearest = nearest.fold(f64::INFINITY, f64::min) / picture.footprint(point);
+        let depth = NEAR.iter().filter(|n| nearest < self.near * **n).count() as u32;
+        match depth.checked_sub(1) {
+            None => self.at(pairs, point),
+            Some(depth) => picture.mean(receiver, depth, |p| self.at(pairs.clone(), p)),
+        }
+    }
+
+    /// Irradiance at a point from some pairs.
+    fn at(&mut self, pairs: Range<usize>, point: Vec3) -> f64 {
+        pairs.map(|pair| self.from(pair, point)).sum()
+    }
+
+    /// Irradiance at a point from one pair.
+    fn from(&mut self, pair: usize, point: Vec3) -> f64 {
+        let surfaces = self.setting.surfaces;
+        let Pair { emitter, occluders } = &self.pairs[pair];
+        let emitter = &self.emitters[*emitter];
+        let pane = &emitter.pane;
+        if !pane.faces(point) {
+            return 0.0;
+        }
+        let list = &self.lists[occluders.clone()];
+        if list.is_empty() {
+            return self.clipper.unoccluded(point, self.normal, pane);
+        }
+        let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
+        let touching = surfaces.touching();
+        self.clipper
+            .occluded(point, self.normal, pane, occluders, touching)
+    }
+}
+
+/// Does a cluster see nothing but the emitter's back?
+fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
+    !cluster.corners.iter().any(|c| emitter.pane.faces(*c))
+}

@@ -1,0 +1,214 @@
+//! Direct light of a point source: exact shadows of a picture's fragments, or of points.
+//!
+//! Where shadows may fall on a cluster, its halves take over what is left of them; the outlines of
+//! fragments are cut by those that cross them. Nothing is interpolated across a sharp shadow.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "receivers are named by their clusters, pieces by the hierarchy"
+)]
+
+use crate::geometry::Vec3;
+use crate::radiosity::camera::eye::Fragments;
+use crate::radiosity::direct::beam::Beam;
+use crate::radiosity::direct::cluster::{Cluster, PATCH, Receivers};
+use crate::radiosity::direct::near::{self, Picture, is_near};
+use crate::radiosity::direct::sheet::Sheet;
+use crate::radiosity::direct::{Hidden, Setting};
+use crate::radiosity::geometry::stencil::{Place, Rectangle, Stencil, measured};
+use crate::radiosity::visibility::shadow::{Lit, Meeting, Shadows, shade};
+use crate::radiosity::visibility::{Shaft, blocks};
+
+/// One source's way to one chunk of a facet.
+pub struct Spot<'a> {
+    setting: Setting<'a>,
+    beam: &'a Beam,
+    hidden: &'a Hidden,
+    normal: Vec3,
+    shadows: Shadows,
+    stencil: Stencil,
+}
+
+impl<'a> Spot<'a> {
+    /// The way to a facet of unit `normal`, given what is hidden from the source.
+    pub fn new(setting: Setting<'a>, beam: &'a Beam, hidden: &'a Hidden, normal: Vec3) -> Spot<'a> {
+        Spot {
+            setting,
+            beam,
+            hidden,
+            normal,
+            shadows: Shadows::default(),
+            stencil: Stencil::default(),
+        }
+    }
+
+    /// Adds the source's light to a chunk: the mean over each fragment's outline if the receivers
+    /// are those of a picture, else that at the points.
+    pub fn shine(
+        &mut self,
+        receivers: &Receivers,
+        fragments: Option<&Fragments>,
+        chunk: &Cluster,
+        sheet: &mut Sheet<'_>,
+    ) {
+        let middle = (chunk.corners[0] + chunk.corners[2]) * 0.5;
+        let radius = (chunk.corners[0] - middle).length();
+        let height = self.normal.dot(self.beam.position - middle);
+        if height <= self.setting.surfaces.touching() || self.beam.misses(middle, radius) {
+            return;
+        }
+        let Setting {
+            surfaces,
+            hierarchy,
+        } = self.setting;
+        let position = [self.beam.position];
+        let mut list = Vec::new();
+        let shaft = self.shaft(&position, chunk);
+        hierarchy.occluders(surfaces, &shaft, self.hidden.from(0), &mut list);
+        let Some(fragments) = fragments else {
+            self.points(chunk, &shaft, &list, sheet);
+            return;
+        };
+        let picture = Picture::new(receivers, fragments, self.normal, chunk);
+        self.shadows.clear();
+        let cast = |&i: &usize| {
+            let piece = &surfaces.pieces[i];
+            self.shadows.cast(
+                &picture.canvas,
+                self.beam.position,
+                piece,
+                surfaces.touching(),
+            )
+        };
+        let shadows: Vec<usize> = list.iter().filter_map(cast).collect();
+        self.outlines(&picture, chunk, &shadows, sheet);
+    }
+
+    fn shaft<'b>(&self, position: &'b [Vec3; 1], cluster: &'b Cluster) -> Shaft<'b> {
+        let touching = self.setting.surfaces.touching();
+        Shaft::new(&cluster.corners, self.normal, position, None, touching)
+    }
+
+    /// Light at points, given the occluders that may be before a cluster.
+    fn points(
+        &mut self,
+        cluster: &Cluster,
+        shaft: &Shaft<'_>,
+        list: &[usize],
+        sheet: &mut Sheet<'_>,
+    ) {
+        let surfaces = self.setting.surfaces;
+        let touching = surfaces.touching();
+        let dark = |i: &usize| shaft.is_blocked_by(&surfaces.pieces[*i], touching);
+        if list.iter().any(dark) {
+            return;
+        }
+        let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
+            sheet.evaluate(cluster, |_, p| self.at(p, list));
+            return;
+        };
+        let position = [self.beam.position];
+        for half in halves {
+            let shaft = self.shaft(&position, half);
+            let kept = list.iter().copied();
+            let kept: Vec<usize> = kept
+                .filter(|&i| !shaft.misses(&surfaces.pieces[i]))
+                .collect();
+            self.points(half, &shaft, &kept, sheet);
+        }
+    }
+
+    fn at(&self, point: Vec3, list: &[usize]) -> f64 {
+        let surfaces = self.setting.surfaces;
+        let open = self.beam.irradiance(point, self.normal);
+        let before = |&i: &usize| {
+            let piece = &surfaces.pieces[i];
+            blocks(piece, point, self.beam.position, surfaces.touching())
+        };
+        if open > 0.0 && list.iter().any(before) {
+            0.0
+        } else {
+            open
+        }
+    }
+
+    /// Light on the outlines of a picture's fragments, given the shadows (numbers) that may fall
+    /// on the cluster.
+    fn outlines(
+        &mut self,
+        picture: &Picture<'_>,
+        cluster: &Cluster,
+        shadows: &[usize],
+        sheet: &mut Sheet<'_>,
+    ) {
+        let mut kept = Vec::with_capacity(shadows.len());
+        for &shadow in shadows {
+            match self.shadows.meets(shadow, &cluster.picture) {
+                Meeting::Misses => {}
+                Meeting::Covers => return,
+                Meeting::Crosses => kept.push(shadow),
+            }
+        }
+        let open = |i, p| self.open(picture, i, p);
+        let clear = kept.is_empty();
+        if clear && sheet.interpolated(cluster, PATCH, open) {
+            return;
+        }
+        if clear && (sheet.allowed <= 0.0 || cluster.halves.is_none()) {
+            sheet.evaluate(cluster, open);
+        } else if let Some(halves) = cluster.halves.as_deref() {
+            for half in halves {
+                self.outlines(picture, half, &kept, sheet);
+            }
+        } else {
+            sheet.evaluate(cluster, |i, p| self.cut(picture, i, p, &kept));
+        }
+    }
+
+    /// Mean irradiance on one fragment's outline where nothing is in the way: that at its point,
+    /// unless the source is near.
+    fn open(&self, picture: &Picture<'_>, i: usize, point: Vec3) -> f64 {
+        if !is_near(self.beam, picture, point) {
+            return self.beam.irradiance(point, self.normal);
+        }
+        let (mut sum, mut whole) = (0.0, 0.0);
+        picture.outline(i, |part| {
+            let (light, area) = near::light(self.beam, &picture.canvas, part);
+            sum += light;
+            whole += area;
+        });
+        if whole > 0.0 { sum / whole } else { 0.0 }
+    }
+
+    /// Mean irradiance on what shadows leave of one fragment's outline, over all of it.
+    fn cut(&mut self, picture: &Picture<'_>, i: usize, point: Vec3, shadows: &[usize]) -> f64 {
+        let open = self.open(picture, i, point);
+        if open <= 0.0 {
+            return open;
+        }
+        self.stencil.clear();
+        let (mut whole, mut bounds) = (0.0, Rectangle::EMPTY);
+        picture.outline(i, |part| {
+            self.stencil.add(part);
+            whole += measured(part).0;
+            bounds = part.iter().fold(bounds, |b, &at| b.with(Rectangle::at(at)));
+        });
+        match shade(&mut self.stencil, &bounds, &self.shadows, shadows) {
+            Lit::Wholly => open,
+            Lit::Not => 0.0,
+            Lit::Partly => {
+                let near = is_near(self.beam, picture, point);
+                let light = |part: &[Place]| {
+                    if near {
+                        return near::light(self.beam, &picture.canvas, part).0;
+                    }
+                    let (area, centre) = measured(part);
+                    let centre = picture.canvas.point(centre);
+                    area * self.beam.irradiance(centre, self.normal)
+                };
+                let lit: f64 = self.stencil.parts().map(light).sum();
+                lit / whole
+            }
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The scene as transport sees it: facets (planar polygons) and their convex pieces.
+//!
+//! Invariants: every facet has a positive area and at least one piece; the pieces tile the facet;
+//! facets are ordered by falling area, so that drawing them in order puts the smaller of two
+//! coplanar facets on top. Degenerate polygons are left out: they have no area to light, see or
+//! cast a shadow. This room knows nothing of pixels or settings.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "indices of vertices come from the polygon's own length"
+)]
+
+use crate::geometry::{Vec3, newell};
+use crate::radiosity::geometry::solid::Solids;
+use crate::renderer::TransportError;
+use crate::scene::Scene;
+use crate::scene::import::FAR;
+use std::sync::OnceLock;
+
+/// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
+/// about 1e-7 of it. On a ground plane of 10 km nothing lower than 14 mm casts a shadow.
+const TOUCHING: f64 = 1e-6;
+
+/// A planar polygon with a front.
+#[derive(Clone, Debug)]
+pub struct Facet {
+    /// Counter-clockwise seen from the front.
+    pub vertices: Vec<Vec3>,
+    /// Its edges, in the same order.
+    pub rim: Vec<Edge>,
+    /// Unit normal of the front.
+    pub normal: Vec3,
+    /// Square metres.
+    pub area: f64,
+    /// Its area over its longest edge, m: how narrow it is.
+    pub width: f64,
+    /// Index into [`Scene::materials`].
+    pub material: usize,
+    /// Diffuse reflectance of each channel.
+    pub reflectance: [f64; 3],
+    /// Range of its pieces in [`Surfaces::pieces`].
+    pub pieces: std::ops::Range<usize>,
+}
+
+/// An edge of a facet.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge {
+    /// Where it starts.
+    pub start: Vec3,
+    /// Unit vector to where it ends.
+    pub along: Vec3,
+    /// Unit vector in the facet's plane, to its inside.
+    pub inward: Vec3,
+    /// Metres.
+    pub length: f64,
+}
+
+impl Facet {
+    /// True when it reflects nothing in any channel.
+    pub fn is_black(&self) -> bool {
+        self.reflectance.iter().all(|r| *r == 0.0)
+    }
+
+    /// Signed distance of `p` in front of the facet's plane.
+    pub fn height(&self, p: Vec3) -> f64 {
+        self.normal.dot(p - self.vertices[0])
+    }
+}
+
+/// A convex part of a facet.
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// Counter-clockwise seen from the front.
+    pub vertices: Vec<Vec3>,
+    /// The facet's unit normal.
+    pub normal: Vec3,
+    /// Index into [`Surfaces::facets`].
+    pub facet: usize,
+}
+
+impl Piece {
+    /// Is a point of the piece's plane within its outline?
+    pub fn holds(&self, p: Vec3) -> bool {
+        let n = self.vertices.len();
+        (0..n).all(|i| {
+            let (a, b) = (self.vertices[i], self.vertices[(i + 1) % n]);
+            (b - a).cross(p - a).dot(self.normal) >= 0.0
+        })
+    }
+}
+
+/// Everything that light meets.
+#[derive(Clone, Debug)]
+pub struct Surfaces {
+    /// By falling area.
+    pub facets: Vec<Facet>,
+    /// In the order of the facets.
+    pub pieces: Vec<Piece>,
+    /// Found when they are asked for first: not every use needs them.
+    pub(in crate::radiosity) solids: OnceLock<Solids>,
+    /// Diagonal of the bounding box, metres.
+    pub size: f64,
+}
+
+impl Surfaces {
+    /// Takes over the polygons of a scene.
+    ///
+    /// # Errors
+    /// [`TransportError::Scene`] for a vertex that is not finite or a million kilometres away, a
+    /// material that does not exist, or a reflectance outside 0 to 1.
+    pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
+        let mut facets = Vec::new();
+        for (i, polygon) in scene.polygons.iter().enumerate() {
+            let Some(material) = scene.materials.get(polygon.material) else {
+                return Err(TransportError::Scene(format!(
+                    "polygon {i} has no material {}",
+                    polygon.material
+                )));
+            };
+            let reflectance = material.reflectance.0;
+            if !reflectance.iter().all(|r| (0.0..=1.0).contains(r)) {
+                return Err(TransportError::Scene(format!(
+                    "reflectance of material {} is outside 0 to 1",
+                    material.name
+                )));
+            }
+            if !polygon.vertices.iter().all(|v| v.is_finite()) {
+                return Err(TransportError::Scene(format!(
+                    "polygon {i} has a vertex that is not finite"
+                )));
+            }
+            let far = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
+            if polygon.vertices.iter().any(far) {
+                return Err(TransportError::Scene(format!(
+                    "polygon {i} has a vertex more than {FAR:e} m away: nothing of the stage would be left beside it"
+                )));
+            }
+            facets.extend(facet(&polygon.vertices, polygon.material, reflectance));
+        }
+        facets.sort_by(|a, b| b.area.total_cmp(&a.area));
+        let mut pieces = Vec::new();
+        for (i, f) in facets.iter_mut().enumerate() {
+            let start = pieces.len();
+            pieces.extend(
+                convex_parts(&f.vertices, f.normal)
+                    .into_iter()
+                    .map(|vertices| Piece {
+                        vertices,
+                        normal: f.normal,
+                        facet: i,
+                    }),
+            );
+            f.pieces = start..pieces.len();
+        }
+        let mut corners = facets.iter().flat_map(|f| f.vertices.iter().copied());
+        let first = corners.next().unwrap_or_default();
+        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
+        Ok(Surfaces {
+            facets,
+            pieces,
+            solids: OnceLock::new(),
+            size: (high - low).length(),
+        })
+    }
+
+    /// Of polygons that reflect one half, for tests.
+    #[cfg(test)]
+    pub fn grey(polygons: Vec<Vec<Vec3>>) -> Surfaces {
+        use crate::scene::{Material, Polygon};
+        use crate::units::Rgb;
+        let polygon = |vertices| Polygon {
+            vertices,
+            material: 0,
+        };
+        let scene = Scene {
+            materials: vec![Material {
+                name: "grey".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons: polygons.into_iter().map(polygon).collect(),
+        };
+        Surfaces::new(&scene).unwrap()
+    }
+
+    /// Which of the pieces belong to convex solids.
+    pub fn solids(&self) -> &Solids {
+        let found = || Solids::new(&self.facets, &self.pieces, self.touching());
+        self.solids.get_or_init(found)
+    }
+
+    /// The length below which things touch.
+    pub fn touching(&self) -> f64 {
+        self.size * TOUCHING
+    }
+}
+
+fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Facet> {
+    let mut kept: Vec<Vec3> = vertices.to_vec();
+    kept.dedup();
+    if kept.len() > 1 && kept.first() == kept.last() {
+        kept.pop();
+    }
+    let first = *kept.first()?;
+    // About a vertex of its own: far from the origin the products would cancel.
+    let local: Vec<Vec3> = kept.iter().map(|v| *v - first).collect();
+    let doubled = newell(&local);
+    let reach = local.iter().map(|v| v.length()).fold(0.0, f64::max);
+    let area = doubled.length() * 0.5;
+    if kept.len() < 3 || area <= reach * reach * 1e-12 {
+        return None;
+    }
+    let normal = doubled.normalized();
+    let edge = |(i, start): (usize, &Vec3)| {
+        let way = kept[(i + 1) % kept.len()] - *start;
+        let along = way.normalized();
+        Edge {
+            start: *start,
+            along,
+            inward: normal.cross(along),
+            length: way.length(),
+        }
+    };
+    let rim: Vec<Edge> = kept.iter().enumerate().map(edge).collect();
+    let longest = rim.iter().map(|e| e.length).fold(0.0, f64::max);
+    Some(Facet {
+        rim,
+        width: area / longest,
+        normal,
+        vertices: kept,
+        area,
+        material,
+        reflectance,
+        pieces: 0..0,
+    })
+}
+
+/// How far `b` lies to the left of the line from `a` to `c`, seen against `normal`; positive at a
+/// convex corner.
+fn turn(a: Vec3, b: Vec3, c: Vec3, normal: Vec3) -> f64 {
+    (b - a).cross(c - b).dot(normal)
+}
+
+/// Convex parts of a simple polygon: itself when convex, else triangles cut off as ears.
+pub fn convex_parts(vertices: &[Vec3], normal: Vec3) -> Vec<Vec<Vec3>> {
+    let n = vertices.len();
+    let corner = |i: usize| {
+        let (a, b, c) = (
+            vertices[(i + n - 1) % n],
+            vertices[i],
+            vertices[(i + 1) % n],
+        );
+        turn(a, b, c, normal) >= -1e-9 * (b - a).length() * (c - b).length()
+    };
+    if (0..n).all(corner) && turns_once(vertices, normal) {
+        return vec![vertices.to_vec()];
+    }
+    let mut rest = vertices.to_vec();
+    let mut parts = Vec::new();
+    while rest.len() > 3 {
+        let n = rest.len();
+        let ear = (0..n).find(|&i| is_ear(&rest, i, normal));
+        // A polygon that is not simple may have none: cut anywhere, so that the loop ends.
+        let i = ear.unwrap_or(0);
+        let triangle = vec![rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
+        if turn(triangle[0], triangle[1], triangle[2], normal) > 0.0 {
+            parts.push(triangle);
+        }
+        rest.remove(i);
+    }
+    if turn(rest[0], rest[1], rest[2], normal) > 0.0 || parts.is_empty() {
+        parts.push(rest);
+    }
+    parts
+}
+
+/// True when the outline goes round once (a pentagram turns left at each corner, but twice).
+fn turns_once(vertices: &[Vec3], normal: Vec3) -> bool {
+    let n = vertices.len();
+    let angle: f64 = (0..n)
+        .map(|i| {
+            let (a, b) = (
+                vertices[(i + 1) % n] - vertices[i],
+                vertices[(i + 2) % n] - vertices[(i + 1) % n],
+            );
+            a.cross(b).dot(normal).atan2(a.dot(b))
+        })
+        .sum();
+    angle < 1.5 * std::f64::consts::TAU
+}
+
+fn is_ear(rest: &[Vec3], i: usize, normal: Vec3) -> bool {
+    let n = rest.len();
+    let (before, after) = ((i + n - 1) % n, (i + 1) % n);
+    let (a, b, c) = (rest[before], rest[i], rest[after]);
+    if turn(a, b, c, normal) <= 0.0 {
+        return false;
+    }
+    rest.iter().enumerate().all(|(j, &p)| {
+        let own = j == before || j == i || j == after || p == a || p == b || p == c;
+        own || turn(a, b, p, normal) < 0.0
+            || turn(b, c, p, normal) < 0.0
+            || turn(c, a, p, normal) < 0.0
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+
+    const UP: Vec3 = vec3(0.0, 0.0, 1.0);
+
+    fn flat(points: &[(f64, f64)]) -> Vec<Vec3> {
+        points.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect()
+    }
+
+    fn area(vertices: &[Vec3]) -> f64 {
+        newell(vertices).dot(UP) * 0.5
+    }
+
+    #[test]
+    fn convex_polygons_stay_whole() {
+        let hexagon: Vec<Vec3> = (0..6)
+            .map(|i| f64::from(i) * std::f64::consts::FRAC_PI_3)
+            .map(|a| vec3(a.cos(), a.sin(), 0.0))
+            .collect();
+        assert_eq!(convex_parts(&hexagon, UP), vec![hexagon.clone()]);
+    }
+
+    #[test]
+    fn concave_polygons_are_tiled() {
+        let ell = flat(&[
+            (0.0, 0.0),
+            (3.0, 0.0),
+            (3.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 3.0),
+            (0.0, 3.0),
+        ]);
+        let comb = flat(&[
+            (0.0, 0.0),
+            (5.0, 0.0),
+            (5.0, 2.0),
+            (4.0, 2.0),
+            (4.0, 1.0),
+            (3.0, 1.0),
+            (3.0, 2.0),
+            (2.0, 2.0),
+            (2.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 2.0),
+            (0.0, 2.0),
+        ]);
+        for polygon in [ell, comb] {
+            let parts = convex_parts(&polygon, UP);
+            assert!(parts.len() > 1);
+            assert!(parts.iter().all(|p| area(p) > 0.0));
+            let total: f64 = parts.iter().map(|p| area(p)).sum();
+            assert!((total - area(&polygon)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn degenerate_polygons_are_left_out() {
+        assert!(facet(&flat(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]), 0, [0.0; 3]).is_none());
+        assert!(facet(&flat(&[(1.0, 1.0); 4]), 0, [0.0; 3]).is_none());
+        assert!(facet(&[], 0, [0.0; 3]).is_none());
+    }
+}

@@ -1,0 +1,161 @@
+//! What each light does at unit strength: direct light where it is seen, reflected light at nodes.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, element, node or fragment, made together"
+)]
+
+use super::gather::Sight;
+use crate::radiosity::direct::throw::pixel;
+use crate::radiosity::direct::{Precision, Shining, irradiance};
+use crate::radiosity::{Operator, Solution};
+use crate::work::{Cancelled, Work};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Direct light of one light at the fragments, and its means on the elements.
+type SeenAndMeans = (Vec<f32>, Vec<f32>);
+
+impl Operator {
+    /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
+    /// of the memory holds.
+    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), Cancelled> {
+        let missing: Vec<usize> = wanted
+            .iter()
+            .copied()
+            .filter(|&l| self.solutions[l].is_none())
+            .collect();
+        // Five blocks of three channels over the elements, and three over the nodes.
+        let nodes = self.nodes.as_ref().map_or(0, |n| n.mesh.elements.len());
+        let each = 12 * (5 * self.mesh.elements.len() + 3 * nodes);
+        let together = (work.memory / 4 / each.max(1)).max(1);
+        let done = AtomicUsize::new(0);
+        for group in missing.chunks(together) {
+            let lit: Result<Vec<Vec<SeenAndMeans>>, Cancelled> = group
+                .chunk_by(|a, b| self.is_beside(*a, *b))
+                .collect::<Vec<_>>()
+                .par_iter()
+                .map(|team| {
+                    let lit = self.lit(team, work)?;
+                    let so_far = done.fetch_add(team.len(), Ordering::Relaxed) + team.len();
+                    work.progress.report("direct light", so_far, missing.len());
+                    Ok(lit)
+                })
+                .collect();
+            let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().flatten().unzip();
+            let indirect = self.reflected(&on_elements, work)?;
+            work.check()?;
+            for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
+                self.solutions[l] = Some(Solution { direct, indirect });
+            }
+        }
+        Ok(())
+    }
+
+    /// Planes of one thrown image share all but the image.
+    fn is_beside(&self, a: usize, b: usize) -> bool {
+        match (&self.throws[a], &self.throws[b]) {
+            (Some(a), Some(b)) => a.is_beside(b),
+            _ => false,
+        }
+    }
+
+    /// The direct light of one light, or of the planes of one thrown image.
+    fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
+        let shining = Shining::new(&self.surfaces, &self.lights[team[0]]);
+        // All planes of an image, wanted or not: how exact each is must not hang on its company.
+        let is_plane = |l: &usize| *l == team[0] || self.is_beside(team[0], *l);
+        let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
+        let means = self.on_elements(&shining, &planes, work)?;
+        let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
+        let precision = self.precision(self.tolerance * level);
+        let receivers = &self.fragment_receivers;
+        let outlines = Some(&self.fragments);
+        let seen = irradiance(
+            self.setting(),
+            &shining,
+            receivers,
+            outlines,
+            precision,
+            work,
+        )?;
+        let wanted = planes.iter().zip(means).filter(|(l, _)| team.contains(l));
+        Ok(wanted
+            .map(|(l, m)| (self.on_fragments(*l, &seen), m))
+            .collect())
+    }
+
+    /// Direct light that may be off by so much between samples.
+    pub fn precision(&self, allowed: f64) -> Precision {
+        Precision {
+            allowed,
+            near: self.near,
+        }
+    }
+
+    /// A light at the fragments, from what is even: cut out of it if it is a projection.
+    fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
+        let Some(throw) = &self.throws[light] else {
+            return even.to_vec();
+        };
+        let seen = self.fragments.all.iter().map(|f| {
+            let normal = self.surfaces.facets[f.facet].normal;
+            let weight = f64::from(f.weight);
+            (
+                f.point,
+                pixel(&self.fragments.camera, f.point, normal, weight),
+            )
+        });
+        throw.cut(even, seen)
+    }
+
+    /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
+    /// elements that the picture shows.
+    fn level(&self, on_elements: &[f32]) -> f64 {
+        let elements = self.mesh.elements.iter().zip(&self.shown);
+        let power = elements.zip(on_elements).map(|((e, share), direct)| {
+            let reflectance = self.surfaces.facets[e.facet].reflectance;
+            let most = reflectance.iter().copied().fold(0.0, f64::max);
+            share * (most * f64::from(*direct)).powi(2)
+        });
+        power.sum::<f64>().sqrt()
+    }
+
+    /// Reflected irradiance at every node for each light, from its direct light on the elements.
+    fn reflected(
+        &self,
+        on_elements: &[Vec<f32>],
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let width = on_elements.len() * 3;
+        let mut first = Vec::with_capacity(self.reflectance.len() * width);
+        for (i, own) in self.reflectance.iter().enumerate() {
+            for direct in on_elements {
+                first.extend(own.map(|r| r * direct[i]));
+            }
+        }
+        let radiosity =
+            self.bounces
+                .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
+        drop(first);
+        let gathered = match &self.nodes {
+            Some(nodes) => {
+                let sight = Sight {
+                    setting: self.setting(),
+                    outline: &self.outline,
+                    to: &self.mesh,
+                };
+                nodes.gather(sight, &radiosity, width, work)?
+            }
+            None => self.rows.times(&radiosity, width),
+        };
+        let of = |l: usize| {
+            gathered
+                .chunks_exact(width)
+                .map(move |row| &row[3 * l..3 * l + 3])
+        };
+        Ok((0..on_elements.len())
+            .map(|l| of(l).flatten().copied().collect())
+            .collect())
+    }
+}

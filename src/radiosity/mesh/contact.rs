@@ -1,0 +1,109 @@
+//! Where something stands on a facet: the lines along which other surfaces touch it or pass through
+//! it.
+//!
+//! Light changes from full to none across such a line, so a mesh cell must not reach over it. What
+//! hardly rises above the facet divides nothing. This room knows nothing of cells and lights.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "corners are numbered modulo their count, pieces by the sorted list"
+)]
+
+use crate::geometry::{Vec3, vec3};
+use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
+
+/// Where a surface stands on a facet.
+pub struct Foot {
+    /// In the facet's plane (m).
+    pub ends: [Vec3; 2],
+    /// Of the surface that stands there.
+    pub normal: Vec3,
+    /// How far that surface rises above the facet (m).
+    pub rise: f64,
+}
+
+/// All pieces, in the order in which a search meets them.
+pub struct Contacts<'a> {
+    surfaces: &'a Surfaces,
+    /// Pieces with their bounds, by the least x.
+    boxes: Vec<(usize, Vec3, Vec3)>,
+}
+
+impl<'a> Contacts<'a> {
+    /// Sorts a scene's pieces.
+    pub fn new(surfaces: &'a Surfaces) -> Contacts<'a> {
+        let pieces = surfaces.pieces.iter().enumerate();
+        let mut boxes: Vec<_> = pieces
+            .map(|(i, p)| {
+                let (low, high) = bounds(&p.vertices);
+                (i, low, high)
+            })
+            .collect();
+        boxes.sort_by(|a, b| a.1.x.total_cmp(&b.1.x).then(a.0.cmp(&b.0)));
+        Contacts { surfaces, boxes }
+    }
+
+    /// Where surfaces stand on a facet that rise more than `least` above it.
+    pub fn of(&self, facet: usize, least: f64) -> Vec<Foot> {
+        let own = &self.surfaces.facets[facet];
+        let touching = self.surfaces.touching();
+        let foot = |p: &Piece| {
+            let (ends, rise) = footing(own, p, least.max(touching), touching)?;
+            let normal = self.surfaces.facets[p.facet].normal;
+            Some(Foot { ends, normal, rise })
+        };
+        self.around(facet).filter_map(foot).collect()
+    }
+
+    /// Pieces of other facets whose bounds touch a facet's.
+    pub fn around(&self, facet: usize) -> impl Iterator<Item = &Piece> {
+        let own = &self.surfaces.facets[facet];
+        let touching = self.surfaces.touching();
+        let margin = vec3(1.0, 1.0, 1.0) * touching;
+        let (low, high) = bounds(&own.vertices);
+        let (low, high) = (low - margin, high + margin);
+        let end = self.boxes.partition_point(|b| b.1.x <= high.x);
+        self.boxes[..end]
+            .iter()
+            .filter(move |(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
+            .map(|(i, ..)| &self.surfaces.pieces[*i])
+            .filter(move |p| p.facet != facet)
+    }
+}
+
+fn bounds(vertices: &[Vec3]) -> (Vec3, Vec3) {
+    let first = vertices.first().copied().unwrap_or_default();
+    vertices
+        .iter()
+        .fold((first, first), |(l, h), v| (l.min(*v), h.max(*v)))
+}
+
+/// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
+fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<([Vec3; 2], f64)> {
+    let heights: Vec<f64> = piece.vertices.iter().map(|v| facet.height(*v)).collect();
+    let (lowest, highest) = heights
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+            (l.min(*x), h.max(*x))
+        });
+    if highest <= least || lowest > touching {
+        return None;
+    }
+    let n = heights.len();
+    let mut ends: Vec<Vec3> = Vec::new();
+    for i in 0..n {
+        let (a, b) = (heights[i], heights[(i + 1) % n]);
+        let (from, to) = (piece.vertices[i], piece.vertices[(i + 1) % n]);
+        if a.abs() <= touching {
+            ends.push(from);
+        } else if (a < -touching && b > touching) || (a > touching && b < -touching) {
+            ends.push(from + (to - from) * (a / (a - b)));
+        }
+    }
+    let apart = |p: &Vec3| (*p - ends[0]).length();
+    let far = ends
+        .iter()
+        .copied()
+        .max_by(|p, q| apart(p).total_cmp(&apart(q)))?;
+    ((far - ends[0]).length() > touching).then(|| ([ends[0], far], highest))
+}

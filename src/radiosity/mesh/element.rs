@@ -1,0 +1,124 @@
+//! One element: where a part of a cell is looked at from and lit.
+//!
+//! This room knows nothing of the other cells, nor of lights.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "facets and pieces are named by the surfaces"
+)]
+
+use crate::geometry::Vec3;
+use crate::radiosity::direct::Setting;
+use crate::radiosity::mesh::cut::{Line, Tree, height};
+use crate::radiosity::mesh::grid::Grid;
+use crate::radiosity::mesh::sample::{Sample, kept_inside};
+use crate::radiosity::visibility::burial::is_buried;
+
+/// A mesh cell that light can reach.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// Its facet.
+    pub facet: usize,
+    /// Where its hemicube stands.
+    pub centre: Vec3,
+    /// Where its direct light is averaged first.
+    pub samples: Vec<Sample>,
+}
+
+/// Makes the elements of one cell.
+pub struct Maker<'a> {
+    /// The scene.
+    pub setting: Setting<'a>,
+    /// Points known to be in the open.
+    pub beacons: &'a [Vec3],
+    /// The cell's facet.
+    pub facet: usize,
+    /// Its grid.
+    pub grid: &'a Grid,
+    /// The cell, numbered within the grid.
+    pub cell: usize,
+    /// A point of it that is known to be in the open.
+    pub shown: Option<Vec3>,
+}
+
+impl Maker<'_> {
+    /// An element for each part that has one.
+    pub fn elements(&self, tree: Tree<Vec<Line>>) -> Tree<Option<Element>> {
+        match tree {
+            Tree::Leaf(bounds) => Tree::Leaf(self.element(bounds)),
+            Tree::Fork(upright, sides) => {
+                Tree::Fork(upright, Box::new((*sides).map(|side| self.elements(side))))
+            }
+        }
+    }
+
+    fn is_open(&self, p: Vec3) -> bool {
+        !is_buried(self.setting, self.beacons, self.facet, p)
+    }
+
+    fn element(&self, bounds: Vec<Line>) -> Option<Element> {
+        let surfaces = self.setting.surfaces;
+        let facet = &surfaces.facets[self.facet];
+        let is_whole = bounds.is_empty();
+        let within = |p: &Vec3| {
+            let place = self.grid.place(*p);
+            bounds.iter().all(|line| height(*line, place) >= 0.0)
+        };
+        let shown = self.shown.filter(within);
+        let whole = Sample::of(
+            surfaces,
+            facet,
+            self.grid,
+            self.grid.line_of(self.cell),
+            bounds,
+        )?;
+        let mut centre = whole.point;
+        if self.grid.on_rim {
+            if let Some(p) = self.rim().filter(|_| is_whole) {
+                centre = p;
+            }
+            // A node only gathers: its samples matter where it cannot stand itself.
+            if self.is_open(centre) {
+                return Some(self.made(centre, Vec::new()));
+            }
+        }
+        let quarters = whole.quarters(surfaces, facet, self.grid);
+        let samples: Vec<Sample> = quarters.filter(|s| self.is_open(s.point)).collect();
+        let distance = |s: &Sample| (s.point - centre).length();
+        let nearest = samples
+            .iter()
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let Some(nearest) = nearest else {
+            // All but a strip is hidden: the strip stands for it, if it shows.
+            let p = kept_inside(surfaces, facet, shown?);
+            return Some(self.made(p, vec![whole.at(p)]));
+        };
+        // Half hidden: stand on the visible sample nearest to the centre.
+        let stands = if self.is_open(centre) {
+            centre
+        } else {
+            nearest.point
+        };
+        Some(self.made(stands, samples))
+    }
+
+    fn made(&self, centre: Vec3, samples: Vec<Sample>) -> Element {
+        Element {
+            facet: self.facet,
+            centre,
+            samples,
+        }
+    }
+
+    /// Where a node stands, on the rim if it is an outermost one; `None` if the facet is not there.
+    fn rim(&self) -> Option<Vec3> {
+        let (grid, surfaces) = (self.grid, self.setting.surfaces);
+        let facet = &surfaces.facets[self.facet];
+        let (i, j) = (self.cell % grid.counts[0], self.cell / grid.counts[0]);
+        let [u, v] = [grid.stand(i, grid.counts[0]), grid.stand(j, grid.counts[1])];
+        let p = grid.origin + grid.along * (u / grid.scale[0]) + grid.across * (v / grid.scale[1]);
+        let p = kept_inside(surfaces, facet, p);
+        let pieces = &surfaces.pieces[facet.pieces.clone()];
+        pieces.iter().any(|piece| piece.holds(p)).then_some(p)
+    }
+}

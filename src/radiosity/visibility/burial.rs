@@ -1,0 +1,229 @@
+//! Which points lie inside a solid, where no light can come.
+//!
+//! Solids are seldom closed: a box that stands on a floor has no bottom, and the floor goes on
+//! beneath it. So a point counts as open when it sees a beacon (the eye, a luminaire) or the void,
+//! or when a surface that it sees does, twice over; else it is buried. Of beacons those are asked that
+//! are nearest: a nook with a lamp of its own has it there. One that three bounces from its nearest
+//! lamps do not reach is taken for buried too: it is dark, or nearly. This room knows nothing of
+//! meshes.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "pieces are named by the hierarchy, facets by the pieces"
+)]
+
+use crate::geometry::{Vec3, frame};
+use crate::radiosity::direct::{Luminaire, Setting};
+
+/// Beacons of a light at most: of a panel of many faces some stand for all.
+const OF_A_LIGHT: usize = 4;
+
+/// Beacons asked at most: more make the answer slower where it is no.
+const ASKED: usize = 16;
+
+/// How many surfaces in a row are asked.
+const DEPTH: usize = 2;
+
+/// Points known to be in the open: the eye and the luminaires, of each some.
+pub fn beacons(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
+    let surfaces = setting.surfaces;
+    let lift = surfaces.size * 1e-4;
+    let mut all = vec![eye];
+    for light in lights {
+        match light {
+            Luminaire::Panel(pieces) => {
+                let stride = pieces.len().div_ceil(OF_A_LIGHT).max(1);
+                all.extend(pieces.iter().step_by(stride).map(|&i| {
+                    let piece = &surfaces.pieces[i];
+                    let sum = piece.vertices.iter().fold(Vec3::ZERO, |s, v| s + *v);
+                    sum / piece.vertices.len() as f64 + piece.normal * lift
+                }));
+            }
+            Luminaire::Spot(beam) => all.push(beam.position),
+        }
+    }
+    all
+}
+
+/// The beacons nearest to a point, the nearest first.
+fn nearest(beacons: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
+    let mut best = [(f64::INFINITY, Vec3::ZERO); ASKED];
+    for b in beacons {
+        let square = (*b - p).dot(*b - p);
+        let at = best.partition_point(|(other, _)| *other <= square);
+        if at < ASKED {
+            best[at..].rotate_right(1);
+            best[at] = (square, *b);
+        }
+    }
+    let known = best.into_iter().take(beacons.len());
+    known.map(|(_, b)| b)
+}
+
+/// Is a point on the front of `facet` buried?
+pub fn is_buried(setting: Setting<'_>, beacons: &[Vec3], facet: usize, point: Vec3) -> bool {
+    !is_open(setting, beacons, facet, point, DEPTH)
+}
+
+fn is_open(setting: Setting<'_>, beacons: &[Vec3], facet: usize, p: Vec3, depth: usize) -> bool {
+    let surfaces = setting.surfaces;
+    let normal = surfaces.facets[facet].normal;
+    let sees = |b: Vec3| {
+        normal.dot(b - p) > surfaces.touching() && !setting.hierarchy.blocked(surfaces, p, b)
+    };
+    if nearest(beacons, p).any(sees) {
+        return true;
+    }
+    let [u, v] = frame(normal);
+    let lean = |a: f64, b: f64| normal + u * a + v * b;
+    // Unequal leanings, so that rays do not run along the edges of axis-aligned boxes.
+    [
+        lean(0.013, 0.021),
+        lean(0.83, 0.37),
+        lean(-0.41, 0.79),
+        lean(-0.77, -0.43),
+        lean(0.39, -0.81),
+    ]
+    .into_iter()
+    .any(|ray| match setting.hierarchy.first_hit(surfaces, p, ray) {
+        None => true,
+        Some((i, t)) => {
+            let piece = &surfaces.pieces[i];
+            depth > 0
+                && piece.normal.dot(ray) < 0.0
+                && is_open(setting, beacons, piece.facet, p + ray * t, depth - 1)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+    use crate::radiosity::direct::beam::Beam;
+    use crate::radiosity::geometry::surface::Surfaces;
+    use crate::radiosity::visibility::Hierarchy;
+    use crate::scene::{Material, Polygon, Scene, Spot};
+    use crate::units::Rgb;
+
+    /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
+    fn scene() -> Scene {
+        let c = |x: f64, y: f64, z: f64| vec3(x, y, z);
+        let quads = [
+            [
+                c(-9.0, -9.0, 0.0),
+                c(9.0, -9.0, 0.0),
+                c(9.0, 1.0, 0.0),
+                c(-9.0, 1.0, 0.0),
+            ],
+            [
+                c(-9.0, 1.0, 0.0),
+                c(9.0, 1.0, 0.0),
+                c(9.0, 1.0, 9.0),
+                c(-9.0, 1.0, 9.0),
+            ],
+            [
+                c(-1.0, -1.0, 1.0),
+                c(1.0, -1.0, 1.0),
+                c(1.0, 1.0, 1.0),
+                c(-1.0, 1.0, 1.0),
+            ],
+            [
+                c(-1.0, -1.0, 0.0),
+                c(1.0, -1.0, 0.0),
+                c(1.0, -1.0, 1.0),
+                c(-1.0, -1.0, 1.0),
+            ],
+            [
+                c(1.0, -1.0, 0.0),
+                c(1.0, 1.0, 0.0),
+                c(1.0, 1.0, 1.0),
+                c(1.0, -1.0, 1.0),
+            ],
+            [
+                c(-1.0, 1.0, 0.0),
+                c(-1.0, -1.0, 0.0),
+                c(-1.0, -1.0, 1.0),
+                c(-1.0, 1.0, 1.0),
+            ],
+        ];
+        let polygons = quads.iter().map(|q| Polygon {
+            vertices: q.to_vec(),
+            material: 0,
+        });
+        Scene {
+            materials: vec![Material {
+                name: "grey".into(),
+                reflectance: Rgb([0.5; 3]),
+                emission: Rgb::default(),
+            }],
+            polygons: polygons.collect(),
+        }
+    }
+
+    #[test]
+    fn floor_and_wall_inside_an_open_box_are_buried() {
+        let surfaces = Surfaces::new(&scene()).unwrap();
+        let hierarchy = Hierarchy::new(&surfaces);
+        let setting = Setting {
+            surfaces: &surfaces,
+            hierarchy: &hierarchy,
+        };
+        let towards = |n: Vec3, p: Vec3| {
+            let on = |f: &crate::radiosity::geometry::surface::Facet| {
+                f.normal == n && f.height(p).abs() < 1e-9
+            };
+            surfaces.facets.iter().position(on).unwrap()
+        };
+        let eye = [vec3(0.0, -8.0, 2.0)];
+        let up = vec3(0.0, 0.0, 1.0);
+        let south = vec3(0.0, -1.0, 0.0);
+        for (normal, point, buried) in [
+            (up, vec3(0.1, 0.2, 0.0), true),
+            (up, vec3(-0.95, 0.9, 0.0), true),
+            (up, vec3(1.1, 0.5, 0.0), false),
+            (up, vec3(0.0, -1.001, 0.0), false),
+            (up, vec3(0.3, 0.3, 1.0), false),
+            (south, vec3(0.2, 1.0, 0.4), true),
+            (south, vec3(0.2, 1.0, 1.1), false),
+        ] {
+            let facet = towards(normal, point);
+            assert_eq!(is_buried(setting, &eye, facet, point), buried, "{point:?}");
+        }
+    }
+
+    /// One of forty lamps is in the box, where no other is seen: of them all every third would not
+    /// be it.
+    #[test]
+    fn a_lamp_in_a_nook_is_its_beacon() {
+        let surfaces = Surfaces::new(&scene()).unwrap();
+        let hierarchy = Hierarchy::new(&surfaces);
+        let setting = Setting {
+            surfaces: &surfaces,
+            hierarchy: &hierarchy,
+        };
+        let lamp = |i: u8| {
+            let away = vec3(f64::from(i) * 0.2 - 4.0, -6.0, 5.0);
+            Spot {
+                position: if i == 1 { vec3(0.0, 0.0, 0.5) } else { away },
+                aim: vec3(0.0, 0.0, 0.0),
+                beam: 20.0,
+                field: 40.0,
+                intensity: Rgb::WHITE,
+            }
+        };
+        let lights = |from: u8| -> Vec<Luminaire> {
+            let beam = |i| Beam::new(&lamp(i)).unwrap();
+            (from..40).map(|i| Luminaire::Spot(beam(i))).collect()
+        };
+        let floor = surfaces
+            .facets
+            .iter()
+            .position(|f| f.normal.z > 0.9 && f.vertices.iter().all(|v| v.z == 0.0));
+        for (from, buried) in [(1, false), (2, true)] {
+            let all = beacons(setting, &lights(from), vec3(0.0, -8.0, 2.0));
+            let found = is_buried(setting, &all, floor.unwrap(), vec3(0.1, 0.2, 0.0));
+            assert_eq!(found, buried);
+        }
+    }
+}

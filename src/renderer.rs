@@ -1,0 +1,160 @@
+//! The operator G: light settings to pictures, at a quality, exactly linear.
+//!
+//! A [`Transport`] prepares a scene, rig and view once; the [`Prepared`] operator then turns any
+//! settings, of either sign, into pictures. At one quality G is one linear operator: mesh, order
+//! and number of iterations depend on scene, rig, view and quality, never on settings. Results are
+//! bit-equal for any number of threads.
+
+pub mod layered;
+pub mod outside;
+
+use crate::picture::Image;
+use crate::scene::{Rig, Scene, View};
+use crate::work::{Cancelled, Work};
+
+/// A step on an operator's one ordered scale of quality; 1 is the cheapest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Quality(pub u8);
+
+/// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
+/// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of the operator's own; [`Transport::pace`] tells how many
+/// seconds one of them takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cost {
+    /// Meshing, visibility, form factors.
+    pub prepare: f64,
+    /// Direct light and radiosity of one newly lit source.
+    pub per_source: f64,
+    /// Composing one picture of all sources.
+    pub per_image: f64,
+    /// Composing one picture of a source alone.
+    pub per_lone: f64,
+}
+
+impl Cost {
+    /// Of so many sources, each lit alone, from nothing prepared.
+    pub fn alone(self, sources: f64) -> f64 {
+        self.prepare + sources * (self.per_source + self.per_lone)
+    }
+}
+
+/// What a step of quality sets on a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expense {
+    /// What is set.
+    pub name: &'static str,
+    /// To what; 0 for what the step does without.
+    pub amount: f64,
+}
+
+/// Why an operator could not prepare or render.
+#[derive(Debug, thiserror::Error)]
+pub enum TransportError {
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// It would need more memory than the budget allows.
+    #[error("{what} needs {needed} bytes; the budget is {budget}")]
+    Memory {
+        /// What is too large.
+        what: &'static str,
+        /// Bytes needed.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
+    /// The quality is not on the operator's scale.
+    #[error("quality {0} is not on the scale 1 to {1}")]
+    Quality(u8, u8),
+    /// A setting has the wrong number of coordinates, or one that is not finite.
+    #[error("a setting must have {expected} finite coordinates")]
+    Setting {
+        /// Number of sources of the rig.
+        expected: usize,
+    },
+    /// An outside renderer gave no picture.
+    #[error(transparent)]
+    Outside(#[from] outside::OutsideError),
+    /// The scene, rig or view cannot be used.
+    #[error("{0}")]
+    Scene(String),
+}
+
+/// A light-transport operator, before it knows a scene.
+pub trait Transport: Send + Sync {
+    /// A short name for reports.
+    fn name(&self) -> &str;
+
+    /// Name and version of its pictures, another one whenever they change; `None` where pictures
+    /// of one session must not be taken for those of another.
+    ///
+    /// An operator that names its results promises that a picture depends on scene, view, quality
+    /// and the lights that are lit alone, by their strength in each channel, and that channels do
+    /// not mix: pictures are then kept on disk, found again after edits, and added up.
+    fn results(&self) -> Option<String> {
+        None
+    }
+
+    /// The finest step of its scale, which starts at 1.
+    fn finest(&self) -> Quality;
+
+    /// All that does not depend on settings: meshing, visibility, form factors.
+    ///
+    /// # Errors
+    /// [`TransportError`] when the quality is off the scale, the scene, rig or view unusable, the
+    /// memory budget too small, or on cancel.
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError>;
+
+    /// What the user should be warned of, as far as it is known by now.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// What a step of quality sets for this scene, rig and view; nothing for an operator that
+    /// cannot tell.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a quality, scene, rig or view that cannot be used.
+    fn expenses(
+        &self,
+        _scene: &Scene,
+        _rig: &Rig,
+        _view: &View,
+        _quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        Ok(Vec::new())
+    }
+
+    /// How many seconds a unit of [`Transport::cost`] takes on this machine now, found by a short
+    /// task of known cost where that is needed. `clock` tells seconds.
+    ///
+    /// # Errors
+    /// [`TransportError`] when that task fails, and on cancel.
+    fn pace(&self, _clock: &dyn Fn() -> f64, _work: Work<'_>) -> Result<f64, TransportError> {
+        Ok(1.0)
+    }
+
+    /// Predicted cost for this scene, rig, view and quality, in units of [`Transport::pace`].
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost;
+}
+
+/// G for one scene, rig, view and quality.
+pub trait Prepared: Send {
+    /// One picture for each of the `settings`, each with one finite number (of any sign) for every
+    /// source of the rig. Work that settings share is done once and kept for later calls.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a wrong setting, a budget too small, or on cancel.
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError>;
+}

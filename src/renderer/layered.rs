@@ -1,0 +1,438 @@
+//! Banks given as images: pictures rendered elsewhere, added to what another operator renders.
+//!
+//! An image is light as it arrives in the picture, so that nothing of the stage matters to it: G is
+//! then a sum of pictures, each times its setting. Lights that are not images go to the operator
+//! underneath, which never sees an image; where there are none it is not asked at all, and the
+//! scale of quality has one step, because an image is as good as it is.
+
+use std::sync::Arc;
+
+use crate::picture::Image;
+use crate::picture::combine::add_coloured;
+use crate::renderer::{Cost, Expense, Prepared, Quality, Transport, TransportError};
+use crate::scene::{Light, Rig, Scene, View};
+use crate::units::Rgb;
+use crate::work::Work;
+
+/// Seconds to add one number of a picture to another, measured on an ordinary core.
+const SECONDS_PER_NUMBER: f64 = 1.5e-9;
+
+/// The same in yardsticks of some 0.1 s each, for beside another operator. Of one whose unit is
+/// longer it is a small part anyway.
+const YARDSTICKS_PER_NUMBER: f64 = 1.5e-8;
+
+/// Images on top of another operator, or alone.
+#[derive(Clone, Copy)]
+pub struct Layered<'t> {
+    /// For the lights that are not images; `None` when all are.
+    inner: Option<&'t dyn Transport>,
+}
+
+impl<'t> Layered<'t> {
+    /// What `rig` needs: `inner` unless every light in use is an image.
+    pub fn new(rig: &Rig, inner: &'t dyn Transport) -> Layered<'t> {
+        let inner = (!only_images(rig)).then_some(inner);
+        Layered { inner }
+    }
+}
+
+/// True when every light that shines is an image, and there is one.
+pub fn only_images(rig: &Rig) -> bool {
+    let emitters = || rig.sources.iter().flat_map(|s| &s.emitters);
+    emitters().all(|e| matches!(rig.lights.get(e.light), Some(Light::Image(_))))
+        && emitters().next().is_some()
+}
+
+impl Transport for Layered<'_> {
+    fn name(&self) -> &str {
+        self.inner.map_or("images", Transport::name)
+    }
+
+    fn finest(&self) -> Quality {
+        self.inner.map_or(Quality(1), Transport::finest)
+    }
+
+    fn prepare(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        if !(1..=self.finest().0).contains(&quality.0) {
+            return Err(TransportError::Quality(quality.0, self.finest().0));
+        }
+        let parted = Parted::new(rig)?;
+        if let (Some(inner), true) = (self.inner, parted.images.is_empty()) {
+            return inner.prepare(scene, rig, view, quality, work);
+        }
+        let size = (view.width, view.height);
+        let wrong = |i: &&Arc<Image>| (i.width(), i.height()) != size;
+        if let Some(image) = parted.images.iter().find(wrong) {
+            return Err(TransportError::Scene(format!(
+                "an image of {}x{} pixels does not fit a view of {}x{}",
+                image.width(),
+                image.height(),
+                size.0,
+                size.1
+            )));
+        }
+        let inner = self
+            .inner
+            .map(|inner| inner.prepare(scene, &parted.rest, view, quality, work))
+            .transpose()?;
+        Ok(Box::new(Sum {
+            inner,
+            size,
+            parted,
+        }))
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        self.inner.map_or_else(Vec::new, Transport::remarks)
+    }
+
+    fn expenses(
+        &self,
+        scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+    ) -> Result<Vec<Expense>, TransportError> {
+        match self.inner {
+            Some(inner) => inner.expenses(scene, &Parted::new(rig)?.rest, view, quality),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The inner operator's; seconds without one.
+    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        self.inner.map_or(Ok(1.0), |inner| inner.pace(clock, work))
+    }
+
+    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
+        let Ok(parted) = Parted::new(rig) else {
+            return Cost::default();
+        };
+        let inner = self.inner.map_or(Cost::default(), |inner| {
+            inner.cost(scene, &parted.rest, view, quality)
+        });
+        let each = match self.inner {
+            Some(_) => YARDSTICKS_PER_NUMBER,
+            None => SECONDS_PER_NUMBER,
+        };
+        let numbers = (view.width * view.height * 3 * parted.images.len()) as f64;
+        Cost {
+            per_image: inner.per_image + numbers * each,
+            // Of the images a source has its share.
+            per_lone: inner.per_lone + numbers * each / rig.sources.len().max(1) as f64,
+            ..inner
+        }
+    }
+}
+
+/// A rig in two: the images, and the rest with the same sources.
+struct Parted {
+    rest: Rig,
+    images: Vec<Arc<Image>>,
+    /// For each source: which images it has, and through which colour.
+    own: Vec<Vec<(usize, Rgb)>>,
+}
+
+impl Parted {
+    fn new(rig: &Rig) -> Result<Parted, TransportError> {
+        let mut parted = Parted {
+            rest: rig.clone(),
+            images: Vec::new(),
+            own: Vec::new(),
+        };
+        // Where each light has gone: to the images or to the rest.
+        let mut places = Vec::with_capacity(rig.lights.len());
+        parted.rest.lights.clear();
+        for light in &rig.lights {
+            if let Light::Image(image) = light {
+                places.push((true, parted.images.len()));
+                parted.images.push(Arc::clone(image));
+            } else {
+                places.push((false, parted.rest.lights.len()));
+                parted.rest.lights.push(light.clone());
+            }
+        }
+        for source in &mut parted.rest.sources {
+            let mut own = Vec::new();
+            let mut rest = Vec::new();
+            for mut emitter in source.emitters.drain(..) {
+                let place = places.get(emitter.light);
+                let finite = emitter.filter.0.iter().all(|c| c.is_finite());
+                match place.filter(|_| finite) {
+                    Some((true, image)) => own.push((*image, emitter.filter)),
+                    Some((false, light)) => {
+                        emitter.light = *light;
+                        rest.push(emitter);
+                    }
+                    None => {
+                        return Err(TransportError::Scene(format!(
+                            "source {} has an unknown light or a filter that is not finite",
+                            source.name
+                        )));
+                    }
+                }
+            }
+            source.emitters = rest;
+            parted.own.push(own);
+        }
+        Ok(parted)
+    }
+
+    /// How strong each image is in each channel under a setting.
+    fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
+        let mut out = vec![[0.0; 3]; self.images.len()];
+        for (own, s) in self.own.iter().zip(setting) {
+            for (image, filter) in own {
+                if let Some(sum) = out.get_mut(*image) {
+                    sum.iter_mut()
+                        .zip(filter.0)
+                        .for_each(|(to, f)| *to += s * f);
+                }
+            }
+        }
+        out
+    }
+
+    /// The same setting with nothing in the coordinates that only images have.
+    fn rest_of(&self, setting: &[f64]) -> Vec<f64> {
+        let sources = self.rest.sources.iter().zip(setting);
+        sources
+            .map(|(source, s)| if source.emitters.is_empty() { 0.0 } else { *s })
+            .collect()
+    }
+}
+
+/// G as a sum of images and, perhaps, of another operator's picture.
+struct Sum {
+    inner: Option<Box<dyn Prepared>>,
+    size: (usize, usize),
+    parted: Parted,
+}
+
+impl Sum {
+    /// Pictures of the lights that are not images; black where they are out, without asking.
+    fn beneath(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        let rest: Vec<Vec<f64>> = settings.iter().map(|s| self.parted.rest_of(s)).collect();
+        let lit = |setting: &Vec<f64>| setting.iter().any(|s| *s != 0.0);
+        let wanted: Vec<Vec<f64>> = rest.iter().filter(|s| lit(s)).cloned().collect();
+        let rendered = match &mut self.inner {
+            Some(inner) if !wanted.is_empty() => inner.render(&wanted, work)?,
+            _ => Vec::new(),
+        };
+        let mut rendered = rendered.into_iter();
+        let black = || Image::new(self.size.0, self.size.1);
+        let each = rest.iter().map(|setting| match lit(setting) {
+            true => rendered.next().unwrap_or_else(black),
+            false => black(),
+        });
+        Ok(each.collect())
+    }
+}
+
+impl Prepared for Sum {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        work.check()?;
+        let expected = self.parted.own.len();
+        if settings
+            .iter()
+            .any(|s| s.len() != expected || !s.iter().all(|x| x.is_finite()))
+        {
+            return Err(TransportError::Setting { expected });
+        }
+        let needed = settings
+            .len()
+            .saturating_mul(self.size.0 * self.size.1 * 3 * size_of::<f32>());
+        if needed > work.memory {
+            return Err(TransportError::Memory {
+                what: "the pictures of all settings",
+                needed,
+                budget: work.memory,
+            });
+        }
+        let mut out = self.beneath(settings, work)?;
+        for (done, (image, setting)) in out.iter_mut().zip(settings).enumerate() {
+            work.check()?;
+            let strengths = self.parted.strengths(setting);
+            let images = self.parted.images.iter().map(AsRef::as_ref);
+            let terms: Vec<([f64; 3], &Image)> = strengths.into_iter().zip(images).collect();
+            add_coloured(image, &terms, work.threads);
+            work.progress.report("images", done + 1, settings.len());
+        }
+        Ok(out)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+    use crate::scene::{Emitter, Source};
+
+    /// Paints the coordinates of the setting into the picture, and remembers what it was asked.
+    struct Painter;
+
+    struct Painted(usize);
+
+    impl Transport for Painter {
+        fn name(&self) -> &str {
+            "painter"
+        }
+
+        fn finest(&self) -> Quality {
+            Quality(3)
+        }
+
+        fn prepare(
+            &self,
+            _: &Scene,
+            rig: &Rig,
+            _: &View,
+            _: Quality,
+            _: Work<'_>,
+        ) -> Result<Box<dyn Prepared>, TransportError> {
+            assert!(!rig.lights.iter().any(|l| matches!(l, Light::Image(_))));
+            let used = |s: &Source| s.emitters.iter().all(|e| e.light < rig.lights.len());
+            assert!(rig.sources.iter().all(used));
+            Ok(Box::new(Painted(0)))
+        }
+
+        fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+            Cost {
+                prepare: 1.0,
+                per_source: 2.0,
+                per_image: 3.0,
+                per_lone: 3.0,
+            }
+        }
+    }
+
+    impl Prepared for Painted {
+        fn render(
+            &mut self,
+            settings: &[Vec<f64>],
+            _: Work<'_>,
+        ) -> Result<Vec<Image>, TransportError> {
+            self.0 += settings.len();
+            let picture = |s: &Vec<f64>| {
+                let value = s.iter().sum::<f64>() as f32 * 100.0;
+                assert!(value != 0.0, "black is not worth asking for");
+                Image::from_data(2, 1, vec![value; 6])
+            };
+            Ok(settings.iter().filter_map(picture).collect())
+        }
+    }
+
+    fn view() -> View {
+        View {
+            from: vec3(0.0, -1.0, 0.0),
+            to: vec3(0.0, 0.0, 0.0),
+            fov: 40.0,
+            width: 2,
+            height: 1,
+        }
+    }
+
+    fn image(values: [f32; 6]) -> Light {
+        Light::Image(Arc::new(Image::from_data(2, 1, values.to_vec()).unwrap()))
+    }
+
+    fn source(emitters: &[(usize, [f64; 3])]) -> Source {
+        let emitter = |(light, filter): &(usize, [f64; 3])| Emitter {
+            light: *light,
+            filter: Rgb(*filter),
+        };
+        Source {
+            name: "s".to_owned(),
+            emitters: emitters.iter().map(emitter).collect(),
+        }
+    }
+
+    fn render(rig: &Rig, settings: &[Vec<f64>]) -> Result<Vec<Image>, TransportError> {
+        let scene = Scene::default();
+        let layered = Layered::new(rig, &Painter);
+        let mut prepared = layered.prepare(&scene, rig, &view(), Quality(1), Work::silent())?;
+        prepared.render(settings, Work::silent())
+    }
+
+    const WHITE: [f64; 3] = [1.0; 3];
+    const RED: [f64; 3] = [1.0, 0.0, 0.0];
+
+    #[test]
+    fn images_alone_are_summed_and_have_one_step_of_quality() {
+        let rig = Rig {
+            lights: vec![
+                image([1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+                image([0.5, 0.0, -0.5, 0.25, 1e-3, 8.0]),
+            ],
+            sources: vec![source(&[(0, WHITE)]), source(&[(1, WHITE), (0, RED)])],
+        };
+        let settings = [vec![1.0, 0.0], vec![-2.0, 0.5], vec![0.0, 0.0]];
+        let found = render(&rig, &settings).unwrap();
+        assert_eq!(found[0].data(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+        let mixed = [-1.25, -4.0, -6.25, -5.875, -9.9995, -8.0];
+        assert_eq!(found[1].data(), mixed);
+        assert_eq!(found[2], Image::new(2, 1));
+        let layered = Layered::new(&rig, &Painter);
+        assert_eq!((layered.finest(), layered.name()), (Quality(1), "images"));
+        let scene = Scene::default();
+        let fine = layered.prepare(&scene, &rig, &view(), Quality(2), Work::silent());
+        assert!(matches!(fine, Err(TransportError::Quality(2, 1))));
+        let cost = layered.cost(&scene, &rig, &view(), Quality(1));
+        assert!(cost.prepare == 0.0 && cost.per_source == 0.0 && cost.per_image > 0.0);
+    }
+
+    #[test]
+    fn other_lights_go_to_the_operator_underneath() {
+        let spot = Light::Panel {
+            material: 0,
+            radiance: Rgb::WHITE,
+        };
+        let rig = Rig {
+            lights: vec![image([1.0; 6]), spot],
+            sources: vec![source(&[(0, WHITE)]), source(&[(1, WHITE)])],
+        };
+        let settings = [vec![1.0, 0.0], vec![2.0, 3.0], vec![0.0, -1.0]];
+        let found = render(&rig, &settings).unwrap();
+        for (image, value) in found.iter().zip([1.0, 302.0, -100.0]) {
+            assert_eq!(image.data(), [value; 6]);
+        }
+        let layered = Layered::new(&rig, &Painter);
+        assert_eq!((layered.finest(), layered.name()), (Quality(3), "painter"));
+        let cost = layered.cost(&Scene::default(), &rig, &view(), Quality(1));
+        assert!(cost.prepare == 1.0 && cost.per_source == 2.0 && cost.per_image > 3.0);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let mut rig = Rig {
+            lights: vec![image([1.0; 6])],
+            sources: vec![source(&[(0, WHITE)])],
+        };
+        for wrong in [vec![], vec![1.0, 2.0], vec![f64::NAN]] {
+            let refused = render(&rig, &[wrong]);
+            assert!(matches!(
+                refused,
+                Err(TransportError::Setting { expected: 1 })
+            ));
+        }
+        rig.lights[0] = Light::Image(Arc::new(Image::new(1, 2)));
+        assert!(matches!(render(&rig, &[]), Err(TransportError::Scene(_))));
+        rig.sources[0].emitters[0].light = 7;
+        assert!(matches!(render(&rig, &[]), Err(TransportError::Scene(_))));
+    }
+}

@@ -1,0 +1,439 @@
+//! An outside renderer: any program that turns a file of settings into an OpenEXR picture.
+//!
+//! The program comes from the command line or the embedding program, never from a show. For each
+//! picture it is started once, with a JSON file of what to render ([`Request`]) and the path at
+//! which to leave the picture; nothing is shared between pictures. What it does is not trusted:
+//! time, exit code, size and finite numbers are checked, and before the first picture its linearity
+//! is measured, because sums of its pictures stand for pictures of sums everywhere else.
+//!
+//! Settings may be negative here, where no renderer knows what to make of negative light: positive
+//! and negative parts are rendered apart and subtracted, two runs for a mixed setting.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::Serialize;
+
+use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
+use crate::picture::combine::{combine, dot};
+use crate::picture::exr;
+use crate::picture::{Image, PictureError};
+use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
+use crate::scene::{Rig, Scene, View};
+use crate::work::Work;
+
+/// What stands for the path of the settings in the command.
+pub const SETTINGS: &str = "{settings}";
+/// What stands for the path of the picture in the command.
+pub const OUTPUT: &str = "{output}";
+
+/// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
+/// deviate by up to 5e-4 by their rounding alone.
+pub const TOLERATED: f64 = 2e-3;
+
+/// Bytes beyond its pixels that an OpenEXR file of the right size may have.
+const HEADER: u64 = 1 << 20;
+
+/// Why an outside renderer gave no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum OutsideError {
+    /// The command cannot be split into words.
+    #[error("the renderer's command cannot be read: {0}")]
+    Command(#[from] SplitError),
+    /// The command does not say where a path belongs.
+    #[error(
+        "the renderer's command has no `{0}`: write it where that path belongs, as in \
+         `python3 render.py {SETTINGS} {OUTPUT}`"
+    )]
+    Mark(&'static str),
+    /// The program did not run to a good end.
+    #[error("the renderer failed: {0}")]
+    Process(ProcessError),
+    /// What it left is no picture.
+    #[error("the renderer's picture cannot be used: {0}")]
+    Picture(#[from] PictureError),
+    /// Its picture has another size.
+    #[error(
+        "the renderer's picture has {}x{} pixels, the view has {}x{}",
+        found.0, found.1, wanted.0, wanted.1
+    )]
+    Size {
+        /// Width and height of its picture.
+        found: (usize, usize),
+        /// Width and height of the view.
+        wanted: (usize, usize),
+    },
+    /// The settings could not be written down.
+    #[error("the settings cannot be written: {0}")]
+    Settings(String),
+}
+
+/// How to call a renderer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Call {
+    /// The program and its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
+    pub words: Vec<String>,
+    /// Seconds that one picture may take.
+    pub timeout: f64,
+    /// Steps of quality that it knows, 1 if it has no scale.
+    pub steps: u8,
+    /// The show's file, told to the program.
+    pub show: Option<PathBuf>,
+}
+
+impl Call {
+    /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
+    /// quality.
+    ///
+    /// # Errors
+    /// [`OutsideError::Command`] and [`OutsideError::Mark`].
+    pub fn parse(line: &str) -> Result<Call, OutsideError> {
+        let words = split(line)?;
+        for mark in [SETTINGS, OUTPUT] {
+            if !words.iter().any(|w| w.contains(mark)) {
+                return Err(OutsideError::Mark(mark));
+            }
+        }
+        Ok(Call {
+            words,
+            timeout: 600.0,
+            steps: 1,
+            show: None,
+        })
+    }
+}
+
+/// What the renderer reads: one picture to render.
+#[derive(Debug, Serialize)]
+pub struct Request<'a> {
+    /// Version of this form.
+    pub schema: u32,
+    /// The show's file, if it has one; its stage files lie beside it.
+    pub show: Option<String>,
+    /// The camera; lengths in metres, Z up.
+    pub view: Camera,
+    /// Step of quality, 1 to `steps`.
+    pub quality: u8,
+    /// Steps of the scale.
+    pub steps: u8,
+    /// Every bank, then the fixed lights, with settings from 0: 1 is full.
+    pub coordinates: Vec<Coordinate<'a>>,
+}
+
+/// The camera of a [`Request`].
+#[derive(Debug, Serialize)]
+pub struct Camera {
+    /// The eye.
+    pub from: [f64; 3],
+    /// The point in the middle of the picture.
+    pub to: [f64; 3],
+    /// Vertical field of view, degrees.
+    pub fov: f64,
+    /// Pixels a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+}
+
+/// A coordinate of a [`Request`].
+#[derive(Debug, Serialize)]
+pub struct Coordinate<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its setting.
+    pub value: f64,
+}
+
+/// By how much a renderer is not linear: relative RMS deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Linearity {
+    /// Of G(a) + G(b) from G(a + b).
+    pub sum: f64,
+    /// Of G(2a) from 2 G(a).
+    pub double: f64,
+}
+
+/// What runs have told so far.
+#[derive(Debug, Default)]
+struct Known {
+    linearity: Option<Linearity>,
+    /// For each step that was rendered: pictures and their seconds.
+    runs: Vec<(Quality, usize, f64)>,
+}
+
+struct Renderer {
+    call: Call,
+    processes: Box<dyn Processes>,
+    known: Mutex<Known>,
+}
+
+/// G by an outside renderer.
+#[derive(Clone)]
+pub struct Outside(Arc<Renderer>);
+
+impl Outside {
+    /// Calls the machine's own programs.
+    pub fn new(call: Call) -> Outside {
+        Outside::with(call, Box::new(Programs))
+    }
+
+    /// Calls programs by `processes`.
+    pub fn with(call: Call, processes: Box<dyn Processes>) -> Outside {
+        Outside(Arc::new(Renderer {
+            call,
+            processes,
+            known: Mutex::default(),
+        }))
+    }
+
+    /// How linear the renderer is; `None` before the first picture.
+    pub fn linearity(&self) -> Option<Linearity> {
+        self.0.known().linearity
+    }
+}
+
+impl Transport for Outside {
+    fn name(&self) -> &str {
+        "outside renderer"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(self.0.call.steps.max(1))
+    }
+
+    fn prepare(
+        &self,
+        _scene: &Scene,
+        rig: &Rig,
+        view: &View,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        if !(1..=self.finest().0).contains(&quality.0) {
+            return Err(TransportError::Quality(quality.0, self.finest().0));
+        }
+        let view = Seen {
+            renderer: Arc::clone(&self.0),
+            names: rig.sources.iter().map(|s| s.name.clone()).collect(),
+            view: view.clone(),
+            quality,
+        };
+        if self.linearity().is_none() {
+            let measured = view.linearity(work)?;
+            self.0.known().linearity = Some(measured);
+        }
+        Ok(Box::new(view))
+    }
+
+    /// The mean of its own runs at this quality, else at any other; zero before the first. Nothing
+    /// is shared between pictures.
+    fn cost(&self, _scene: &Scene, _rig: &Rig, _view: &View, quality: Quality) -> Cost {
+        let known = self.0.known();
+        let run = known.runs.iter().find(|r| r.0 == quality);
+        let run = run.or(known.runs.last());
+        let per_image = run.map_or(0.0, |(_, count, seconds)| seconds / *count as f64);
+        Cost {
+            per_image,
+            per_lone: per_image,
+            ..Cost::default()
+        }
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let Some(Linearity { sum, double }) = self.linearity() else {
+            return Vec::new();
+        };
+        if sum.max(double) <= TOLERATED {
+            return Vec::new();
+        }
+        vec![format!(
+            "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
+             picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
+             previews made of its pictures err by as much",
+            sum * 100.0,
+            double * 100.0
+        )]
+    }
+}
+
+impl Renderer {
+    fn known(&self) -> MutexGuard<'_, Known> {
+        // A panic elsewhere cannot leave it half changed: each change is one step.
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn took(&self, quality: Quality, seconds: f64) {
+        let mut known = self.known();
+        match known.runs.iter_mut().find(|r| r.0 == quality) {
+            Some((_, count, sum)) => {
+                *count += 1;
+                *sum += seconds;
+            }
+            None => known.runs.push((quality, 1, seconds)),
+        }
+    }
+}
+
+/// G for one rig, view and quality.
+struct Seen {
+    renderer: Arc<Renderer>,
+    names: Vec<String>,
+    view: View,
+    quality: Quality,
+}
+
+impl Seen {
+    fn size(&self) -> (usize, usize) {
+        (self.view.width, self.view.height)
+    }
+
+    /// The settings file of one picture.
+    fn request(&self, setting: &[f64]) -> Result<Vec<u8>, OutsideError> {
+        let call = &self.renderer.call;
+        let point = |p: crate::geometry::Vec3| [p.x, p.y, p.z];
+        let request = Request {
+            schema: 0,
+            show: call.show.as_ref().map(|p| p.display().to_string()),
+            view: Camera {
+                from: point(self.view.from),
+                to: point(self.view.to),
+                fov: self.view.fov,
+                width: self.view.width,
+                height: self.view.height,
+            },
+            quality: self.quality.0,
+            steps: call.steps,
+            coordinates: self
+                .names
+                .iter()
+                .zip(setting)
+                .map(|(name, value)| Coordinate {
+                    name,
+                    value: *value,
+                })
+                .collect(),
+        };
+        serde_json::to_vec_pretty(&request).map_err(|e| OutsideError::Settings(e.to_string()))
+    }
+
+    /// One run: the picture of a setting without negative numbers.
+    fn run(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
+        work.check()?;
+        let request = self.request(setting)?;
+        let (width, height) = self.size();
+        // Some five times the picture's own floats: other channels may stand beside R, G and B.
+        let pixels = (width as u64 * height as u64).saturating_mul(64);
+        let done = self.renderer.processes.run(&Job {
+            words: &self.renderer.call.words,
+            inputs: &[(SETTINGS, "settings.json", &request)],
+            output: (OUTPUT, "picture.exr"),
+            limit: (pixels + HEADER).min(work.memory as u64),
+            timeout: self.renderer.call.timeout,
+            cancelled: &|| work.progress.cancelled(),
+        });
+        let done = done.map_err(|error| match error {
+            ProcessError::Cancelled => TransportError::Cancelled(crate::work::Cancelled),
+            other => OutsideError::Process(other).into(),
+        })?;
+        let image = exr::decode(&done.output, work.memory).map_err(OutsideError::Picture)?;
+        let found = (image.width(), image.height());
+        if found != self.size() {
+            let wanted = self.size();
+            return Err(OutsideError::Size { found, wanted }.into());
+        }
+        self.renderer.took(self.quality, done.seconds);
+        Ok(image)
+    }
+
+    /// The picture of any setting: that of its positive part less that of its negative part.
+    fn signed(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
+        let mut parts = Vec::new();
+        for sign in [1.0, -1.0] {
+            let part: Vec<f64> = setting.iter().map(|s| (s * sign).max(0.0)).collect();
+            if part.iter().any(|s| *s > 0.0) {
+                parts.push((sign, self.run(&part, work)?));
+            }
+        }
+        Ok(match parts.pop() {
+            Some((sign, image)) if parts.is_empty() && sign > 0.0 => image,
+            last => {
+                let terms = parts
+                    .iter()
+                    .chain(&last)
+                    .map(|(sign, image)| (*sign, image));
+                combine(self.size(), &terms.collect::<Vec<_>>(), work.threads)
+            }
+        })
+    }
+
+    /// Four pictures: every other source (a), the rest (b), both, and twice the first. A rig of one
+    /// source is its own rest, at half.
+    fn linearity(&self, work: Work<'_>) -> Result<Linearity, TransportError> {
+        let n = self.names.len();
+        if n == 0 {
+            return Ok(Linearity::default());
+        }
+        let a: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i % 2 == 0))).collect();
+        let b: Vec<f64> = match n {
+            1 => vec![0.5],
+            _ => a.iter().map(|x| 1.0 - x).collect(),
+        };
+        let both: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        let twice: Vec<f64> = a.iter().map(|a| 2.0 * a).collect();
+        let mut pictures = Vec::with_capacity(4);
+        for (done, setting) in [a, b, both, twice].iter().enumerate() {
+            pictures.push(self.run(setting, work)?);
+            work.progress
+                .report("linearity of the renderer", done + 1, 4);
+        }
+        let [a, b, both, twice] = pictures.as_slice() else {
+            return Ok(Linearity::default());
+        };
+        let off = |terms: &[(f64, &Image)], whole: &Image| {
+            let difference = combine(self.size(), terms, work.threads);
+            let (error, light) = (dot(&difference, &difference), dot(whole, whole));
+            match light > 0.0 {
+                true => (error / light).sqrt(),
+                false => f64::from(u8::from(error > 0.0)),
+            }
+        };
+        Ok(Linearity {
+            sum: off(&[(1.0, a), (1.0, b), (-1.0, both)], both),
+            double: off(&[(2.0, a), (-1.0, twice)], twice),
+        })
+    }
+}
+
+impl Prepared for Seen {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        let expected = self.names.len();
+        let fits = |s: &Vec<f64>| s.len() == expected && s.iter().all(|x| x.is_finite());
+        if !settings.iter().all(fits) {
+            return Err(TransportError::Setting { expected });
+        }
+        let (width, height) = self.size();
+        // Beside the results two parts of a mixed setting.
+        let needed = (settings.len() + 2).saturating_mul(width * height * 3 * size_of::<f32>());
+        if needed > work.memory {
+            return Err(TransportError::Memory {
+                what: "the pictures of all settings",
+                needed,
+                budget: work.memory,
+            });
+        }
+        let mut images = Vec::with_capacity(settings.len());
+        for setting in settings {
+            images.push(self.signed(setting, work)?);
+            work.progress
+                .report("outside renderer", images.len(), settings.len());
+        }
+        Ok(images)
+    }
+}
+
+#[cfg(test)]
+mod tests;
