@@ -1,5 +1,7 @@
 //! A sequence as display bytes, from key images in the format of one's choice.
 
+use std::sync::Arc;
+
 use super::Playback;
 use super::kernel::{Factors, Keys, Target};
 use super::key::{Format, KeyImage, Samples};
@@ -11,8 +13,8 @@ use crate::work::{Cancelled, Work};
 
 /// A sequence with its exposure and curve: every frame is made in one pass over its keys.
 #[derive(Debug)]
-pub struct Player<'a> {
-    playback: &'a Playback,
+pub struct Player {
+    playback: Arc<Playback>,
     /// The key images as they are kept; none where the playback's own are read.
     kept: Vec<KeyImage>,
     format: Format,
@@ -21,17 +23,17 @@ pub struct Player<'a> {
     threads: usize,
 }
 
-impl<'a> Player<'a> {
+impl Player {
     /// Codes every key image in `format`. In single precision nothing is copied.
     ///
     /// # Errors
     /// [`Cancelled`].
     pub fn new(
-        playback: &'a Playback,
+        playback: &Arc<Playback>,
         format: Format,
         tone: Tone,
         work: Work<'_>,
-    ) -> Result<Player<'a>, Cancelled> {
+    ) -> Result<Player, Cancelled> {
         let mut kept = Vec::new();
         if format != Format::Float {
             for image in playback.images() {
@@ -40,7 +42,7 @@ impl<'a> Player<'a> {
             }
         }
         Ok(Player {
-            playback,
+            playback: Arc::clone(playback),
             kept,
             format,
             table: tone.table(),

@@ -1,0 +1,106 @@
+//! Curves: the light of banks over time, as a drawing.
+
+use crate::chart::{self, Drawing, Knot, Theme};
+use crate::engine::Document;
+use crate::show::{Coordinate, Show};
+use crate::timeline::{KeySequence, Segment, Timeline};
+use crate::units::Time;
+
+/// Points drawn of each second of a curve, beside its knots.
+const POINTS_A_SECOND: f64 = 8.0;
+
+/// Most points drawn of a curve.
+const MOST_POINTS: f64 = 2000.0;
+
+/// Light over time of the coordinates that are `wanted`, in their order: cues, moves and knots
+/// marked, and the moment if there is one.
+pub fn curves(
+    document: &Document,
+    wanted: &[usize],
+    playhead: Option<Time>,
+    theme: Theme,
+) -> Drawing {
+    let (show, timeline) = (document.show(), document.timeline());
+    let coordinates = show.coordinates();
+    let seconds = |(a, b): &(Time, Time)| (a.seconds(), b.seconds());
+    let row = |i: &usize| {
+        let coordinate = coordinates.get(*i)?;
+        Some(chart::Row {
+            points: points(timeline, *i),
+            moves: timeline.moves(*i).iter().map(seconds).collect(),
+            colour: hue(coordinate),
+            name: coordinate.name.clone(),
+            ..chart::Row::default()
+        })
+    };
+    let curves = chart::Curves {
+        title: format!("{}: light of the banks over time, % of full", show.title),
+        start: timeline.start().seconds(),
+        end: timeline.end().seconds(),
+        rows: wanted.iter().filter_map(row).collect(),
+        cues: cues_in_time(document),
+        playhead: playhead.map(Time::seconds),
+        knots: knots(document.keys()),
+    };
+    chart::curves(&curves, theme)
+}
+
+/// The coordinates of all banks.
+pub fn moving(show: &Show) -> Vec<usize> {
+    let coordinates = show.coordinates().into_iter().enumerate();
+    let banks = coordinates.filter(|(_, c)| c.bank.is_some());
+    banks.map(|(i, _)| i).collect()
+}
+
+/// Seconds and number of each cue.
+pub fn cues_in_time(document: &Document) -> Vec<(f64, String)> {
+    let cues = document.show().cues.iter().zip(document.timeline().cues());
+    cues.map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
+        .collect()
+}
+
+/// Where the key sequence's segments meet, its ends among them.
+fn knots(keys: &KeySequence) -> Vec<Knot> {
+    let segments = keys.segments();
+    let last = segments.last().map(|s| Knot {
+        time: s.end(),
+        inserted: false,
+    });
+    let of = |s: &Segment| Knot {
+        time: s.start(),
+        inserted: s.is_inserted(),
+    };
+    segments.iter().map(of).chain(last).collect()
+}
+
+/// A coordinate's setting over time, dense enough to draw; two points at a jump.
+pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
+    let (start, end) = (timeline.start(), timeline.end());
+    let length = (end - start).seconds().max(1e-6);
+    let density = POINTS_A_SECOND.min(MOST_POINTS / length);
+    let mut out = Vec::new();
+    let pieces = timeline.curve(coordinate).iter();
+    for piece in pieces.filter(|p| p.end >= start && p.start <= end) {
+        let seconds = (piece.end - piece.start).seconds();
+        let steps = match piece.polynomial.degree() {
+            0 | 1 => 1,
+            _ => ((seconds * density).ceil() as usize).clamp(8, 400),
+        };
+        for k in 0..=steps {
+            let time = piece.start + (piece.end - piece.start).scaled(k as f64 / steps as f64);
+            out.push((time.seconds(), piece.value(time)));
+        }
+    }
+    let last = timeline.last().get(coordinate).copied().unwrap_or(0.0);
+    out.push((end.seconds(), last));
+    out
+}
+
+/// The colour in which a coordinate is drawn: of an rgb bank its own, else the theme's.
+pub fn hue(coordinate: &Coordinate) -> Option<[u8; 3]> {
+    coordinate.channel.map(|channel| match channel {
+        0 => [230, 70, 60],
+        1 => [70, 180, 80],
+        _ => [80, 120, 240],
+    })
+}
