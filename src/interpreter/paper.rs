@@ -16,7 +16,7 @@ use crate::files::{Files, Store};
 use crate::lang::{self, SpanMap};
 use crate::pool::address::Digest;
 use crate::pool::archive::Archive;
-use crate::sheet::{self, Difference, Table, Version};
+use crate::report::sheet::{self, Difference, Table, Version};
 use crate::show::Show;
 use crate::timeline::Timeline;
 use crate::transport::Quality;
