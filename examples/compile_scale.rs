@@ -26,7 +26,8 @@ use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight::files::processor;
 use footlight::interpreter::{Host, Interpreter};
 use footlight::plan::{Plan, Weighting};
-use footlight::study::{Kind, Machine, Quantity, Record};
+use footlight::report::{Kind, Quantity, Record, words};
+use footlight::study::{Machine, Origin};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
@@ -62,9 +63,12 @@ fn main() {
         let unit = if name == "peak memory" { "MB" } else { "s" };
         Quantity::new(name, unit)
     }));
-    let machine = Machine::here(1, processor());
+    let origin = Origin {
+        subject: "Compiling".to_owned(),
+        machine: Machine::here(1, processor()),
+    };
     let method = "a cue moves a tenth of the banks; processor time, means";
-    let mut record = Record::new(Kind::Scale, "Compiling", machine, method, quantities);
+    let mut record = Record::new(Kind::Scale, &origin, method, quantities);
     for way in WAYS {
         println!("{way:>10}  compile ms   plan ms   edit ms   peak MB");
         for size in sizes(way) {
@@ -88,7 +92,7 @@ fn main() {
 }
 
 fn title(record: &Record) -> String {
-    format!("Text to plan; {}", record.machine.describe())
+    format!("Text to plan; {}", words::machine(&record.machine))
 }
 
 /// Runs a show in a process of its own.

@@ -19,8 +19,9 @@ use footlight::files::Folder;
 use footlight::interpreter::{Host, Interpreter};
 use footlight::plan::Metric;
 use footlight::pool::Projection;
+use footlight::report::{Kind, Quantity, Record, words};
 use footlight::study::forecast::Seconds;
-use footlight::study::{Kind, Machine, Quantity, Record, Shown, Trial};
+use footlight::study::{Machine, Origin, Shown, Trial};
 
 /// Shares of the start's error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
@@ -197,14 +198,11 @@ fn record(full: bool) -> Result<Record, Box<dyn Error>> {
          renderers at the paper's {} and {} minutes a picture",
         PAPER[0], PAPER[1]
     );
-    let machine = Machine::here(2, None);
-    let mut out = Record::new(
-        Kind::Trial,
-        "tavern, turandot",
-        machine,
-        &method,
-        quantities,
-    );
+    let origin = Origin {
+        subject: "tavern, turandot".to_owned(),
+        machine: Machine::here(2, None),
+    };
+    let mut out = Record::new(Kind::Trial, &origin, &method, quantities);
     for name in ["tavern", "turandot"] {
         let show = open(name, full)?;
         let trial = show.trial()?;
@@ -253,7 +251,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let record = record(words.iter().any(|w| w == "full"))?;
     println!(
         "{}; {}\n\n{}",
-        record.machine.describe(),
+        words::machine(&record.machine),
         record.method,
         table(&record)
     );

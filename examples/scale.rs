@@ -22,9 +22,10 @@ mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight::files::processor;
+use footlight::report::{Kind, Quantity, Record};
+use footlight::study::{Machine, Origin};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Transport};
-use footlight::study::{Kind, Machine, Quantity, Record};
 use footlight::work::{Silent, Work};
 use rooms::room;
 use std::path::Path;
@@ -96,9 +97,12 @@ fn main() {
         Quantity::new("time to render all banks", "s"),
         Quantity::new("peak memory", "MB"),
     ];
-    let machine = Machine::here(2, processor());
+    let origin = Origin {
+        subject: "Scale".to_owned(),
+        machine: Machine::here(2, processor()),
+    };
     let method = format!("closed rooms of boxes at quality {quality}, every bank alone");
-    let mut record = Record::new(Kind::Scale, "Scale", machine, &method, quantities);
+    let mut record = Record::new(Kind::Scale, &origin, &method, quantities);
     for way in WAYS {
         println!("{way:>10}  prepare s  all banks s  peak MB");
         for task in tasks(way, quick) {

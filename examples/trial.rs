@@ -7,8 +7,10 @@ use std::path::Path;
 
 use footlight::files::{Folder, Memory};
 use footlight::interpreter::{Host, Interpreter};
-use footlight::study::verdict::{Verdict, median, record};
-use footlight::study::{Machine, random_show};
+use footlight::plan::Metric;
+use footlight::report::verdict::{order, record};
+use footlight::study::verdict::{Verdict, median};
+use footlight::study::{Machine, Order, random_show};
 
 const SHOWS: u64 = 20;
 
@@ -84,7 +86,7 @@ fn metrics(verdicts: &[Verdict], tavern: &Verdict) -> String {
         };
         out += &format!(
             "  {:17} {:5.1} {:5.1}   {:5.1} {:5.1}   ({:?} {:?})\n",
-            of_tavern.order,
+            order(of_tavern.order),
             count(|n| n.own[0]),
             count(|n| n.own[1]),
             count(|n| n.pool[0]),
@@ -94,9 +96,12 @@ fn metrics(verdicts: &[Verdict], tavern: &Verdict) -> String {
         );
     }
     let share = |v: &Verdict| {
-        let five = |name: &str| v.needed.iter().find(|n| n.order == name).map(|n| n.pool[0]);
-        let own = |name: &str| v.needed.iter().find(|n| n.order == name).map(|n| n.own[0]);
-        Some(five("error, time")? as f64 / own("influence")? as f64)
+        let of = |order: Order| v.needed.iter().find(|n| n.order == order);
+        let influence = Order::Metric {
+            metric: Metric::Influence,
+            time_weighted: false,
+        };
+        Some(of(Order::SHIPPED)?.pool[0] as f64 / of(influence)?.own[0] as f64)
     };
     out += &format!(
         "  error over influence without time for 5 %: median {:.2}, tavern {:.2}\n",

@@ -53,7 +53,6 @@ use crate::timeline::{KeySequence, Timeline};
 use crate::units::Time;
 
 pub use self::beside::{Background, Status};
-pub use self::compare::Compared;
 pub use self::desk::Reloaded;
 pub use self::economy::{Ahead, Outlook};
 pub use self::error::{Error, Report};
@@ -61,12 +60,13 @@ pub use self::host::{Canvas, Host, POOL_LIMIT, PoolPlace};
 pub use self::method::Method;
 pub use self::output::Animation;
 pub use self::paper::{Comparison, Formatted, explain, format, formatted};
-pub use self::playing::KeyFormat;
 pub use self::refine::{Ended, Goal, Step};
 pub use self::run::Summary;
-pub use self::tune::Tuned;
 pub use self::vocabulary::{Completion, Vocabulary};
 pub use crate::lang::{Token, time, tokens};
+pub use crate::study::comparison::Compared;
+pub use crate::study::playback::KeyFormat;
+pub use crate::study::tune::Tuned;
 
 pub use self::verb::{Call, OptionSpec, VERBS, Verb, VerbSpec};
 

@@ -40,19 +40,20 @@
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
-//! | 6 | `sheet` | the show on paper: track sheet, cue sheet, difference | lang, timeline, show, linalg, units, diagnostic | - |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | multiversion, serde_json |
-//! | 8 | `study` | measurements and their records: the one measure of error, comparisons, charts' data, where methods fail | linalg, geometry, radiosity, renderer, scene, pool, plan, playback, timeline, chart, picture, files, units, work | serde_json |
-//! | 9 | `interpreter` | the embedding facade: a show, its plan, its pool, every verb; the REPL without a terminal | all above | serde_json |
-//! | 10 | `cli` | arguments, line editor, progress bars, terminal pictures | interpreter, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 8 | `study` | measurements as typed results: the one measure of error, comparisons, where methods fail | linalg, geometry, radiosity, renderer, scene, pool, plan, playback, timeline, picture, files, units, work | - |
+//! | 9 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, study, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
+//! | 10 | `report` | typed results as text, tables, sheets, charts, files | engine, study, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
+//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | all above | - |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 pub mod chart;
 pub mod check;
 pub mod cli;
 pub mod diagnostic;
+pub mod engine;
 pub mod files;
 pub mod geometry;
-pub mod interpreter;
 pub mod lang;
 pub mod linalg;
 pub mod picture;
@@ -61,8 +62,9 @@ pub mod playback;
 pub mod pool;
 pub mod radiosity;
 pub mod renderer;
+pub mod repl;
+pub mod report;
 pub mod scene;
-pub mod sheet;
 pub mod show;
 pub mod study;
 pub mod timeline;

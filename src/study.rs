@@ -1,18 +1,18 @@
-//! Measurements: what the program does held against what it should do, and the records of it.
+//! Measurements: what the program does compared with what it should do, as typed results.
 //!
-//! One measure of error ([`mod@difference`]), one kind of record ([`Record`]) that every chart and
-//! every table is made of, and the studies themselves. Invariants: a figure that cannot be known
-//! is absent, never zero; a record says on which machine and by which version it was measured;
-//! what is drawn is what the record holds.
+//! One measure of error ([`mod@difference`]) and the studies themselves. Invariants: a figure that
+//! cannot be known is absent, never zero; a result says of which show and on which machine it was
+//! measured ([`Origin`]).
 //!
-//! This room must not know of text, prompts or verbs. It has no clock: who measures gives one.
+//! This module must not know of words, charts, files of results or prompts: `report` turns its
+//! results into those. It has no clock: the caller gives the seconds.
 
 pub mod comparison;
 pub mod difference;
 pub mod forecast;
+pub mod machine;
 pub mod playback;
 pub mod random;
-pub mod record;
 pub mod reference;
 pub mod refinement;
 pub mod session;
@@ -24,8 +24,8 @@ pub mod verdict;
 
 pub use comparison::{BankError, Comparison};
 pub use difference::{Difference, difference};
+pub use machine::{Machine, Origin};
 pub use random::{Dice, RandomShow, random_show};
-pub use record::{Kind, Machine, Point, Quantity, Record, Series};
 pub use reference::{Reference, ReferenceError};
-pub use trial::{Foretold, Shown, Trial};
+pub use trial::{Foretold, Order, Shown, Trial};
 pub use tune::{Candidate, Tuner};

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use super::verb::{self, Call, Declaration, VERBS};
 use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
 use crate::lang;
+pub(super) use crate::report::words::{count, percent};
 use crate::show::{Cue, Link, Show};
 use crate::units::Time;
 
@@ -414,23 +415,6 @@ pub(super) fn describe_step(refined: usize, error: f64, seconds: f64) -> String 
         refined,
         percent(error)
     )
-}
-
-/// A relative number in percent, three digits.
-pub(super) fn percent(x: f64) -> String {
-    let p = x * 100.0;
-    match p.abs() {
-        a if a >= 100.0 => format!("{p:.0}"),
-        a if a >= 10.0 => format!("{p:.1}"),
-        a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
-        _ => format!("{p:.3}"),
-    }
-}
-
-/// `1 cue`, `2 cues`.
-pub(super) fn count(n: usize, what: &str) -> String {
-    let plural = if n == 1 { "" } else { "s" };
-    format!("{n} {what}{plural}")
 }
 
 pub(super) fn label(cue: &Cue) -> String {

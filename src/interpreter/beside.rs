@@ -14,12 +14,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::answer::{count, percent};
-use super::compare::seconds;
 use super::refine::{Ended, Goal, Refined, no_stage};
 use super::stage::{Again, Footing, Returned};
 use super::{Call, Error, Interpreter, Method, Reply, economy};
 use crate::picture::Image;
 use crate::pool::archive::Wanted;
+use crate::report::words::seconds;
 use crate::renderer::{Quality, TransportError};
 use crate::work::{Progress, Work};
 

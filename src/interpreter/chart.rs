@@ -1,11 +1,12 @@
-//! `chart`: measurements as a chart or its data, all of them records of one form.
+//! `chart`: measurements as a chart or its data.
 
 use std::path::{Path, PathBuf};
 
 use super::output::{ending, unknown_ending};
 use super::{Call, Error, Interpreter, Reply};
 use crate::chart::Theme;
-use crate::study::{Record, refinement, stability, tradeoff};
+use crate::report::{refinement, stability, tradeoff};
+use crate::study::stability::{Stability, study};
 
 /// The file of commands that `chart session` replays unless it is told another, beside the show.
 const COMMANDS: &str = "session.txt";
@@ -51,9 +52,10 @@ impl Interpreter {
         };
         match kind {
             "transport" => {
-                let record = self.chart_transport(call.option("reference").map(Path::new))?;
-                let text = tradeoff::describe(&record);
-                self.deliver(&record, &tradeoff::drawing, text, path, theme)
+                let found = self.chart_transport(call.option("reference").map(Path::new))?;
+                let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
+                let drawing = |theme| tradeoff::drawing(&found, theme);
+                self.deliver(text, &record, &drawing, path, theme)
             }
             "playback" => self.answer_chart_playback(call, path, theme),
             "session" => {
@@ -63,14 +65,16 @@ impl Interpreter {
                 self.replayed(&commands, call.option("truth").is_some(), path, theme)
             }
             "plan" => {
-                let record = self.chart_plan()?;
-                let text = refinement::describe(&record);
-                self.deliver(&record, &refinement::drawing, text, path, theme)
+                let found = self.chart_plan()?;
+                let (text, record) = (refinement::describe(&found), || refinement::record(&found));
+                let drawing = |theme| refinement::drawing(&found, theme);
+                self.deliver(text, &record, &drawing, path, theme)
             }
             "stability" => {
-                let record = self.chart_stability()?;
-                let text = stability::describe(&record);
-                self.deliver(&record, &stability::drawing, text, path, theme)
+                let found = self.chart_stability()?;
+                let (text, record) = (stability::describe(&found), || stability::record(&found));
+                let drawing = |theme| stability::drawing(&found, theme);
+                self.deliver(text, &record, &drawing, path, theme)
             }
             _ => Err(Error::Usage(USAGE.to_owned())),
         }
@@ -81,8 +85,8 @@ impl Interpreter {
     ///
     /// # Errors
     /// [`Error::Cancelled`]; else none in practice.
-    pub fn chart_stability(&self) -> Result<Record, Error> {
-        Ok(stability::study(self.machine(), self.host.work())?)
+    pub fn chart_stability(&self) -> Result<Stability, Error> {
+        Ok(study(self.machine(), self.host.work())?)
     }
 
     /// The session beside the show's file.

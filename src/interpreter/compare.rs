@@ -4,23 +4,12 @@ use std::path::Path;
 
 use super::output::{ending, unknown_ending};
 use super::{Call, Error, Interpreter, Reply, json, refine};
-use crate::chart::Drawing;
 use crate::picture::Image;
-use crate::radiosity::seen;
-use crate::renderer::Quality;
-use crate::study::comparison::{self, Pair, figure};
+use crate::report;
+use crate::study::comparison::Compared;
 use crate::study::{BankError, Comparison, Reference, difference};
-use crate::units::Time;
-
-/// A comparison with the pictures it was made of.
-pub struct Compared {
-    /// The figures.
-    pub comparison: Comparison,
-    /// What was rendered, in the order of the banks.
-    pub images: Vec<Image>,
-    /// What it was held against.
-    pub references: Vec<Reference>,
-}
+use crate::radiosity::seen;
+use crate::renderer::{Quality};
 
 impl Interpreter {
     pub(super) fn answer_compare(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -47,12 +36,12 @@ impl Interpreter {
         let compared = self.compare(Path::new(folder), quality)?;
         let text = match call.option("json") {
             Some(_) => json(&compared.comparison)?,
-            None => describe(&compared.comparison),
+            None => report::comparison::describe(&compared.comparison),
         };
         let Some(path) = path else {
             return Ok(Reply::text(text));
         };
-        let drawing = self.differences(&compared)?;
+        let drawing = report::comparison::drawing(&self.show().title, &compared)?;
         let bytes = match ending(path).as_str() {
             "svg" => drawing.svg().into_bytes(),
             _ => drawing.png()?,
@@ -124,71 +113,5 @@ impl Interpreter {
     /// The setting of each bank alone at full.
     pub(super) fn units(&self, names: &[String]) -> Result<Vec<Vec<f64>>, Error> {
         names.iter().map(|name| self.alone(name)).collect()
-    }
-
-    /// The differences as a contact sheet.
-    ///
-    /// # Errors
-    /// [`Error::Chart`] when they cannot be drawn.
-    pub fn differences(&self, compared: &Compared) -> Result<Drawing, Error> {
-        let pictures = compared.images.iter().zip(&compared.references);
-        let pairs = compared.comparison.banks.iter().zip(pictures);
-        let pairs: Vec<Pair<'_>> = pairs
-            .map(|(bank, (image, reference))| Pair {
-                bank,
-                image,
-                reference,
-            })
-            .collect();
-        let title = format!(
-            "{}: difference from the reference at quality {}",
-            self.show().title,
-            compared.comparison.quality
-        );
-        Ok(comparison::sheet(&title, &pairs)?)
-    }
-}
-
-/// The figures as a table.
-fn describe(comparison: &Comparison) -> String {
-    let width = comparison.banks.iter().map(|b| b.name.chars().count());
-    let width = width.max().unwrap_or(0).max(4);
-    let shown = |v: Option<f64>| match v {
-        None => "-".to_owned(),
-        Some(v) if v == 0.0 && v.is_sign_negative() => "< noise".to_owned(),
-        Some(v) => figure(v),
-    };
-    let mut rows = vec![format!(
-        "quality {}: prepared and rendered {} in {}\n  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
-        comparison.quality,
-        super::answer::count(comparison.banks.len(), "bank"),
-        seconds(comparison.seconds),
-        "bank",
-        "rmse %",
-        "no noise %",
-        "no emitter %",
-        "neither %",
-        "mean",
-    )];
-    rows.extend(comparison.banks.iter().map(|b| {
-        format!(
-            "  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
-            b.name,
-            shown(b.rmse),
-            shown(b.rmse_noise_free),
-            shown(b.rmse_no_emitters),
-            shown(b.rmse_noise_free_no_emitters),
-            b.mean_ratio.map_or("-".to_owned(), |r| format!("{r:.4}")),
-        )
-    }));
-    rows.concat()
-}
-
-/// Seconds as one reads them.
-pub(super) fn seconds(seconds: f64) -> String {
-    match seconds {
-        s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
-        s if s < 60.0 => format!("{s:.2} s"),
-        s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
     }
 }

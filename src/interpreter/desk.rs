@@ -7,7 +7,7 @@ use super::answer::{count, label};
 use super::{Call, Error, Interpreter, Reply, Report, paper};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::lang;
-use crate::sheet::{self, Difference, Version};
+use crate::report::sheet::{self, Difference, Version};
 use crate::show::{Bank, Dimmer, Motion, Move};
 use crate::timeline::{CueTime, Timeline};
 use crate::units::{CueNumber, Time};

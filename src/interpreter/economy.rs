@@ -13,10 +13,10 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::answer::{count, percent, whole};
-use super::compare::seconds;
 use super::refine::{Goal, no_stage};
 use super::{Call, Error, Interpreter, Reply};
 use crate::pool::is_within;
+use crate::report::words::seconds;
 use crate::renderer::layered::Layered;
 use crate::renderer::{Cost, Quality, Transport};
 

@@ -6,12 +6,13 @@ use super::output::ending;
 use super::{Call, Error, Interpreter, Reply, no_json, refine};
 use crate::chart::{Drawing, Theme};
 use crate::picture::Image;
-use crate::radiosity::seen;
+use crate::report::{self, Record};
+use crate::study::forecast::{Forecast, Seconds, Step};
+use crate::study::tradeoff::{Against, Measured, Tradeoff};
+use crate::study::{BankError, Machine, Origin, Reference, difference};
 use crate::renderer::layered::Layered;
+use crate::radiosity::seen;
 use crate::renderer::{Quality, Transport as _};
-use crate::study::forecast::{Forecast, Seconds};
-use crate::study::tradeoff::{self, Measured, Origin};
-use crate::study::{BankError, Machine, Record, Reference, difference};
 
 /// A step is measured again while all its runs took less than this, the shortest counts.
 const ENOUGH: f64 = 0.5;
@@ -19,27 +20,35 @@ const ENOUGH: f64 = 0.5;
 const RUNS: usize = 3;
 
 impl Interpreter {
-    /// Hands a record over: with its drawing beside the words, or into a file, whose ending says
+    /// Hands a result over: with its drawing beside the words, or into a file, whose ending says
     /// whether the drawing (in `theme`) or the figures are wanted.
     pub(super) fn deliver(
         &self,
-        record: &Record,
-        drawing: &dyn Fn(&Record, Theme) -> Drawing,
         text: String,
+        record: &dyn Fn() -> Record,
+        drawing: &dyn Fn(Theme) -> Drawing,
         path: Option<&Path>,
         theme: Theme,
     ) -> Result<Reply, Error> {
         let Some(path) = path else {
-            return Reply::drawn(&drawing(record, Theme::Dark), text);
+            return Reply::drawn(&drawing(Theme::Dark), text);
         };
         let bytes = match ending(path).as_str() {
-            "csv" => record.csv().into_bytes(),
-            "json" => record.json().map_err(no_json)?.into_bytes(),
-            "svg" => drawing(record, theme).svg().into_bytes(),
-            _ => drawing(record, theme).magnified(2.0).png()?,
+            "csv" => record().csv().into_bytes(),
+            "json" => record().json().map_err(no_json)?.into_bytes(),
+            "svg" => drawing(theme).svg().into_bytes(),
+            _ => drawing(theme).magnified(2.0).png()?,
         };
         self.host.store.write(path, &bytes)?;
         Ok(Reply::text(format!("{text}wrote {}", path.display())))
+    }
+
+    /// The show and the machine that a result is of.
+    pub(super) fn origin(&self) -> Origin {
+        Origin {
+            subject: self.show().title.clone(),
+            machine: self.machine(),
+        }
     }
 
     pub(super) fn machine(&self) -> Machine {
@@ -56,7 +65,7 @@ impl Interpreter {
         if call.option("json").is_some() {
             return Reply::json(&forecast);
         }
-        Ok(Reply::text(forecast.describe()))
+        Ok(Reply::text(report::forecast::describe(&forecast)))
     }
 
     /// What each step of quality sets for this show and what it will cost; also what it does cost,
@@ -79,7 +88,6 @@ impl Interpreter {
             machine: self.machine(),
             pace,
             steps: Vec::new(),
-            columns: Vec::new(),
         };
         for quality in 1..=transport.finest().0 {
             let step = Quality(quality);
@@ -90,7 +98,12 @@ impl Interpreter {
                 banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
                 picture: cost.per_image * pace,
             };
-            out.add(quality, &sets, predicted);
+            out.steps.push(Step {
+                quality,
+                sets,
+                predicted,
+                measured: None,
+            });
         }
         if measure {
             let total = out.steps.len();
@@ -143,7 +156,7 @@ impl Interpreter {
     ///
     /// # Errors
     /// As [`Interpreter::compare`].
-    pub fn chart_transport(&self, folder: Option<&Path>) -> Result<Record, Error> {
+    pub fn chart_transport(&self, folder: Option<&Path>) -> Result<Tradeoff, Error> {
         let names = self.bank_names()?;
         let settings = self.units(&names)?;
         let stage = self.stage.as_ref().ok_or_else(refine::no_stage)?;
@@ -189,17 +202,18 @@ impl Interpreter {
         }
         // Where nothing but lamps is seen they are counted.
         let left_out = near.contains(&true) && counted.contains(&true);
-        let fair = references.iter().all(|r| r.halves.is_some());
-        Ok(tradeoff::record(
-            &Origin {
-                subject: self.show().title.clone(),
-                machine: self.machine(),
-                method: method(folder.is_some(), fair, left_out, finest),
-                coarse: self.coarse_steps()[1],
-                refined: self.show().preview.refined.clamp(1, finest),
+        let noise_free = references.iter().all(|r| r.halves.is_some());
+        Ok(Tradeoff {
+            origin: self.origin(),
+            against: match folder {
+                Some(_) => Against::References { noise_free },
+                None => Against::Quality(finest),
             },
-            &steps,
-        ))
+            without_emitters: left_out,
+            coarse: self.coarse_steps()[1],
+            refined: self.show().preview.refined.clamp(1, finest),
+            steps,
+        })
     }
 }
 
@@ -208,17 +222,4 @@ fn together(settings: &[Vec<f64>]) -> Vec<f64> {
     let coordinates = settings.first().map_or(0, Vec::len);
     let sum = |c: usize| settings.iter().filter_map(|s| s.get(c)).sum();
     (0..coordinates).map(sum).collect()
-}
-
-/// What the errors are against, in words.
-fn method(folder: bool, fair: bool, emitters: bool, finest: u8) -> String {
-    let against = match (folder, fair) {
-        (true, true) => "against references, their noise taken out".to_owned(),
-        (true, false) => "against references".to_owned(),
-        (false, _) => format!("against quality {finest}"),
-    };
-    match emitters {
-        true => format!("{against}, lamps in sight left out"),
-        false => against,
-    }
 }

@@ -7,6 +7,7 @@ use super::{Call, Error, Interpreter, Reply};
 use crate::lang::nearest;
 use crate::plan::{self, Direction, Metric, Weighting};
 use crate::pool::{Pool, Projected, Projection};
+use crate::report::words;
 
 /// What the user chose.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,14 +45,7 @@ impl Method {
 
     /// What is not the shipped way, to stand behind other words; empty where all is.
     pub(super) fn aside(self) -> String {
-        let metric = self.metric.map(|m| format!("metric {}", m.name()));
-        let own = self.projection != Projection::default();
-        let projection = own.then(|| format!("projection {}", self.projection.name()));
-        let said: Vec<String> = metric.into_iter().chain(projection).collect();
-        match said.is_empty() {
-            true => String::new(),
-            false => format!(" ({})", said.join(", ")),
-        }
+        words::method(self.metric, self.projection)
     }
 }
 

@@ -16,10 +16,10 @@ use crate::files::{Files, Store};
 use crate::lang::{self, SpanMap};
 use crate::pool::address::Digest;
 use crate::pool::archive::Archive;
-use crate::renderer::Quality;
-use crate::sheet::{self, Difference, Table, Version};
+use crate::report::sheet::{self, Difference, Table, Version};
 use crate::show::Show;
 use crate::timeline::Timeline;
+use crate::renderer::Quality;
 
 /// Characters of a line of a table in words.
 const WIDTH: usize = 100;

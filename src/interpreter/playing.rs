@@ -2,16 +2,16 @@
 
 use std::path::Path;
 
-use serde::Serialize;
-
 use super::{Call, Error, Interpreter, Reply};
 use crate::chart::Theme;
 use crate::picture::tone::Tone;
 use crate::picture::{Image, png, signed};
 use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
-use crate::study::Record;
-use crate::study::playback::{self as study, Displayed, Frame, Judged, Timed, UNSEEN};
+use crate::report;
+use crate::study::playback::{
+    self as study, Displayed, FormatTradeoff, Frame, Judged, KeyFormat, Timed, UNSEEN,
+};
 use crate::units::Time;
 
 /// Channels that decide the default format; the whole picture is looked at by `chart playback`.
@@ -22,19 +22,6 @@ const ROUNDS: usize = 5;
 const FRAMES: usize = 20;
 /// What the paper's hardware did, as `--where` and the chart call it.
 const DISPLAYED: &str = "displayed";
-
-/// What keeping the keys in a format takes and loses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct KeyFormat {
-    /// Its name.
-    pub name: &'static str,
-    /// Bytes of all keys.
-    pub bytes: usize,
-    /// How far a frame is off at most, in steps of 8 bits on the display.
-    pub error: f64,
-    /// Whether `play` takes it by itself.
-    pub chosen: bool,
-}
 
 impl Interpreter {
     /// A player with keys in the format that `--keys` names, or else in the fastest that is good
@@ -149,9 +136,11 @@ impl Interpreter {
         if let Some(way) = call.option("where") {
             return self.where_off(way, path);
         }
-        let record = self.chart_playback()?;
-        let text = study::describe(&record);
-        self.deliver(&record, &study::drawing, text, path, theme)
+        let found = self.chart_playback()?;
+        let text = report::playback::describe(&found);
+        let record = || report::playback::record(&found);
+        let drawing = |theme| report::playback::drawing(&found, theme);
+        self.deliver(text, &record, &drawing, path, theme)
     }
 
     /// Error against frames a second for each format of key images and number of threads, and for
@@ -159,7 +148,7 @@ impl Interpreter {
     ///
     /// # Errors
     /// [`Error::Usage`] without stage or view, else what rendering says.
-    pub fn chart_playback(&mut self) -> Result<Record, Error> {
+    pub fn chart_playback(&mut self) -> Result<FormatTradeoff, Error> {
         let playback = self.playback()?;
         let tone = self.tone(playback.images());
         let work = self.host.work();
@@ -174,7 +163,6 @@ impl Interpreter {
         let mut ways = Vec::new();
         for (player, seconds) in players.iter().zip(seconds) {
             ways.push(Timed {
-                name: player.format().name().to_owned(),
                 seconds,
                 bytes: player.bytes(),
                 judged: self.judge(&playback, tone, 1, player)?,
@@ -182,22 +170,17 @@ impl Interpreter {
             });
         }
         ways.push(Timed {
-            name: "8-bit, blended as displayed".to_owned(),
             seconds: apart,
             bytes: displayed.bytes(),
             judged: self.judge_displayed(&playback, tone, &displayed)?,
             format: None,
         });
-        let (width, height) = playback.size();
-        let method = format!("{width}x{height}, against double precision");
-        let machine = self.machine();
-        Ok(study::record(
-            &self.show().title,
-            machine,
-            &method,
-            &ways,
+        Ok(FormatTradeoff {
+            origin: self.origin(),
+            size: playback.size(),
             chosen,
-        ))
+            ways,
+        })
     }
 
     fn judge_displayed(

@@ -15,9 +15,10 @@ use crate::lang;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::archive::Archive;
-use crate::renderer::Quality;
+use crate::report;
 use crate::scene::{Rig, Scene, View};
-use crate::study::session::{self, Errors, Event, Moment};
+use crate::study::session::{self, Command, Errors, Event, Moment, Session};
+use crate::renderer::Quality;
 use crate::work::Cancelled;
 
 /// A command of the file.
@@ -74,7 +75,7 @@ impl Interpreter {
         theme: Theme,
     ) -> Result<Reply, Error> {
         let (moments, mistake) = self.session(path, truth)?;
-        let reply = self.session_reply(&moments, truth, output, theme)?;
+        let reply = self.session_reply(moments, truth, output, theme)?;
         match mistake {
             None => Ok(reply),
             Some(Error::Session {
@@ -127,7 +128,7 @@ impl Interpreter {
             mark: self.host.clock.seconds(),
         };
         self.coarse()?;
-        self.measure(&mut replay, Event::Coarse, "coarse pictures")?;
+        self.measure(&mut replay, Event::Coarse, None)?;
         for line in lines(text) {
             if let Err(cause) = self.replay(&line, &mut replay) {
                 let mistake = Error::Session {
@@ -144,11 +145,16 @@ impl Interpreter {
 
     fn replay(&mut self, line: &Line, replay: &mut Replay) -> Result<(), Error> {
         let first = line.text.lines().next().unwrap_or_default().trim();
-        let label = format!("line {}: {first}", line.number);
+        let command = || {
+            Some(Command {
+                line: line.number,
+                text: first.to_owned(),
+            })
+        };
         if lang::is_declaration(&line.text) {
             self.edit(&line.text)?;
             self.coarse()?;
-            return self.measure(replay, Event::Edit, &label);
+            return self.measure(replay, Event::Edit, command());
         }
         let call = Call::parse(without_comment(&line.text))?;
         if call.verb != Verb::Refine {
@@ -158,7 +164,7 @@ impl Interpreter {
         }
         let goal = answer::goal(&call)?;
         let done = self.refine_watched(goal, &mut |show| {
-            show.measure(replay, Event::Refined, &label)
+            show.measure(replay, Event::Refined, command())
         })?;
         match done.ended {
             Ended::Stopped => Err(Cancelled.into()),
@@ -167,7 +173,12 @@ impl Interpreter {
     }
 
     /// Adds a moment; the clock stands still meanwhile.
-    fn measure(&mut self, replay: &mut Replay, event: Event, label: &str) -> Result<(), Error> {
+    fn measure(
+        &mut self,
+        replay: &mut Replay,
+        event: Event,
+        command: Option<Command>,
+    ) -> Result<(), Error> {
         replay.spent += self.host.clock.seconds() - replay.mark;
         let predicted = self.predicted_errors()?;
         let truth = match replay.wanted {
@@ -176,7 +187,7 @@ impl Interpreter {
         };
         replay.moments.push(Moment {
             event,
-            label: label.to_owned(),
+            command,
             seconds: replay.spent,
             refined: self.refined(),
             predicted,
@@ -242,20 +253,23 @@ impl Interpreter {
 
     fn session_reply(
         &self,
-        moments: &[Moment],
+        moments: Vec<Moment>,
         truth: bool,
         output: Option<&Path>,
         theme: Theme,
     ) -> Result<Reply, Error> {
-        let step = self.refined_step().0;
-        let method = match truth {
-            true => format!("every source at quality {step} is the truth"),
-            false => "predicted alone".to_owned(),
+        let method = self.method();
+        let session = Session {
+            origin: self.origin(),
+            truth: truth.then(|| self.refined_step().0),
+            metric: method.metric,
+            projection: method.projection,
+            moments,
         };
-        let method = method + &self.method().aside();
-        let record = session::record(&self.show().title, self.machine(), &method, moments);
-        let text = session::describe(moments);
-        self.deliver(&record, &session::drawing, text, output, theme)
+        let text = report::session::describe(&session);
+        let record = || report::session::record(&session);
+        let drawing = |theme| report::session::drawing(&session, theme);
+        self.deliver(text, &record, &drawing, output, theme)
     }
 }
 

@@ -5,10 +5,10 @@ use super::{Error, Interpreter, refine};
 use crate::picture::Image;
 use crate::plan::{Metric, PlanError};
 use crate::pool::Pool;
+use crate::study::Trial;
+use crate::study::refinement::{Refinement, Seconds};
 use crate::renderer::layered::Layered;
 use crate::renderer::{Cost, Quality, Transport as _, TransportError};
-use crate::study::refinement::{self, Seconds};
-use crate::study::{Record, Trial};
 
 /// Why there is nothing to try where refined pictures are of the coarse ones' own quality.
 const ALIKE: &str = "coarse pictures are what refined ones would be: nothing changes by refining; a \
@@ -37,7 +37,7 @@ impl Interpreter {
     /// # Errors
     /// As [`Interpreter::trial`]; [`Error::Usage`] where both coarse pictures of every source are
     /// the same, so that there is no error to refine.
-    pub fn chart_plan(&self) -> Result<Record, Error> {
+    pub fn chart_plan(&self) -> Result<Refinement, Error> {
         let (trial, mut seconds) = self.tried()?;
         let said = |words: &'static str| {
             move |error| match error {
@@ -51,9 +51,7 @@ impl Interpreter {
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
         self.foretell(&mut seconds)?;
-        let subject = &self.show().title;
-        let record = refinement::record(subject, self.machine(), &trial, &seconds, SEED);
-        Ok(record?)
+        Ok(Refinement::new(self.origin(), &trial, &seconds, SEED)?)
     }
 
     /// The trial, and the real seconds of its pictures.

@@ -8,10 +8,10 @@ use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric};
 use crate::pool::{Pool, Projection};
-use crate::radiosity::Radiosity;
-use crate::renderer::Transport;
 use crate::study::verdict::Verdict;
-use crate::study::{Trial, random_show};
+use crate::study::{Order, Trial, random_show};
+use crate::renderer::Transport;
+use crate::radiosity::Radiosity;
 use crate::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
@@ -84,8 +84,12 @@ fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not(
         ours.worse < paper.worse && ours.look < paper.look,
         "{ours:?}"
     );
-    let pictures = |order: &str| verdict.needed.iter().find(|n| n.order == order).unwrap();
-    let (error, influence) = (pictures("error, time"), pictures("influence"));
+    let pictures = |order: Order| verdict.needed.iter().find(|n| n.order == order).unwrap();
+    let influence = Order::Metric {
+        metric: Metric::Influence,
+        time_weighted: false,
+    };
+    let (error, influence) = (pictures(Order::SHIPPED), pictures(influence));
     assert!(error.own[0] < influence.own[0], "{error:?} {influence:?}");
 }
 

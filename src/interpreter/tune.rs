@@ -8,55 +8,20 @@
 //!
 //! [`study::tune`]: crate::study::tune
 
-use std::fmt::Write as _;
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::answer::{count, duration, fraction, percent};
-use super::compare::seconds;
-use super::playing::KeyFormat;
 use super::refine::no_stage;
 use super::{Call, Error, Interpreter, Reply};
 use crate::picture::Image;
 use crate::pool::Pool;
-use crate::renderer::Quality;
+use crate::report;
 use crate::show::ToneCurve;
-use crate::study::Machine;
-use crate::study::tune::{self, Candidate, Expense, Tuner};
+use crate::study::tune::{self, Candidate, Expense, Tuned, Tuner};
+use crate::renderer::Quality;
 
 /// Steps without which there is nothing to choose: two for coarse pictures, one to hold against.
 const LEAST: u8 = 3;
-/// Rows of better choices that are told beyond the chosen one.
-const BEYOND: usize = 3;
-
-/// What `tune` found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Tuned {
-    /// The show's title.
-    pub show: String,
-    /// Where it was measured.
-    pub machine: Machine,
-    /// The error that is allowed, relative.
-    pub until: f64,
-    /// The step of quality that errors are against.
-    pub reference: u8,
-    /// How many sources a step renders alone.
-    pub sources: usize,
-    /// What each step takes and leaves.
-    pub steps: Vec<Expense>,
-    /// What is worth considering: nothing quicker is better. The quickest first.
-    pub choices: Vec<Candidate>,
-    /// The one that is taken.
-    pub choice: Candidate,
-    /// What `run --until` would do with the show's own steps; `None` where one of them was not
-    /// measured.
-    pub as_it_stands: Option<Candidate>,
-    /// How key images can be kept.
-    pub keys: Vec<KeyFormat>,
-    /// The statement for the show.
-    pub preview: String,
-}
 
 impl Interpreter {
     pub(super) fn answer_tune(&mut self, call: &Call) -> Result<Reply, Error> {
@@ -74,7 +39,7 @@ impl Interpreter {
         if call.option("json").is_some() {
             return Reply::json(&tuned);
         }
-        Ok(Reply::text(describe(&tuned)))
+        Ok(Reply::text(report::tune::describe(&tuned)))
     }
 
     /// Chooses what is good enough for an error of the sequence of `until` against the finest step
@@ -272,7 +237,7 @@ fn out_of_reach(candidates: &[Candidate], until: f64, reference: u8) -> Error {
         let reachable = (best.error * 1e5).ceil() / 1e3;
         format!(
             "the best is {}, off by {} %: ask for --until {reachable}%",
-            words(best),
+            report::tune::choice(best),
             percent(best.error)
         )
     });
@@ -281,114 +246,6 @@ fn out_of_reach(candidates: &[Candidate], until: f64, reference: u8) -> Error {
          the others {nearest}",
         percent(until)
     ))
-}
-
-/// A choice in words.
-fn words(choice: &Candidate) -> String {
-    match choice.refined {
-        Some(refined) => format!(
-            "coarse {}, refined {refined}, {}",
-            choice.coarse,
-            count(choice.pictures, "refined picture")
-        ),
-        None => format!("coarse {}, nothing refined", choice.coarse),
-    }
-}
-
-fn describe(tuned: &Tuned) -> String {
-    let mut text = format!(
-        "every source at quality 1 to {}, the last for the truth; {}\n",
-        tuned.reference,
-        tuned.machine.describe()
-    );
-    describe_steps(&mut text, tuned);
-    describe_choices(&mut text, tuned);
-    if let Some(now) = &tuned.as_it_stands {
-        let _ = writeln!(
-            text,
-            "as the show stands, run --until {}% takes {}: {}, off by {} %",
-            (tuned.until * 1e6).round() / 1e4,
-            seconds(now.seconds),
-            words(now),
-            percent(now.error)
-        );
-    }
-    describe_keys(&mut text, tuned);
-    let _ = writeln!(
-        text,
-        "to have it, type or put into the show:\n  {}",
-        tuned.preview
-    );
-    match tuned.choice.pictures {
-        0 => text.push_str("and refine nothing: run --count 0\n"),
-        n => {
-            let _ = writeln!(text, "and refine as many: run --count {n}");
-        }
-    }
-    text
-}
-
-fn describe_steps(text: &mut String, tuned: &Tuned) {
-    let _ = writeln!(
-        text,
-        "  step  all sources  one more  if all is shown so, the sequence is off by"
-    );
-    for step in &tuned.steps {
-        let whole = tuned.steps.len() == usize::from(step.quality);
-        let error = match whole {
-            true => "-".to_owned(),
-            false => format!("{} %", percent(step.error)),
-        };
-        let _ = writeln!(
-            text,
-            "  {:>4}  {:>9.2} s  {:>6.3} s  {error:>9}{}",
-            step.quality,
-            step.fixed + step.picture * tuned.sources as f64,
-            step.picture,
-            if step.measured {
-                ""
-            } else {
-                "  (pictures found, seconds predicted)"
-            }
-        );
-    }
-}
-
-fn describe_choices(text: &mut String, tuned: &Tuned) {
-    let _ = writeln!(
-        text,
-        "  choices, the quickest first; coarse 1 shows step 2 and renders 1 too, for the estimate"
-    );
-    let chosen = tuned.choices.iter().position(|c| *c == tuned.choice);
-    let shown = chosen.map_or(tuned.choices.len(), |at| at + 1 + BEYOND);
-    for choice in tuned.choices.iter().take(shown) {
-        let mark = if *choice == tuned.choice {
-            "  <- chosen"
-        } else {
-            ""
-        };
-        let _ = writeln!(
-            text,
-            "  {:>9.2} s  off by {:>6} %  {}{mark}",
-            choice.seconds,
-            percent(choice.error),
-            words(choice)
-        );
-    }
-}
-
-fn describe_keys(text: &mut String, tuned: &Tuned) {
-    let _ = writeln!(text, "  keys      MB  off at most, steps of 8 bits");
-    for format in &tuned.keys {
-        let mark = if format.chosen { "  <- chosen" } else { "" };
-        let _ = writeln!(
-            text,
-            "  {:<5} {:>6.1}  {:>6.3}{mark}",
-            format.name,
-            format.bytes as f64 / 1e6,
-            format.error
-        );
-    }
 }
 
 #[cfg(test)]

@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 
-use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
-use crate::picture::combine::{combine, dot};
-use crate::picture::{Image, signed};
+use crate::picture::Image;
 use crate::study::{Reference, difference};
 
 /// A quality against references.
@@ -65,75 +63,13 @@ impl BankError {
     }
 }
 
-/// A bank's picture beside its reference.
-#[derive(Clone, Copy, Debug)]
-pub struct Pair<'a> {
-    /// The bank's errors.
-    pub bank: &'a BankError,
-    /// What was rendered.
-    pub image: &'a Image,
-    /// What it should be.
-    pub reference: &'a Reference,
-}
-
-/// The differences as a contact sheet: amber where the picture is brighter than its reference,
-/// blue where it is darker, one scale for all, as a share of each reference's root mean square.
-///
-/// # Errors
-/// [`ChartError`] for pictures without pixels.
-pub fn sheet(title: &str, pairs: &[Pair<'_>]) -> Result<Drawing, ChartError> {
-    let parts: Vec<(Image, f64)> = pairs.iter().map(relative).collect();
-    let scale = parts
-        .iter()
-        .map(|(image, _)| signed::scale(image))
-        .fold(0.0, f32::max);
-    let tile = |(pair, (image, _)): (&Pair<'_>, &(Image, f64))| Tile {
-        size: (image.width(), image.height()),
-        rgb: signed::encode(image, scale),
-        caption: caption(pair.bank),
-    };
-    let data = Sheet {
-        title: title.to_owned(),
-        tiles: pairs.iter().zip(&parts).map(tile).collect(),
-        columns: None,
-        legend: format!(
-            "picture minus reference: amber brighter, blue darker, full colour at {} % of the \
-             reference's RMS; the figures are relative RMSE in %",
-            figure(f64::from(scale))
-        ),
-    };
-    chart::sheet(&data, Theme::Dark)
-}
-
-/// The difference divided by the reference's root mean square, and that.
-fn relative(pair: &Pair<'_>) -> (Image, f64) {
-    let mean = &pair.reference.mean;
-    let size = (mean.width(), mean.height());
-    let rms = (dot(mean, mean) / mean.data().len().max(1) as f64).sqrt();
-    let gain = if rms > 0.0 { 1.0 / rms } else { 0.0 };
-    (combine(size, &[(gain, pair.image), (-gain, mean)], 1), rms)
-}
-
-fn caption(bank: &BankError) -> String {
-    let shown = |v: Option<f64>| v.map_or("-".to_owned(), |v| figure(v.abs()));
-    let mut text = format!("{}: {} %", bank.name, shown(bank.rmse));
-    if bank.rmse_noise_free.is_some() {
-        text = format!("{text}, {} % without noise", shown(bank.rmse_noise_free));
-    }
-    if bank.rmse_no_emitters != bank.rmse {
-        let best = bank.rmse_noise_free_no_emitters.or(bank.rmse_no_emitters);
-        text = format!("{text}, {} % off emitters", shown(best));
-    }
-    text
-}
-
-/// A share in percent with three digits.
-pub fn figure(share: f64) -> String {
-    let percent = share * 100.0;
-    match percent.abs() {
-        p if p >= 99.95 => format!("{percent:.0}"),
-        p if p >= 9.995 => format!("{percent:.1}"),
-        p if p >= 0.0995 || p == 0.0 => format!("{percent:.2}"),
-        _ => format!("{percent:.3}"),
-    }
+/// A comparison with the pictures that it was made of.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// The figures.
+    pub comparison: Comparison,
+    /// What was rendered, in the order of the banks.
+    pub images: Vec<Image>,
+    /// What it was compared with.
+    pub references: Vec<Reference>,
 }

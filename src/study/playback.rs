@@ -6,12 +6,13 @@
 //! [`crate::playback::key`] stands the way of the paper's hardware: keys coded for the display,
 //! blended as they are. It is wrong wherever keys differ, since the code is no measure of light.
 
-use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
+use serde::Serialize;
+
+use super::Origin;
 use crate::picture::Image;
 use crate::picture::tone::{ByteTable, Tone};
 use crate::playback::Playback;
 use crate::playback::key::Format;
-use crate::study::{Kind, Machine, Quantity, Record};
 use crate::timeline::{Blend, KeySequence, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
@@ -229,8 +230,6 @@ fn lerp(out: &mut [u8], other: &[u8], t: f64) {
 /// A way of playing, judged and timed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timed {
-    /// What it is called.
-    pub name: String,
     /// Seconds a frame, on average over the sequence, by number of threads.
     pub seconds: Vec<(usize, f64)>,
     /// Bytes that its key images take.
@@ -241,134 +240,30 @@ pub struct Timed {
     pub format: Option<Format>,
 }
 
-const TIME: &str = "time a frame";
-const RATE: &str = "frames a second";
-const MOST: &str = "largest error";
-const RMS: &str = "RMS error";
-const SEEN: &str = "channels off by more than half a step";
-const SIZE: &str = "key images";
-const THREADS: &str = "threads";
-const MARKERS: [Marker; 4] = [
-    Marker::Circle,
-    Marker::Square,
-    Marker::Triangle,
-    Marker::Diamond,
-];
-/// The mark of what is taken unless something else is said.
-const DEFAULT: &str = "default";
-
-/// The ways as a record, each a series with a point for each number of threads; `chosen` is what
-/// `play` takes by itself, with the threads of the machine as it is given.
-pub fn record(
-    subject: &str,
-    machine: Machine,
-    method: &str,
-    ways: &[Timed],
-    chosen: Format,
-) -> Record {
-    let quantities = vec![
-        Quantity::new(TIME, "ms"),
-        Quantity::new(RATE, ""),
-        Quantity::new(MOST, "steps of 8 bits"),
-        Quantity::new(RMS, "steps of 8 bits"),
-        Quantity::new(SEEN, "%"),
-        Quantity::new(SIZE, "MB"),
-        Quantity::new(THREADS, ""),
-    ];
-    let mut out = Record::new(Kind::Playback, subject, machine, method, quantities);
-    let usual = out.machine.threads;
-    for way in ways {
-        for (threads, seconds) in &way.seconds {
-            let default = way.format == Some(chosen) && *threads == usual;
-            let marks = if default { &[DEFAULT][..] } else { &[] };
-            let values = [
-                seconds * 1e3,
-                1.0 / seconds,
-                way.judged.most,
-                way.judged.rms,
-                way.judged.seen * 100.0,
-                way.bytes as f64 / 1e6,
-                *threads as f64,
-            ];
-            out.add(&way.name, &counted(*threads), marks, &values.map(Some));
-        }
-    }
-    out
+/// Every way of playing a show's keys.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FormatTradeoff {
+    /// The show and the machine.
+    pub origin: Origin,
+    /// Width and height of a frame.
+    pub size: (usize, usize),
+    /// What `play` takes by itself, with the threads of the machine as it is given.
+    pub chosen: Format,
+    /// The ways.
+    pub ways: Vec<Timed>,
 }
 
-fn counted(threads: usize) -> String {
-    match threads {
-        1 => "1 thread".to_owned(),
-        n => format!("{n} threads"),
-    }
-}
-
-/// The chart of a record made by [`record`]: log of the error over log of the frames a second. More
-/// threads move a format to the right, along a line of its own: the error is the same.
-pub fn drawing(record: &Record, theme: Theme) -> Drawing {
-    let chip = record.machine.processor.as_deref();
-    let chip = chip.map_or(String::new(), |chip| format!("; {chip}"));
-    let panel = |what: &str, title: &str| Panel {
-        title: title.to_owned(),
-        x: Axis::new("frames a second, by number of threads", Scale::Log),
-        y: Axis::new("steps of 8 bits", Scale::Log),
-        series: record
-            .series
-            .iter()
-            .zip(MARKERS.into_iter().cycle())
-            .map(|(series, marker)| chart::Series {
-                name: series.name.clone(),
-                points: record.curve(series, RATE, what),
-                marker,
-                labels: record
-                    .curve(series, THREADS, what)
-                    .iter()
-                    .map(|(threads, _)| threads.to_string())
-                    .collect(),
-            })
-            .collect(),
-        reference: Some((UNSEEN, "half a step".to_owned())),
-    };
-    let panels = [
-        panel(MOST, &format!("largest error; {}", record.method)),
-        panel(RMS, &format!("RMS error{chip}")),
-    ];
-    let title = format!(
-        "{}: error against frames a second, by keys and threads",
-        record.subject
-    );
-    chart::panels(&title, &panels, theme)
-}
-
-/// The record in words: a line for each way and number of threads.
-pub fn describe(record: &Record) -> String {
-    let mut out = format!(
-        "{:<26} {:>7} {:>9} {:>9} {:>10} {:>8} {:>11} {:>8}\n",
-        "keys", "threads", "ms/frame", "frames/s", "max steps", "RMS", "beyond 1/2", "MB"
-    );
-    for (series, point) in record
-        .series
-        .iter()
-        .flat_map(|s| s.points.iter().map(move |p| (s, p)))
-    {
-        let at = |i: usize| point.values.get(i).copied().flatten().unwrap_or(f64::NAN);
-        let is = match point.marks.is_empty() {
-            true => "",
-            false => "  (default)",
-        };
-        out += &format!(
-            "{:<26} {:>7} {:>9.2} {:>9.0} {:>10.2e} {:>8.1e} {:>10.3}% {:>8.1}{is}\n",
-            series.name,
-            at(6),
-            at(0),
-            at(1),
-            at(2),
-            at(3),
-            at(4),
-            at(5)
-        );
-    }
-    out
+/// What keeping the keys in a format takes and loses.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyFormat {
+    /// Its name.
+    pub name: &'static str,
+    /// Bytes of all keys.
+    pub bytes: usize,
+    /// How far a frame is off at most, in steps of 8 bits on the display.
+    pub error: f64,
+    /// Whether `play` takes it by itself.
+    pub chosen: bool,
 }
 
 #[cfg(test)]

@@ -94,6 +94,30 @@ impl Shown {
     }
 }
 
+/// What decides which picture is refined first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The directions that a metric finds.
+    Metric {
+        /// Which.
+        metric: Metric,
+        /// Light counts by how long it lasts.
+        time_weighted: bool,
+    },
+    /// The directions of one who knows the true errors.
+    Oracle,
+    /// One picture for each bank, the most useful first.
+    BankByBank,
+}
+
+impl Order {
+    /// The pool's own.
+    pub const SHIPPED: Order = Order::Metric {
+        metric: Metric::Error,
+        time_weighted: true,
+    };
+}
+
 /// Predicted and true error of a sequence, relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Foretold {
@@ -174,6 +198,30 @@ impl Trial {
     pub fn order(&self, weighting: &Weighting) -> Result<Vec<Vec<f64>>, PlanError> {
         let next = plan::next(&self.keys, &[], weighting, None)?;
         Ok(next.directions.into_iter().map(|d| d.setting).collect())
+    }
+
+    /// Settings to refine, the most useful first, in an order.
+    ///
+    /// # Errors
+    /// [`PlanError`]
+    pub fn ordered(&self, by: Order) -> Result<Vec<Vec<f64>>, PlanError> {
+        match self.weighting_of(by)? {
+            Some(weighting) => self.order(&weighting),
+            None => Ok(self.banks_in_best_order()),
+        }
+    }
+
+    /// The weighting that makes an order; `None` for [`Order::BankByBank`].
+    pub(super) fn weighting_of(&self, order: Order) -> Result<Option<Weighting>, PlanError> {
+        Ok(match order {
+            Order::Metric {
+                metric,
+                time_weighted: true,
+            } => Some(self.weighting(metric)?),
+            Order::Metric { metric, .. } => Some(self.weighting(metric)?.timeless()),
+            Order::Oracle => Some(self.oracle()?),
+            Order::BankByBank => None,
+        })
     }
 
     /// One picture per bank, each time the one that takes most of the true error away.

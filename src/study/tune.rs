@@ -29,7 +29,8 @@ use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
 use crate::pool::{Projection, is_within};
-use crate::study::Trial;
+use crate::study::playback::KeyFormat;
+use crate::study::{Machine, Trial};
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
 
@@ -64,6 +65,34 @@ pub struct Candidate {
     pub error: f64,
     /// The error as the interpreter would predict it.
     pub predicted: f64,
+}
+
+/// What `tune` found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tuned {
+    /// The show's title.
+    pub show: String,
+    /// Where it was measured.
+    pub machine: Machine,
+    /// The error that is allowed, relative.
+    pub until: f64,
+    /// The step of quality that errors are against.
+    pub reference: u8,
+    /// How many sources a step renders alone.
+    pub sources: usize,
+    /// What each step takes and leaves.
+    pub steps: Vec<Expense>,
+    /// What is worth considering: nothing quicker is better. The quickest first.
+    pub choices: Vec<Candidate>,
+    /// The one that is taken.
+    pub choice: Candidate,
+    /// What `run --until` would do with the show's own steps; `None` where one of them was not
+    /// measured.
+    pub as_it_stands: Option<Candidate>,
+    /// How key images can be kept.
+    pub keys: Vec<KeyFormat>,
+    /// The `preview` statement that has the choice in it, as it stands in a show.
+    pub preview: String,
 }
 
 /// All that was measured.

@@ -1,7 +1,7 @@
-//! What a [`Trial`] says of metrics, previews and predictions, as figures and as a record.
+//! What a [`Trial`] says of metrics, previews and predictions.
 
-use super::{Dice, Kind, Machine, Quantity, Record, Shown, Trial};
-use crate::plan::{Metric, PlanError, Weighting};
+use super::{Dice, Order, Shown, Trial};
+use crate::plan::{Metric, PlanError};
 use crate::pool::Projection;
 
 /// Refined pictures that previews are tried with.
@@ -16,8 +16,8 @@ const ROUNDING: f64 = 1e-4;
 /// How many refined pictures an order needed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Needed {
-    /// The metric, or what else made the order.
-    pub order: String,
+    /// The order.
+    pub order: Order,
     /// Pictures until 5 % and 1 % of the start's error, shown by the projection in that metric.
     pub own: [usize; 2],
     /// The same shown by the pool's projection.
@@ -98,33 +98,27 @@ fn count(
 }
 
 fn needed(trial: &Trial) -> Result<Vec<Needed>, PlanError> {
-    let metric = |m: Metric| trial.weighting(m);
-    let orders: [(&str, Weighting); 7] = [
-        ("settings", metric(Metric::Settings)?.timeless()),
-        ("settings, time", metric(Metric::Settings)?),
-        ("influence", metric(Metric::Influence)?.timeless()),
-        ("influence, time", metric(Metric::Influence)?),
-        ("error", metric(Metric::Error)?.timeless()),
-        ("error, time", metric(Metric::Error)?),
-        ("true error, time", trial.oracle()?),
-    ];
+    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
+    let orders = metrics.into_iter().flat_map(|metric| {
+        [false, true].map(|time_weighted| Order::Metric {
+            metric,
+            time_weighted,
+        })
+    });
     let pool = |settings: &[Vec<f64>]| trial.shown(Projection::default(), settings);
     let mut out = Vec::new();
-    for (name, weighting) in orders {
-        let order = trial.order(&weighting)?;
+    for order in orders.chain([Order::Oracle, Order::BankByBank]) {
+        let settings = trial.ordered(order)?;
+        let weighting = match trial.weighting_of(order)? {
+            Some(weighting) => weighting,
+            None => trial.weighting(Metric::Settings)?,
+        };
         out.push(Needed {
-            order: name.to_owned(),
-            own: count(trial, &order, |s| trial.shown_in(&weighting, s))?,
-            pool: count(trial, &order, pool)?,
+            order,
+            own: count(trial, &settings, |s| trial.shown_in(&weighting, s))?,
+            pool: count(trial, &settings, pool)?,
         });
     }
-    let banks = trial.banks_in_best_order();
-    let plain = metric(Metric::Settings)?;
-    out.push(Needed {
-        order: "one bank each".to_owned(),
-        own: count(trial, &banks, |s| trial.shown_in(&plain, s))?,
-        pool: count(trial, &banks, pool)?,
-    });
     Ok(out)
 }
 
@@ -190,48 +184,4 @@ pub fn median(mut values: Vec<f64>) -> f64 {
         0 if half > 0 => 0.5 * (at(half - 1) + at(half)),
         _ => at(half),
     }
-}
-
-/// The verdicts as one record: a series for each table, a point for each row of each show.
-pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
-    let columns = [
-        ("pictures to 5 %", ""),
-        ("pictures to 1 %", ""),
-        ("the same by the pool's preview", ""),
-        ("to 1 % by the pool's preview", ""),
-        ("looks worse than coarse", "%"),
-        ("worst look over coarse", ""),
-        ("median look over coarse", ""),
-        ("sequence over coarse", ""),
-        ("refined pictures", ""),
-        ("predicted over true error", ""),
-        ("true error", "%"),
-    ];
-    let columns = columns.iter().map(|(n, u)| Quantity::new(n, u)).collect();
-    let subject = "random shows and the tavern";
-    let mut out = Record::new(Kind::Trial, subject, machine, method, columns);
-    for verdict in verdicts {
-        for row in &verdict.needed {
-            let counts = [row.own, row.pool].concat();
-            let values: Vec<Option<f64>> = counts.iter().map(|c| Some(*c as f64)).collect();
-            out.add(
-                &format!("metric {}", row.order),
-                &verdict.name,
-                &[],
-                &values,
-            );
-        }
-        for row in &verdict.previewed {
-            let mut values = vec![None; 4];
-            values.extend([100.0 * row.worse, row.worst, row.look, row.sequence].map(Some));
-            let series = format!("preview {}", row.projection.name());
-            out.add(&series, &verdict.name, &[], &values);
-        }
-        for row in &verdict.steps {
-            let mut values = vec![None; 8];
-            values.extend([row.refined as f64, row.ratio, 100.0 * row.truth].map(Some));
-            out.add("prediction", &verdict.name, &[], &values);
-        }
-    }
-    out
 }

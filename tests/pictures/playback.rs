@@ -8,8 +8,8 @@ use footlight::picture::Image;
 use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
 use footlight::playback::{Playback, Player};
+use footlight::report::{Kind, Record};
 use footlight::study::playback::{Displayed, Frame, Judged, UNSEEN, judge};
-use footlight::study::{Kind, Record};
 use footlight::units::Time;
 use footlight::work::Work;
 

@@ -9,10 +9,11 @@ use footlight::files::{Folder, Shelf, Store};
 use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::report::session::label;
 use footlight::scene::{Rig, Scene, View};
 use footlight::study::session::{Event, Moment};
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
 use footlight::units::Time;
 use footlight::work::Work;
 
@@ -96,7 +97,7 @@ fn a_session_goes_from_coarse_to_true() {
     let events: Vec<Event> = moments.iter().map(|m| m.event).collect();
     use Event::{Coarse, Edit, Refined};
     assert_eq!(events, [Coarse, Edit, Refined, Edit, Refined]);
-    assert_eq!(moments[3].label, "line 5: cue 3 \"Dawn\" at 0:06 {");
+    assert_eq!(label(&moments[3]), "line 5: cue 3 \"Dawn\" at 0:06 {");
     assert_eq!(show.refined(), 2);
 
     let quality = |m: &Moment| m.truth.unwrap().quality().unwrap();

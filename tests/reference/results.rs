@@ -4,7 +4,7 @@
 
 use footlight::chart::Drawing;
 use footlight::files::{Disk, Store};
-use footlight::study::Record;
+use footlight::report::Record;
 use std::path::Path;
 
 /// Writes NAME.json, NAME.csv and, where there is a chart, NAME.svg and NAME.png.

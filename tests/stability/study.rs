@@ -3,13 +3,15 @@
 use crate::meter::contour;
 use footlight::chart::Theme;
 use footlight::geometry::vec3;
-use footlight::radiosity::scatter;
+use footlight::report::stability::{describe, drawing, record};
+use footlight::report::{Kind, Record};
+use footlight::study::Machine;
 use footlight::study::stability::lamp::Lamp;
-use footlight::study::stability::{describe, drawing, study};
-use footlight::study::{Kind, Machine, Record};
+use footlight::study::stability::{Stability, study};
+use footlight::radiosity::scatter;
 use footlight::work::Work;
 
-fn record() -> Record {
+fn found() -> Stability {
     study(Machine::here(1, None), Work::silent()).unwrap()
 }
 
@@ -21,8 +23,9 @@ fn curve(record: &Record, series: &str, x: &str, y: &str) -> Vec<(f64, f64)> {
 
 #[test]
 fn the_study_says_what_is_known_and_the_same_each_time() {
-    let record = record();
-    assert_eq!(record, self::record());
+    let found = found();
+    assert_eq!(found, self::found());
+    let record = record(&found);
     let read: Record = serde_json::from_str(&record.json().unwrap()).unwrap();
     assert_eq!(read.quantities, record.quantities);
     assert_eq!(read.csv().lines().count(), record.csv().lines().count());
@@ -159,10 +162,10 @@ fn two_closed_forms_of_a_lamp_say_the_same() {
 
 #[test]
 fn every_panel_is_drawn_and_told() {
-    let record = record();
-    let words = describe(&record);
+    let found = found();
+    let words = describe(&found);
     for theme in [Theme::Light, Theme::Dark] {
-        let svg = drawing(&record, theme).svg();
+        let svg = drawing(&found, theme).svg();
         assert!(!svg.contains("no data"));
         for word in [
             "Near-copies",

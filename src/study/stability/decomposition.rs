@@ -7,20 +7,25 @@
 
 use super::hard::{Found, Hard, Verdict, judge, list};
 use crate::linalg::{Matrix, svd};
-use crate::study::{Kind, Machine, Quantity, Record};
 
 /// A decomposition on trial; `None` where it has no answer.
 pub type Solver = fn(&Matrix) -> Option<Found>;
 
-/// What is counted, in the order of the columns.
-const FAILURES: [&str; 6] = [
-    "no answer",
-    "residual",
-    "sum of squares",
-    "orthogonality",
-    "values",
-    "small values",
-];
+/// What a solver makes of a family of the hard list.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failures {
+    /// The family.
+    pub family: &'static str,
+    /// How many matrices it has.
+    pub matrices: usize,
+    /// How many have no answer, a residual, a sum of squares, vectors that are not orthogonal,
+    /// values and small values beyond what rounding may explain.
+    pub counts: [usize; 6],
+    /// The worst finite residual, relative.
+    pub residual: f64,
+    /// The worst finite error of a value, over the largest value.
+    pub value: f64,
+}
 
 /// This project's.
 pub fn ours(a: &Matrix) -> Option<Found> {
@@ -45,24 +50,11 @@ pub fn nalgebra(a: &Matrix) -> Option<Found> {
     })
 }
 
-/// The failures of every solver by family.
-pub fn failures(solvers: &[(&str, Solver)]) -> Record {
-    let mut quantities = vec![Quantity::new("matrices", "")];
-    quantities.extend(FAILURES.map(|name| Quantity::new(name, "failures")));
-    quantities.push(Quantity::new("worst residual", ""));
-    quantities.push(Quantity::new("worst value", "of the largest"));
-    let method = "failure: beyond 16 eps sqrt(mn); truth planted or in double-double arithmetic";
-    let machine = Machine::here(1, None);
-    let subject = "Hard matrices";
-    let mut record = Record::new(Kind::Stability, subject, machine, method, quantities);
+/// The failures of a solver by family, on a list with 400 matrices of each random kind.
+pub fn failures(solve: Solver) -> Vec<Failures> {
     let all = list(400);
-    for (solver, solve) in solvers {
-        for same in all.chunk_by(|a, b| a.family == b.family) {
-            let row = count(same, *solve);
-            record.add(solver, same[0].family, &[], &row.map(Some));
-        }
-    }
-    record
+    let families = all.chunk_by(|a, b| a.family == b.family);
+    families.map(|same| count(same, solve)).collect()
 }
 
 /// Residuals of every matrix, ‖A − UΣVᵀ‖ / ‖A‖ as a multiple of what rounding may explain, the
@@ -78,13 +70,17 @@ pub fn residuals(matrices: &[Hard], solve: Solver) -> Vec<f64> {
     out
 }
 
-/// How many, each failure, worst residual and worst value (both finite ones).
-fn count(matrices: &[Hard], solve: Solver) -> [f64; 9] {
-    let mut out = [0.0; 9];
+fn count(matrices: &[Hard], solve: Solver) -> Failures {
+    let mut out = Failures {
+        family: matrices[0].family,
+        matrices: matrices.len(),
+        counts: [0; 6],
+        residual: 0.0,
+        value: 0.0,
+    };
     for hard in matrices {
-        out[0] += 1.0;
         let Some(found) = solve(&hard.matrix) else {
-            out[1] += 1.0;
+            out.counts[0] += 1;
             continue;
         };
         let Verdict {
@@ -95,17 +91,14 @@ fn count(matrices: &[Hard], solve: Solver) -> [f64; 9] {
             relative,
         } = judge(hard, &found);
         let all = [residual, squares, orthogonality, values, relative];
-        for (count, off) in out[2..7].iter_mut().zip(all) {
+        for (count, off) in out.counts[1..].iter_mut().zip(all) {
             // Not-a-number fails too.
-            *count += f64::from(u8::from(
-                !matches!(off.partial_cmp(&1.0), Some(o) if o.is_le()),
-            ));
+            *count += usize::from(!matches!(off.partial_cmp(&1.0), Some(o) if o.is_le()));
         }
         let (m, n) = hard.matrix.shape();
         let allowed = 16.0 * f64::EPSILON * ((m * n) as f64).sqrt();
-        for (worst, off) in out[7..].iter_mut().zip([residual, values]) {
-            *worst = f64::max(*worst, off * allowed);
-        }
+        out.residual = out.residual.max(residual * allowed);
+        out.value = out.value.max(values * allowed);
     }
     out
 }

@@ -41,6 +41,8 @@ pub struct Count {
 /// Means over shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knots {
+    /// How many shows.
+    pub shows: usize,
     /// Banks that move at once.
     pub banks: usize,
     /// Knots a show, as shipped.
@@ -69,6 +71,7 @@ pub fn summary(banks: usize, counts: &[Count]) -> Knots {
         counts.iter().map(of).sum::<usize>() as f64 / counts.len().max(1) as f64
     };
     Knots {
+        shows: counts.len(),
         banks,
         fewest: mean(|c| c.fewest),
         bisection: mean(|c| c.bisection),

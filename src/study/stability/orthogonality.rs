@@ -11,16 +11,49 @@ use super::wide::singular_values;
 use crate::linalg::{Matrix, Orthonormal};
 use crate::study::Dice;
 
-/// Makes the columns of a matrix orthonormal.
-pub type Way = fn(&Matrix) -> Matrix;
+/// A way to make the columns of a matrix orthonormal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Way {
+    /// Gram and Schmidt's as printed.
+    Classical,
+    /// Their modified method.
+    Modified,
+    /// This project's: the modified method twice.
+    Shipped,
+    /// Householder's reflections.
+    Householder,
+}
 
-/// The ways, with their names.
-pub const WAYS: [(&str, Way); 4] = [
-    ("classical Gram-Schmidt", classical),
-    ("modified", modified),
-    ("modified twice (shipped)", shipped),
-    ("Householder", householder),
-];
+impl Way {
+    /// Every way.
+    pub const ALL: [Way; 4] = [
+        Way::Classical,
+        Way::Modified,
+        Way::Shipped,
+        Way::Householder,
+    ];
+
+    /// The columns of a matrix, made orthonormal.
+    pub fn orthonormalize(self, a: &Matrix) -> Matrix {
+        match self {
+            Way::Classical => classical(a),
+            Way::Modified => modified(a),
+            Way::Shipped => shipped(a),
+            Way::Householder => householder(a),
+        }
+    }
+}
+
+/// A family of matrices whose condition runs from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// A row of ones over a small multiple of the identity.
+    Lauchli,
+    /// 1 / (i + j + 1).
+    Hilbert,
+    /// A look, and looks that differ little from it: what a show has.
+    NearCopies,
+}
 
 /// As printed: every coefficient from the column as it came.
 pub fn classical(a: &Matrix) -> Matrix {
@@ -77,13 +110,13 @@ pub fn condition(a: &Matrix) -> f64 {
     }
 }
 
-/// Families of matrices with their names, each from well to badly conditioned.
-pub fn families() -> Vec<(&'static str, Vec<Matrix>)> {
+/// The families, each from well to badly conditioned.
+pub fn families() -> Vec<(Family, Vec<Matrix>)> {
     let tenths = |from: i32, to: i32| (from..=to).map(|e| 10f64.powf(-0.5 * f64::from(e)));
     vec![
-        ("Läuchli", tenths(0, 28).map(lauchli).collect()),
-        ("Hilbert", (2..=11).map(hilbert).collect()),
-        ("near-copies", tenths(0, 28).map(near_copies).collect()),
+        (Family::Lauchli, tenths(0, 28).map(lauchli).collect()),
+        (Family::Hilbert, (2..=11).map(hilbert).collect()),
+        (Family::NearCopies, tenths(0, 28).map(near_copies).collect()),
     ]
 }
 

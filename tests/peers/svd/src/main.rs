@@ -13,6 +13,7 @@
 mod results;
 
 use footlight::linalg::Matrix;
+use footlight::report;
 use footlight::study::stability::decomposition::{Solver, failures, nalgebra, ours};
 use footlight::study::stability::hard::Found;
 use std::path::Path;
@@ -23,7 +24,7 @@ fn main() {
         ("nalgebra", nalgebra),
         ("faer", faer),
     ];
-    let record = failures(&solvers);
+    let record = report::stability::failures(&solvers.map(|(name, solve)| (name, failures(solve))));
     println!("{}", record.csv());
     if let Some(folder) = std::env::args().nth(1) {
         results::write(Path::new(&folder), "svd_peers", &record, None);

@@ -9,6 +9,9 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
+use super::words;
+use crate::study::{Machine, Origin};
+
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -28,46 +31,6 @@ pub enum Kind {
     Plan,
     /// Where methods fail: one against another on hard inputs.
     Stability,
-}
-
-/// Where it was measured.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Machine {
-    /// Threads that were used.
-    pub threads: usize,
-    /// Cores the machine has, if known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub cores: Option<usize>,
-    /// Operating system and architecture, as `linux x86_64`.
-    pub system: String,
-    /// The processor's name, if known.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub processor: Option<String>,
-}
-
-impl Machine {
-    /// This machine, as far as the standard library tells; the processor's name is the embedding
-    /// program's to find.
-    pub fn here(threads: usize, processor: Option<String>) -> Machine {
-        Machine {
-            threads,
-            cores: std::thread::available_parallelism().ok().map(Into::into),
-            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            processor,
-        }
-    }
-
-    /// In a line.
-    pub fn describe(&self) -> String {
-        let threads = match self.threads {
-            1 => "1 thread".to_owned(),
-            n => format!("{n} threads"),
-        };
-        match &self.processor {
-            Some(name) => format!("{threads}, {name}, {}", self.system),
-            None => format!("{threads}, {}", self.system),
-        }
-    }
 }
 
 /// A column.
@@ -139,18 +102,12 @@ pub struct Record {
 
 impl Record {
     /// An empty table.
-    pub fn new(
-        kind: Kind,
-        subject: &str,
-        machine: Machine,
-        method: &str,
-        quantities: Vec<Quantity>,
-    ) -> Record {
+    pub fn new(kind: Kind, origin: &Origin, method: &str, quantities: Vec<Quantity>) -> Record {
         Record {
             kind,
-            subject: subject.to_owned(),
+            subject: origin.subject.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            machine,
+            machine: origin.machine.clone(),
             method: method.to_owned(),
             quantities,
             series: Vec::new(),
@@ -210,7 +167,7 @@ impl Record {
             ("kind", kind.trim_matches('"').to_owned()),
             ("subject", self.subject.clone()),
             ("version", self.version.clone()),
-            ("machine", self.machine.describe()),
+            ("machine", words::machine(&self.machine)),
             ("method", self.method.clone()),
         ];
         for (name, text) in about {
@@ -252,9 +209,12 @@ mod tests {
     use super::*;
 
     fn record() -> Record {
-        let machine = Machine::here(2, Some("A chip, \"fast\"".to_owned()));
+        let origin = Origin {
+            subject: "A \"show\"".to_owned(),
+            machine: Machine::here(2, Some("A chip, \"fast\"".to_owned())),
+        };
         let columns = vec![Quantity::new("time", "s"), Quantity::new("error", "%")];
-        let mut out = Record::new(Kind::Transport, "A \"show\"", machine, "by hand", columns);
+        let mut out = Record::new(Kind::Transport, &origin, "by hand", columns);
         out.add(
             "all, mean",
             "quality 1",

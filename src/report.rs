@@ -1,0 +1,23 @@
+//! Typed results as text, tables, charts and data.
+//!
+//! Each module takes one result and writes it in up to three ways: `describe` in words for a
+//! terminal, `drawing` as a chart, `record` as the one table ([`Record`]) that CSV and JSON are
+//! made of. Invariants: the three show the same figures, each read from the typed result and never
+//! from another report; one result gives the same bytes on every machine.
+//!
+//! This module must not know of verbs, prompts or terminals, and computes no result of its own.
+
+pub mod comparison;
+pub mod forecast;
+pub mod playback;
+pub mod record;
+pub mod refinement;
+pub mod session;
+pub mod sheet;
+pub mod stability;
+pub mod tradeoff;
+pub mod tune;
+pub mod verdict;
+pub mod words;
+
+pub use record::{Kind, Point, Quantity, Record, Series};

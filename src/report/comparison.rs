@@ -1,0 +1,101 @@
+//! Every bank alone beside its reference: a table of errors, a contact sheet of differences.
+
+use super::words::{count, figure, seconds};
+use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
+use crate::picture::combine::{combine, dot};
+use crate::picture::{Image, signed};
+use crate::study::Reference;
+use crate::study::comparison::{BankError, Compared, Comparison};
+
+/// A line for each bank.
+pub fn describe(comparison: &Comparison) -> String {
+    let width = comparison.banks.iter().map(|b| b.name.chars().count());
+    let width = width.max().unwrap_or(0).max(4);
+    let shown = |v: Option<f64>| match v {
+        None => "-".to_owned(),
+        Some(v) if v == 0.0 && v.is_sign_negative() => "< noise".to_owned(),
+        Some(v) => figure(v),
+    };
+    let mut rows = vec![format!(
+        "quality {}: prepared and rendered {} in {}\n  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
+        comparison.quality,
+        count(comparison.banks.len(), "bank"),
+        seconds(comparison.seconds),
+        "bank",
+        "rmse %",
+        "no noise %",
+        "no emitter %",
+        "neither %",
+        "mean",
+    )];
+    rows.extend(comparison.banks.iter().map(|b| {
+        format!(
+            "  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
+            b.name,
+            shown(b.rmse),
+            shown(b.rmse_noise_free),
+            shown(b.rmse_no_emitters),
+            shown(b.rmse_noise_free_no_emitters),
+            b.mean_ratio.map_or("-".to_owned(), |r| format!("{r:.4}")),
+        )
+    }));
+    rows.concat()
+}
+
+/// The differences as a contact sheet: amber where the picture is brighter than its reference,
+/// blue where it is darker, one scale for all, as a share of each reference's root mean square.
+///
+/// # Errors
+/// [`ChartError`] for pictures without pixels.
+pub fn drawing(show: &str, compared: &Compared) -> Result<Drawing, ChartError> {
+    let pictures = || compared.images.iter().zip(&compared.references);
+    let parts: Vec<Image> = pictures().map(|(i, r)| relative(i, r)).collect();
+    let scale = parts.iter().map(signed::scale).fold(0.0, f32::max);
+    let tile = |(bank, image): (&BankError, &Image)| Tile {
+        size: (image.width(), image.height()),
+        rgb: signed::encode(image, scale),
+        caption: caption(bank),
+    };
+    let data = Sheet {
+        title: format!(
+            "{show}: difference from the reference at quality {}",
+            compared.comparison.quality
+        ),
+        tiles: compared
+            .comparison
+            .banks
+            .iter()
+            .zip(&parts)
+            .map(tile)
+            .collect(),
+        columns: None,
+        legend: format!(
+            "picture minus reference: amber brighter, blue darker, full colour at {} % of the \
+             reference's RMS; the figures are relative RMSE in %",
+            figure(f64::from(scale))
+        ),
+    };
+    chart::sheet(&data, Theme::Dark)
+}
+
+/// The difference divided by the reference's root mean square.
+fn relative(image: &Image, reference: &Reference) -> Image {
+    let mean = &reference.mean;
+    let size = (mean.width(), mean.height());
+    let rms = (dot(mean, mean) / mean.data().len().max(1) as f64).sqrt();
+    let gain = if rms > 0.0 { 1.0 / rms } else { 0.0 };
+    combine(size, &[(gain, image), (-gain, mean)], 1)
+}
+
+fn caption(bank: &BankError) -> String {
+    let shown = |v: Option<f64>| v.map_or("-".to_owned(), |v| figure(v.abs()));
+    let mut text = format!("{}: {} %", bank.name, shown(bank.rmse));
+    if bank.rmse_noise_free.is_some() {
+        text = format!("{text}, {} % without noise", shown(bank.rmse_noise_free));
+    }
+    if bank.rmse_no_emitters != bank.rmse {
+        let best = bank.rmse_noise_free_no_emitters.or(bank.rmse_no_emitters);
+        text = format!("{text}, {} % off emitters", shown(best));
+    }
+    text
+}

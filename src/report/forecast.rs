@@ -1,0 +1,120 @@
+//! What each step of quality sets and costs, as a table.
+
+use super::words::{self, figure};
+use crate::study::forecast::{Forecast, Seconds, Step};
+
+/// A line for each step, with a column for everything that any step sets.
+pub fn describe(forecast: &Forecast) -> String {
+    let timed = forecast.steps.iter().any(|s| s.measured.is_some());
+    let columns = columns(&forecast.steps);
+    let mut header = vec!["step"];
+    header.extend(&columns);
+    header.extend(["prepare s", "all banks s", "one more s"]);
+    if timed {
+        header.extend(["measured: prepare", "banks", "one more", "ratio"]);
+    }
+    let mut rows: Vec<Vec<String>> = vec![header.iter().map(|h| (*h).to_owned()).collect()];
+    for step in &forecast.steps {
+        let mut row = vec![step.quality.to_string()];
+        row.extend(columns.iter().map(|name| amount(step, name)));
+        let times = |s: &Seconds| [s.prepare, s.banks, s.picture].map(|s| format!("{s:.3}"));
+        row.extend(times(&step.predicted));
+        if let Some(measured) = &step.measured {
+            row.extend(times(measured));
+            let ratio = step.predicted.total() / measured.total();
+            row.push(format!("{ratio:.2}"));
+        }
+        rows.push(row);
+    }
+    let machine = words::machine(&forecast.machine);
+    format!("{} on {machine}\n{}", forecast.operator, table(&rows))
+}
+
+/// What any step sets, in the order of the first that does.
+fn columns(steps: &[Step]) -> Vec<&'static str> {
+    let mut out = Vec::new();
+    for expense in steps.iter().flat_map(|s| &s.sets) {
+        if !out.contains(&expense.name) {
+            out.push(expense.name);
+        }
+    }
+    out
+}
+
+/// What a step sets under a name; a dash for what it does without.
+fn amount(step: &Step, name: &str) -> String {
+    let found = step.sets.iter().find(|e| e.name == name);
+    match found.map(|e| e.amount) {
+        None | Some(0.0) => "-".to_owned(),
+        Some(share) if name == "tolerance" => format!("{} %", figure(share)),
+        Some(number) => number.to_string(),
+    }
+}
+
+/// Columns as wide as their widest cell, to the right.
+fn table(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |column: usize| {
+        let cells = rows.iter().filter_map(|row| row.get(column));
+        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, w)| format!("{cell:>w$}"));
+        format!("  {}\n", cells.collect::<Vec<_>>().join("  "))
+    };
+    rows.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::study::Machine;
+    use crate::renderer::Expense;
+
+    #[test]
+    fn a_table_has_a_column_for_every_setting_and_a_ratio_when_measured() {
+        let mut forecast = Forecast {
+            show: "Test".to_owned(),
+            operator: "radiosity".to_owned(),
+            machine: Machine::here(2, None),
+            pace: 0.5,
+            steps: Vec::new(),
+        };
+        let expense = |name, amount| Expense { name, amount };
+        let seconds = |total: f64| Seconds {
+            prepare: 0.75 * total,
+            banks: 0.25 * total,
+            picture: 0.01,
+        };
+        let sets = [
+            vec![expense("elements", 300.0), expense("nodes", 0.0)],
+            vec![expense("elements", 900.0), expense("tolerance", 0.01)],
+        ];
+        for ((quality, sets), total) in (1..).zip(sets).zip([1.0, 3.0]) {
+            forecast.steps.push(Step {
+                quality,
+                sets,
+                predicted: seconds(total),
+                measured: None,
+            });
+        }
+        let plain = describe(&forecast);
+        assert!(plain.contains("elements  nodes  tolerance"), "{plain}");
+        assert!(
+            plain.contains("1.00 %") && !plain.contains("ratio"),
+            "{plain}"
+        );
+        for step in &mut forecast.steps {
+            step.measured = Some(seconds(2.0));
+        }
+        let measured = describe(&forecast);
+        assert!(
+            measured.contains("0.50\n") && measured.contains("1.50\n"),
+            "{measured}"
+        );
+    }
+}

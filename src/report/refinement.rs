@@ -1,0 +1,235 @@
+//! What refining brings: errors against refined pictures and seconds, by order and by preview.
+
+use std::fmt::Write as _;
+
+use super::words::drawn;
+use super::{Kind, Quantity, Record};
+use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
+use crate::plan::Metric;
+use crate::pool::Projection;
+use crate::study::Order;
+use crate::study::refinement::{OrderCurve, OrderPoint, Refinement};
+
+/// Errors below this share of the start's are rounding.
+const ROUNDING: f64 = 1e-4;
+/// The share of the start's error that counts are told for.
+const FAR: f64 = 0.05;
+
+const REFINED: &str = "refined pictures";
+
+/// What the words beside the chart say of the seconds.
+const TIMED_ONCE: &str = "Pictures were timed in the shipped order and bank by bank; the other orders \
+    of mixed pictures are given the shipped one's seconds.";
+
+const METHOD: &str = "the truth: every source at the refined quality; real time: of both coarse \
+    qualities and of each refined picture, rendered one by one in the shipped order and for each \
+    source alone; the other orders of mixed pictures are given the seconds of the shipped one";
+
+/// The table: a series for each order, for each preview, and for each preview of random looks.
+pub fn record(refinement: &Refinement) -> Record {
+    let quantities = [
+        (REFINED, ""),
+        ("true error of the sequence", "%"),
+        ("predicted time", "s"),
+        ("real time", "s"),
+        ("looks worse than coarse", "%"),
+        ("worst look over coarse", ""),
+        ("median look over coarse", ""),
+        ("sequence over coarse", ""),
+    ];
+    let quantities = quantities.map(|(n, u)| Quantity::new(n, u)).into();
+    let mut out = Record::new(Kind::Plan, &refinement.origin, METHOD, quantities);
+    for curve in &refinement.orders {
+        let series = format!("order: {}", order(curve.order));
+        for (m, point) in curve.points.iter().enumerate() {
+            let values = [m as f64, 100.0 * point.error, point.predicted, point.real];
+            out.add(&series, &format!("{m} refined"), &[], &values.map(Some));
+        }
+    }
+    for curve in &refinement.previews {
+        let series = format!("preview: {}", preview(curve.projection));
+        for (m, error) in curve.errors.iter().enumerate() {
+            let values = [m as f64, 100.0 * error].map(Some);
+            out.add(&series, &format!("{m} refined"), &[], &values);
+        }
+    }
+    for row in &refinement.looks {
+        let mut values = vec![None; 4];
+        values.extend([100.0 * row.worse, row.worst, row.look, row.sequence].map(Some));
+        let series = format!("looks: {}", preview(row.projection));
+        out.add(&series, "looks of 3 banks, 4 refined", &[], &values);
+    }
+    out
+}
+
+fn order(order: Order) -> &'static str {
+    match order {
+        Order::Metric { metric, .. } => match metric {
+            Metric::Error => "estimated error (shipped)",
+            Metric::Settings => "settings",
+            Metric::Influence => "influence, the paper's",
+        },
+        Order::BankByBank => "one picture for each bank",
+        Order::Oracle => "true error: an oracle",
+    }
+}
+
+fn preview(by: Projection) -> String {
+    let shipped = by == Projection::default();
+    let mark = if shipped { " (shipped)" } else { "" };
+    format!("{}{mark}", by.name())
+}
+
+/// A line of a panel: x and the error in percent.
+struct Line {
+    name: String,
+    shipped: bool,
+    points: Vec<(f64, f64)>,
+}
+
+const MARKERS: [Marker; 4] = [
+    Marker::Square,
+    Marker::Triangle,
+    Marker::Diamond,
+    Marker::Circle,
+];
+
+/// The chart: the error by order against pictures and against seconds, and by preview.
+pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
+    let needed = |order: Order| {
+        let found = refinement.orders.iter().find(|c| c.order == order);
+        let count = found.and_then(|c| c.needed(FAR));
+        count.map_or("-".to_owned(), |n| n.to_string())
+    };
+    let first = format!(
+        "To {:.0} % of the start: {} pictures; bank by bank {}",
+        100.0 * FAR,
+        needed(Order::SHIPPED),
+        needed(Order::BankByBank)
+    );
+    let by = |x: &dyn Fn(usize, &OrderPoint) -> f64| -> Vec<Line> {
+        let curves = refinement.orders.iter();
+        curves.map(|curve| order_line(curve, x)).collect()
+    };
+    let seconds = "seconds from the start, coarse pictures among them";
+    let panels = [
+        panel(by(&|m, _| m as f64), &first, (REFINED, Scale::Whole)),
+        panel(
+            by(&|_, p| p.real),
+            "How long does it take? (mixed pictures: as shipped)",
+            (seconds, Scale::Linear),
+        ),
+        panel(
+            by(&|_, p| p.predicted),
+            "How long was it foretold to take?",
+            (seconds, Scale::Linear),
+        ),
+        panel(
+            previews(refinement),
+            "What do six previews make of the same pictures?",
+            (REFINED, Scale::Whole),
+        ),
+    ];
+    let title = format!(
+        "{}: what does refining bring, and for how long?",
+        refinement.origin.subject
+    );
+    chart::panels(&title, &panels, theme)
+}
+
+fn order_line(curve: &OrderCurve, x: &dyn Fn(usize, &OrderPoint) -> f64) -> Line {
+    let points = curve.points.iter().enumerate();
+    let point = |(m, p): (usize, &OrderPoint)| (drawn(Some(x(m, p))), error(p.error));
+    Line {
+        name: order(curve.order).to_owned(),
+        shipped: curve.order == Order::SHIPPED,
+        points: points.map(point).collect(),
+    }
+}
+
+fn previews(refinement: &Refinement) -> Vec<Line> {
+    let curves = refinement.previews.iter();
+    let line = curves.map(|curve| {
+        let points = curve.errors.iter().enumerate();
+        Line {
+            name: preview(curve.projection),
+            shipped: curve.projection == Projection::default(),
+            points: points.map(|(m, e)| (m as f64, error(*e))).collect(),
+        }
+    });
+    line.collect()
+}
+
+/// In percent.
+fn error(share: f64) -> f64 {
+    drawn(Some(100.0 * share))
+}
+
+fn panel(mut lines: Vec<Line>, title: &str, (label, scale): (&str, Scale)) -> Panel {
+    // What is shipped comes last and so lies over the others, as crosses that do not hide them.
+    lines.sort_by_key(|line| line.shipped);
+    let line = |(line, marker): (Line, Marker)| {
+        let start = line.points.first().map_or(0.0, |p| p.1);
+        // Rounding has no place on a log axis.
+        let shown = |(x, y): (f64, f64)| (x, if y > ROUNDING * start { y } else { f64::NAN });
+        chart::Series {
+            name: line.name,
+            points: line.points.into_iter().map(shown).collect(),
+            marker: match line.shipped {
+                true => Marker::Cross,
+                false => marker,
+            },
+            labels: Vec::new(),
+        }
+    };
+    let marked = lines.into_iter().zip(MARKERS.into_iter().cycle());
+    Panel {
+        title: title.to_owned(),
+        x: Axis::new(label, scale),
+        y: Axis::new("true error of the sequence, %", Scale::Log),
+        series: marked.map(line).collect(),
+        reference: None,
+    }
+}
+
+/// A line for each order, then one for each preview.
+pub fn describe(refinement: &Refinement) -> String {
+    let mut out = format!(
+        "{:<28} {:>14} {:>14} {:>12}\n",
+        "order",
+        format!("to {:.0} % of start", 100.0 * FAR),
+        "real seconds",
+        "predicted"
+    );
+    for curve in &refinement.orders {
+        let count = curve.needed(FAR);
+        let point = count.and_then(|m| curve.points.get(m));
+        let at = |of: &dyn Fn(&OrderPoint) -> f64| {
+            point.map_or("-".to_owned(), |p| format!("{:.2}", drawn(Some(of(p)))))
+        };
+        let shown = count.map_or("-".to_owned(), |m| format!("{m} pictures"));
+        let _ = writeln!(
+            out,
+            "{:<28} {shown:>14} {:>14} {:>12}",
+            order(curve.order),
+            at(&|p| p.real),
+            at(&|p| p.predicted)
+        );
+    }
+    let _ = writeln!(out, "{TIMED_ONCE}");
+    let _ = writeln!(
+        out,
+        "\n{:<28} {:>14} {:>14} {:>12} {:>10}",
+        "preview, 4 refined", "looks worse %", "worst look", "median look", "sequence"
+    );
+    for row in &refinement.looks {
+        let [worse, worst, look, sequence] =
+            [100.0 * row.worse, row.worst, row.look, row.sequence].map(|v| drawn(Some(v)));
+        let _ = writeln!(
+            out,
+            "{:<28} {worse:>14.1} {worst:>14.2} {look:>12.2} {sequence:>10.3}",
+            preview(row.projection),
+        );
+    }
+    out
+}

@@ -1,0 +1,70 @@
+//! Numbers and small things in words, the same in every report.
+
+use crate::plan::Metric;
+use crate::pool::Projection;
+use crate::study::Machine;
+use crate::units::Time;
+
+/// `1 cue`, `2 cues`.
+pub fn count(n: usize, what: &str) -> String {
+    let plural = if n == 1 { "" } else { "s" };
+    format!("{n} {what}{plural}")
+}
+
+/// A relative number in percent: three digits, at most three of them after the point.
+pub fn percent(x: f64) -> String {
+    let p = x * 100.0;
+    match p.abs() {
+        a if a >= 100.0 => format!("{p:.0}"),
+        a if a >= 10.0 => format!("{p:.1}"),
+        a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
+        _ => format!("{p:.3}"),
+    }
+}
+
+/// A measured error in percent with three digits after rounding, as tables of errors have it.
+pub fn figure(share: f64) -> String {
+    let percent = share * 100.0;
+    match percent.abs() {
+        p if p >= 99.95 => format!("{percent:.0}"),
+        p if p >= 9.995 => format!("{percent:.1}"),
+        p if p >= 0.0995 || p == 0.0 => format!("{percent:.2}"),
+        _ => format!("{percent:.3}"),
+    }
+}
+
+/// Seconds with the unit that suits them: `12 ms`, `3.40 s`, `1:30`.
+pub fn seconds(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
+        s if s < 60.0 => format!("{s:.2} s"),
+        s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
+    }
+}
+
+/// `1 thread, NAME, linux x86_64`.
+pub fn machine(machine: &Machine) -> String {
+    let threads = count(machine.threads, "thread");
+    match &machine.processor {
+        Some(name) => format!("{threads}, {name}, {}", machine.system),
+        None => format!("{threads}, {}", machine.system),
+    }
+}
+
+/// The metric and projection that are not the shipped ones, in brackets to follow other words;
+/// empty where both are.
+pub fn method(metric: Option<Metric>, projection: Projection) -> String {
+    let metric = metric.map(|m| format!("metric {}", m.name()));
+    let own = projection != Projection::default();
+    let projection = own.then(|| format!("projection {}", projection.name()));
+    let said: Vec<String> = metric.into_iter().chain(projection).collect();
+    match said.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", said.join(", ")),
+    }
+}
+
+/// A value for a chart: NaN, which charts leave out, where it is unknown or not finite.
+pub(super) fn drawn(value: Option<f64>) -> f64 {
+    value.filter(|v| v.is_finite()).unwrap_or(f64::NAN)
+}
