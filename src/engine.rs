@@ -45,7 +45,6 @@ pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
 pub use self::plan::{Method, PlanOptions};
-pub use self::player::KeyFormat;
 pub use self::refine::{Ended, Goal, Refined, Remark, Step};
 
 pub(crate) use self::limit::TimedCall;

@@ -2,31 +2,16 @@
 
 use std::sync::Arc;
 
-use serde::Serialize;
-
 use super::{Engine, Error};
 use crate::picture::Image;
 use crate::picture::tone::Tone;
 use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
-use crate::study::playback::{self as study, Frame, Judged, UNSEEN};
+use crate::study::playback::{self as study, Frame, Judged, KeyFormat, UNSEEN};
 use crate::units::Time;
 
 /// Channels that decide the default format; a measurement looks at whole images.
 const SAMPLE: usize = 20_000;
-
-/// What keeping the keys in a format takes and loses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct KeyFormat {
-    /// Its name.
-    pub name: &'static str,
-    /// Bytes of all keys.
-    pub bytes: usize,
-    /// How far a frame is off at most, in steps of 8 bits on the display.
-    pub error: f64,
-    /// Whether playback takes it by itself.
-    pub chosen: bool,
-}
 
 impl Engine {
     /// Key images from the pool as it stands, ready to play; coarse images are rendered if they are

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::text::{count, label};
+use super::words::{count, label};
 use crate::diagnostic::Style;
 use crate::engine::{Document, Edited, LiveControl};
 use crate::lang::{self, edit::Action};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::text::{count, percent};
+use super::words::{count, percent};
 use super::tune;
 use crate::chart::ChartError;
 use crate::engine;
@@ -171,7 +171,7 @@ fn out_of_reach(until: f64, reference: u8, best: Option<&crate::study::Candidate
         let reachable = (best.error * 1e5).ceil() / 1e3;
         format!(
             "the best is {}, off by {} %: ask for --until {reachable}%",
-            tune::candidate(best),
+            tune::choice(best),
             percent(best.error)
         )
     });

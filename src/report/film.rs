@@ -5,18 +5,20 @@
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 
 use super::Error;
 use super::format::header;
 use super::target::{Kind, Numbered};
-use super::text::count;
-use crate::engine::Engine;
+use super::words::count;
+use crate::engine::{self, Engine};
 use crate::files::{FileError, Growing};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
 use crate::picture::y4m::{Chroma, Film};
 use crate::picture::{Image, png};
-use crate::playback::Player;
+use crate::picture::tone::Tone;
+use crate::playback::{Playback, Player};
 use crate::playback::key::Format;
 use crate::units::Time;
 
@@ -46,188 +48,233 @@ impl Animation {
     }
 }
 
-impl Interpreter {
-    /// The sequence as an animated PNG, and how it was fitted.
-    pub(super) fn animate(&self, player: &Player<'_>) -> Result<(Vec<u8>, Animation), Error> {
-        let (start, length) = (self.timeline().start(), self.keys().duration());
-        let still: Vec<(f64, f64)> = self
-            .keys()
-            .segments()
-            .iter()
-            .filter(|s| s.degree == 0)
-            .map(|s| (s.start() - start.seconds(), s.end() - start.seconds()))
-            .collect();
-        let mut drawn = 0;
-        let expected = Limits::default().frames;
-        let mut frame = |seconds: f64| {
-            let time = start + Time::from_seconds(seconds).unwrap_or_default();
-            let mut bytes = Vec::new();
-            player.show(time, &mut bytes);
-            drawn += 1;
-            self.host
-                .progress
-                .report("sequence", drawn.min(expected), expected);
-            bytes
-        };
-        let asked = self.show().preview.rate;
-        let limits = Limits::default();
-        let made = apng::animate(player.size(), length, asked, &still, &mut frame, limits)?;
-        let told = Animation {
-            frames: made.frames,
-            rate: made.rate,
-            asked,
-            bytes: made.bytes.len(),
-        };
-        Ok((made.bytes, told))
-    }
+/// A display-coded image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// Width and height.
+    pub size: (usize, usize),
+    /// RGB, 8 bits, row by row from the top.
+    pub rgb: Vec<u8>,
+}
 
-    /// The frame of the current time, and how fast frames are made.
-    fn show_playback(&self, player: &Player<'_>) -> Reply {
-        let rate = self.frame_rate(player);
-        let mut rgb = Vec::new();
-        player.show(self.now, &mut rgb);
-        let (width, height) = player.size();
-        let keys = count(player.keys(), "key image");
-        let format = player.format().name();
-        let text = format!(
-            "{keys} in {format}; playback reaches {rate:.0} frames/s at {width}x{height}. \
-             `play -o show.png` writes the sequence"
-        );
-        Reply {
-            picture: Some(Shown {
-                size: player.size(),
-                rgb,
-            }),
-            ..Reply::text(text)
+/// Where a sequence is seen while it plays.
+pub trait Canvas: Send {
+    /// Shows a frame in place of the one before, and takes as long as it wants to; false when
+    /// nobody looks at it any more.
+    fn frame(&self, picture: &Shown) -> bool;
+
+    /// No more frames come.
+    fn end(&self);
+}
+
+/// Opens what `-o -` writes to, such as standard output.
+pub type Pipe = Box<dyn Fn() -> Box<dyn Write> + Send>;
+
+/// The sequence as an animated PNG, and how it was fitted.
+///
+/// # Errors
+/// What encoding says.
+pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation), Error> {
+    let document = engine.document();
+    let (start, keys) = (document.timeline().start(), document.keys());
+    let still: Vec<(f64, f64)> = keys
+        .segments()
+        .iter()
+        .filter(|s| s.degree == 0)
+        .map(|s| (s.start() - start.seconds(), s.end() - start.seconds()))
+        .collect();
+    let mut drawn = 0;
+    let limits = Limits::default();
+    let expected = limits.frames;
+    let progress = &engine.host().progress;
+    let mut frame = |seconds: f64| {
+        let time = start + Time::from_seconds(seconds).unwrap_or_default();
+        let mut bytes = Vec::new();
+        player.show(time, &mut bytes);
+        drawn += 1;
+        progress.report("sequence", drawn.min(expected), expected);
+        bytes
+    };
+    let asked = engine.show().preview.rate;
+    let length = keys.duration();
+    let made = apng::animate(player.size(), length, asked, &still, &mut frame, limits)?;
+    let animation = Animation {
+        frames: made.frames,
+        rate: made.rate,
+        asked,
+        bytes: made.bytes.len(),
+    };
+    Ok((made.bytes, animation))
+}
+
+/// The frame of a moment, and how fast frames are made.
+pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
+    let rate = engine.frame_rate(player);
+    let size = player.size();
+    let mut rgb = Vec::new();
+    player.show(time, &mut rgb);
+    let keys = count(player.keys(), "key image");
+    let format = player.format().name();
+    let text = format!(
+        "{keys} in {format}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.png` \
+         writes the sequence",
+        size.0, size.1
+    );
+    (Shown { size, rgb }, text)
+}
+
+/// Plays on a canvas in real time, from a moment, or from the start where that is the end; stopping
+/// it is no error.
+pub fn perform(engine: &Engine, player: &Player, now: Time, canvas: &dyn Canvas) -> String {
+    let timeline = engine.document().timeline();
+    let (start, end) = (timeline.start(), timeline.end());
+    let from = if now < end { now } else { start };
+    let mut frame = Shown {
+        size: player.size(),
+        rgb: Vec::new(),
+    };
+    let host = engine.host();
+    let begin = host.clock.seconds();
+    let mut frames = 0;
+    let (passed, reached) = loop {
+        let passed = host.clock.seconds() - begin;
+        let time = from + Time::from_seconds(passed).unwrap_or_default();
+        player.show(time.min(end), &mut frame.rgb);
+        frames += 1;
+        let seen = canvas.frame(&frame);
+        if !seen || time >= end || host.progress.cancelled() {
+            break (passed, time.min(end));
         }
-    }
+    };
+    canvas.end();
+    let frames = count(frames, "frame");
+    format!(
+        "played from {from} to {}: {frames} in {passed:.1} s",
+        reached.rounded()
+    )
+}
 
-    /// Plays on the host's canvas in real time, from the current time, or from the start where that
-    /// is the end; stopping it is no error.
-    fn perform(&self, player: &Player<'_>, canvas: &dyn Canvas) -> Reply {
-        let (start, end) = (self.timeline().start(), self.timeline().end());
-        let from = if self.now < end { self.now } else { start };
-        let mut frame = Shown {
-            size: player.size(),
-            rgb: Vec::new(),
-        };
-        let begin = self.host.clock.seconds();
-        let mut frames = 0;
-        let (passed, reached) = loop {
-            let passed = self.host.clock.seconds() - begin;
-            let time = from + Time::from_seconds(passed).unwrap_or_default();
-            player.show(time.min(end), &mut frame.rgb);
-            frames += 1;
-            let seen = canvas.frame(&frame);
-            if !seen || time >= end || self.host.progress.cancelled() {
-                break (passed, time.min(end));
-            }
-        };
-        canvas.end();
-        let frames = count(frames, "frame");
-        Reply::text(format!(
-            "played from {from} to {}: {frames} in {passed:.1} s",
-            reached.rounded()
-        ))
+/// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
+/// start, the last not before the end, which holds the last look. How many there are.
+fn frames(
+    engine: &Engine,
+    task: &str,
+    take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
+) -> Result<usize, Error> {
+    let rate = engine.show().preview.rate;
+    let (start, keys) = (engine.document().timeline().start(), engine.document().keys());
+    // A whole number of frames must not become one more by rounding.
+    let total = (keys.duration() * rate - 1e-6).ceil().max(0.0) as usize + 1;
+    for i in 0..total {
+        engine.host().work().check()?;
+        let time = Time::from_seconds(i as f64 / rate).unwrap_or_default();
+        take(i, start + time)?;
+        engine.host().progress.report(task, i + 1, total);
     }
+    Ok(total)
+}
 
-    /// Calls `take` for every frame of the film with its place from 0 and its time: the first at
-    /// the start, the last not before the end, which holds the last look. How many there are.
-    fn frames(
-        &self,
-        task: &str,
-        take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
-    ) -> Result<usize, Error> {
-        let rate = self.show().preview.rate;
-        // A whole number of frames must not become one more by rounding.
-        let total = (self.keys().duration() * rate - 1e-6).ceil().max(0.0) as usize + 1;
-        for i in 0..total {
-            self.host.work().check()?;
-            let time = Time::from_seconds(i as f64 / rate).unwrap_or_default();
-            take(i, self.timeline().start() + time)?;
-            self.host.progress.report(task, i + 1, total);
+/// The film as YUV4MPEG2, into a file or down a pipe. A reader that has seen enough ends it, and
+/// that is well.
+///
+/// # Errors
+/// [`Error::Engine`] when it cannot be written, and on cancel.
+pub fn video(
+    engine: &Engine,
+    player: &Player,
+    chroma: Chroma,
+    mut file: Box<dyn Growing + '_>,
+    place: &Path,
+) -> Result<String, Error> {
+    let (width, height) = player.size();
+    let rate = engine.show().preview.rate;
+    let film = Film {
+        width,
+        height,
+        rate,
+        chroma,
+    };
+    let mut bytes = film.header().into_bytes();
+    let mut rgb = Vec::new();
+    let mut done = 0;
+    let written = frames(engine, "video", &mut |_, time| {
+        player.show(time, &mut rgb);
+        film.push(&rgb, &mut bytes)?;
+        file.write_all(&bytes).map_err(|e| failed(place, e))?;
+        bytes.clear();
+        done += 1;
+        Ok(())
+    });
+    let frames = |n| count(n, "frame");
+    match written.and_then(|n| Ok((n, file.finish()?))) {
+        Ok((n, ())) => Ok(format!(
+            "{} of {width}x{height}, {rate} frames/s, BT.709\nwrote {}",
+            frames(n),
+            place.display()
+        )),
+        Err(error) if is_broken_pipe(&error) => {
+            Ok(format!("the reader left after {}", frames(done)))
         }
-        Ok(total)
-    }
-
-    /// The film as YUV4MPEG2. A reader that has seen enough ends it, and that is well.
-    fn video(
-        &self,
-        player: &Player<'_>,
-        chroma: Chroma,
-        mut file: Box<dyn Growing + '_>,
-        place: &Path,
-    ) -> Result<Reply, Error> {
-        let (width, height) = player.size();
-        let rate = self.show().preview.rate;
-        let film = Film {
-            width,
-            height,
-            rate,
-            chroma,
-        };
-        let mut bytes = film.header().into_bytes();
-        let mut rgb = Vec::new();
-        let mut done = 0;
-        let written = self.frames("video", &mut |_, time| {
-            player.show(time, &mut rgb);
-            film.push(&rgb, &mut bytes)?;
-            file.write_all(&bytes).map_err(|e| failed(place, e))?;
-            bytes.clear();
-            done += 1;
-            Ok(())
-        });
-        let frames = |n| count(n, "frame");
-        match written.and_then(|n| Ok((n, file.finish()?))) {
-            Ok((n, ())) => Ok(Reply::text(format!(
-                "{} of {width}x{height}, {rate} frames/s, BT.709\nwrote {}",
-                frames(n),
-                place.display()
-            ))),
-            Err(Error::File(FileError::Io { source, .. }))
-                if source.kind() == io::ErrorKind::BrokenPipe =>
-            {
-                Ok(Reply::text(format!(
-                    "the reader left after {}",
-                    frames(done)
-                )))
-            }
-            Err(error) => Err(error),
-        }
-    }
-
-    /// A picture for each frame, from number 1.
-    fn numbered(&self, player: &Player<'_>, names: &Numbered, kind: Kind) -> Result<Reply, Error> {
-        let (width, height) = player.size();
-        let (mut rgb, mut light) = (Vec::new(), Image::new(0, 0));
-        let title = described("show", &self.show().title);
-        let total = self.frames("pictures", &mut |i, time| {
-            let bytes = match kind {
-                Kind::Png => {
-                    player.show(time, &mut rgb);
-                    png::encode(width, height, &rgb)?
-                }
-                Kind::Exr(precision) => {
-                    player.light(time, &mut light);
-                    exr::encode(&light, precision, std::slice::from_ref(&title))?
-                }
-            };
-            Ok(self.host.store.write(&names.path(i + 1), &bytes)?)
-        })?;
-        Ok(Reply::text(format!(
-            "{} of {width}x{height}, {} frames/s\nwrote {} to {}",
-            count(total, "frame"),
-            self.show().preview.rate,
-            names.path(1).display(),
-            names.path(total).display()
-        )))
+        Err(error) => Err(error),
     }
 }
 
-/// The host's pipe as a file that is finished when all of it is through.
-struct Pipe(Box<dyn Write>);
+fn is_broken_pipe(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Engine(engine::Error::File(FileError::Io { source, .. }))
+            if source.kind() == io::ErrorKind::BrokenPipe
+    )
+}
 
-impl Write for Pipe {
+/// An image for each frame, from number 1.
+///
+/// # Errors
+/// [`Error::Engine`] when one cannot be written, and on cancel.
+pub fn numbered(
+    engine: &Engine,
+    player: &Player,
+    names: &Numbered,
+    kind: Kind,
+) -> Result<String, Error> {
+    let (width, height) = player.size();
+    let (mut rgb, mut light) = (Vec::new(), Image::new(0, 0));
+    let title = header("show", &engine.show().title);
+    let total = frames(engine, "pictures", &mut |i, time| {
+        let bytes = match kind {
+            Kind::Png => {
+                player.show(time, &mut rgb);
+                png::encode(width, height, &rgb)?
+            }
+            Kind::Exr(precision) => {
+                player.light(time, &mut light);
+                exr::encode(&light, precision, std::slice::from_ref(&title))?
+            }
+        };
+        Ok(engine.host().store.write(&names.path(i + 1), &bytes)?)
+    })?;
+    Ok(format!(
+        "{} of {width}x{height}, {} frames/s\nwrote {} to {}",
+        count(total, "frame"),
+        engine.show().preview.rate,
+        names.path(1).display(),
+        names.path(total).display()
+    ))
+}
+
+/// The key images in single precision: what is computed with further is not rounded before.
+///
+/// # Errors
+/// [`Error::Engine`] on cancel.
+pub fn exact(engine: &Engine, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
+    let work = engine.host().work();
+    Ok(Player::new(playback, Format::Float, tone, work)?)
+}
+
+/// A pipe as a file that is finished when all of it is through.
+pub struct Piped(pub Box<dyn Write>);
+
+impl Write for Piped {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write(bytes)
     }
@@ -237,7 +284,7 @@ impl Write for Pipe {
     }
 }
 
-impl Growing for Pipe {
+impl Growing for Piped {
     fn finish(mut self: Box<Self>) -> Result<(), FileError> {
         let flushed = self.flush();
         flushed.map_err(|source| FileError::Io {
@@ -248,16 +295,8 @@ impl Growing for Pipe {
 }
 
 fn failed(place: &Path, source: io::Error) -> Error {
-    Error::File(FileError::Io {
+    Error::from(FileError::Io {
         path: place.display().to_string(),
         source,
     })
-}
-
-fn no_pipe() -> Error {
-    Error::Usage(
-        "`-` needs a reader at standard output: \
-         footlight play show.lxq -o - | ffmpeg -i - show.mp4"
-            .to_owned(),
-    )
 }

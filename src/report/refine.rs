@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
-use super::text::{count, percent, seconds};
+use super::words::{count, percent, seconds};
 use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Method, Refined, Remark, Status};
-use crate::pool::Projection;
 use crate::renderer::Cost;
 
 /// Coordinates named for a step.
@@ -249,16 +248,4 @@ pub fn method(method: Method) -> String {
         "pictures are refined by the metric: {metric}\npreviews are made by the projection: {}",
         method.projection.name()
     )
-}
-
-/// What of a method is not the shipped way, to stand behind other words; empty where all is.
-pub fn unusual(method: Method) -> String {
-    let metric = method.metric.map(|m| format!("metric {}", m.name()));
-    let own = method.projection != Projection::default();
-    let projection = own.then(|| format!("projection {}", method.projection.name()));
-    let said: Vec<String> = metric.into_iter().chain(projection).collect();
-    match said.is_empty() {
-        true => String::new(),
-        false => format!(" ({})", said.join(", ")),
-    }
 }

@@ -2,6 +2,7 @@
 
 use crate::plan::Metric;
 use crate::pool::Projection;
+use crate::show::{Cue, Show};
 use crate::study::Machine;
 use crate::units::Time;
 
@@ -40,6 +41,30 @@ pub fn seconds(seconds: f64) -> String {
         s if s < 60.0 => format!("{s:.2} s"),
         s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
     }
+}
+
+/// Bytes in kB or MB.
+pub fn megabytes(bytes: u64) -> String {
+    match bytes {
+        0..=999_999 => format!("{:.0} kB", bytes as f64 / 1e3),
+        _ => format!("{:.1} MB", bytes as f64 / 1e6),
+    }
+}
+
+/// A cue's label in quotes; empty where it has none.
+pub fn label(cue: &Cue) -> String {
+    if cue.label.is_empty() {
+        return String::new();
+    }
+    format!("\"{}\"", cue.label)
+}
+
+/// Coordinates with their settings: `lamp 0.64, day 0.05`.
+pub fn setting(show: &Show, setting: &[f64]) -> String {
+    let coordinates = show.coordinates();
+    let pairs = coordinates.iter().zip(setting);
+    let words: Vec<String> = pairs.map(|(c, s)| format!("{} {s}", c.name)).collect();
+    words.join(", ")
 }
 
 /// `1 thread, NAME, linux x86_64`.

@@ -1,0 +1,128 @@
+//! Many pictures in one OpenEXR file, each with what was lit in it.
+
+use super::Error;
+use super::format::header;
+use super::target::Layers;
+use super::words::{count, setting};
+use crate::engine::{self, Engine};
+use crate::picture::Image;
+use crate::picture::exr::{Precision, stack};
+use crate::playback::Playback;
+use crate::renderer::TransportError;
+use crate::show::{Coordinate, Show};
+
+/// What does not fit, and the way out.
+const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
+    written one at a time; `--memory` allows more)";
+
+/// A layer: its name, what was lit, and the picture.
+type Layer<'i> = (String, String, &'i Image);
+
+/// Key images, banks or the basis as layers of one file; the header says what each was lit by. All
+/// layers and the file are in memory at once, which is refused beyond the host's budget. The file,
+/// and its description.
+///
+/// # Errors
+/// [`TransportError::Memory`]; what rendering and encoding say.
+pub fn layers(
+    engine: &Engine,
+    playback: &Playback,
+    layers: Layers,
+    precision: Precision,
+) -> Result<(Vec<u8>, String), Error> {
+    check_memory(engine, playback, layers, precision)?;
+    let show = engine.show();
+    let banks = match layers {
+        Layers::Banks => engine.bank_images()?,
+        Layers::Keys | Layers::Basis => Vec::new(),
+    };
+    let (what, layers) = match layers {
+        Layers::Keys => ("key image", key_layers(engine, playback)),
+        Layers::Banks => ("bank", bank_layers(show, banks.iter())),
+        Layers::Basis => basis_layers(engine)?,
+    };
+    let names = stack::names(layers.iter().map(|(name, ..)| name.as_str()));
+    let mut about = vec![header("show", &show.title)];
+    let lit = names.iter().zip(&layers);
+    let lit: Vec<String> = lit.map(|(n, (_, lit, _))| format!("{n}: {lit}")).collect();
+    about.push(header("settings", &lit.join("\n")));
+    let images = layers.iter().map(|(_, _, image)| *image);
+    let named: Vec<(String, &Image)> = names.into_iter().zip(images).collect();
+    let bytes = stack::encode(&named, precision, &about)?;
+    let (width, height) = playback.size();
+    let layers = count(named.len(), what);
+    let size = bytes.len() as f64 / 1e6;
+    let text = format!("{layers} of {width}x{height} as layers, {size:.1} MB");
+    Ok((bytes, text))
+}
+
+/// Refuses what would not fit into memory: the key images, which are there, images that are yet to
+/// be made, and the file, taken as uncompressed.
+fn check_memory(
+    engine: &Engine,
+    playback: &Playback,
+    layers: Layers,
+    precision: Precision,
+) -> Result<(), Error> {
+    let keys = playback.images().len();
+    let banks = engine.show().coordinates().len();
+    let (made, written) = match layers {
+        Layers::Keys => (0, keys),
+        Layers::Banks => (banks, banks),
+        Layers::Basis => (0, basis_layers(engine)?.1.len()),
+    };
+    let channel = match precision {
+        Precision::Half => 2,
+        Precision::Float => size_of::<f32>(),
+    };
+    let (width, height) = playback.size();
+    let each = (keys + made) * size_of::<f32>() + written * channel;
+    let needed = width.saturating_mul(height).saturating_mul(3 * each);
+    let budget = engine.host().memory;
+    if needed > budget {
+        let what = ALL_AT_ONCE;
+        let error = TransportError::Memory {
+            what,
+            needed,
+            budget,
+        };
+        return Err(engine::Error::from(error).into());
+    }
+    Ok(())
+}
+
+fn key_layers<'i>(engine: &Engine, playback: &'i Playback) -> Vec<Layer<'i>> {
+    let keys = playback.images().iter().zip(engine.document().keys().keys());
+    keys.enumerate()
+        .map(|(i, (image, key))| {
+            let name = format!("key{:03}", i + 1);
+            (name, setting(engine.show(), key), image)
+        })
+        .collect()
+}
+
+/// A layer for each coordinate, lit alone.
+fn bank_layers<'i>(show: &Show, images: impl Iterator<Item = &'i Image>) -> Vec<Layer<'i>> {
+    let coordinates = show.coordinates().into_iter().zip(images);
+    let layer = |(c, image): (Coordinate, _)| {
+        let lit = format!("{} 1", c.name);
+        (c.name, lit, image)
+    };
+    coordinates.map(layer).collect()
+}
+
+/// The refined images; without them the coarse ones, which are the basis then.
+fn basis_layers(engine: &Engine) -> Result<(&'static str, Vec<Layer<'_>>), Error> {
+    let pool = engine.rendered()?;
+    let refined = pool.refined().iter().enumerate().map(|(i, refined)| {
+        let name = format!("basis{:03}", i + 1);
+        let lit = setting(engine.show(), &refined.setting);
+        (name, lit, refined.image.as_ref())
+    });
+    let refined: Vec<Layer<'_>> = refined.collect();
+    if !refined.is_empty() {
+        return Ok(("refined picture", refined));
+    }
+    let coarse = pool.coarse().iter().map(AsRef::as_ref);
+    Ok(("coarse picture", bank_layers(engine.show(), coarse)))
+}

@@ -1,0 +1,79 @@
+//! The page that plays a show in a browser.
+
+use super::Error;
+use super::curves::hue;
+use super::words::count;
+use crate::engine::{Document, Engine};
+use crate::picture::tone::Tone;
+use crate::playback::Playback;
+use crate::playback::page::{self, Contents, Cue, Fader, Law};
+use crate::show::{Coordinate, Dimmer, Show};
+use crate::timeline;
+
+/// Levels at which a user's dimmer curve is told to the page.
+const LEVELS: usize = 257;
+
+/// The page, and its description.
+///
+/// # Errors
+/// What rendering and encoding say.
+pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
+    let banks = engine.bank_images()?;
+    let (document, show) = (engine.document(), engine.show());
+    let coordinates = show.coordinates();
+    let keys = playback.images();
+    let faders = coordinates.iter().enumerate();
+    let contents = Contents {
+        title: &show.title,
+        faders: faders.map(|(i, c)| fader(show, c, keys.len() + i)).collect(),
+        cues: cues(document),
+        keys: document.keys(),
+        pictures: keys.iter().chain(&banks).collect(),
+        tone,
+    };
+    let made = page::write(&contents, page::BUDGET, engine.host().work())?;
+    let (width, height) = made.size;
+    let smaller = match made.size == playback.size() {
+        true => "",
+        false => ", made smaller to stay below 20 MB",
+    };
+    let text = format!(
+        "{} and {} of {width}x{height}{smaller}; {:.1} MB",
+        count(keys.len(), "key image"),
+        count(banks.len(), "bank image"),
+        made.html.len() as f64 / 1e6
+    );
+    Ok((made.html, text))
+}
+
+fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
+    let bank = coordinate.bank.and_then(|b| show.banks.get(b));
+    let law = match bank.map_or(Dimmer::Linear, |b| b.dimmer) {
+        Dimmer::Linear => Law::Power(1),
+        Dimmer::Square => Law::Power(2),
+        curve @ Dimmer::Curve(_) => {
+            let level = |i| i as f64 / (LEVELS - 1) as f64;
+            let levels: Vec<f64> = (0..LEVELS).map(level).collect();
+            Law::Table(timeline::settings(curve, &show.curves, &levels))
+        }
+    };
+    Fader {
+        name: coordinate.name.clone(),
+        picture,
+        varies: bank.is_some(),
+        law,
+        colour: hue(coordinate).map(|[r, g, b]| format!("rgb({r} {g} {b})")),
+    }
+}
+
+fn cues(document: &Document) -> Vec<Cue> {
+    let cues = document.show().cues.iter().zip(document.timeline().cues());
+    let cue = |(cue, time): (&crate::show::Cue, &timeline::CueTime)| Cue {
+        number: cue.number.to_string(),
+        label: cue.label.clone(),
+        go: time.go.seconds(),
+        complete: time.completion.seconds(),
+        starts: cue.link.is_some(),
+    };
+    cues.map(cue).collect()
+}

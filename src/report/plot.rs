@@ -1,0 +1,137 @@
+//! What the show and its plan look like, drawn: keys, spectrum.
+
+use std::collections::BTreeMap;
+
+use super::curves::cues_in_time;
+use super::results::ROUNDING;
+use super::words::{count, percent};
+use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
+use crate::engine::Document;
+use crate::plan::PlanReport;
+use crate::timeline::KeySequence;
+
+/// The key settings in a grid, tied to the moments at which they count.
+pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
+    let (keys, show) = (document.keys(), document.show());
+    let inserted = match keys.inserted() {
+        0 => "none put in between".to_owned(),
+        n => format!("{} put in so that no key is negative", count(n, "knot")),
+    };
+    let counted = format!(
+        "{} for {}",
+        count(keys.keys().len(), "key setting"),
+        count(keys.segments().len(), "segment")
+    );
+    let data = Grid {
+        title: format!("{}: {counted}, {inserted}", show.title),
+        column: "key".to_owned(),
+        rows: show.coordinates().into_iter().map(|c| c.name).collect(),
+        columns: keys.keys().to_vec(),
+        ties: ties(keys),
+        start: document.timeline().start().seconds(),
+        end: document.timeline().end().seconds(),
+        cues: cues_in_time(document),
+    };
+    (chart::grid(&data, theme), format!("{counted}, {inserted}"))
+}
+
+/// When each key counts: at the ends of its segments, the inner control points in equal steps
+/// between, where a polynomial's control points belong (its Greville abscissae). A key that
+/// stands at one moment in two ways stands there in the stronger one.
+fn ties(keys: &KeySequence) -> Vec<Tie> {
+    let mut found: BTreeMap<(usize, i64), Tie> = BTreeMap::new();
+    let rank = |stand: Stand| match stand {
+        Stand::Near => 0,
+        Stand::Met => 1,
+        Stand::Inserted => 2,
+    };
+    for segment in keys.segments() {
+        for (place, column) in segment.keys.iter().enumerate() {
+            let along = place as f64 / segment.degree.max(1) as f64;
+            let stand = match place {
+                0 if segment.is_inserted() => Stand::Inserted,
+                p if p == 0 || p == segment.degree => Stand::Met,
+                _ => Stand::Near,
+            };
+            let tie = Tie {
+                column: *column,
+                time: segment.start() + along * segment.duration(),
+                stand,
+            };
+            let at = (*column, (tie.time * 1e6).round() as i64);
+            let known = found.entry(at).or_insert(tie);
+            if rank(stand) > rank(known.stand) {
+                *known = tie;
+            }
+        }
+    }
+    found.into_values().collect()
+}
+
+/// The singular values and what they leave, with the tolerance.
+pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {
+    let words = format!(
+        "{} of {} reach {} %",
+        count(plan.used, "refined picture"),
+        plan.rank,
+        percent(plan.tolerance)
+    );
+    let title = format!("{}: {words}", plan.show);
+    let text = format!("{words} (metric {})", plan.metric);
+    (chart::panels(&title, &[shares(plan)], theme), text)
+}
+
+/// Shares of the sequence's light: of each direction, and of what is left after it.
+fn shares(plan: &PlanReport) -> Panel {
+    let total = plan
+        .singular_values
+        .iter()
+        .map(|s| s * s)
+        .sum::<f64>()
+        .sqrt();
+    let start = plan.predicted.first().map_or(1.0, |p| p.error);
+    let scale = if total > 0.0 { start / total } else { 0.0 };
+    let values = plan.singular_values.iter().enumerate();
+    let shown = |x: f64| {
+        if x > ROUNDING { 100.0 * x } else { f64::NAN }
+    };
+    let left = plan.predicted.iter();
+    let used = |refined: usize, error: f64| match (refined == plan.used, error > ROUNDING) {
+        (true, true) => format!("{}: {} %", count(refined, "picture"), percent(error)),
+        (true, false) => format!("{}: nothing left", count(refined, "picture")),
+        (false, _) => String::new(),
+    };
+    // The picture that leaves nothing is seen under the tolerance, at the foot.
+    let after = |refined: usize, error: f64| match used(refined, error).ends_with("left") {
+        true => 25.0 * plan.tolerance,
+        false => shown(error),
+    };
+    Panel {
+        title: format!("metric {}", plan.metric),
+        x: Axis::new("refined pictures", Scale::Whole),
+        y: Axis::new("% of the sequence", Scale::Log),
+        series: vec![
+            Series {
+                name: "error predicted after so many pictures".to_owned(),
+                points: left
+                    .clone()
+                    .map(|p| (p.refined as f64, after(p.refined, p.error)))
+                    .collect(),
+                marker: Marker::Square,
+                labels: left.map(|p| used(p.refined, p.error)).collect(),
+            },
+            Series {
+                name: "singular value: what each one adds".to_owned(),
+                points: values
+                    .map(|(i, s)| (i as f64 + 1.0, shown(scale * s)))
+                    .collect(),
+                marker: Marker::Circle,
+                labels: Vec::new(),
+            },
+        ],
+        reference: Some((
+            100.0 * plan.tolerance,
+            format!("tolerance {} %", percent(plan.tolerance)),
+        )),
+    }
+}

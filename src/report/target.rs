@@ -1,0 +1,172 @@
+//! What a sequence is written as, by the ending of the file's name.
+
+use std::path::{Path, PathBuf};
+
+use super::Error;
+use super::format::{ending, unknown};
+use crate::picture::exr::Precision;
+use crate::picture::y4m::Chroma;
+
+/// What `play` can write, as its errors say it.
+const KNOWN: &str = "a .png or .apng (animated), a .y4m or `-` (video), a .html (a \
+    page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
+
+/// What `play` writes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Target {
+    /// An animated picture of limited size.
+    Animation(PathBuf),
+    /// Video; `None` goes down the host's pipe.
+    Video(Option<PathBuf>, Chroma),
+    /// A page that plays the show.
+    Page(PathBuf),
+    /// A picture for each frame.
+    Numbered(Numbered, Kind),
+    /// One OpenEXR file with many pictures.
+    Layers(PathBuf, Layers, Precision),
+}
+
+/// What a numbered picture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// As displayed.
+    Png,
+    /// Linear.
+    Exr(Precision),
+}
+
+/// Which pictures are layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layers {
+    /// Every key image.
+    Keys,
+    /// Every coordinate alone at full, as previews have it.
+    Banks,
+    /// The refined pictures; where there are none the coarse ones.
+    Basis,
+}
+
+/// What a file's name alone does not say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TargetOptions {
+    /// Of an .exr without numbers.
+    pub layers: Option<Layers>,
+    /// Of a video.
+    pub chroma: Option<Chroma>,
+    /// Of an .exr; half precision without it.
+    pub precision: Option<Precision>,
+}
+
+/// An option that a kind of file would silently ignore, and the kind that it is for.
+pub type Idle = (&'static str, &'static str);
+
+impl Target {
+    /// What to write to `path`; `-` is the host's pipe.
+    ///
+    /// # Errors
+    /// [`Error::Ending`].
+    pub fn of(path: &str, options: TargetOptions) -> Result<Target, Error> {
+        let place = PathBuf::from(path);
+        let precision = options.precision.unwrap_or(Precision::Half);
+        let chroma = options.chroma.unwrap_or(Chroma::Quarter);
+        let numbered = Numbered::of(&place);
+        Ok(match (ending(&place).as_str(), numbered) {
+            ("png", Some(numbered)) => Target::Numbered(numbered, Kind::Png),
+            ("exr", Some(numbered)) => Target::Numbered(numbered, Kind::Exr(precision)),
+            ("png" | "apng", _) => Target::Animation(place),
+            ("y4m", _) => Target::Video(Some(place), chroma),
+            ("html" | "htm", _) => Target::Page(place),
+            ("exr", _) => {
+                Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision)
+            }
+            _ if path == "-" => Target::Video(None, chroma),
+            _ => return Err(unknown(&place, KNOWN)),
+        })
+    }
+
+    /// The first option that this kind of file would silently ignore.
+    pub fn idle(&self, options: TargetOptions) -> Option<Idle> {
+        let layers = matches!(self, Target::Layers(..));
+        let video = matches!(self, Target::Video(..));
+        let float = layers || matches!(self, Target::Numbered(_, Kind::Exr(_)));
+        let given = [
+            (options.layers.is_some() && !layers, ("layers", "an .exr without numbers")),
+            (options.chroma.is_some() && !video, ("chroma", "a .y4m or `-`")),
+            (options.precision.is_some() && !float, ("float", "an .exr")),
+        ];
+        given.iter().find(|(idle, _)| *idle).map(|(_, idle)| *idle)
+    }
+}
+
+/// A file name with a place for a number: `####`, `%d` or `%04d`, the last in the name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Numbered {
+    folder: PathBuf,
+    before: String,
+    digits: usize,
+    after: String,
+}
+
+impl Numbered {
+    fn of(path: &Path) -> Option<Numbered> {
+        let name = path.file_name()?.to_str()?;
+        let (before, digits, after) = hashes(name).or_else(|| percent(name))?;
+        Some(Numbered {
+            folder: path.parent().unwrap_or(Path::new("")).to_owned(),
+            before: before.to_owned(),
+            digits,
+            after: after.to_owned(),
+        })
+    }
+
+    /// The name of picture `number`, with more digits when it needs them.
+    pub fn path(&self, number: usize) -> PathBuf {
+        let digits = self.digits;
+        let name = format!("{}{number:0digits$}{}", self.before, self.after);
+        self.folder.join(name)
+    }
+}
+
+/// The last run of `#` and what is around it.
+fn hashes(name: &str) -> Option<(&str, usize, &str)> {
+    let last = name.rfind('#')?;
+    let (head, after) = name.split_at_checked(last + 1)?;
+    let before = head.trim_end_matches('#');
+    Some((before, head.len() - before.len(), after))
+}
+
+/// The last `%d`, `%4d` or `%04d` and what is around it.
+fn percent(name: &str) -> Option<(&str, usize, &str)> {
+    let (before, rest) = name.rsplit_once('%')?;
+    let (digits, after) = rest.split_once('d')?;
+    let width = match digits {
+        "" => 1,
+        digits => digits.parse().ok().filter(|n| (1..=9).contains(n))?,
+    };
+    Some((before, width, after))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    #[test]
+    fn numbers_stand_where_the_name_says() {
+        for (name, number, path) in [
+            ("frames/####.png", 7, "frames/0007.png"),
+            ("a#b##.exr", 123, "a#b123.exr"),
+            ("%d.png", 12, "12.png"),
+            ("x/s%04d_50%03d.png", 9, "x/s%04d_50009.png"),
+            // As everywhere where such patterns are read.
+            ("100%deep.png", 12, "10012eep.png"),
+        ] {
+            let numbered = Numbered::of(Path::new(name)).unwrap();
+            assert_eq!(numbered.path(number), Path::new(path), "{name}");
+        }
+        for name in ["show.png", "50%.png", "a%0xd.png", "####/a.png"] {
+            assert_eq!(Numbered::of(Path::new(name)), None, "{name}");
+        }
+    }
+}
