@@ -5,7 +5,6 @@
 //! the truth to measure against, are not counted.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use super::output::{ending, unknown_ending};
 use super::refine::{Ended, no_stage};
@@ -15,8 +14,7 @@ use crate::lang;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::archive::Archive;
-use crate::renderer::Quality;
-use crate::scene::{Rig, Scene, View};
+use crate::renderer::{Quality, Setup};
 use crate::study::session::{self, Errors, Event, Moment};
 use crate::work::Cancelled;
 
@@ -29,9 +27,7 @@ struct Line {
 
 /// Every source alone at the refined quality, and what that was rendered of.
 struct Truth {
-    scene: Arc<Scene>,
-    rig: Rig,
-    view: View,
+    setup: Setup,
     quality: Quality,
     pictures: Vec<Image>,
 }
@@ -203,17 +199,11 @@ impl Interpreter {
         let pool = self.rendered()?;
         let units = units(stage.rig.sources.len());
         let quality = self.refined_step();
-        let same = |t: &Truth| {
-            t.quality == quality
-                && t.rig == stage.rig
-                && t.view == stage.view
-                && (Arc::ptr_eq(&t.scene, &stage.scene) || t.scene == stage.scene)
-        };
+        let setup = stage.setup();
+        let same = |t: &Truth| t.quality == quality && t.setup == setup;
         if !known.as_ref().is_some_and(same) {
             *known = Some(Truth {
-                scene: Arc::clone(&stage.scene),
-                rig: stage.rig.clone(),
-                view: stage.view.clone(),
+                setup,
                 quality,
                 pictures: self.banks_anew(&units, quality)?.0,
             });
