@@ -129,11 +129,10 @@ fn measure(
     let banks: Vec<Vec<f64>> = (0..n).map(unit).collect();
     let mut best = [f64::INFINITY; 3];
     let mut spent = 0.0;
+    let setup = case.setup();
     for _ in 0..3 {
         let mut marks = vec![clock()];
-        let mut g = Radiosity
-            .prepare(&case.scene, &case.rig, &case.view, quality, work)
-            .unwrap();
+        let mut g = Radiosity.prepare(&setup, quality, work).unwrap();
         marks.push(clock());
         g.render(&banks, work).unwrap();
         marks.push(clock());
@@ -148,7 +147,7 @@ fn measure(
         }
     }
     let step = Step::of(quality).unwrap();
-    let counts = Counts::of(&case.scene, &case.rig, &case.view, step).unwrap();
+    let counts = Counts::of(&setup, step).unwrap();
     let cost = counts.cost(n);
     let pictures = cost.per_lone * n as f64;
     let banks = cost.per_source * n as f64 + pictures;

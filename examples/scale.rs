@@ -146,10 +146,9 @@ fn alone(words: &str, quality: Quality) {
         threads: 2,
         memory: 8 << 30,
     };
+    let setup = case.setup();
     let begin = Instant::now();
-    let mut g = Radiosity
-        .prepare(&case.scene, &case.rig, &case.view, quality, work)
-        .unwrap();
+    let mut g = Radiosity.prepare(&setup, quality, work).unwrap();
     let prepared = begin.elapsed().as_secs_f64();
     let n = case.rig.sources.len();
     // Bank by bank, as a refinement would: what is kept is the operator's, not the pictures.

@@ -5,7 +5,7 @@
 //! hemicubes. Emission never passes a hemicube. Every number is kept per light at unit strength:
 //! settings, colours and filters only scale, so G is linear by construction, and whatever settings
 //! have in common is computed once. Invariant: mesh, order of summation and length of iterations
-//! follow from scene, rig, view and quality alone.
+//! follow from setup and quality alone.
 
 #![allow(
     clippy::indexing_slicing,
@@ -41,8 +41,8 @@ pub use visibility::raster::Camera;
 
 use crate::geometry::Vec3;
 use crate::picture::Image;
-use crate::renderer::{Cost, Expense, Prepared, Quality, Transport, TransportError};
-use crate::scene::{Light, Rig, Scene, View};
+use crate::renderer::{Cost, Expense, Prepared, Quality, Setup, Transport, TransportError};
+use crate::scene::{Light, Rig};
 use crate::work::Work;
 use account::{Account, within};
 use camera::eye::{Fragment, Fragments, fragments};
@@ -53,6 +53,7 @@ use direct::throw::Throw;
 use indirect::gather::{Meter, Nodes, Sight, form_factors, show};
 use mesh::seam::Seams;
 use rayon::ThreadPool;
+use std::sync::Arc;
 use step::{STEPS, Step};
 use visibility::burial::beacons;
 
@@ -77,32 +78,26 @@ impl Transport for Radiosity {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         let step = Step::of(quality)?;
-        let operator = pool(work)?.install(|| Operator::new(scene, rig, view, step, work))?;
+        let operator = pool(work)?.install(|| Operator::new(setup, step, work))?;
         Ok(Box::new(operator))
     }
 
     /// In yardsticks, from counts of the work ([`cost`]); nothing where the scene cannot be used.
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
-        let counts = Step::of(quality).and_then(|step| Counts::of(scene, rig, view, step));
-        counts.map_or(Cost::default(), |counts| counts.cost(rig.sources.len()))
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
+        counts.map_or(Cost::default(), |counts| {
+            counts.cost(setup.rig.sources.len())
+        })
     }
 
-    fn expenses(
-        &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
-        quality: Quality,
-    ) -> Result<Vec<Expense>, TransportError> {
+    fn expenses(&self, setup: &Setup, quality: Quality) -> Result<Vec<Expense>, TransportError> {
         let step = Step::of(quality)?;
-        Ok(Counts::of(scene, rig, view, step)?.expenses(step))
+        Ok(Counts::of(setup, step)?.expenses(step))
     }
 
     fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
@@ -131,9 +126,9 @@ struct Solution {
     indirect: Vec<f32>,
 }
 
-/// G for one scene, rig, view and step.
+/// G for one setup and step.
 struct Operator {
-    rig: Rig,
+    rig: Arc<Rig>,
     width: usize,
     height: usize,
     surfaces: Surfaces,
@@ -171,13 +166,8 @@ struct Operator {
 }
 
 impl Operator {
-    fn new(
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
-        step: Step,
-        work: Work<'_>,
-    ) -> Result<Operator, TransportError> {
+    fn new(setup: &Setup, step: Step, work: Work<'_>) -> Result<Operator, TransportError> {
+        let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
         let surfaces = Surfaces::new(scene)?;
         let hierarchy = Hierarchy::new(&surfaces);
@@ -242,7 +232,7 @@ impl Operator {
             }
         };
         Ok(Operator {
-            rig: rig.clone(),
+            rig: Arc::clone(rig),
             width: view.width,
             height: view.height,
             fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),

@@ -1,15 +1,17 @@
 //! The operator G: light settings to pictures, at a quality, exactly linear.
 //!
-//! A [`Transport`] prepares a scene, rig and view once; the [`Prepared`] operator then turns any
+//! A [`Transport`] prepares a [`Setup`] (scene, rig and view) once; the [`Prepared`] operator then turns any
 //! settings, of either sign, into pictures. At one quality G is one linear operator: mesh, order
-//! and number of iterations depend on scene, rig, view and quality, never on settings. Results are
+//! and number of iterations depend on setup and quality, never on settings. Results are
 //! bit-equal for any number of threads.
 
 pub mod layered;
 pub mod outside;
+mod setup;
+
+pub use setup::Setup;
 
 use crate::picture::Image;
-use crate::scene::{Rig, Scene, View};
 use crate::work::{Cancelled, Work};
 
 /// A step on an operator's one ordered scale of quality; 1 is the cheapest.
@@ -101,13 +103,11 @@ pub trait Transport: Send + Sync {
     /// All that does not depend on settings: meshing, visibility, form factors.
     ///
     /// # Errors
-    /// [`TransportError`] when the quality is off the scale, the scene, rig or view unusable, the
-    /// memory budget too small, or on cancel.
+    /// [`TransportError`] when the quality is off the scale, the setup unusable, the memory budget
+    /// too small, or on cancel.
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError>;
@@ -117,18 +117,12 @@ pub trait Transport: Send + Sync {
         Vec::new()
     }
 
-    /// What a step of quality sets for this scene, rig and view; nothing for an operator that
+    /// What a step of quality sets for this setup; nothing for an operator that
     /// cannot tell.
     ///
     /// # Errors
-    /// [`TransportError`] for a quality, scene, rig or view that cannot be used.
-    fn expenses(
-        &self,
-        _scene: &Scene,
-        _rig: &Rig,
-        _view: &View,
-        _quality: Quality,
-    ) -> Result<Vec<Expense>, TransportError> {
+    /// [`TransportError`] for a quality or setup that cannot be used.
+    fn expenses(&self, _setup: &Setup, _quality: Quality) -> Result<Vec<Expense>, TransportError> {
         Ok(Vec::new())
     }
 
@@ -141,11 +135,11 @@ pub trait Transport: Send + Sync {
         Ok(1.0)
     }
 
-    /// Predicted cost for this scene, rig, view and quality, in units of [`Transport::pace`].
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost;
+    /// Predicted cost for this setup and quality, in units of [`Transport::pace`].
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 }
 
-/// G for one scene, rig, view and quality.
+/// G for one setup and quality.
 pub trait Prepared: Send {
     /// One picture for each of the `settings`, each with one finite number (of any sign) for every
     /// source of the rig. Work that settings share is done once and kept for later calls.

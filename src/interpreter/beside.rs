@@ -349,7 +349,7 @@ impl Interpreter {
     ) -> Result<(), Error> {
         let stage = self.stage.as_mut().ok_or_else(no_stage)?;
         let background = self.host.background.as_ref().ok_or_else(no_stage)?;
-        let footing = stage.footing();
+        let footing = stage.setup();
         let loan = stage.lend(quality, settings.clone());
         let gauge = Arc::new(Gauge::default());
         let (send, from) = channel();

@@ -67,7 +67,7 @@ impl Interpreter {
         let (store, memory) = (self.host.store.as_ref(), work.memory);
         let size = (stage.view.width, stage.view.height);
         let references = Reference::load(store, folder, &names, size, memory)?;
-        let near = seen::emitters(&stage.scene, &stage.rig, &stage.view, work)?;
+        let near = seen::emitters(&stage.setup(), work)?;
         let counted = difference::away_from(&near, size.0);
         let (images, seconds) = self.banks_anew(&settings, quality)?;
         let pairs = names.iter().zip(images.iter().zip(&references));

@@ -91,8 +91,8 @@ impl Interpreter {
         };
         for quality in 1..=transport.finest().0 {
             let step = Quality(quality);
-            let sets = transport.expenses(&stage.scene, &stage.rig, &stage.view, step)?;
-            let cost = transport.cost(&stage.scene, &stage.rig, &stage.view, step);
+            let sets = transport.expenses(&stage.setup(), step)?;
+            let cost = transport.cost(&stage.setup(), step);
             let predicted = Seconds {
                 prepare: cost.prepare * pace,
                 banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
@@ -163,7 +163,7 @@ impl Interpreter {
         let work = self.host.work();
         let finest = stage.finest(self.host.transport.as_ref()).0;
         let size = (stage.view.width, stage.view.height);
-        let near = seen::emitters(&stage.scene, &stage.rig, &stage.view, work)?;
+        let near = seen::emitters(&stage.setup(), work)?;
         let counted = difference::away_from(&near, size.0);
         let report = |done: u8| {
             let (done, total) = (usize::from(done), usize::from(finest));

@@ -69,7 +69,7 @@ pub(super) struct Stage {
     images: Images,
     fittings: Fittings,
     /// What emits it.
-    pub rig: Rig,
+    pub rig: Arc<Rig>,
     /// Who sees it.
     pub view: scene::View,
     steps: [u8; 2],
@@ -181,7 +181,7 @@ impl Stage {
         let (operators, lent, pool) = match old {
             Some(old)
                 if (Arc::ptr_eq(&old.scene, &fresh.scene) || old.scene == fresh.scene)
-                    && old.rig == fresh.rig
+                    && *old.rig == fresh.rig
                     && old.view == fresh.view =>
             {
                 // A pool's coarse pictures are of one step; operators are kept by step anyway.
@@ -199,7 +199,7 @@ impl Stage {
             scene: fresh.scene,
             images: fresh.images,
             fittings: fresh.fittings,
-            rig: fresh.rig,
+            rig: Arc::new(fresh.rig),
             view: fresh.view,
             steps: fresh.steps,
             operators,
@@ -223,13 +223,13 @@ impl Stage {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         let layered = Layered::new(&self.rig, transport);
-        layered.prepare(&self.scene, &self.rig, &self.view, quality, work)
+        layered.prepare(&self.setup(), quality, work)
     }
 
     /// Predicted seconds of the rig's operator.
     pub fn cost(&self, transport: &dyn Transport, quality: Quality) -> Cost {
         let layered = Layered::new(&self.rig, transport);
-        layered.cost(&self.scene, &self.rig, &self.view, quality)
+        layered.cost(&self.setup(), quality)
     }
 
     /// True when the operator of this step of quality is at hand, or will be given back.

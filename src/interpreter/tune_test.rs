@@ -8,8 +8,7 @@ use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
 use crate::radiosity::Radiosity;
-use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
-use crate::scene::{Rig, Scene, View};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::study::random_show;
 use crate::study::session::sequence_error;
 use crate::study::tune::{Candidate, Tuner};
@@ -166,17 +165,15 @@ impl Transport for Short {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(scene, rig, view, quality, work)
+        Radiosity.prepare(setup, quality, work)
     }
 
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
-        Radiosity.cost(scene, rig, view, quality)
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        Radiosity.cost(setup, quality)
     }
 }
 

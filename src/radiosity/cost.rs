@@ -17,7 +17,7 @@ use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::mesh::Layout;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::raster::{ItemBuffer, NOTHING};
-use crate::renderer::{Cost, Expense, Quality, Transport, TransportError};
+use crate::renderer::{Cost, Expense, Quality, Setup, Transport, TransportError};
 use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use crate::units::Rgb;
 use crate::work::Work;
@@ -85,8 +85,9 @@ impl Counts {
     /// Counts the work of a step.
     ///
     /// # Errors
-    /// [`TransportError`] for a scene, rig or view that cannot be used.
-    pub fn of(scene: &Scene, rig: &Rig, view: &View, step: Step) -> Result<Counts, TransportError> {
+    /// [`TransportError`] for a setup that cannot be used.
+    pub fn of(setup: &Setup, step: Step) -> Result<Counts, TransportError> {
+        let Setup { scene, rig, view } = setup;
         let surfaces = Surfaces::new(scene)?;
         let sight = Sight::of(&surfaces, view)?;
         let pieces = surfaces.pieces.len() as f64;
@@ -299,12 +300,12 @@ const DENSITIES: [f64; 3] = [1.0, 2.0, 4.0];
 /// # Errors
 /// Those of the operator; on cancel.
 pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
-    let (scene, rig, view) = yardstick();
+    let setup = yardstick();
     let settings: Vec<Vec<f64>> = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
     let mut best = f64::INFINITY;
     for _ in 0..REPEATS {
         let begin = clock();
-        let mut operator = Radiosity.prepare(&scene, &rig, &view, Quality(3), work)?;
+        let mut operator = Radiosity.prepare(&setup, Quality(3), work)?;
         operator.render(&settings, work)?;
         best = best.min(clock() - begin);
     }
@@ -312,7 +313,7 @@ pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportErr
 }
 
 /// A closed room of 4 x 4 x 3 m with nine boxes, a panel and a spot.
-fn yardstick() -> (Scene, Rig, View) {
+fn yardstick() -> Setup {
     let walls = [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)];
     let mut polygons: Vec<Polygon> = Polygon::block(walls, true, 0).collect();
     for i in 0..9 {
@@ -367,5 +368,5 @@ fn yardstick() -> (Scene, Rig, View) {
         width: 96,
         height: 64,
     };
-    (scene, rig, view)
+    Setup::new(scene, rig, view)
 }

@@ -9,8 +9,8 @@ use std::sync::Arc;
 
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
-use crate::renderer::{Cost, Expense, Prepared, Quality, Transport, TransportError};
-use crate::scene::{Light, Rig, Scene, View};
+use crate::renderer::{Cost, Expense, Prepared, Quality, Setup, Transport, TransportError};
+use crate::scene::{Light, Rig};
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -54,19 +54,18 @@ impl Transport for Layered<'_> {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         if !(1..=self.finest().0).contains(&quality.0) {
             return Err(TransportError::Quality(quality.0, self.finest().0));
         }
-        let parted = Parted::new(rig)?;
+        let parted = Parted::new(setup)?;
         if let (Some(inner), true) = (self.inner, parted.images.is_empty()) {
-            return inner.prepare(scene, rig, view, quality, work);
+            return inner.prepare(setup, quality, work);
         }
+        let view = &setup.view;
         let size = (view.width, view.height);
         let wrong = |i: &&Arc<Image>| (i.width(), i.height()) != size;
         if let Some(image) = parted.images.iter().find(wrong) {
@@ -80,7 +79,7 @@ impl Transport for Layered<'_> {
         }
         let inner = self
             .inner
-            .map(|inner| inner.prepare(scene, &parted.rest, view, quality, work))
+            .map(|inner| inner.prepare(&parted.rest, quality, work))
             .transpose()?;
         Ok(Box::new(Sum {
             inner,
@@ -93,15 +92,9 @@ impl Transport for Layered<'_> {
         self.inner.map_or_else(Vec::new, Transport::remarks)
     }
 
-    fn expenses(
-        &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
-        quality: Quality,
-    ) -> Result<Vec<Expense>, TransportError> {
+    fn expenses(&self, setup: &Setup, quality: Quality) -> Result<Vec<Expense>, TransportError> {
         match self.inner {
-            Some(inner) => inner.expenses(scene, &Parted::new(rig)?.rest, view, quality),
+            Some(inner) => inner.expenses(&Parted::new(setup)?.rest, quality),
             None => Ok(Vec::new()),
         }
     }
@@ -111,17 +104,18 @@ impl Transport for Layered<'_> {
         self.inner.map_or(Ok(1.0), |inner| inner.pace(clock, work))
     }
 
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
-        let Ok(parted) = Parted::new(rig) else {
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        let Ok(parted) = Parted::new(setup) else {
             return Cost::default();
         };
-        let inner = self.inner.map_or(Cost::default(), |inner| {
-            inner.cost(scene, &parted.rest, view, quality)
-        });
+        let inner = self
+            .inner
+            .map_or(Cost::default(), |inner| inner.cost(&parted.rest, quality));
         let each = match self.inner {
             Some(_) => YARDSTICKS_PER_NUMBER,
             None => SECONDS_PER_NUMBER,
         };
+        let (rig, view) = (&setup.rig, &setup.view);
         let numbers = (view.width * view.height * 3 * parted.images.len()) as f64;
         Cost {
             per_image: inner.per_image + numbers * each,
@@ -132,34 +126,34 @@ impl Transport for Layered<'_> {
     }
 }
 
-/// A rig in two: the images, and the rest with the same sources.
+/// A setup in two: the images, and the rest with the same sources.
 struct Parted {
-    rest: Rig,
+    rest: Setup,
     images: Vec<Arc<Image>>,
     /// For each source: which images it has, and through which colour.
     own: Vec<Vec<(usize, Rgb)>>,
 }
 
 impl Parted {
-    fn new(rig: &Rig) -> Result<Parted, TransportError> {
-        let mut parted = Parted {
-            rest: rig.clone(),
-            images: Vec::new(),
-            own: Vec::new(),
+    fn new(setup: &Setup) -> Result<Parted, TransportError> {
+        let rig = &setup.rig;
+        let mut others = Rig {
+            lights: Vec::new(),
+            sources: rig.sources.clone(),
         };
+        let (mut images, mut all_own) = (Vec::new(), Vec::with_capacity(rig.sources.len()));
         // Where each light has gone: to the images or to the rest.
         let mut places = Vec::with_capacity(rig.lights.len());
-        parted.rest.lights.clear();
         for light in &rig.lights {
             if let Light::Image(image) = light {
-                places.push((true, parted.images.len()));
-                parted.images.push(Arc::clone(image));
+                places.push((true, images.len()));
+                images.push(Arc::clone(image));
             } else {
-                places.push((false, parted.rest.lights.len()));
-                parted.rest.lights.push(light.clone());
+                places.push((false, others.lights.len()));
+                others.lights.push(light.clone());
             }
         }
-        for source in &mut parted.rest.sources {
+        for source in &mut others.sources {
             let mut own = Vec::new();
             let mut rest = Vec::new();
             for mut emitter in source.emitters.drain(..) {
@@ -180,9 +174,13 @@ impl Parted {
                 }
             }
             source.emitters = rest;
-            parted.own.push(own);
+            all_own.push(own);
         }
-        Ok(parted)
+        Ok(Parted {
+            rest: Setup::new(Arc::clone(&setup.scene), others, setup.view.clone()),
+            images,
+            own: all_own,
+        })
     }
 
     /// How strong each image is in each channel under a setting.
@@ -202,7 +200,7 @@ impl Parted {
 
     /// The same setting with nothing in the coordinates that only images have.
     fn rest_of(&self, setting: &[f64]) -> Vec<f64> {
-        let sources = self.rest.sources.iter().zip(setting);
+        let sources = self.rest.rig.sources.iter().zip(setting);
         sources
             .map(|(source, s)| if source.emitters.is_empty() { 0.0 } else { *s })
             .collect()
@@ -281,7 +279,7 @@ impl Prepared for Sum {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
-    use crate::scene::{Emitter, Source};
+    use crate::scene::{Emitter, Scene, Source, View};
 
     /// Paints the coordinates of the setting into the picture, and remembers what it was asked.
     struct Painter;
@@ -299,19 +297,18 @@ mod tests {
 
         fn prepare(
             &self,
-            _: &Scene,
-            rig: &Rig,
-            _: &View,
+            setup: &Setup,
             _: Quality,
             _: Work<'_>,
         ) -> Result<Box<dyn Prepared>, TransportError> {
+            let rig = &setup.rig;
             assert!(!rig.lights.iter().any(|l| matches!(l, Light::Image(_))));
             let used = |s: &Source| s.emitters.iter().all(|e| e.light < rig.lights.len());
             assert!(rig.sources.iter().all(used));
             Ok(Box::new(Painted(0)))
         }
 
-        fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+        fn cost(&self, _: &Setup, _: Quality) -> Cost {
             Cost {
                 prepare: 1.0,
                 per_source: 2.0,
@@ -337,14 +334,15 @@ mod tests {
         }
     }
 
-    fn view() -> View {
-        View {
+    fn setup(rig: &Rig) -> Setup {
+        let view = View {
             from: vec3(0.0, -1.0, 0.0),
             to: vec3(0.0, 0.0, 0.0),
             fov: 40.0,
             width: 2,
             height: 1,
-        }
+        };
+        Setup::new(Scene::default(), rig.clone(), view)
     }
 
     fn image(values: [f32; 6]) -> Light {
@@ -363,9 +361,8 @@ mod tests {
     }
 
     fn render(rig: &Rig, settings: &[Vec<f64>]) -> Result<Vec<Image>, TransportError> {
-        let scene = Scene::default();
         let layered = Layered::new(rig, &Painter);
-        let mut prepared = layered.prepare(&scene, rig, &view(), Quality(1), Work::silent())?;
+        let mut prepared = layered.prepare(&setup(rig), Quality(1), Work::silent())?;
         prepared.render(settings, Work::silent())
     }
 
@@ -389,10 +386,9 @@ mod tests {
         assert_eq!(found[2], Image::new(2, 1));
         let layered = Layered::new(&rig, &Painter);
         assert_eq!((layered.finest(), layered.name()), (Quality(1), "images"));
-        let scene = Scene::default();
-        let fine = layered.prepare(&scene, &rig, &view(), Quality(2), Work::silent());
+        let fine = layered.prepare(&setup(&rig), Quality(2), Work::silent());
         assert!(matches!(fine, Err(TransportError::Quality(2, 1))));
-        let cost = layered.cost(&scene, &rig, &view(), Quality(1));
+        let cost = layered.cost(&setup(&rig), Quality(1));
         assert!(cost.prepare == 0.0 && cost.per_source == 0.0 && cost.per_image > 0.0);
     }
 
@@ -413,7 +409,7 @@ mod tests {
         }
         let layered = Layered::new(&rig, &Painter);
         assert_eq!((layered.finest(), layered.name()), (Quality(3), "painter"));
-        let cost = layered.cost(&Scene::default(), &rig, &view(), Quality(1));
+        let cost = layered.cost(&setup(&rig), Quality(1));
         assert!(cost.prepare == 1.0 && cost.per_source == 2.0 && cost.per_image > 3.0);
     }
 

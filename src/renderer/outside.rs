@@ -18,8 +18,8 @@ use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, 
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
-use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
-use crate::scene::{Rig, Scene, View};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use crate::scene::View;
 use crate::work::Work;
 
 /// What stands for the path of the settings in the command.
@@ -203,9 +203,7 @@ impl Transport for Outside {
 
     fn prepare(
         &self,
-        _scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
@@ -214,8 +212,8 @@ impl Transport for Outside {
         }
         let view = Seen {
             renderer: Arc::clone(&self.0),
-            names: rig.sources.iter().map(|s| s.name.clone()).collect(),
-            view: view.clone(),
+            names: setup.rig.sources.iter().map(|s| s.name.clone()).collect(),
+            view: setup.view.clone(),
             quality,
         };
         if self.linearity().is_none() {
@@ -227,7 +225,7 @@ impl Transport for Outside {
 
     /// The mean of its own runs at this quality, else at any other; zero before the first. Nothing
     /// is shared between pictures.
-    fn cost(&self, _scene: &Scene, _rig: &Rig, _view: &View, quality: Quality) -> Cost {
+    fn cost(&self, _setup: &Setup, quality: Quality) -> Cost {
         let known = self.0.known();
         let run = known.runs.iter().find(|r| r.0 == quality);
         let run = run.or(known.runs.last());

@@ -6,8 +6,8 @@ use std::time::Instant;
 use footlight::files::Memory;
 use footlight::interpreter::{Goal, Host, Interpreter};
 use footlight::picture::Image;
-use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
-use footlight::scene::{Rig, Scene, View};
+use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::scene::View;
 use footlight::work::Work;
 
 /// Coarse pictures, each of two qualities.
@@ -32,16 +32,14 @@ impl Transport for Painter {
 
     fn prepare(
         &self,
-        _: &Scene,
-        _: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         _: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        Ok(Box::new(Painted(view.clone(), quality)))
+        Ok(Box::new(Painted(setup.view.clone(), quality)))
     }
 
-    fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+    fn cost(&self, _: &Setup, _: Quality) -> Cost {
         Cost {
             prepare: 1.0,
             per_source: 0.1,

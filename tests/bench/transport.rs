@@ -178,10 +178,9 @@ fn measure(
         threads: 2,
         memory: 4 << 30,
     };
+    let setup = case.setup();
     let (start, begun) = (Instant::now(), processor());
-    let mut g = Radiosity
-        .prepare(&case.scene, &case.rig, &case.view, Quality(quality), work)
-        .unwrap();
+    let mut g = Radiosity.prepare(&setup, Quality(quality), work).unwrap();
     let prepared = start.elapsed().as_secs_f64();
     let n = case.mix.len();
     let banks: Vec<Vec<f64>> = (0..n)

@@ -6,7 +6,7 @@
 
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::Radiosity;
-use footlight::renderer::{Quality, Transport};
+use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
@@ -118,9 +118,8 @@ impl Room {
     pub fn radiances(&self, view: &View, quality: u8) -> Vec<f64> {
         let rig = self.rig();
         let on = vec![vec![1.0; rig.sources.len()]];
-        let mut g = Radiosity
-            .prepare(&self.scene, &rig, view, Quality(quality), work())
-            .unwrap();
+        let setup = Setup::new(self.scene.clone(), rig, view.clone());
+        let mut g = Radiosity.prepare(&setup, Quality(quality), work()).unwrap();
         let image = g.render(&on, work()).unwrap().remove(0);
         let red = image.data().chunks_exact(3).map(|p| f64::from(p[0]));
         red.collect()

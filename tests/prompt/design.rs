@@ -10,10 +10,9 @@ use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::report::session::label;
-use footlight::scene::{Rig, Scene, View};
-use footlight::study::session::{Event, Moment};
 use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::study::session::{Event, Moment};
 use footlight::units::Time;
 use footlight::work::Work;
 
@@ -31,16 +30,14 @@ impl Transport for Priced {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(scene, rig, view, quality, work)
+        Radiosity.prepare(setup, quality, work)
     }
 
-    fn cost(&self, _: &Scene, _: &Rig, _: &View, _: Quality) -> Cost {
+    fn cost(&self, _: &Setup, _: Quality) -> Cost {
         self.0
     }
 }

@@ -8,8 +8,7 @@ use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
 use footlight::interpreter::{Ahead, Goal, Host, Interpreter, PoolPlace};
 use footlight::picture::Image;
 use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
-use footlight::scene::{Rig, Scene, View};
+use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::work::Work;
 
 const SHOW: &str = r#"show "Store"
@@ -62,18 +61,16 @@ impl Transport for Counting {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        let inner = Radiosity.prepare(scene, rig, view, quality, work)?;
+        let inner = Radiosity.prepare(setup, quality, work)?;
         Ok(Box::new(CountingPrepared(inner, Arc::clone(&self.0))))
     }
 
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, quality: Quality) -> Cost {
-        Radiosity.cost(scene, rig, view, quality)
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        Radiosity.cost(setup, quality)
     }
 }
 

@@ -8,9 +8,8 @@ use footlight::interpreter::{Call, Ended, Goal, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::report::{Kind, Record};
-use footlight::scene::{Rig, Scene, View};
 use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Transport, TransportError};
+use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::work::Work;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -350,17 +349,15 @@ impl Transport for Stubborn {
 
     fn prepare(
         &self,
-        scene: &Scene,
-        rig: &Rig,
-        view: &View,
+        setup: &Setup,
         _quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(scene, rig, view, Quality(1), work)
+        Radiosity.prepare(setup, Quality(1), work)
     }
 
-    fn cost(&self, scene: &Scene, rig: &Rig, view: &View, _quality: Quality) -> Cost {
-        Radiosity.cost(scene, rig, view, Quality(1))
+    fn cost(&self, setup: &Setup, _quality: Quality) -> Cost {
+        Radiosity.cost(setup, Quality(1))
     }
 }
 

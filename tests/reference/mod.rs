@@ -14,7 +14,7 @@ use footlight::lang;
 use footlight::picture::{Image, exr};
 use footlight::radiosity::Radiosity;
 use footlight::radiosity::seen;
-use footlight::renderer::{Quality, Transport};
+use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
 use footlight::study::difference::away_from;
 use footlight::study::{Reference, difference};
@@ -30,6 +30,13 @@ pub struct Case {
     pub view: View,
     /// Settings of the mixed picture.
     pub mix: Vec<f64>,
+}
+
+impl Case {
+    /// What a renderer is given of it.
+    pub fn setup(&self) -> Setup {
+        Setup::new(self.scene.clone(), self.rig.clone(), self.view.clone())
+    }
 }
 
 fn folder(name: &str) -> PathBuf {
@@ -153,7 +160,7 @@ pub fn render(case: &Case, quality: u8, settings: &[Vec<f64>], threads: usize) -
         memory: 4 << 30,
     };
     let mut g = Radiosity
-        .prepare(&case.scene, &case.rig, &case.view, Quality(quality), work)
+        .prepare(&case.setup(), Quality(quality), work)
         .unwrap();
     g.render(settings, work).unwrap()
 }
@@ -164,7 +171,7 @@ pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
     if case.name != "cornell" {
         return vec![true; reference.width() * reference.height()];
     }
-    let seen = seen::emitters(&case.scene, &case.rig, &case.view, Work::silent()).unwrap();
+    let seen = seen::emitters(&case.setup(), Work::silent()).unwrap();
     away_from(&seen, case.view.width)
 }
 

@@ -2,7 +2,7 @@
 
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::Radiosity;
-use footlight::renderer::{Quality, Transport, TransportError};
+use footlight::renderer::{Quality, Setup, Transport, TransportError};
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
@@ -105,9 +105,11 @@ impl Stage {
             threads: 2,
             memory,
         };
-        let rig = self.rig();
-        let mut g = Radiosity.prepare(&self.scene, &rig, &self.view, Quality(quality), work)?;
-        let image = g.render(&[vec![1.0; rig.sources.len()]], work)?.remove(0);
+        let setup = Setup::new(self.scene.clone(), self.rig(), self.view.clone());
+        let mut g = Radiosity.prepare(&setup, Quality(quality), work)?;
+        let image = g
+            .render(&[vec![1.0; setup.rig.sources.len()]], work)?
+            .remove(0);
         let finite = image.data().iter().all(|x| x.is_finite() && *x >= 0.0);
         Ok((finite, image.data().iter().copied().fold(0.0, f32::max)))
     }

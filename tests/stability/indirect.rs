@@ -176,7 +176,7 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
     (case.view.width, case.view.height) = (160, 90);
     let step = Step::of(Quality(3)).unwrap();
-    let counts = Counts::of(&case.scene, &case.rig, &case.view, step).unwrap();
+    let counts = Counts::of(&case.setup(), step).unwrap();
     assert!(counts.nodes > counts.elements);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
     let (least, lean) = leanest(&case);
@@ -193,7 +193,7 @@ fn leanest(case: &Case) -> (usize, Vec<Image>) {
             ..Work::silent()
         };
         let done = Radiosity
-            .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
+            .prepare(&case.setup(), Quality(3), work)
             .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
         match done {
             Err(TransportError::Memory { .. }) => {}
@@ -232,7 +232,7 @@ fn a_cancel_is_heard_all_the_way() {
                 memory: megabytes << 20,
             };
             let done = Radiosity
-                .prepare(&case.scene, &case.rig, &case.view, Quality(3), work)
+                .prepare(&case.setup(), Quality(3), work)
                 .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
             (done, progress.asked.into_inner())
         };

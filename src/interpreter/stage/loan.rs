@@ -8,17 +8,11 @@ use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::archive::Wanted;
 use crate::renderer::layered::Layered;
-use crate::renderer::{Cost, Prepared, Quality, Transport, TransportError};
-use crate::scene::{Rig, Scene, View};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::work::Work;
 
 /// All that the pictures of a rendering follow from, but for quality and settings.
-#[derive(Clone)]
-pub struct Footing {
-    scene: Arc<Scene>,
-    rig: Rig,
-    view: View,
-}
+pub type Footing = Setup;
 
 /// A rendering on its own feet, to be done anywhere.
 pub struct Loan {
@@ -39,10 +33,13 @@ pub struct Returned {
 impl Loan {
     /// Renders.
     pub fn render(self, transport: &dyn Transport, work: Work<'_>) -> Returned {
-        let Footing { scene, rig, view } = &self.footing;
         let prepared = match self.operator {
             Some(operator) => Ok(operator),
-            None => Layered::new(rig, transport).prepare(scene, rig, view, self.quality, work),
+            None => Layered::new(&self.footing.rig, transport).prepare(
+                &self.footing,
+                self.quality,
+                work,
+            ),
         };
         match prepared {
             Ok(mut operator) => {
@@ -70,30 +67,26 @@ pub struct Missing {
 
 impl Stage {
     /// What its operators render from.
-    pub fn footing(&self) -> Footing {
-        Footing {
-            scene: Arc::clone(&self.scene),
-            rig: self.rig.clone(),
-            view: self.view.clone(),
-        }
+    pub fn setup(&self) -> Setup {
+        let (scene, rig) = (Arc::clone(&self.scene), Arc::clone(&self.rig));
+        Setup::new(scene, rig, self.view.clone())
     }
 
     /// True when pictures of this footing are pictures of this stage.
     pub fn stands_on(&self, footing: &Footing) -> bool {
-        self.sees(footing) && self.rig == footing.rig
+        self.setup() == *footing
     }
 
     /// True when they show the same scene from the same place, in whatever light.
     pub fn sees(&self, footing: &Footing) -> bool {
-        let same = Arc::ptr_eq(&self.scene, &footing.scene) || self.scene == footing.scene;
-        same && self.view == footing.view
+        self.setup().has_same_scene(footing)
     }
 
     /// Hands out what renders `settings`, with the operator if it is prepared.
     pub fn lend(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Loan {
         self.lent = Some(quality.0);
         Loan {
-            footing: self.footing(),
+            footing: self.setup(),
             quality,
             settings,
             operator: self.operators.remove(&quality.0),

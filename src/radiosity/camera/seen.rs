@@ -3,21 +3,17 @@
 use crate::radiosity::camera::eye::{Sampling, Split, fragments};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::pool;
-use crate::renderer::TransportError;
-use crate::scene::{Light, Rig, Scene, View};
+use crate::renderer::{Setup, TransportError};
+use crate::scene::Light;
 use crate::work::Work;
 
-/// For each pixel of the view, row by row, whether it shows the front of a surface that some light
+/// For each pixel of the setup's view, row by row, whether it shows the front of a surface that some light
 /// of the rig makes emit, be it only in a part of it.
 ///
 /// # Errors
 /// [`TransportError`] for a scene or view that cannot be used, and on cancel.
-pub fn emitters(
-    scene: &Scene,
-    rig: &Rig,
-    view: &View,
-    work: Work<'_>,
-) -> Result<Vec<bool>, TransportError> {
+pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportError> {
+    let Setup { scene, rig, view } = setup;
     let surfaces = Surfaces::new(scene)?;
     let sampling = Sampling {
         split: Split::Whole,

@@ -6,28 +6,26 @@ use super::*;
 use crate::files::process::Done;
 use crate::geometry::vec3;
 use crate::picture::exr::Precision;
-use crate::scene::Source;
+use crate::scene::{Rig, Scene, Source};
 use crate::work::Progress;
 
-fn rig(names: &[&str]) -> Rig {
+fn setup(names: &[&str]) -> Setup {
     let source = |name: &&str| Source {
         name: (*name).to_owned(),
         emitters: Vec::new(),
     };
-    Rig {
+    let rig = Rig {
         lights: Vec::new(),
         sources: names.iter().map(source).collect(),
-    }
-}
-
-fn view() -> View {
-    View {
+    };
+    let view = View {
         from: vec3(0.0, -1.0, 2.0),
         to: vec3(0.0, 0.0, 0.0),
         fov: 40.0,
         width: 3,
         height: 2,
-    }
+    };
+    Setup::new(Scene::default(), rig, view)
 }
 
 /// Settings of a request, which must not be negative.
@@ -58,8 +56,7 @@ fn outside(
 }
 
 fn prepare(outside: &Outside, names: &[&str]) -> Result<Box<dyn Prepared>, TransportError> {
-    let (scene, rig) = (Scene::default(), rig(names));
-    outside.prepare(&scene, &rig, &view(), Quality(2), Work::silent())
+    outside.prepare(&setup(names), Quality(2), Work::silent())
 }
 
 fn failed(run: impl Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync + 'static) -> String {
@@ -73,7 +70,7 @@ fn failed(run: impl Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync + '
 fn a_linear_renderer_is_taken_at_its_word_and_its_cost_measured() {
     let sum = |job: &Job<'_>| done(3, 2, values(job).iter().sum());
     let outside = outside(sum);
-    let cost = || outside.cost(&Scene::default(), &rig(&["a"]), &view(), Quality(2));
+    let cost = || outside.cost(&setup(&["a"]), Quality(2));
     assert_eq!((cost(), outside.finest()), (Cost::default(), Quality(3)));
     let mut prepared = prepare(&outside, &["a", "b", "c"]).unwrap();
     assert_eq!(outside.linearity().unwrap(), Linearity::default());
@@ -94,8 +91,7 @@ fn a_linear_renderer_is_taken_at_its_word_and_its_cost_measured() {
     };
     let refused = prepared.render(&settings, lean);
     assert!(matches!(refused, Err(TransportError::Memory { .. })));
-    let scene = Scene::default();
-    let off = outside.prepare(&scene, &rig(&["a"]), &view(), Quality(4), Work::silent());
+    let off = outside.prepare(&setup(&["a"]), Quality(4), Work::silent());
     assert!(matches!(off, Err(TransportError::Quality(4, 3))));
 }
 
@@ -172,8 +168,7 @@ fn a_cancelled_run_is_a_cancel() {
         progress: &Stop,
         ..Work::silent()
     };
-    let scene = Scene::default();
-    let stopped = outside.prepare(&scene, &rig(&["a"]), &view(), Quality(1), work);
+    let stopped = outside.prepare(&setup(&["a"]), Quality(1), work);
     assert!(matches!(stopped, Err(TransportError::Cancelled(_))));
 }
 
