@@ -10,7 +10,7 @@ use std::sync::Arc;
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
 use crate::scene::{Light, Rig, Scene, View};
-use crate::transport::{Cost, Expense, Prepared, Quality, Transport, TransportError};
+use crate::transport::{Cost, Expense, Prepared, Quality, Remark, Transport, TransportError};
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -89,7 +89,7 @@ impl Transport for Layered<'_> {
         }))
     }
 
-    fn remarks(&self) -> Vec<String> {
+    fn remarks(&self) -> Vec<Remark> {
         self.inner.map_or_else(Vec::new, Transport::remarks)
     }
 

@@ -19,7 +19,7 @@ use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
 use crate::scene::{Rig, Scene, View};
-use crate::transport::{Cost, Prepared, Quality, Transport, TransportError};
+use crate::transport::{Cost, Prepared, Quality, Remark, Transport, TransportError};
 use crate::work::Work;
 
 /// What stands for the path of the settings in the command.
@@ -239,20 +239,14 @@ impl Transport for Outside {
         }
     }
 
-    fn remarks(&self) -> Vec<String> {
+    fn remarks(&self) -> Vec<Remark> {
         let Some(Linearity { sum, double }) = self.linearity() else {
             return Vec::new();
         };
         if sum.max(double) <= TOLERATED {
             return Vec::new();
         }
-        vec![format!(
-            "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
-             picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
-             previews made of its pictures err by as much",
-            sum * 100.0,
-            double * 100.0
-        )]
+        vec![Remark::NotLinear { sum, double }]
     }
 }
 
