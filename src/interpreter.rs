@@ -48,6 +48,7 @@ use crate::files;
 use crate::lang;
 use crate::pool::archive::{Archive, Tally};
 use crate::pool::{Pool, Projection};
+use crate::report::notes;
 use crate::show::Show;
 use crate::timeline::{KeySequence, Timeline};
 use crate::units::Time;
@@ -341,9 +342,10 @@ impl Interpreter {
 
     /// Remarks on the operator and the stored pictures that were not made before.
     fn news(&mut self) -> Vec<String> {
-        let mut remarks = self.host.transport.remarks();
+        let remarks = self.host.transport.remarks();
+        let mut remarks: Vec<String> = remarks.iter().map(notes::of_operator).collect();
         if let Some(stage) = &mut self.stage {
-            remarks.extend(stage.archive.notes());
+            remarks.extend(stage.archive.notes().iter().map(notes::of_store));
         }
         remarks.extend(self.clamped());
         remarks.retain(|remark| self.told.insert(remark.clone()));

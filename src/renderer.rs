@@ -40,6 +40,19 @@ impl Cost {
     }
 }
 
+/// A warning about an operator's pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Remark {
+    /// They are not linear in the light, or noisy: previews made of them err by as much.
+    NotLinear {
+        /// How far the sum of two pictures is off the picture of the sum, relative.
+        sum: f64,
+        /// How far twice a picture is off the picture of twice the light, relative.
+        double: f64,
+    },
+}
+
 /// What a step of quality sets on a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Expense {
@@ -113,7 +126,7 @@ pub trait Transport: Send + Sync {
     ) -> Result<Box<dyn Prepared>, TransportError>;
 
     /// What the user should be warned of, as far as it is known by now.
-    fn remarks(&self) -> Vec<String> {
+    fn remarks(&self) -> Vec<Remark> {
         Vec::new()
     }
 

@@ -9,6 +9,8 @@
 
 pub mod comparison;
 pub mod forecast;
+pub mod notes;
+pub mod plan;
 pub mod playback;
 pub mod record;
 pub mod refinement;

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::answer::{count, fraction, percent};
+use super::answer::fraction;
 use super::{Call, Error, Interpreter, Reply};
 use crate::plan::{LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
+use crate::report;
 use crate::timeline::{KeyOptions, KeySequence};
 
 impl Interpreter {
@@ -33,9 +34,9 @@ impl Interpreter {
             }
         };
         if call.option("json").is_some() {
-            return Reply::json(&plan);
+            return Reply::json(&report::plan::form(&plan));
         }
-        let mut text = describe_plan(&plan);
+        let mut text = report::plan::describe(&plan);
         if let Some(unshared) = self.unshared() {
             let _ = writeln!(text, "{unshared}");
         }
@@ -100,53 +101,6 @@ fn nothing_to_refine(mut plan: PlanReport) -> PlanReport {
         refined: 0,
         error: 0.0,
     }];
-    plan.left_out.push(LeftOut {
-        what: "refinement",
-        name: "of every bank".to_owned(),
-        why: "nothing is left to refine: quality has one step here, the first pictures are final"
-            .to_owned(),
-    });
+    plan.left_out.push(LeftOut::OneQuality);
     plan
-}
-
-/// A plan in words.
-fn describe_plan(plan: &PlanReport) -> String {
-    let mut text = String::new();
-    let curved = plan.segments.iter().filter(|s| s.degree > 1).count();
-    let _ = writeln!(
-        text,
-        "{}, {} of them curved; {}; rank {}",
-        count(plan.segments.len(), "segment"),
-        curved,
-        count(plan.keys.len(), "key"),
-        plan.rank
-    );
-    let _ = writeln!(
-        text,
-        "{} of {} for an error of {} % (metric {})",
-        count(plan.used, "refined picture"),
-        plan.rank,
-        percent(plan.tolerance),
-        plan.metric
-    );
-    for step in &plan.predicted {
-        let mark = if step.refined == plan.used {
-            "  <- tolerance"
-        } else {
-            ""
-        };
-        let _ = writeln!(
-            text,
-            "  {:>3}  {:>8} %{mark}",
-            step.refined,
-            percent(step.error)
-        );
-    }
-    if !plan.left_out.is_empty() {
-        text.push_str("left out\n");
-    }
-    for item in &plan.left_out {
-        let _ = writeln!(text, "  {} {}: {}", item.what, item.name, item.why);
-    }
-    text
 }

@@ -1,5 +1,5 @@
-//! A plan as it is written out: the show alone, no pool, clock or machine, so that every run gives
-//! the same bytes.
+//! A plan with the show that it is for: no pool, clock or machine in it, so that every run gives the
+//! same.
 
 use serde::Serialize;
 
@@ -11,8 +11,6 @@ use crate::timeline::KeySequence;
 /// The whole plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlanReport {
-    /// Version of this form.
-    pub schema: u32,
     /// The show's title.
     pub show: String,
     /// Banks, then fixed lights.
@@ -42,6 +40,7 @@ pub struct PlanReport {
     /// Predicted errors.
     pub predicted: Vec<Predicted>,
     /// What needs no work, or none of its own, and why.
+    #[serde(skip)]
     pub left_out: Vec<LeftOut>,
 }
 
@@ -78,15 +77,58 @@ pub struct Predicted {
     pub error: f64,
 }
 
-/// Something that the plan does without.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct LeftOut {
-    /// Kind of thing.
-    pub what: &'static str,
-    /// Its name, or how many.
-    pub name: String,
-    /// Why, in a designer's words.
-    pub why: String,
+/// Something that the plan does without, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LeftOut {
+    /// A coordinate that gives no light in the sequence.
+    StaysOut {
+        /// Its name.
+        name: String,
+    },
+    /// A coordinate whose light never changes.
+    Constant {
+        /// Its name.
+        name: String,
+        /// Its setting, 1 for full.
+        setting: f64,
+    },
+    /// A coordinate that always gives a multiple of another's light: they share refined images.
+    MultipleOf {
+        /// Its name.
+        name: String,
+        /// The other's name.
+        other: String,
+        /// How much of the other's light.
+        factor: f64,
+    },
+    /// A coordinate that adds nothing to the error of the view.
+    Unseen {
+        /// Its name.
+        name: String,
+    },
+    /// Segments in which nothing changes: they have one key each and no blends.
+    HeldSegments(usize),
+    /// Knots where nothing bends: the segments on both sides are one.
+    JoinedKnots(usize),
+    /// Control points that equal another key.
+    MergedKeys(usize),
+    /// Knots that were added so that no key is negative.
+    InsertedKnots(usize),
+    /// Basis settings that the tolerance does without.
+    SparedDirections {
+        /// How many.
+        count: usize,
+        /// How many are refined.
+        used: usize,
+        /// The predicted error of the sequence after those.
+        error: f64,
+        /// The error that is enough.
+        tolerance: f64,
+    },
+    /// Fixed lights are part of every key and raise the rank by one.
+    FixedRaisesRank,
+    /// The operator has one step of quality: the first images are final.
+    OneQuality,
 }
 
 impl Plan {
@@ -109,7 +151,6 @@ impl Plan {
         };
         let predicted = self.predicted().iter().enumerate();
         PlanReport {
-            schema: 0,
             show: show.title.clone(),
             banks,
             segments: keys.segments().iter().map(segment).collect(),
@@ -146,100 +187,59 @@ impl Plan {
             .collect();
         let varying = |row: &[f64]| row.windows(2).any(|w| w.first() != w.last());
         let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
-        for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
+        for ((coordinate, name_of), row) in lit.iter().zip(names).zip(&rows) {
             if coordinate.bank.is_none() {
                 continue;
             }
+            let name = name_of.clone();
+            let multiple = |(other, r): &(&String, &Vec<f64>)| {
+                let factor = factor(r, row)?;
+                Some((String::clone(other), factor))
+            };
             if !varying(row) {
-                out.push(still(name, row.first().copied().unwrap_or(0.0)));
-            } else if let Some((other, factor)) =
-                seen.iter().find_map(|(n, r)| Some((*n, factor(r, row)?)))
-            {
-                out.push(LeftOut {
-                    what: "bank",
-                    name: name.clone(),
-                    why: format!("always gives {} times the light of `{other}`: they share their refined images", number(factor)),
+                out.push(match row.first().copied().unwrap_or(0.0) {
+                    0.0 => LeftOut::StaysOut { name },
+                    setting => LeftOut::Constant { name, setting },
+                });
+            } else if let Some((other, factor)) = seen.iter().find_map(multiple) {
+                out.push(LeftOut::MultipleOf {
+                    name,
+                    other,
+                    factor,
                 });
             } else {
-                seen.push((name, row));
+                seen.push((name_of, row));
             }
         }
-        for name in self.unseen().iter().filter_map(|i| names.get(*i)) {
-            out.push(LeftOut {
-                what: "bank",
-                name: name.clone(),
-                why: "adds nothing to the error of this view: it comes last".to_owned(),
-            });
-        }
+        let unseen = self.unseen().iter().filter_map(|i| names.get(*i));
+        out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));
         self.counts(keys, &mut out);
         if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys) {
-            out.push(LeftOut {
-                what: "fixed",
-                name: "fixed".to_owned(),
-                why:
-                    "is part of every key, which costs playback nothing; it raises the rank by one"
-                        .to_owned(),
-            });
+            out.push(LeftOut::FixedRaisesRank);
         }
         out
     }
 
     fn counts(&self, keys: &KeySequence, out: &mut Vec<LeftOut>) {
-        let mut count = |what, n: usize, why: String| {
-            if n > 0 {
-                out.push(LeftOut {
-                    what,
-                    name: n.to_string(),
-                    why,
-                });
-            }
-        };
         let still = |s: &&crate::timeline::Segment| s.degree == 0 && s.duration() > 0.0;
         let held = keys.segments().iter().filter(still).count();
-        let nothing = "nothing changes in them: one key each, no blends";
-        count("segments", held, nothing.to_owned());
-        let same = "where nothing bends: the neighbouring segments are one";
-        count("knots", keys.joined(), same.to_owned());
-        let equal = "control points equal another key: one image serves them all";
-        count("keys", keys.merged(), equal.to_owned());
-        let positive = "were added so that no key needs negative light; --signed-keys spares them";
-        count("inserted knots", keys.inserted(), positive.to_owned());
-        let rest = self.rank() - self.used();
-        let error = self.predicted().get(self.used()).copied().unwrap_or(0.0);
-        let why = format!(
-            "basis settings need no refined image: {} leave a predicted error of {} %, and {} % is enough",
-            self.used(),
-            number(100.0 * error),
-            number(100.0 * self.tolerance())
-        );
-        count("directions", rest, why);
-    }
-}
-
-fn still(name: &str, setting: f64) -> LeftOut {
-    let why = if setting == 0.0 {
-        "stays out throughout: it needs no picture".to_owned()
-    } else {
-        format!(
-            "stays at {} % of its light throughout",
-            number(100.0 * setting)
-        )
-    };
-    LeftOut {
-        what: "bank",
-        name: name.to_owned(),
-        why,
-    }
-}
-
-/// At most four digits, none of them a trailing zero.
-fn number(x: f64) -> String {
-    let digits = (3 - x.abs().log10().floor().clamp(-6.0, 3.0) as i32).clamp(0, 9) as usize;
-    let text = format!("{x:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
+        let counted = [
+            (held, LeftOut::HeldSegments as fn(usize) -> LeftOut),
+            (keys.joined(), LeftOut::JoinedKnots),
+            (keys.merged(), LeftOut::MergedKeys),
+            (keys.inserted(), LeftOut::InsertedKnots),
+        ];
+        let some = counted.into_iter().filter(|(n, _)| *n > 0);
+        out.extend(some.map(|(n, of)| of(n)));
+        let spared = self.rank() - self.used();
+        if spared > 0 {
+            out.push(LeftOut::SparedDirections {
+                count: spared,
+                used: self.used(),
+                error: self.predicted().get(self.used()).copied().unwrap_or(0.0),
+                tolerance: self.tolerance(),
+            });
+        }
     }
 }
 

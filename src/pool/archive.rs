@@ -14,7 +14,7 @@ use crate::picture::Image;
 use crate::renderer::Quality;
 
 use super::address::{Address, Digest, Ground, Lighting};
-use super::depot::{Depot, Place};
+use super::depot::{Depot, Note, Place};
 use super::span;
 
 /// How pictures were come by.
@@ -127,7 +127,7 @@ impl Archive {
     }
 
     /// What the user should know, once.
-    pub fn notes(&mut self) -> Vec<String> {
+    pub fn notes(&mut self) -> Vec<Note> {
         self.depot.as_mut().map(Depot::notes).unwrap_or_default()
     }
 

@@ -95,6 +95,32 @@ pub struct Refined {
     pub place: Place,
 }
 
+/// Trouble with a store that the user should know of.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Note {
+    /// Stored pictures were of no use and were dropped.
+    Damaged {
+        /// The first of them.
+        path: PathBuf,
+        /// What is wrong with it: the error.
+        reason: String,
+        /// How many there were.
+        pictures: usize,
+    },
+    /// Stored pictures are of another version of the operator and are not used.
+    Outdated {
+        /// How many.
+        pictures: usize,
+        /// Bytes of their files.
+        bytes: u64,
+    },
+    /// Nothing is written any more in this session.
+    Stopped {
+        /// The error.
+        reason: String,
+    },
+}
+
 /// The store of one folder.
 #[derive(Debug)]
 pub struct Depot {
@@ -105,7 +131,8 @@ pub struct Depot {
     /// Bytes in the store as far as known; `None` before the first look.
     bytes: Option<u64>,
     damaged: usize,
-    first_damage: Option<String>,
+    /// The file, and what is wrong with it.
+    first_damage: Option<(PathBuf, String)>,
     /// Why nothing is written any more.
     stopped: Option<String>,
     /// Pictures of other versions of the operator, and their bytes.
@@ -181,8 +208,8 @@ impl Depot {
 
     fn damage(&mut self, path: &Path, reason: &str) {
         self.damaged += 1;
-        let words = || format!("{}: {reason}", path.display());
-        self.first_damage.get_or_insert_with(words);
+        self.first_damage
+            .get_or_insert_with(|| (path.to_owned(), reason.to_owned()));
     }
 
     /// What the pictures of a ground and quality say they show; to be verified by
@@ -397,32 +424,26 @@ impl Depot {
     }
 
     /// What the user should know, each kind of trouble once in a session.
-    pub fn notes(&mut self) -> Vec<String> {
+    pub fn notes(&mut self) -> Vec<Note> {
         let mut notes = Vec::new();
-        if let (Some(first), false) = (&self.first_damage, self.told[0]) {
+        if let (Some((path, reason)), false) = (&self.first_damage, self.told[0]) {
             self.told[0] = true;
-            let others = match self.damaged {
-                0 | 1 => String::new(),
-                n => format!(" ({} more like it)", n - 1),
-            };
-            notes.push(format!(
-                "a stored picture is of no use and was dropped; what is needed is rendered again: {first}{others}"
-            ));
+            notes.push(Note::Damaged {
+                path: path.clone(),
+                reason: reason.clone(),
+                pictures: self.damaged,
+            });
         }
-        let (count, bytes) = self.outdated;
-        if count > 0 && !self.told[2] {
+        let (pictures, bytes) = self.outdated;
+        if pictures > 0 && !self.told[2] {
             self.told[2] = true;
-            let megabytes = bytes as f64 / 1e6;
-            notes.push(format!(
-                "{count} stored pictures ({megabytes:.1} MB) were made by another version of the \
-                 renderer and are not used; `pool drop unused` frees them"
-            ));
+            notes.push(Note::Outdated { pictures, bytes });
         }
         if let (Some(reason), false) = (&self.stopped, self.told[1]) {
             self.told[1] = true;
-            notes.push(format!(
-                "pictures are no longer stored, only kept until you leave: {reason}"
-            ));
+            notes.push(Note::Stopped {
+                reason: reason.clone(),
+            });
         }
         notes
     }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
-use crate::renderer::{Cost, Expense, Prepared, Quality, Setup, Transport, TransportError};
+use crate::renderer::{Cost, Expense, Prepared, Quality, Remark, Setup, Transport, TransportError};
 use crate::scene::{Light, Rig};
 use crate::units::Rgb;
 use crate::work::Work;
@@ -88,7 +88,7 @@ impl Transport for Layered<'_> {
         }))
     }
 
-    fn remarks(&self) -> Vec<String> {
+    fn remarks(&self) -> Vec<Remark> {
         self.inner.map_or_else(Vec::new, Transport::remarks)
     }
 

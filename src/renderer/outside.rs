@@ -18,7 +18,7 @@ use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, 
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
-use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use crate::renderer::{Cost, Prepared, Quality, Remark, Setup, Transport, TransportError};
 use crate::scene::View;
 use crate::work::Work;
 
@@ -237,20 +237,14 @@ impl Transport for Outside {
         }
     }
 
-    fn remarks(&self) -> Vec<String> {
+    fn remarks(&self) -> Vec<Remark> {
         let Some(Linearity { sum, double }) = self.linearity() else {
             return Vec::new();
         };
         if sum.max(double) <= TOLERATED {
             return Vec::new();
         }
-        vec![format!(
-            "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
-             picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
-             previews made of its pictures err by as much",
-            sum * 100.0,
-            double * 100.0
-        )]
+        vec![Remark::NotLinear { sum, double }]
     }
 }
 

@@ -11,6 +11,7 @@ use crate::picture::signed;
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
+use crate::report;
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub(super) const ROUNDING: f64 = 1e-7;
@@ -27,7 +28,10 @@ impl Interpreter {
         folder: &Path,
     ) -> Result<(Animation, f64, Format), Error> {
         let store = &self.host.store;
-        store.write(&folder.join("plan.json"), json(plan)?.as_bytes())?;
+        store.write(
+            &folder.join("plan.json"),
+            json(&report::plan::form(plan))?.as_bytes(),
+        )?;
         self.write_keys(playback, &folder.join("keys"))?;
         store.write(
             &folder.join("curves.png"),

@@ -1,0 +1,220 @@
+//! A plan in words, and as the JSON of `plan.json`.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::words::{count, percent};
+use crate::plan::{LeftOut, PlanReport};
+
+/// The JSON form of a plan.
+#[derive(Serialize)]
+struct Form<'a> {
+    /// Version of this form.
+    schema: u32,
+    #[serde(flatten)]
+    plan: &'a PlanReport,
+    left_out: Vec<Item>,
+}
+
+/// Something that the plan does without.
+#[derive(Serialize)]
+struct Item {
+    /// Kind of thing.
+    what: &'static str,
+    /// Its name, or how many.
+    name: String,
+    /// Why, in a designer's words.
+    why: String,
+}
+
+/// The plan as data to be written as JSON.
+pub fn form(plan: &PlanReport) -> impl Serialize {
+    Form {
+        schema: 0,
+        plan,
+        left_out: plan.left_out.iter().map(item).collect(),
+    }
+}
+
+fn item(left_out: &LeftOut) -> Item {
+    let item = |what, name: &dyn ToString, why: &str| Item {
+        what,
+        name: name.to_string(),
+        why: why.to_owned(),
+    };
+    match left_out {
+        LeftOut::StaysOut { name } => {
+            item("bank", name, "stays out throughout: it needs no picture")
+        }
+        LeftOut::Constant { name, setting } => {
+            let share = number(100.0 * setting);
+            item(
+                "bank",
+                name,
+                &format!("stays at {share} % of its light throughout"),
+            )
+        }
+        LeftOut::MultipleOf {
+            name,
+            other,
+            factor,
+        } => {
+            let why = format!(
+                "always gives {} times the light of `{other}`: they share their refined images",
+                number(*factor)
+            );
+            item("bank", name, &why)
+        }
+        LeftOut::Unseen { name } => item(
+            "bank",
+            name,
+            "adds nothing to the error of this view: it comes last",
+        ),
+        LeftOut::HeldSegments(n) => item(
+            "segments",
+            n,
+            "nothing changes in them: one key each, no blends",
+        ),
+        LeftOut::JoinedKnots(n) => item(
+            "knots",
+            n,
+            "where nothing bends: the neighbouring segments are one",
+        ),
+        LeftOut::MergedKeys(n) => item(
+            "keys",
+            n,
+            "control points equal another key: one image serves them all",
+        ),
+        LeftOut::InsertedKnots(n) => item(
+            "inserted knots",
+            n,
+            "were added so that no key needs negative light; --signed-keys spares them",
+        ),
+        LeftOut::SparedDirections {
+            count,
+            used,
+            error,
+            tolerance,
+        } => {
+            let why = format!(
+                "basis settings need no refined image: {used} leave a predicted error of {} %, \
+                 and {} % is enough",
+                number(100.0 * error),
+                number(100.0 * tolerance)
+            );
+            item("directions", count, &why)
+        }
+        LeftOut::FixedRaisesRank => item(
+            "fixed",
+            &"fixed",
+            "is part of every key, which costs playback nothing; it raises the rank by one",
+        ),
+        LeftOut::OneQuality => item(
+            "refinement",
+            &"of every bank",
+            "nothing is left to refine: quality has one step here, the first pictures are final",
+        ),
+    }
+}
+
+/// At most four digits, none of them a trailing zero.
+fn number(x: f64) -> String {
+    let digits = (3 - x.abs().log10().floor().clamp(-6.0, 3.0) as i32).clamp(0, 9) as usize;
+    let text = format!("{x:.digits$}");
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
+}
+
+/// The plan in words: its size, the predicted errors, what it leaves out.
+pub fn describe(plan: &PlanReport) -> String {
+    let mut text = String::new();
+    let curved = plan.segments.iter().filter(|s| s.degree > 1).count();
+    let _ = writeln!(
+        text,
+        "{}, {} of them curved; {}; rank {}",
+        count(plan.segments.len(), "segment"),
+        curved,
+        count(plan.keys.len(), "key"),
+        plan.rank
+    );
+    let _ = writeln!(
+        text,
+        "{} of {} for an error of {} % (metric {})",
+        count(plan.used, "refined picture"),
+        plan.rank,
+        percent(plan.tolerance),
+        plan.metric
+    );
+    for step in &plan.predicted {
+        let mark = if step.refined == plan.used {
+            "  <- tolerance"
+        } else {
+            ""
+        };
+        let _ = writeln!(
+            text,
+            "  {:>3}  {:>8} %{mark}",
+            step.refined,
+            percent(step.error)
+        );
+    }
+    if !plan.left_out.is_empty() {
+        text.push_str("left out\n");
+    }
+    for left_out in &plan.left_out {
+        let Item { what, name, why } = item(left_out);
+        let _ = writeln!(text, "  {what} {name}: {why}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_have_four_digits_at_most_and_no_trailing_zero() {
+        for (number, shown) in [
+            (40.0, "40"),
+            (0.5, "0.5"),
+            (1.0 / 3.0, "0.3333"),
+            (12_345.6, "12346"),
+            (0.0, "0"),
+        ] {
+            assert_eq!(super::number(number), shown);
+        }
+    }
+
+    #[test]
+    fn a_reason_names_what_is_left_out_and_why() {
+        let left_out = LeftOut::MultipleOf {
+            name: "b1".to_owned(),
+            other: "b0".to_owned(),
+            factor: 0.5,
+        };
+        let Item { what, name, why } = item(&left_out);
+        assert_eq!((what, name.as_str()), ("bank", "b1"));
+        assert_eq!(
+            why,
+            "always gives 0.5 times the light of `b0`: they share their refined images"
+        );
+        let left_out = LeftOut::Constant {
+            name: "b2".to_owned(),
+            setting: 0.4,
+        };
+        assert_eq!(item(&left_out).why, "stays at 40 % of its light throughout");
+        let left_out = LeftOut::SparedDirections {
+            count: 3,
+            used: 2,
+            error: 0.0125,
+            tolerance: 0.02,
+        };
+        let Item { name, why, .. } = item(&left_out);
+        assert_eq!(name, "3");
+        assert!(why.ends_with("error of 1.25 %, and 2 % is enough"), "{why}");
+    }
+}
