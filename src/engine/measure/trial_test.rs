@@ -1,0 +1,130 @@
+//! Two random shows with the real G.
+
+use std::sync::Arc;
+
+use crate::files::Memory;
+use crate::interpreter::{Host, Interpreter};
+use crate::picture::Image;
+use crate::picture::combine::{combine, dot};
+use crate::plan::{self, Metric};
+use crate::pool::{Pool, Projection};
+use crate::study::verdict::Verdict;
+use crate::study::{Order, Trial, random_show};
+use crate::renderer::Transport;
+use crate::radiosity::Radiosity;
+use crate::work::Work;
+
+const SEEDS: [u64; 2] = [1, 7];
+
+fn show(seed: u64, transport: Arc<dyn Transport>) -> Interpreter {
+    let made = random_show(seed);
+    let files = Memory::default()
+        .with("room.obj", made.stage)
+        .with("room.mtl", made.materials);
+    let host = Host {
+        files: Box::new(files),
+        threads: 2,
+        transport,
+        ..Host::default()
+    };
+    let text = made.show.replace("size 96x54", "size 48x27");
+    Interpreter::from_text("random.lxq", text.as_bytes(), host).unwrap()
+}
+
+fn trial(seed: u64) -> (Interpreter, Trial) {
+    let show = show(seed, Arc::new(Radiosity));
+    let trial = show.trial().unwrap();
+    (show, trial)
+}
+
+#[test]
+fn a_seed_is_a_show_and_two_are_two() {
+    assert_eq!(random_show(3), random_show(3));
+    assert_ne!(random_show(3).show, random_show(4).show);
+}
+
+#[test]
+fn refined_settings_are_exact_and_the_forecast_never_rises() {
+    for seed in SEEDS {
+        let (_, trial) = trial(seed);
+        let weighting = trial.weighting(Metric::Error).unwrap();
+        let order = trial.order(&weighting).unwrap();
+        let coarse = trial.shown(Projection::Settings, &[]).unwrap();
+        for by in Projection::ALL {
+            let shown = trial.shown(by, &order[..4]).unwrap();
+            let off = |s: &Vec<f64>| trial.look_error(&shown, s) / trial.look_error(&coarse, s);
+            let worst = order[..4].iter().map(off).fold(0.0, f64::max);
+            let exact = by != Projection::Corrections;
+            assert_eq!(worst < 1e-6, exact, "{seed} {}: {worst:e}", by.name());
+        }
+        let forecast = |m: usize| plan::forecast(trial.keys(), &order[..m], &weighting, None);
+        let all: Vec<f64> = (0..=order.len()).map(|m| forecast(m).unwrap()).collect();
+        assert!(
+            all.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-12)),
+            "{all:?}"
+        );
+        assert!(all[order.len()] < 1e-9);
+    }
+}
+
+#[test]
+fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not() {
+    let verdict = Verdict::of("random 7", &trial(7).1, 7).unwrap();
+    let of = |by: Projection| {
+        verdict
+            .previewed
+            .iter()
+            .find(|p| p.projection == by)
+            .unwrap()
+    };
+    let (paper, ours) = (of(Projection::Settings), of(Projection::default()));
+    assert!(paper.worst > 2.5 && paper.worse > 0.1, "{paper:?}");
+    assert!(ours.worst < 0.5 * paper.worst, "{ours:?}");
+    assert!(
+        ours.worse < paper.worse && ours.look < paper.look,
+        "{ours:?}"
+    );
+    let pictures = |order: Order| verdict.needed.iter().find(|n| n.order == order).unwrap();
+    let influence = Order::Metric {
+        metric: Metric::Influence,
+        time_weighted: false,
+    };
+    let (error, influence) = (pictures(Order::SHIPPED), pictures(influence));
+    assert!(error.own[0] < influence.own[0], "{error:?} {influence:?}");
+}
+
+/// Scalar products and pictures must say the same.
+#[test]
+fn the_trial_foretells_what_the_pool_shows() {
+    let (mut show, trial) = trial(1);
+    let order = trial
+        .order(&trial.weighting(Metric::Error).unwrap())
+        .unwrap();
+    let settings = &order[..3];
+    show.coarse().unwrap();
+    let refined = show.refined_step();
+    let mut render = |s: &[f64]| show.render(s, refined).unwrap();
+    let pictures: Vec<Image> = settings.iter().map(|s| render(s)).collect();
+    let look: Vec<f64> = (0..order[0].len())
+        .map(|i| f64::from(u8::from(i % 3 == 0)))
+        .collect();
+    let truth = render(&look);
+    let mut pool: Pool = show.pool().unwrap().clone();
+    for (setting, image) in settings.iter().zip(pictures) {
+        assert!(pool.add(setting.clone(), image, refined, Work::silent()));
+    }
+    let fit = trial.fit(settings).unwrap();
+    assert!((pool.calibration() / fit.calibration - 1.0).abs() < 1e-3);
+    for by in Projection::ALL {
+        let image = pool.projected(by, Work::silent());
+        let image = image.preview(&look, Work::silent()).unwrap();
+        let off = combine(pool.size(), &[(1.0, &image), (-1.0, &truth)], 1);
+        let told = trial.look_error(&trial.shown(by, settings).unwrap(), &look);
+        let found = dot(&off, &off).sqrt();
+        assert!(
+            (found / told - 1.0).abs() < 1e-2,
+            "{}: {found} {told}",
+            by.name()
+        );
+    }
+}
