@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::lang::{SpanMap, codes};
 use crate::show::{Interpolation, Motion, Move, NodeId, Show};
 use crate::timeline::{Timeline, TimelineError, Warning};
-use crate::units::Time;
+use crate::units::{Time, percent};
 
 /// A show that was compiled and judged.
 #[derive(Clone, Debug)]
@@ -125,7 +125,7 @@ impl Teller<'_> {
                 level,
             } => self.level(id, coordinate, time, level),
             TimelineError::Dimmer { id, at, value } => {
-                let (at, light) = (rounded(100.0 * at), rounded(100.0 * value));
+                let (at, light) = (rounded(at), rounded(value));
                 let message = format!("this dimmer gives {light} % of the light at level {at}");
                 self.place(say(codes::CURVE_RANGE, message), id, "leaves 0 to 100")
                     .help("a `monotone` curve stays between its knots")
@@ -151,7 +151,7 @@ impl Teller<'_> {
             },
             _ => "the fade's curve overshoots: give it `monotone` knots, or another `curve`",
         };
-        let what = if level > 100.0 {
+        let what = if level > 1.0 {
             "too bright"
         } else {
             "darker than out"
@@ -262,8 +262,9 @@ impl Teller<'_> {
     }
 }
 
-/// A level to read: as few decimals as show on which side of 0 and 100 it lies.
+/// A level to read, in percent: as few decimals as show on which side of out and full it lies.
 fn rounded(level: f64) -> String {
+    let level = percent(level);
     let hides = |text: &str| {
         let shown: f64 = text.parse().unwrap_or(level);
         (level > 100.0 && shown <= 100.0) || (level < 0.0 && shown >= 0.0)
@@ -345,10 +346,10 @@ mod tests {
     #[test]
     fn levels_are_shown_on_their_side_of_the_limit() {
         for (level, text) in [
-            (104.25, "104.2"),
-            (100.004, "100.004"),
-            (-0.000_2, "-0.0002"),
-            (30.0, "30"),
+            (1.0425, "104.2"),
+            (1.000_04, "100.004"),
+            (-0.000_002, "-0.0002"),
+            (0.3, "30"),
             (0.0, "0"),
         ] {
             assert_eq!(rounded(level), text);

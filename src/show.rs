@@ -4,7 +4,7 @@
 //! indices; each statement that can be wrong later carries an opaque [`NodeId`], which `lang`'s
 //! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
 //! are valid; cues are sorted by number, numbers unique; a coordinate is moved at most once in a
-//! cue; fades' levels and path levels written in the text are within 0 to 100; path knots start at
+//! cue; levels are fractions of full, those of fades and knots within 0 to 1; path knots start at
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
@@ -276,14 +276,14 @@ pub struct Bank {
     pub rgb: bool,
 }
 
-/// The law from level (as a fraction, 0 to 1) to setting.
+/// The law from level to setting, both 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dimmer {
     /// Setting = level.
     Linear,
     /// Setting = level squared.
     Square,
-    /// A named curve of [`Show::curves`], from level fraction to setting.
+    /// A named curve of [`Show::curves`], from level to setting.
     Curve(usize),
 }
 
@@ -296,7 +296,7 @@ pub struct Fixed {
     pub name: String,
     /// Indices into [`Show::lights`].
     pub lights: Vec<usize>,
-    /// Level, 0 to 100.
+    /// Level, 0 to 1.
     pub level: f64,
 }
 
@@ -318,7 +318,7 @@ pub struct Look {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// Coordinate and level (0 to 100), in order of coordinates, each once.
+    /// Coordinate and level (0 to 1), in order of coordinates, each once.
     pub levels: Vec<(usize, f64)>,
 }
 
@@ -349,9 +349,9 @@ pub enum Interpolation {
 pub struct Knot {
     /// Time since the path's start.
     pub time: Time,
-    /// Level, 0 to 100.
+    /// Level, 0 to 1.
     pub level: f64,
-    /// [`Interpolation::Hermite`]: slope here, levels a second; else 0.
+    /// [`Interpolation::Hermite`]: slope here, in levels a second; else 0.
     pub slope: f64,
     /// [`Interpolation::Bezier`]: inner coefficients of the span that starts here; else the level.
     pub handles: [f64; 2],
@@ -369,7 +369,7 @@ pub struct Path {
 /// A knot of a named curve: both numbers are fractions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurveKnot {
-    /// Fraction of the fade's time (or of the level, for a dimmer), 0 to 1.
+    /// Fraction of the fade's time (or the level, for a dimmer), 0 to 1.
     pub at: f64,
     /// Completion (or setting), 0 to 1.
     pub value: f64,
@@ -487,7 +487,7 @@ pub struct Move {
 /// A fade from where the coordinate is, or a path of absolute levels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// To a level, 0 to 100, in the part's up or down time (`up` when the level stays the same).
+    /// To a level, 0 to 1, in the part's up or down time (`up` when the level stays the same).
     To(f64),
     /// Along a path, in the path's own time.
     Path(Path),

@@ -1,7 +1,7 @@
-//! Quantities of the trade: times, cue numbers, colours.
+//! Quantities of the trade: times, cue numbers, levels, colours.
 //!
 //! Invariants: a [`Time`] is an integer number of microseconds, so that the same decimal instant
-//! reached by two routes is the same instant; a [`CueNumber`] is an exact decimal, never a float.
+//! reached by two routes is the same instant; a [`CueNumber`] is an exact decimal, never a float; a level is a fraction of full, and percent is how text writes it.
 //! This room knows nothing of shows, syntax or pictures.
 
 use std::fmt;
@@ -148,6 +148,19 @@ impl fmt::Display for CueNumber {
     }
 }
 
+/// The fraction of full that `percent` writes: 55 is 0.55. Slopes in percent per unit of something
+/// become fractions per unit of it.
+pub fn fraction(percent: f64) -> f64 {
+    percent / 100.0
+}
+
+/// The percent that text shows for a fraction of full, to ten decimals, so that what text wrote in
+/// no more of them comes back as it was: 0.55 is 55, not 55.00000000000001.
+pub fn percent(fraction: f64) -> f64 {
+    const TEN_DECIMALS: f64 = 1e10;
+    (fraction * (100.0 * TEN_DECIMALS)).round() / TEN_DECIMALS
+}
+
 /// Linear light in three channels (no primaries implied in transport; Rec. 709 for display).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rgb(pub [f64; 3]);
@@ -251,6 +264,18 @@ mod tests {
         ] {
             assert_eq!(Time(exact).rounded().to_string(), read);
         }
+    }
+
+    #[test]
+    fn percent_comes_back_as_it_was_written() {
+        for thousandths in 0..=100_000 {
+            let written = f64::from(thousandths) / 1000.0;
+            assert_eq!(percent(fraction(written)), written);
+        }
+        for written in [33.333_333_333_3, -0.000_2, 104.25, 1e-10, 1000.0] {
+            assert_eq!(percent(fraction(written)), written);
+        }
+        assert_eq!(percent(1.0 / 3.0).to_string(), "33.3333333333");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
 use crate::lang;
 pub(super) use crate::report::words::{count, percent};
 use crate::show::{Cue, Link, Show};
-use crate::units::Time;
+use crate::units::{self, Time};
 
 impl Interpreter {
     /// What a person sees first at the prompt.
@@ -74,7 +74,7 @@ impl Interpreter {
             );
         }
         for fixed in &show.fixed {
-            let at = format!("fixed at {}", fixed.level);
+            let at = format!("fixed at {}", units::percent(fixed.level));
             let _ = writeln!(
                 text,
                 "  {:<14} {at:<12} {}",

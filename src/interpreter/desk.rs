@@ -326,7 +326,7 @@ impl Interpreter {
             };
             Some(Tried {
                 coordinate: m.coordinate,
-                level: level / 100.0,
+                level,
                 light: *timeline.last().get(m.coordinate)?,
             })
         };

@@ -1,6 +1,6 @@
 use super::*;
 use crate::show::{Dimmer, Fade, Interpolation, LightKind, Link, Motion, Trigger};
-use crate::units::{CueNumber, Time};
+use crate::units::{CueNumber, Time, percent};
 
 /// The sheet of the design, apart from the projection.
 const SHEET: &str = r##"
@@ -67,7 +67,7 @@ fn the_sheet_of_the_design_parses() {
         ["lamps", "windows", "sky.r", "sky.g", "sky.b", "fixed"]
     );
     assert_eq!(show.banks[1].dimmer, Dimmer::Square);
-    assert_eq!(show.looks[1].levels, [(0, 10.0), (1, 1.0)]);
+    assert_eq!(show.looks[1].levels, [(0, 0.1), (1, 0.01)]);
     let LightKind::Spot(lamp2) = &show.lights[1].kind else {
         panic!()
     };
@@ -97,7 +97,7 @@ fn the_sheet_of_the_design_parses() {
     };
     assert_eq!(path.interpolation, Interpolation::Monotone);
     assert_eq!(half.parts[1].up.seconds(), 8.0);
-    assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 11.697).abs() < 1e-3));
+    assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 0.116_97).abs() < 1e-5));
     assert_eq!(three.parts[0].moves.len(), 5);
 }
 
@@ -116,9 +116,10 @@ fn with(cues: &str) -> Show {
     parsed.show.unwrap()
 }
 
+/// Coordinates and their levels in percent.
 fn levels(part: &crate::show::Part) -> Vec<(usize, f64)> {
     let level = |m: &crate::show::Move| match m.motion {
-        Motion::To(level) => (m.coordinate, level),
+        Motion::To(level) => (m.coordinate, percent(level)),
         Motion::Path(_) => panic!(),
     };
     part.moves.iter().map(level).collect()

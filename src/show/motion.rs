@@ -3,7 +3,7 @@
 use super::{Fade, Motion, Show};
 
 impl Motion {
-    /// The level it arrives at, 0 to 100.
+    /// The level it arrives at, 0 to 1.
     pub fn target(&self) -> f64 {
         match self {
             Motion::To(level) => *level,

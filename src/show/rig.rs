@@ -151,7 +151,7 @@ impl Show {
         };
         let Some(bank) = coordinate.bank.and_then(|b| self.banks.get(b)) else {
             let of = |f: &Fixed| {
-                let filter = Rgb::WHITE.scaled(f.level / 100.0);
+                let filter = Rgb::WHITE.scaled(f.level);
                 f.lights
                     .iter()
                     .flat_map(move |l| emitter(*l, filter))

@@ -32,13 +32,13 @@ pub(super) enum Law {
     },
 }
 
-/// The settings of levels (as fractions, 0 to 1) by a dimmer; `curves` are the show's.
+/// The settings (0 to 1) of levels (0 to 1) by a dimmer; `curves` are the show's.
 pub fn settings(dimmer: Dimmer, curves: &[Curve], levels: &[f64]) -> Vec<f64> {
     let law = Law::new(dimmer, curves);
     levels.iter().map(|level| law.value(*level)).collect()
 }
 
-/// Laws that leave 0 to 1 at a level between 0 and 100.
+/// Laws that leave 0 to 1 at a level between 0 and 1.
 pub(super) fn check(show: &Show) -> Vec<TimelineError> {
     let mut used: Vec<usize> = Vec::new();
     for bank in &show.banks {
@@ -93,7 +93,7 @@ impl Law {
         })
     }
 
-    /// Setting of a level fraction.
+    /// Setting of a level.
     pub(super) fn value(&self, level: f64) -> f64 {
         match self {
             Law::Linear => level,
@@ -122,7 +122,7 @@ impl Law {
         })
     }
 
-    /// The polynomial that holds around a level fraction.
+    /// The polynomial that holds around a level.
     fn around(&self, level: f64) -> Local {
         let whole = |p: Bernstein| Local {
             from: 0.0,
@@ -150,18 +150,14 @@ impl Law {
         }
     }
 
-    /// A curve of levels (0 to 100) as settings.
+    /// A curve of levels as settings.
     pub(super) fn applied(&self, levels: &[Piece]) -> Vec<Piece> {
         let mut out = Vec::with_capacity(levels.len());
         for piece in levels {
-            let fraction = Piece {
-                polynomial: piece.polynomial.mapped(|c| c / 100.0),
-                ..*piece
-            };
             match self {
-                Law::Linear => out.push(fraction),
-                Law::Square if piece.polynomial.degree() <= 1 => out.push(squared(&fraction)),
-                _ => self.compose(&fraction, &mut out),
+                Law::Linear => out.push(*piece),
+                Law::Square if piece.polynomial.degree() <= 1 => out.push(squared(piece)),
+                _ => self.compose(piece, &mut out),
             }
         }
         out

@@ -1,7 +1,7 @@
 //! What only the times and the curves of a show can tell, as data without spans.
 
 use crate::show::NodeId;
-use crate::units::Time;
+use crate::units::{Time, percent};
 
 /// Why a show has no timeline.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -50,8 +50,8 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
-    /// A curve leaves 0 to 100.
-    #[error("the level is {level} at {time}")]
+    /// A level leaves 0 to 1.
+    #[error("the level is {} at {time}", percent(*.level))]
     Level {
         /// The move.
         id: NodeId,
@@ -67,7 +67,7 @@ pub enum TimelineError {
     Dimmer {
         /// The named curve.
         id: NodeId,
-        /// Fraction of the level.
+        /// The level.
         at: f64,
         /// Setting there.
         value: f64,

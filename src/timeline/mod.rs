@@ -1,7 +1,7 @@
 //! Cues to curves, and curves to key settings.
 //!
 //! A [`Timeline`] is the whole show as exact piecewise polynomials, one list of pieces for each
-//! coordinate, in settings (light after the dimmer, 1 = level 100). [`KeySequence`] cuts it into
+//! coordinate, in settings (light after the dimmer, 1 = full). [`KeySequence`] cuts it into
 //! segments on which all coordinates are one polynomial each, so that every frame is a blend of at
 //! most four key settings.
 //!
@@ -96,7 +96,7 @@ impl Timeline {
             let curve = curve::joined(&pieces);
             dropped += pieces.len() - curve.len();
             curves.push(curve);
-            last.push(law.value(track::level_at(track, end) / 100.0));
+            last.push(law.value(track::level_at(track, end)));
         }
         Ok(Timeline {
             start,

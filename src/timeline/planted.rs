@@ -7,7 +7,7 @@
 )]
 
 use crate::show::*;
-use crate::units::{CueNumber, Time};
+use crate::units::{CueNumber, Time, fraction};
 
 /// Marsaglia's xorshift, enough for tests.
 pub(crate) struct Random(u64);
@@ -73,7 +73,7 @@ pub(crate) fn fixed_light(show: &mut Show) {
         id: NodeId(900),
         name: "exits".to_owned(),
         lights: Vec::new(),
-        level: 10.0,
+        level: 0.1,
     });
 }
 
@@ -101,8 +101,9 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
     }
 }
 
-pub(crate) fn to(coordinate: usize, level: f64) -> Move {
-    moving(coordinate, Motion::To(level))
+/// A fade to `percent` of full.
+pub(crate) fn to(coordinate: usize, percent: f64) -> Move {
+    moving(coordinate, Motion::To(fraction(percent)))
 }
 
 pub(crate) fn moving(coordinate: usize, motion: Motion) -> Move {
@@ -114,7 +115,9 @@ pub(crate) fn moving(coordinate: usize, motion: Motion) -> Move {
     }
 }
 
-pub(crate) fn knot(time: f64, level: f64) -> Knot {
+/// A knot at `percent` of full.
+pub(crate) fn knot(time: f64, percent: f64) -> Knot {
+    let level = fraction(percent);
     Knot {
         time: seconds(time),
         level,
@@ -123,6 +126,7 @@ pub(crate) fn knot(time: f64, level: f64) -> Knot {
     }
 }
 
+/// A path through points of seconds and percent of full.
 pub(crate) fn path(interpolation: Interpolation, points: &[(f64, f64)]) -> Motion {
     let knots = points.iter().map(|(t, l)| knot(*t, *l)).collect();
     Motion::Path(Path {
@@ -142,8 +146,8 @@ pub(crate) struct Planted {
 }
 
 /// A show of `n` banks whose settings are combinations of `rank` base curves, with segments of
-/// these degrees (no two zeros in a row). Levels are multiples of small powers of two, so that
-/// sums are exact; control points are within 0 to 100, so that positivity inserts nothing.
+/// these degrees (no two zeros in a row). Percents are multiples of small powers of two, so
+/// that sums are exact; control points are within 0 to 100 %, so that positivity inserts nothing.
 pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) -> Planted {
     let mix = mixtures(random, n, rank);
     let level =
@@ -183,7 +187,7 @@ pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usi
                 }
                 _ => {
                     let mut knots = vec![knot(0.0, a), knot(length, b)];
-                    knots[0].handles = h;
+                    knots[0].handles = h.map(fraction);
                     let interpolation = Interpolation::Bezier;
                     moves.push(moving(
                         c,
@@ -239,7 +243,7 @@ fn mixtures(random: &mut Random, n: usize, rank: usize) -> Vec<Vec<f64>> {
     (0..n).map(|c| of(c, random)).collect()
 }
 
-/// Levels that are in none of `taken`.
+/// Percents that are in none of `taken`.
 fn base(random: &mut Random, rank: usize, taken: &[Vec<f64>]) -> Vec<f64> {
     loop {
         let new: Vec<f64> = (0..rank)
@@ -253,7 +257,7 @@ fn base(random: &mut Random, rank: usize, taken: &[Vec<f64>]) -> Vec<f64> {
 
 /// A show with everything in it: triggers and links of every kind, delays, interrupted moves, paths
 /// of every interpolation, repeats, assert, cueonly, user curves, an rgb bank, fixed lights.
-/// Dimmers are linear. Some such shows leave 0 to 100.
+/// Dimmers are linear. Some such shows leave 0 to 1.
 pub(crate) fn wild(random: &mut Random) -> Show {
     let n = random.between(2, 5) as usize;
     let mut show = empty(n);
@@ -395,12 +399,12 @@ fn any_move(random: &mut Random, coordinate: usize, cue: u32) -> Move {
     let mut time = 0;
     let mut knots = Vec::new();
     for _ in 0..random.between(1, 5) {
-        let mut level = || random.between(25, 75) as f64 / 1.0;
+        let mut level = || random.between(25, 75) as f64 / 100.0;
         let (level, handles) = (level(), [level(), level()]);
         knots.push(Knot {
             time: Time::from_micros(time),
             level,
-            slope: random.between(-8, 8) as f64,
+            slope: random.between(-8, 8) as f64 / 100.0,
             handles,
         });
         time += random.between(1000, 5_000_000);

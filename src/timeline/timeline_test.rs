@@ -31,9 +31,9 @@ proptest! {
                 for e in errors {
                     match e {
                         TimelineError::Level { coordinate, time, level: found, .. } => {
-                            prop_assert!(!(0.0..=100.0).contains(&found));
-                            prop_assert!((level(coordinate, time.micros()) - found).abs() < 1e-3
-                                || (level(coordinate, time.micros() - 1) - found).abs() < 1e-3);
+                            prop_assert!(!(0.0..=1.0).contains(&found));
+                            prop_assert!((level(coordinate, time.micros()) - found).abs() < 1e-5
+                                || (level(coordinate, time.micros() - 1) - found).abs() < 1e-5);
                         }
                         TimelineError::Backwards { .. } => {}
                         other => prop_assert!(false, "{other:?}"),
@@ -55,7 +55,7 @@ proptest! {
                 let blended = keys.evaluate(Time::from_micros(t));
                 let curves = timeline.evaluate(Time::from_micros(t));
                 for (c, coordinate) in show.coordinates().iter().enumerate() {
-                    let want = if coordinate.bank.is_some() { level(c, t) / 100.0 } else { 1.0 };
+                    let want = if coordinate.bank.is_some() { level(c, t) } else { 1.0 };
                     prop_assert!((blended[c] - want).abs() < 1e-12, "{t} {c}: {} for {want}", blended[c]);
                     prop_assert!((curves[c] - want).abs() < 1e-12);
                 }
@@ -100,7 +100,7 @@ proptest! {
                 if coordinate.bank.is_none() {
                     continue;
                 }
-                let level = naive::level(&show, &go, c, show.cues.len(), t) / 100.0;
+                let level = naive::level(&show, &go, c, show.cues.len(), t);
                 let want = match law {
                     Dimmer::Square => level * level,
                     _ => {
@@ -112,7 +112,7 @@ proptest! {
                 // A law's knots fall on whole microseconds of the fade: all of a piece may be off
                 // by what the level moves in one.
                 let moved = [t - 1, t + 1].map(|t| {
-                    (naive::level(&show, &go, c, show.cues.len(), t) / 100.0 - level).abs()
+                    (naive::level(&show, &go, c, show.cues.len(), t) - level).abs()
                 });
                 let steepest = own.windows(2).map(|w| (w[1].value - w[0].value) / (w[1].at - w[0].at));
                 let slack = match law {
@@ -165,7 +165,7 @@ proptest! {
             let found = timeline.evaluate(Time::from_micros(t));
             for (c, coordinate) in show.coordinates().iter().enumerate() {
                 let Some(bank) = coordinate.bank else { continue };
-                let level = naive::level(&show, &go, c, show.cues.len(), t) / 100.0;
+                let level = naive::level(&show, &go, c, show.cues.len(), t);
                 let want = match show.banks[bank].dimmer {
                     Dimmer::Square => level * level,
                     _ => law.value(level.clamp(0.0, 1.0)),
@@ -347,7 +347,7 @@ fn a_spline_that_starts_elsewhere_jumps_with_a_warning() {
     let [Warning::Jump { from, to, time, .. }] = timeline.warnings() else {
         panic!("{:?}", timeline.warnings())
     };
-    assert_eq!((*from, *to, time.seconds()), (85.0, 30.0, 5.0));
+    assert_eq!((*from, *to, time.seconds()), (0.85, 0.3, 5.0));
     let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
     assert_eq!(keys.evaluate(seconds(5.)), vec![0.3]);
     let before = &keys.segments()[0];
@@ -374,9 +374,9 @@ fn levels_outside_are_an_error_with_time_and_value() {
     else {
         panic!("{errors:?}")
     };
-    // The natural spline through these is 115 at the middle (by symmetry, slopes 1/2 and -3/2…).
+    // The natural spline through these is 115 % at the middle (by symmetry, slopes 1/2 and -3/2…).
     assert_eq!((*coordinate, time.seconds()), (1, 11.5));
-    assert!((level - 115.0).abs() < 1e-12, "{level}");
+    assert!((level - 1.15).abs() < 1e-14, "{level}");
 }
 
 #[test]

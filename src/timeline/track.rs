@@ -17,8 +17,8 @@ use crate::linalg::Bernstein;
 use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Path, Show};
 use crate::units::Time;
 
-/// Levels outside 0 to 100 by less than this are rounding.
-const ROUNDING: f64 = 1e-9;
+/// Levels outside 0 to 1 by less than this are rounding.
+const ROUNDING: f64 = 1e-11;
 /// No show has more pieces than this in all its curves.
 const MOST_PIECES: usize = 500_000;
 /// Before and after every show.
@@ -270,7 +270,7 @@ pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<Piece> {
     track.iter().filter_map(within).collect()
 }
 
-/// One error for each move that leaves 0 to 100 where it is seen: where it is farthest outside.
+/// One error for each move that leaves 0 to 1 where it is seen: where it is farthest outside.
 pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
     let mut errors: Vec<TimelineError> = Vec::new();
     for track in tracks {
@@ -295,7 +295,7 @@ pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<Time
             }
             let (low, high) = s.piece.polynomial.range();
             for (t, level) in [low, high] {
-                let off = (-level).max(level - 100.0);
+                let off = (-level).max(level - 1.0);
                 if off > ROUNDING && worst.is_none_or(|w| off > w.3) {
                     let span = s.piece.end - s.piece.start;
                     let time = s.piece.start + if t == 0.0 { Time::ZERO } else { span.scaled(t) };

@@ -190,7 +190,7 @@ fn a_long_chain_costs_no_stack() {
     }
     text += "light l0 panel m\nlook k0 { b 5 }\ncue 1 { k50000 }\n";
     let parsed = lang::parse(&mut Sources::default(), "chain.lxq", &text);
-    assert_eq!(parsed.show.unwrap().looks[0].levels, [(0, 5.0)]);
+    assert_eq!(parsed.show.unwrap().looks[0].levels, [(0, 0.05)]);
 }
 
 #[test]

@@ -19,7 +19,7 @@ use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::syntax::{self, Rule};
 use crate::lang::{codes, limits};
-use crate::units::Time;
+use crate::units::{Time, percent};
 
 /// What a calculation comes to.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,7 +148,7 @@ impl<'a> Lower<'a, '_> {
             Rule::measure => self.measured(word),
             Rule::level_word => self
                 .level(word)
-                .map(|level| Value::Amount(level, Unit::Percent)),
+                .map(|level| Value::Amount(percent(level), Unit::Percent)),
             Rule::name => {
                 let (_, index) = self.find(word, &[Kind::Value], &[])?;
                 self.named(index, depth + 1)

@@ -9,7 +9,7 @@ use crate::lang::names::{FADES, Kind};
 use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
 use crate::show::{Curve, CurveKnot, Fade, Interpolation, Knot};
-use crate::units::Time;
+use crate::units::{Time, fraction, percent};
 
 /// A knot of a path whose level may still be a colour.
 #[derive(Clone, Copy, Debug)]
@@ -63,12 +63,12 @@ impl<'a> Lower<'a, '_> {
         );
         let value = self.level(knot.value);
         let (slope, via) = self.extras(knot, kind, last)?;
-        let (at, value) = (at?, value? / 100.0);
+        let (at, value) = (at?, value?);
         Some(CurveKnot {
             at,
             value,
-            slope: slope / 100.0,
-            handles: via.map_or([value; 2], |v| v.map(|x| x / 100.0)),
+            slope,
+            handles: via.unwrap_or([value; 2]),
         })
     }
 
@@ -102,7 +102,7 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::KNOTS, message, (knot.at.span, "not later"), help);
     }
 
-    /// Slope and inner levels of a knot, as its curve's kind wants them.
+    /// Slope and inner levels of a knot, in fractions of full, as its curve's kind wants them.
     fn extras(
         &mut self,
         knot: &ast::Knot<'a>,
@@ -137,7 +137,7 @@ impl<'a> Lower<'a, '_> {
             lower.within(w, Wanted::Number, (-1e6, 1e6), "that is too steep")
         };
         let slope = match knot.slope {
-            Some(word) => number(self, word)?,
+            Some(word) => fraction(number(self, word)?),
             None => 0.0,
         };
         let via = match knot.via {
@@ -150,14 +150,12 @@ impl<'a> Lower<'a, '_> {
         Some((slope, via))
     }
 
-    /// An inner level of a bezier may lie outside 0 to 100 while the curve itself does not.
+    /// An inner level of a bezier, as a fraction of full, may lie outside 0 to 1 while the curve itself
+    /// does not.
     fn inner_level(&mut self, word: Word<'a>) -> Option<f64> {
-        self.within(
-            word,
-            Wanted::Level,
-            (-1000.0, 1000.0),
-            "that is far from every level",
-        )
+        let range = "that is far from every level";
+        self.within(word, Wanted::Level, (-1000.0, 1000.0), range)
+            .map(fraction)
     }
 
     /// A path of levels; `None` once what is wrong was said.
@@ -242,7 +240,7 @@ impl<'a> Lower<'a, '_> {
         let mut diagnostic =
             Diagnostic::error(codes::CURVE_ENDS, message).place(word.span, "used as a fade");
         if let Some(span) = self.spans.get(curve.id) {
-            let text = format!("goes from {} to {}", ends.0 * 100.0, ends.1 * 100.0);
+            let text = format!("goes from {} to {}", percent(ends.0), percent(ends.1));
             diagnostic = diagnostic.place(span, text);
         }
         self.report.add(diagnostic);

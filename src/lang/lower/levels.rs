@@ -279,8 +279,8 @@ impl<'a> Lower<'a, '_> {
         }
         let light = colour.0.get(channel)?.clamp(0.0, 1.0);
         match dimmer {
-            Dimmer::Linear => Some(100.0 * light),
-            Dimmer::Square => Some(100.0 * light.sqrt()),
+            Dimmer::Linear => Some(light),
+            Dimmer::Square => Some(light.sqrt()),
             Dimmer::Curve(_) => {
                 let message = "a colour needs a `linear` or a `square` dimmer";
                 let help = "set the three emitters: `sky.r 40  sky.g 20  sky.b 60`";

@@ -6,6 +6,7 @@ use crate::lang::ast::{self, Motion as Written, Target};
 use crate::lang::codes;
 use crate::lang::names::{Kind, nearest};
 use crate::show::{Knot, Motion, Path};
+use crate::units::{fraction, percent};
 
 /// The words of a cue that a mistyped name may have meant.
 const BODY_WORDS: [&str; 16] = [
@@ -36,7 +37,7 @@ impl<'a> Lower<'a, '_> {
             }
             (Written::Bare, Some(Kind::Look)) => self.scaled_look(target, 1.0),
             (Written::To(word), Some(Kind::Look)) => {
-                let share = self.level(*word).unwrap_or_default() / 100.0;
+                let share = self.level(*word).unwrap_or_default();
                 self.scaled_look(target, share)
             }
             (Written::Bare, _) => self.no_level(target),
@@ -76,7 +77,7 @@ impl<'a> Lower<'a, '_> {
         let levels = self.look(target.name);
         levels
             .into_iter()
-            .map(|(c, (l, _))| (c, Motion::To(l * share)))
+            .map(|(c, (level, _))| (c, Motion::To(scaled(level, share))))
             .collect()
     }
 
@@ -178,4 +179,10 @@ impl<'a> Lower<'a, '_> {
         }
         out
     }
+}
+
+/// A share of a level. Percents multiply exactly where text has whole numbers of them, so that a
+/// look of 85 at 30 is at the level that `25.5` writes.
+fn scaled(level: f64, share: f64) -> f64 {
+    fraction(fraction(percent(level) * percent(share)))
 }

@@ -11,6 +11,7 @@ use crate::lang::report::Place;
 use crate::lang::unquoted;
 use crate::scene;
 use crate::show::{Stage, ToneCurve, View};
+use crate::units::fraction;
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this room.
@@ -87,7 +88,7 @@ impl<'a> Lower<'a, '_> {
             ("tolerance", _) => {
                 let range = "a tolerance is 0% to 100%";
                 let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
-                self.show.preview.tolerance = percent / 100.0;
+                self.show.preview.tolerance = fraction(percent);
             }
             ("gap", _) => self.show.preview.gap = self.duration(value)?,
             ("rate", _) => {

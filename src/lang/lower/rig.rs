@@ -34,7 +34,7 @@ impl<'a> Lower<'a, '_> {
                         id,
                         name: name.text.to_owned(),
                         lights: self.shining(id, lights, *image),
-                        level: level.map_or(100.0, |w| self.level(w).unwrap_or_default()),
+                        level: level.map_or(1.0, |w| self.level(w).unwrap_or_default()),
                     };
                     self.show.fixed.push(fixed);
                 }

@@ -11,12 +11,12 @@ use crate::lang::names::nearest;
 use crate::lang::quantity::{self, Fault, UNITS, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
-use crate::units::{Rgb, Time};
+use crate::units::{Rgb, Time, fraction};
 
 /// What a bank can be set to.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
-    /// 0 to 100.
+    /// 0 to 1.
     Level(f64),
     /// Linear, each channel 0 to 1.
     Colour(Rgb),
@@ -125,20 +125,20 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// A level, 0 to 100.
+    /// A level as a fraction of full.
     pub fn level(&mut self, word: Word<'_>) -> Option<f64> {
         match word.text {
-            "full" => return Some(100.0),
+            "full" => return Some(1.0),
             "out" => return Some(0.0),
             _ => {}
         }
-        let (level, text) = self.quantity(word, Wanted::Level)?;
-        if (0.0..=100.0).contains(&level) {
-            return Some(level);
+        let (percent, text) = self.quantity(word, Wanted::Level)?;
+        if (0.0..=100.0).contains(&percent) {
+            return Some(fraction(percent));
         }
         let which = result(word, &text);
         let message = format!("the level `{}`{which} is outside 0 to 100", word.text);
-        let help = if level > 100.0 {
+        let help = if percent > 100.0 {
             "the brightest is `full`"
         } else {
             "the darkest is `out`"

@@ -8,7 +8,7 @@ use crate::lang;
 use crate::linalg::{Bernstein, mass};
 use crate::show::{Cue, Link, Part, Show, Trigger};
 use crate::timeline::{Piece, Timeline};
-use crate::units::Time;
+use crate::units::{Time, percent};
 
 /// A version of a show: its text and what it means.
 #[derive(Clone, Copy, Debug)]
@@ -81,8 +81,8 @@ impl Difference {
                     out,
                     "  {:width$}  {:>6} over the sequence, at most {} at {}",
                     c.name,
-                    number(100.0 * c.norm),
-                    number(100.0 * c.largest),
+                    number(percent(c.norm)),
+                    number(percent(c.largest)),
                     clock(rounded(c.at)),
                     width = widest.unwrap_or(0),
                 );

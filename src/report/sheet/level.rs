@@ -1,7 +1,7 @@
 //! Levels of banks in a designer's words.
 
 use crate::show::{Bank, Motion, Move, Show};
-use crate::units::{Rgb, Time};
+use crate::units::{Rgb, Time, percent};
 
 /// A number with at most two decimals, none that are zero.
 pub fn number(value: f64) -> String {
@@ -41,15 +41,15 @@ pub fn clock(time: Time) -> String {
     format!("{sign}0:{zero}{digits}")
 }
 
-/// A bank's level: a number, or the colour of an rgb bank.
+/// A bank's level: a number of percent, or the colour of an rgb bank.
 pub fn level(bank: &Bank, levels: &[f64]) -> String {
     match levels {
         [r, g, b] if bank.rgb => {
-            let coded = Rgb([r / 100.0, g / 100.0, b / 100.0]).to_srgb8();
+            let coded = Rgb([*r, *g, *b]).to_srgb8();
             let [r, g, b] = coded;
             format!("#{r:02x}{g:02x}{b:02x}")
         }
-        [level, ..] => number(*level),
+        [level, ..] => number(percent(*level)),
         [] => String::new(),
     }
 }
@@ -92,7 +92,7 @@ pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
         let each = moves.iter().map(|m| {
             let channel = ["r", "g", "b"].get(m.coordinate.wrapping_sub(first));
             let name = format!("{}.{}", bank.name, channel.unwrap_or(&"?"));
-            one(&name, &number(m.motion.target()), m)
+            one(&name, &number(percent(m.motion.target())), m)
         });
         return each.collect::<Vec<_>>().join(", ");
     }
