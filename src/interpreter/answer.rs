@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 
 use super::verb::{self, Call, Declaration, VERBS};
 use super::{Error, Goal, Interpreter, Reply, Report, refine::Ended};
-use crate::lang;
+use crate::lang::{
+    self,
+    edit::{Action, Change},
+};
 use crate::show::{Cue, Link, Show};
 use crate::units::Time;
 
@@ -239,7 +242,7 @@ impl Interpreter {
     pub(super) fn describe_edit(
         &self,
         news: &Report,
-        changes: &[lang::edit::Change],
+        changes: &[Change],
         refined_before: usize,
     ) -> String {
         let mut text = String::new();
@@ -247,18 +250,15 @@ impl Interpreter {
             text.push_str(&news.render(self.host.style));
         }
         for change in changes {
-            let done = if change.replaced {
-                "replaced as a whole"
-            } else {
+            let added = change.action == Action::Added;
+            let done = if added {
                 "added"
+            } else {
+                "replaced as a whole"
             };
-            let _ = writeln!(text, "{}: {done}", change.what);
-            if let Some(number) = change
-                .what
-                .strip_prefix("cue ")
-                .filter(|_| !change.replaced)
-            {
-                text.push_str(&self.started_instead(number));
+            let _ = writeln!(text, "{}: {done}", change.what());
+            if added && change.kind == "cue" {
+                text.push_str(&self.started_instead(&change.name));
             }
         }
         text.push_str(&self.headline());

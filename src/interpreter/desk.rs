@@ -6,7 +6,7 @@
 use super::answer::{count, label};
 use super::{Call, Error, Interpreter, Reply, Report, paper};
 use crate::diagnostic::{Diagnostic, Sources};
-use crate::lang;
+use crate::lang::{self, edit::Edit};
 use crate::sheet::{self, Difference, Version};
 use crate::show::{Bank, Dimmer, Motion, Move};
 use crate::timeline::{CueTime, Timeline};
@@ -297,7 +297,7 @@ impl Interpreter {
         let number = self.free_number();
         let (opening, closing) = (format!("cue {number} {{ snap  "), " }");
         let statement = format!("{opening}{moves}{closing}");
-        let edited = lang::edit::apply(&self.source, &statement)
+        let edited = lang::edit::apply(&self.source, &Edit::Declare(statement))
             .map_err(|diagnostics| typed(diagnostics, moves, opening.len()))?;
         let mut sources = Sources::default();
         let files = self.host.files.as_ref();
