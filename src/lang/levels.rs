@@ -27,11 +27,10 @@ const OPENING: &str = "cue 9999.999 { snap  ";
 const CLOSING: &str = " }";
 
 /// Returns the levels that moves such as `lamps 40  sky #203060  night` set in the show of
-/// `source`, by coordinate within each part.
+/// `source`, in the order of the parts, and within each by coordinate.
 ///
-/// Only moves to a level set one: a path over time sets none, nor does timing. `lamps 40` in the
-/// brackets of a part counts, and so do looks, groups and `blackout`. The answer is empty where
-/// nothing is set.
+/// Moves to a level count, of groups, looks and `blackout` too, in a part as outside it. A path
+/// over time sets nothing, nor does timing: the result is empty where there is nothing else.
 ///
 /// # Errors
 /// Diagnostics with places in `typed` as file 0. What is wrong elsewhere, in the declarations of
@@ -79,6 +78,10 @@ fn cue(
     let moves = read::read(&text, file, &scan::scan(&text), None, &mut report);
     if report.failed() {
         return Err(report.finish());
+    }
+    if moves.statements.len() != 1 {
+        let message = "moves stand side by side, without declarations";
+        return Err(vec![Diagnostic::error(codes::MISPLACED, message)]);
     }
     let own = sources.add(name, source) as u32;
     let mut parts = include::gather(files, &mut sources, (name, own, source), &mut report);
