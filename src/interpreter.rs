@@ -441,7 +441,8 @@ impl Interpreter {
     /// # Errors
     /// [`Error::Mistakes`]; the show is then as it was.
     pub fn edit(&mut self, declarations: &str) -> Result<Reply, Error> {
-        let edited = lang::edit::apply(&self.source, declarations).map_err(|diagnostics| {
+        let edit = lang::edit::Edit::Declare(declarations.to_owned());
+        let edited = lang::edit::apply(&self.source, &edit).map_err(|diagnostics| {
             let mut sources = Sources::default();
             sources.add("typed", declarations);
             Error::Mistakes(Report {

@@ -18,6 +18,7 @@ mod explain;
 mod format;
 mod include;
 mod known;
+mod levels;
 pub mod limits;
 mod lower;
 mod names;
@@ -34,6 +35,7 @@ pub use ast::Span;
 pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
+pub use levels::{SetLevel, levels};
 pub use names::{FADES, nearest};
 pub use token::{Token, tokens};
 
@@ -195,6 +197,11 @@ fn unquoted(word: Word<'_>) -> String {
         }
     }
     out
+}
+
+/// A text between quotes, as the language writes it.
+fn quoted(text: &str) -> String {
+    format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 
 /// A time as a show writes it: `5`, `1.5s`, `1:30`, `250ms`.

@@ -6,6 +6,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::ast::{Span, Word};
+use super::codes;
+use crate::diagnostic::Diagnostic;
 
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,6 +141,17 @@ pub fn is_reserved(word: &str) -> bool {
         || STANDING_OFF.contains(&word)
         || FADES.contains(&word)
         || super::scan::STATEMENTS.contains(&word)
+}
+
+/// The error for a name that [`is_reserved`], without its place.
+pub fn reserved(name: &str) -> Diagnostic {
+    let what = match STANDING_OFF.contains(&name) {
+        true => "a unit, which may stand off from its number,",
+        false => "a word of the language",
+    };
+    let message = format!("`{name}` is {what} and cannot be a name");
+    let help = format!("choose another, such as `{name}_1`");
+    Diagnostic::error(codes::RESERVED, message).help(help)
 }
 
 /// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one

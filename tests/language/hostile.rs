@@ -2,7 +2,8 @@
 //! files that are large, deep, binary or empty.
 
 use footlight::diagnostic::{Sources, Style, render};
-use footlight::lang::{self, edit};
+use footlight::lang;
+use footlight::lang::edit::{self, Edit};
 use proptest::prelude::*;
 
 const SHOWS: [&str; 2] = [
@@ -109,7 +110,7 @@ proptest! {
         let text = words.join(" ");
         answered(&text);
         // An edit that is accepted keeps every byte around it, whatever stands there.
-        if let Ok(edited) = edit::apply(SHOWS[1], &text) {
+        if let Ok(edited) = edit::apply(SHOWS[1], &Edit::Declare(text)) {
             prop_assert!(edited.source.len() + 4096 > SHOWS[1].len());
         }
     }
@@ -134,11 +135,13 @@ proptest! {
     fn edits_keep_every_other_byte(show in 0..SHOWS.len(), thousandths in 5_001..9_999_999_u32) {
         let source = SHOWS[show];
         let number = footlight::units::CueNumber::from_thousandths(thousandths).unwrap();
-        let added = edit::apply(source, &format!("cue {number} {{ blackout }}")).unwrap().source;
+        let declared = |source, text: &str| edit::apply(source, &Edit::Declare(text.to_owned())).unwrap().source;
+        let added = declared(source, &format!("cue {number} {{ blackout }}"));
         prop_assert_eq!(added.len(), source.len() + format!("cue {number} {{ blackout }}\n").len());
-        prop_assert_eq!(edit::remove(&added, &format!("cue {number}")).unwrap().source, source);
+        let removed = edit::apply(&added, &Edit::Remove(format!("cue {number}"))).unwrap();
+        prop_assert_eq!(removed.source, source);
         let one = &source[edit::locate(source, "cue 1").unwrap()];
-        prop_assert_eq!(edit::apply(source, one).unwrap().source, source);
+        prop_assert_eq!(declared(source, one), source);
     }
 }
 

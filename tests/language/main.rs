@@ -10,6 +10,7 @@
 mod bad_input;
 mod figure4;
 mod hostile;
+mod live;
 mod manual;
 mod mistakes;
 mod paper;

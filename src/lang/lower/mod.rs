@@ -138,18 +138,9 @@ impl<'a> Lower<'a, '_> {
 
     fn declare_one(&mut self, name: Word<'a>, kind: Kind, index: usize) {
         if names::is_reserved(name.text) {
-            let what = match names::STANDING_OFF.contains(&name.text) {
-                true => "a unit, which may stand off from its number,",
-                false => "a word of the language",
-            };
-            let message = format!("`{}` is {what} and cannot be a name", name.text);
-            let help = format!("choose another, such as `{}_1`", name.text);
-            self.report.error::<()>(
-                codes::RESERVED,
-                message,
-                (name.span, "cannot be a name"),
-                help,
-            );
+            let reserved = names::reserved(name.text);
+            self.report
+                .add(reserved.place(name.span, "cannot be a name"));
         }
         let Some(earlier) = self.names.declare(name, kind, Some(index)) else {
             return;

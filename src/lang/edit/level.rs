@@ -1,0 +1,194 @@
+//! The level of one move in one cue.
+
+use std::collections::BTreeSet;
+
+use super::change::{Action, Edited, Splice};
+use super::place::{self, Key};
+use super::sound;
+use crate::diagnostic::Diagnostic;
+use crate::lang::ast::{Body, Cue, Declaration, Motion, Move, Span, Statement, Target, Word};
+use crate::lang::codes;
+use crate::lang::quantity::{self, Unit};
+use crate::lang::read::{self, Read};
+use crate::lang::report::Report;
+use crate::lang::scan::{Cut, Scan, first_word};
+use crate::lang::syntax::{self, Rule};
+use crate::lang::token::{Token, tokens};
+use crate::units::CueNumber;
+
+/// The move of a bank or a group to a fraction of full, as the language writes it.
+pub fn movement(target: &str, level: f64) -> Result<String, Vec<Diagnostic>> {
+    if syntax::prefix(Rule::target, target) != Some(target.len()) {
+        let message = format!("`{target}` is not a name");
+        let help = "name a bank or a group, such as `lamps` or `sky.r`";
+        return Err(vec![Diagnostic::error(codes::SYNTAX, message).help(help)]);
+    }
+    Ok(format!("{target} {}", percent(level)?))
+}
+
+/// A fraction of full as the language writes it. A millionth of a percent is less than any dimmer
+/// has steps, and rounding to it writes 0.29 as `29`.
+fn percent(level: f64) -> Result<String, Vec<Diagnostic>> {
+    if !(0.0..=1.0).contains(&level) {
+        let message = format!("the level {level} is outside 0 to 1");
+        return Err(vec![Diagnostic::error(codes::LEVEL_RANGE, message)]);
+    }
+    Ok(format!("{}", (level.abs() * 100.0 * 1e6).round() / 1e6))
+}
+
+/// The text in which the cue moves `target` to `level`.
+pub fn update(
+    source: &str,
+    number: CueNumber,
+    target: &str,
+    level: f64,
+) -> Result<Edited, Vec<Diagnostic>> {
+    let (written, percent) = (movement(target, level)?, percent(level)?);
+    let scan = sound(source)?;
+    let key = Key::cue(number);
+    let Some(found) = place::find(source, &scan.cuts, &key) else {
+        let what = format!("cue {number}");
+        return Err(vec![place::not_found(source, &scan.cuts, &what)]);
+    };
+    let mut report = Report::default();
+    let read = only(source, scan.clone(), &mut report, |cut| cut == found);
+    let cue = match read.statements.as_slice() {
+        [
+            Statement {
+                item: Declaration::Cue(cue),
+                span,
+            },
+        ] if !report.failed() => (cue, *span),
+        _ => return Err(vec![unread(number)]),
+    };
+    let splice = match moved(cue.0, target) {
+        Some(Motion::To(word)) if is_level(*word, source, &scan) => Splice {
+            range: word.span.range(),
+            text: percent,
+        },
+        Some(motion) => return Err(vec![no_level(target, number, motion)]),
+        None => added(source, cue, &written),
+    };
+    let changes = vec![key.change(Action::Updated)];
+    Ok(Edited::new(source, vec![splice], changes))
+}
+
+/// Reads some of the statements.
+fn only<'a>(
+    source: &'a str,
+    mut scan: Scan,
+    report: &mut Report,
+    wanted: impl Fn(&Cut) -> bool,
+) -> Read<'a> {
+    scan.cuts.retain(|cut| wanted(cut));
+    read::read(source, 0, &scan, None, report)
+}
+
+fn unread(number: CueNumber) -> Diagnostic {
+    let message = format!("cue {number} has errors of its own");
+    Diagnostic::error(codes::SYNTAX, message).help("mend it first; `check` shows where")
+}
+
+fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic {
+    let why = match motion {
+        Motion::Bare => format!("`{target}` has no level in cue {number}"),
+        Motion::To(word) => format!("`{target}` goes to `{}` in cue {number}", word.text),
+        Motion::Path(_) => format!("`{target}` follows a path in cue {number}"),
+        Motion::Plus(_) => format!("`{target}` is a look with changes in cue {number}"),
+    };
+    let message = format!("{why}: there is no number to change");
+    let help = format!("write the move anew in the text of cue {number}");
+    Diagnostic::error(codes::DOES_NOT_FIT, message).help(help)
+}
+
+/// Where the cue moves what is written so.
+fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Motion<'a>> {
+    let parts = cue.body.parts.iter().flat_map(|part| &part.body.moves);
+    let same = |written: &Target<'_>| match written.channel {
+        None => written.name.text == target,
+        Some(channel) => target.split_once('.') == Some((written.name.text, channel.text)),
+    };
+    let found = cue.body.moves.iter().chain(parts);
+    let mut found = found.filter(|m| m.target.as_ref().is_some_and(same));
+    found.next().map(|m| &m.motion)
+}
+
+/// True when a word is a level, not a colour or a colour temperature, nor worked out from one.
+/// A value of another file may be either, so that it is no level here.
+fn is_level(word: Word<'_>, source: &str, scan: &Scan) -> bool {
+    let is_value = |cut: &Cut| source.get(cut.span.clone()).map(first_word) == Some("let");
+    let read = only(source, scan.clone(), &mut Report::default(), is_value);
+    let value = |wanted: &str| {
+        read.statements.iter().find_map(|s| match s.item {
+            Declaration::Let { name, value } if name.text == wanted => Some(value.text),
+            _ => None,
+        })
+    };
+    let (mut seen, mut open) = (BTreeSet::new(), vec![word.text]);
+    while let Some(text) = open.pop() {
+        for (range, token) in tokens(text) {
+            let piece = text.get(range).unwrap_or("");
+            match token {
+                Token::Colour => return false,
+                Token::Quantity if quantity::unit(piece) == Ok(Unit::Kelvin) => return false,
+                Token::Name if seen.insert(piece) => match value(piece) {
+                    Some(value) => open.push(value),
+                    None => return false,
+                },
+                _ => {}
+            }
+        }
+    }
+    true
+}
+
+/// The move as a new one: on a line of its own behind the last move that has one, otherwise beside
+/// what stands there.
+fn added(source: &str, (cue, span): (&Cue<'_>, Span), written: &str) -> Splice {
+    // What stands directly in a cue is its part 1, which may be written out.
+    let first = cue.body.parts.iter().find(|p| p.number.text == "1");
+    let (body, span) = match first.filter(|_| cue.body.moves.is_empty()) {
+        Some(part) => (&part.body, part.span),
+        None => (&cue.body, span),
+    };
+    let (end_of_line, brace) = (place::end_of_line(source), span.end as usize - 1);
+    let inserted = |at: usize, text: String| Splice {
+        range: at..at,
+        text,
+    };
+    if let Some(last) = body.moves.last() {
+        let end = end_of(last);
+        let line = place::after_line(source, end);
+        let rest = tokens(source.get(end..line).unwrap_or(""));
+        let alone = rest.iter().all(|(_, token)| *token == Token::Comment);
+        let indent = place::indent(source, last.span.start as usize);
+        if let Some(indent) = indent.filter(|_| alone) {
+            return inserted(line, format!("{indent}{written}{end_of_line}"));
+        }
+        return inserted(end, format!("  {written}"));
+    }
+    match place::indent(source, brace) {
+        Some(indent) => {
+            let at = place::line_start(source, brace);
+            inserted(at, format!("{indent}  {written}{end_of_line}"))
+        }
+        None => beside_brace(source, body, brace, written),
+    }
+}
+
+/// The move before a closing brace on whose line something stands.
+fn beside_brace(source: &str, body: &Body<'_>, brace: usize, written: &str) -> Splice {
+    let before = source.get(..brace).unwrap_or("");
+    let end = before.trim_end().len();
+    let empty = body.timing.is_empty() && body.marks.is_empty() && body.parts.is_empty();
+    let gap = if empty { " " } else { "  " };
+    Splice {
+        range: end..brace,
+        text: format!("{gap}{written} "),
+    }
+}
+
+/// Where a move ends with the timing of its own.
+fn end_of(last: &Move<'_>) -> usize {
+    last.timing.last().map_or(last.span, |t| t.span).end as usize
+}

@@ -1,0 +1,273 @@
+//! Where declarations stand in a text, and where a new one goes.
+
+use std::ops::Range;
+
+use super::change::{Action, Change, Splice};
+use crate::diagnostic::Diagnostic;
+use crate::lang::codes;
+use crate::lang::names::nearest;
+use crate::lang::scan::{self, Cut, STATEMENTS, first_word};
+use crate::units::CueNumber;
+
+/// What a declaration declares: statement word and name, number or path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Key {
+    word: &'static str,
+    name: String,
+}
+
+impl Key {
+    /// What a statement declares, from its first two words.
+    pub fn of(text: &str) -> Option<Key> {
+        let (word, range) = heading(text)?;
+        let name = text.get(range)?;
+        let name = match word {
+            // One number, one spelling: `2.50` is cue 2.5.
+            "cue" => CueNumber::parse(name).map_or_else(|| name.to_owned(), |n| n.to_string()),
+            _ => name.to_owned(),
+        };
+        Some(Key { word, name })
+    }
+
+    /// The cue of a number.
+    pub fn cue(number: CueNumber) -> Key {
+        Key {
+            word: "cue",
+            name: number.to_string(),
+        }
+    }
+
+    /// What was done to the declaration.
+    pub fn change(self, action: Action) -> Change {
+        Change {
+            kind: self.word,
+            name: self.name,
+            action,
+        }
+    }
+
+    fn text(&self) -> String {
+        format!("{} {}", self.word, self.name).trim_end().to_owned()
+    }
+
+    fn rank(&self) -> usize {
+        STATEMENTS
+            .iter()
+            .position(|w| *w == self.word)
+            .unwrap_or(STATEMENTS.len())
+    }
+
+    fn number(&self) -> Option<CueNumber> {
+        CueNumber::parse(&self.name).filter(|_| self.word == "cue")
+    }
+}
+
+/// The word that a statement begins with, and where its name, number or path stands, without
+/// quotes.
+pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
+    let start = text.len() - text.trim_start().len();
+    let first = first_word(text.get(start..)?);
+    let word = STATEMENTS.into_iter().find(|w| *w == first)?;
+    let rest = after_blanks(text.get(start + first.len()..)?);
+    let at = text.len() - rest.len();
+    let range = match word {
+        "show" | "preview" | "default" => 0..0,
+        "cue" => {
+            let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'));
+            0..end.unwrap_or(rest.len())
+        }
+        _ if rest.starts_with('"') => 1..rest.get(1..)?.find('"')? + 1,
+        _ => 0..first_word(rest).len(),
+    };
+    Some((word, at + range.start..at + range.end))
+}
+
+/// What a declaration declares: `cue 2.5`, `bank lamps`, `preview`.
+pub fn name(text: &str) -> Option<String> {
+    Key::of(text).map(|key| key.text())
+}
+
+/// The bytes of the declaration that `what` names, without the comments around it.
+pub fn locate(source: &str, what: &str) -> Option<Range<usize>> {
+    let wanted = Key::of(what)?;
+    let cuts = scan::scan(source).cuts;
+    find(source, &cuts, &wanted).map(|cut| cut.span.clone())
+}
+
+/// The error for a declaration that the text does not have.
+pub fn not_found(source: &str, cuts: &[Cut], what: &str) -> Diagnostic {
+    let keys: Vec<String> = keys(source, cuts).map(|(key, _)| key.text()).collect();
+    let message = format!("there is no `{}` in the show", what.trim());
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, message);
+    match nearest(what.trim(), keys.iter().map(String::as_str)) {
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None if includes(source, cuts) => diagnostic.help(IN_ANOTHER_FILE),
+        None => diagnostic.help("name it by kind and name, such as `cue 2.5` or `bank lamps`"),
+    }
+}
+
+/// What to do about a declaration of an included file.
+pub const IN_ANOTHER_FILE: &str = "what an included file declares is edited in that file";
+
+/// True when the text includes others.
+pub fn includes(source: &str, cuts: &[Cut]) -> bool {
+    keys(source, cuts).any(|(key, _)| key.word == "include")
+}
+
+fn keys<'c>(source: &str, cuts: &'c [Cut]) -> impl Iterator<Item = (Key, &'c Cut)> {
+    cuts.iter()
+        .filter_map(|cut| Some((Key::of(source.get(cut.span.clone())?)?, cut)))
+}
+
+/// The statement that declares `wanted`.
+pub fn find<'c>(source: &str, cuts: &'c [Cut], wanted: &Key) -> Option<&'c Cut> {
+    keys(source, cuts)
+        .find(|(key, _)| key == wanted)
+        .map(|(_, cut)| cut)
+}
+
+/// `text` without leading blanks and comments.
+fn after_blanks(text: &str) -> &str {
+    let mut rest = text.trim_start();
+    loop {
+        let skipped = if let Some(comment) = rest.strip_prefix("//") {
+            comment.find('\n').and_then(|i| comment.get(i..))
+        } else if let Some(comment) = rest.strip_prefix("/*") {
+            comment.find("*/").and_then(|i| comment.get(i + 2..))
+        } else {
+            return rest;
+        };
+        rest = skipped.unwrap_or("").trim_start();
+    }
+}
+
+/// The declaration `text` in the place of another.
+pub fn replaced(source: &str, cut: &Cut, text: &str) -> Splice {
+    let indent = indent(source, cut.span.start).unwrap_or("");
+    Splice {
+        range: cut.span.clone(),
+        text: fitted(text, indent, end_of_line(source)),
+    }
+}
+
+/// The declaration `text` at the place that the order of declarations gives it.
+pub fn added(source: &str, cuts: &[Cut], text: &str, wanted: &Key) -> Splice {
+    let end_of_line = end_of_line(source);
+    let text = fitted(text, "", end_of_line);
+    let keys: Vec<(Key, &Cut)> = keys(source, cuts).collect();
+    if let Some(cut) = before(&keys, wanted) {
+        let at = after_line(source, cut.span.end);
+        let closed = source.get(..at).is_some_and(|t| t.ends_with('\n'));
+        let text = match closed {
+            true => format!("{text}{end_of_line}"),
+            false => format!("{end_of_line}{text}"),
+        };
+        return Splice {
+            range: at..at,
+            text,
+        };
+    }
+    // The first cue of all goes before the other cues, not before the show.
+    let cue = keys
+        .iter()
+        .find(|(key, _)| wanted.word == "cue" && key.word == "cue");
+    let at = match cue.or(keys.first()) {
+        Some((_, cut)) if indent(source, cut.span.start).is_some() => {
+            line_start(source, cut.span.start)
+        }
+        Some((_, cut)) => cut.span.start,
+        None => source.len(),
+    };
+    let gap = match at == source.len() && !source.is_empty() && !source.ends_with('\n') {
+        true => end_of_line,
+        false => "",
+    };
+    Splice {
+        range: at..at,
+        text: format!("{gap}{text}{end_of_line}"),
+    }
+}
+
+/// The declaration after which a new one goes.
+fn before<'c>(keys: &[(Key, &'c Cut)], wanted: &Key) -> Option<&'c Cut> {
+    if let Some(number) = wanted.number()
+        && keys.iter().any(|(key, _)| key.word == "cue")
+    {
+        let smaller = keys
+            .iter()
+            .filter_map(|(key, cut)| Some((key.number()?, *cut)));
+        return smaller
+            .filter(|(n, _)| *n < number)
+            .max_by_key(|(n, _)| *n)
+            .map(|(_, cut)| cut);
+    }
+    let same = keys.iter().rfind(|(key, _)| key.word == wanted.word);
+    let earlier = || keys.iter().rfind(|(key, _)| key.rank() < wanted.rank());
+    same.or_else(earlier).map(|(_, cut)| *cut)
+}
+
+/// The declaration with the indentation and line ends of its surroundings.
+fn fitted(text: &str, indent: &str, end_of_line: &str) -> String {
+    let plain = text.replace("\r\n", "\n");
+    plain.replace('\n', &format!("{end_of_line}{indent}"))
+}
+
+/// What ends the lines of a text.
+pub fn end_of_line(source: &str) -> &'static str {
+    match source.contains("\r\n") {
+        true => "\r\n",
+        false => "\n",
+    }
+}
+
+/// Where the line of a place begins.
+pub fn line_start(source: &str, at: usize) -> usize {
+    let before = source.get(..at).unwrap_or("");
+    before.rfind('\n').map_or(0, |i| i + 1)
+}
+
+/// The blanks between the start of its line and a place; `None` where something else stands there.
+pub fn indent(source: &str, at: usize) -> Option<&str> {
+    let before = source.get(line_start(source, at)..at)?;
+    before.trim().is_empty().then_some(before)
+}
+
+/// Where the line after a statement begins, which is after the comments beside it.
+pub fn after_line(source: &str, end: usize) -> usize {
+    let rest = source.get(end..).unwrap_or("");
+    let mut at = 0;
+    while let Some(here) = rest.get(at..) {
+        let step = if here.starts_with("/*") {
+            here.find("*/").map(|i| i + 2)
+        } else if here.starts_with("//") {
+            here.find('\n')
+        } else if here.starts_with('\n') {
+            return end + at + 1;
+        } else {
+            here.chars().next().map(char::len_utf8)
+        };
+        match step {
+            Some(step) => at += step,
+            None => break,
+        }
+    }
+    source.len()
+}
+
+/// A statement with the line that it would leave empty.
+pub fn with_line(source: &str, span: Range<usize>) -> Range<usize> {
+    if indent(source, span.start).is_none() {
+        return span;
+    }
+    let (start, end) = (line_start(source, span.start), after_line(source, span.end));
+    let before = source.get(..start).unwrap_or("");
+    let line = source.get(start..end).unwrap_or("");
+    // A text whose last line has no end keeps none.
+    let start = match line.ends_with('\n') {
+        true => start,
+        false => before
+            .strip_suffix('\n')
+            .map_or(start, |b| b.strip_suffix('\r').unwrap_or(b).len()),
+    };
+    start..end
+}

@@ -1,0 +1,138 @@
+//! Names, and every place that means them.
+//!
+//! The places come from the parsed statements, so that strings, comments, materials, files and
+//! labels are never taken for names.
+
+use std::ops::Range;
+
+use pest::iterators::Pair;
+
+use super::change::{Action, Change, Edited, Splice};
+use super::place::{self, Key};
+use super::sound;
+use crate::diagnostic::Diagnostic;
+use crate::lang::codes;
+use crate::lang::names::{self, Kind};
+use crate::lang::scan::{Cut, first_word};
+use crate::lang::syntax::{self, Rule};
+
+/// A place that names something.
+struct Place<'t> {
+    text: &'t str,
+    range: Range<usize>,
+    /// What the place declares.
+    declares: Option<Kind>,
+    /// Index of its statement.
+    statement: usize,
+}
+
+/// The text in which what was called `from` is called `to`.
+pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnostic>> {
+    let scan = sound(source)?;
+    let places = places(source, &scan.cuts)?;
+    check(to, &places)?;
+    if !places
+        .iter()
+        .any(|p| p.text == from && p.declares.is_some())
+    {
+        return Err(vec![not_declared(source, &scan.cuts, from, &places)]);
+    }
+    let (mut splices, mut changes) = (Vec::new(), Vec::new());
+    let mut last = None;
+    for place in places.iter().filter(|p| p.text == from) {
+        splices.push(Splice {
+            range: place.range.clone(),
+            text: to.to_owned(),
+        });
+        if last.replace(place.statement) != Some(place.statement) {
+            changes.extend(change(source, &scan.cuts, place, to));
+        }
+    }
+    Ok(Edited::new(source, splices, changes))
+}
+
+/// What is done to the statement of the first of its places.
+fn change(source: &str, cuts: &[Cut], place: &Place<'_>, to: &str) -> Option<Change> {
+    let cut = cuts.get(place.statement)?;
+    let key = Key::of(source.get(cut.span.clone())?)?;
+    Some(key.change(match place.declares {
+        Some(_) => Action::Renamed(to.to_owned()),
+        None => Action::Updated,
+    }))
+}
+
+/// That `to` can be a name, and stands for nothing yet.
+fn check(to: &str, places: &[Place<'_>]) -> Result<(), Vec<Diagnostic>> {
+    if syntax::prefix(Rule::name, to) != Some(to.len()) {
+        let message = format!("`{to}` is not a name");
+        let help = "a name begins with a letter and has letters, digits, `_` and `-`";
+        return Err(vec![Diagnostic::error(codes::SYNTAX, message).help(help)]);
+    }
+    if names::is_reserved(to) {
+        return Err(vec![names::reserved(to)]);
+    }
+    let same = |p: &&Place<'_>| p.text == to;
+    let declared = places.iter().filter(same).find_map(|p| p.declares);
+    let message = match (declared, places.iter().any(|p| p.text == to)) {
+        (Some(kind), _) => format!("`{to}` is {} already", kind.phrase()),
+        (None, true) => format!("`{to}` is used already, for something of an included file"),
+        (None, false) => return Ok(()),
+    };
+    let help = "a name stands for one thing in the whole show: choose another";
+    Err(vec![
+        Diagnostic::error(codes::DECLARED_TWICE, message).help(help),
+    ])
+}
+
+fn not_declared(source: &str, cuts: &[Cut], from: &str, places: &[Place<'_>]) -> Diagnostic {
+    let message = format!("nothing is called `{from}` in the show's own text");
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, message);
+    let declared = places.iter().filter(|p| p.declares.is_some());
+    let near = names::nearest(from, declared.map(|p| p.text));
+    match near {
+        _ if places.iter().any(|p| p.text == from) => diagnostic.help(place::IN_ANOTHER_FILE),
+        Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
+        None if place::includes(source, cuts) => diagnostic.help(place::IN_ANOTHER_FILE),
+        None => diagnostic,
+    }
+}
+
+/// All places of a text that name something, in order.
+fn places<'t>(source: &'t str, cuts: &[Cut]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
+    let mut out = Vec::new();
+    for (statement, cut) in cuts.iter().enumerate() {
+        let text = source.get(cut.span.clone()).unwrap_or("");
+        let word = first_word(text);
+        let parsed = syntax::rule_of(word).map(|rule| syntax::parse(rule, text));
+        let Some(Ok(pairs)) = parsed else {
+            let message = "the show's own text has errors, so that names in it may be missed";
+            let help = "mend the file first; `check` shows where";
+            return Err(vec![Diagnostic::error(codes::SYNTAX, message).help(help)]);
+        };
+        let mut declares = Kind::of_statement(word);
+        let mut found = Vec::new();
+        pairs.for_each(|pair| names_in(pair, &mut found));
+        for range in found {
+            let range = cut.span.start + range.start..cut.span.start + range.end;
+            out.push(Place {
+                text: source.get(range.clone()).unwrap_or(""),
+                range,
+                // Of the statements that declare a name it is the first one in them.
+                declares: declares.take(),
+                statement,
+            });
+        }
+    }
+    Ok(out)
+}
+
+/// Where names of the show stand in a piece of a statement, in order. Never deeper than brackets
+/// nest.
+fn names_in(pair: Pair<'_, Rule>, out: &mut Vec<Range<usize>>) {
+    match pair.as_rule() {
+        Rule::name => out.push(pair.as_span().start()..pair.as_span().end()),
+        // Materials are the stage's names.
+        Rule::material => {}
+        _ => pair.into_inner().for_each(|inner| names_in(inner, out)),
+    }
+}

@@ -1,0 +1,112 @@
+//! Levels tried at a desk: what moves set, read without a word of the show's text changing.
+//!
+//! Invariant: the moves mean what they would mean in a cue behind all others, and are refused in
+//! the same words. The cues of the show are not read: no move rests on them.
+
+use super::lower::{self, Lowering};
+use super::read::{self, Read};
+use super::report::Report;
+use super::scan::{self, first_word};
+use super::{codes, include, limits};
+use crate::diagnostic::{Diagnostic, Sources};
+use crate::files::Files;
+use crate::show::{Cue, Motion};
+
+/// A coordinate and the level that it is set to, before the dimmer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetLevel {
+    /// Index among the coordinates of the show.
+    pub coordinate: usize,
+    /// Fraction of full, 0 to 1.
+    pub level: f64,
+}
+
+/// What stands before the moves while they are read. A cue of any number will do, as no other is
+/// read.
+const OPENING: &str = "cue 9999.999 { snap  ";
+const CLOSING: &str = " }";
+
+/// Returns the levels that moves such as `lamps 40  sky #203060  night` set in the show of
+/// `source`, in the order of the parts, and within each by coordinate.
+///
+/// Moves to a level count, of groups, looks and `blackout` too, in a part as outside it. A path
+/// over time sets nothing, nor does timing: the result is empty where there is nothing else.
+///
+/// # Errors
+/// Diagnostics with places in `typed` as file 0. What is wrong elsewhere, in the declarations of
+/// `source` or the files that it includes from `files`, comes without a place; cues with errors
+/// are not noticed.
+pub fn levels(
+    files: &dyn Files,
+    name: &str,
+    source: &str,
+    typed: &str,
+) -> Result<Vec<SetLevel>, Vec<Diagnostic>> {
+    let cue = cue(files, (name, source), typed).map_err(|found| {
+        let placed = found.into_iter().map(|one| within(one, typed));
+        placed.collect::<Vec<_>>()
+    })?;
+    let moves = cue.parts.into_iter().flat_map(|part| part.moves);
+    let set = moves.filter_map(|one| match one.motion {
+        Motion::To(level) => Some(SetLevel {
+            coordinate: one.coordinate,
+            level: fraction(level),
+        }),
+        Motion::Path(_) => None,
+    });
+    Ok(set.collect())
+}
+
+/// A level of the model as a fraction of full.
+fn fraction(level: f64) -> f64 {
+    level / 100.0
+}
+
+/// The moves as a cue of the show; diagnostics have their places in the cue's text, as file 0.
+fn cue(
+    files: &dyn Files,
+    (name, source): (&str, &str),
+    typed: &str,
+) -> Result<Cue, Vec<Diagnostic>> {
+    let text = format!("{OPENING}{typed}{CLOSING}");
+    if text.len() > limits::STATEMENT {
+        let message = format!("more than {} bytes at once", limits::STATEMENT);
+        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
+    }
+    let (mut report, mut sources) = (Report::default(), Sources::default());
+    let file = sources.add("typed", text.as_str()) as u32;
+    let moves = read::read(&text, file, &scan::scan(&text), None, &mut report);
+    if report.failed() {
+        return Err(report.finish());
+    }
+    if moves.statements.len() != 1 {
+        let message = "moves stand side by side, without declarations";
+        return Err(vec![Diagnostic::error(codes::MISPLACED, message)]);
+    }
+    let own = sources.add(name, source) as u32;
+    let mut parts = include::gather(files, &mut sources, (name, own, source), &mut report);
+    for part in &mut parts {
+        let text = &part.text;
+        let is_cue = |span| first_word(text.get(span).unwrap_or_default()) == "cue";
+        part.scan.cuts.retain(|cut| !is_cue(cut.span.clone()));
+    }
+    let reads = parts
+        .iter()
+        .map(|part| read::read(&part.text, part.file, &part.scan, None, &mut report));
+    let mut read: Read<'_> = include::joined(&parts, reads.collect());
+    read.statements.extend(moves.statements);
+    let Lowering { show, .. } = lower::lower(&read, &mut report);
+    let cue = show.and_then(|show| show.cues.into_iter().next());
+    cue.ok_or_else(|| report.finish())
+}
+
+/// A diagnostic of the cue's text as one of what was typed.
+fn within(mut diagnostic: Diagnostic, typed: &str) -> Diagnostic {
+    diagnostic.labels.retain_mut(|label| {
+        let own = label.file == 0 && label.span.start >= OPENING.len();
+        let moved = |at: usize| at.saturating_sub(OPENING.len()).min(typed.len());
+        label.span = moved(label.span.start)..moved(label.span.end);
+        own
+    });
+    diagnostic
+}
