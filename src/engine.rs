@@ -33,7 +33,8 @@ use crate::lang::edit::Edit;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::archive::{Archive, Tally};
-use crate::renderer::{Quality, Setup};
+use crate::pool::depot::Note;
+use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
 use crate::units::Time;
 
@@ -45,7 +46,10 @@ pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
 pub use self::plan::{Method, PlanOptions};
+pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, Refined, Remark, Step};
+pub use self::session::{Command, Session};
+pub use self::versions::{Serving, Version};
 
 pub(crate) use self::limit::TimedCall;
 
@@ -302,6 +306,22 @@ impl Engine {
             .collect())
     }
 
+    /// The image of each coordinate alone at full, as previews have it.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
+    pub fn bank_images(&self) -> Result<Vec<Image>, Error> {
+        let projected = self.projected()?;
+        let units = Pool::unit_settings(self.show().coordinates().len());
+        let mut images = Vec::with_capacity(units.len());
+        for (i, unit) in units.iter().enumerate() {
+            self.host.work().check()?;
+            images.push(projected.preview(unit, self.host.work())?);
+            self.host.progress.report("banks", i + 1, units.len());
+        }
+        Ok(images)
+    }
+
     /// The files that the show was read from besides its own, as they are now: another answer says
     /// that one of them was edited.
     pub fn files_now(&self) -> Vec<Stamp> {
@@ -324,6 +344,12 @@ impl Engine {
             return Err(Error::NoSetup);
         }
         self.pool().ok_or(Error::NotRendered)
+    }
+
+    /// Warnings of the renderer about its images, as far as they are known by now, and what went
+    /// wrong with stored images since this was called last.
+    pub fn remarks(&mut self) -> (Vec<renderer::Remark>, Vec<Note>) {
+        (self.host.renderer.remarks(), self.archive.notes())
     }
 
     /// How the images of this session were come by so far.

@@ -8,18 +8,34 @@
 //! This module must not know of verbs, prompts or terminals, and computes no result of its own.
 
 pub mod comparison;
+pub mod curves;
+pub mod document;
+pub mod error;
+pub mod explain;
+pub mod film;
 pub mod forecast;
+pub mod format;
+pub mod layers;
 pub mod notes;
+pub mod page;
 pub mod plan;
 pub mod playback;
+pub mod plot;
+pub mod pool;
 pub mod record;
+pub mod refine;
 pub mod refinement;
+pub mod results;
+pub mod run;
 pub mod session;
 pub mod sheet;
 pub mod stability;
+pub mod target;
 pub mod tradeoff;
 pub mod tune;
 pub mod verdict;
+pub mod versions;
 pub mod words;
 
+pub use error::Error;
 pub use record::{Kind, Point, Quantity, Record, Series};

@@ -12,7 +12,7 @@ use super::compile::{self, Compiled, Source};
 use crate::diagnostic::Diagnostics;
 use crate::files::{self, Files, Store};
 use crate::lang;
-use crate::lang::edit::{self, Change, Edit};
+use crate::lang::edit::{self, Change, Edit, Splice};
 use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeySequence, Timeline};
@@ -65,6 +65,8 @@ pub struct Document {
 pub struct Edited {
     /// The declarations that changed, in order; empty where a whole text was taken.
     pub changes: Vec<Change>,
+    /// The difference to the text before, in order; empty where a whole text was taken.
+    pub splices: Vec<Splice>,
     /// Warnings that the text before did not give.
     pub warnings: Diagnostics,
     /// Files that the show names had changed on disk, and were read again.
@@ -221,6 +223,7 @@ impl Document {
         let mut done = self.compile(&edited.source, self.view.clone(), files)?;
         self.change_text(edited.source);
         done.changes = edited.changes;
+        done.splices = edited.splices;
         Ok(done)
     }
 
@@ -356,9 +359,9 @@ impl Document {
         self.view = view;
         self.compiled = Arc::new(compiled);
         Ok(Edited {
-            changes: Vec::new(),
             warnings,
             reread,
+            ..Edited::default()
         })
     }
 }

@@ -3,7 +3,8 @@
 
 use super::{Document, Edited, Engine, Error};
 use crate::diagnostic::Diagnostics;
-use crate::lang::edit::{self, Edit};
+use crate::files::Files;
+use crate::lang::edit::{CueMove, CueText, Edit};
 use crate::lang::{self, SetLevel};
 use crate::show::Show;
 use crate::timeline::{self, CueTime};
@@ -17,6 +18,23 @@ pub struct Moves {
 }
 
 impl Moves {
+    /// Reads levels as a cue of the document would set them: its banks, groups, looks and named
+    /// values. Neither the text nor the levels change.
+    ///
+    /// # Errors
+    /// [`Error::Show`] with places in `text`, [`Error::NoLevels`].
+    pub fn read(document: &Document, text: &str, files: &dyn Files) -> Result<Moves, Error> {
+        let levels = lang::levels(files, document.name(), document.text(), text)
+            .map_err(|list| Error::Show(Diagnostics::of(list, "typed", text)))?;
+        match levels.is_empty() {
+            true => Err(Error::NoLevels),
+            false => Ok(Moves {
+                text: text.to_owned(),
+                levels,
+            }),
+        }
+    }
+
     /// As they were written.
     pub fn text(&self) -> &str {
         &self.text
@@ -41,16 +59,17 @@ struct Tried {
 /// The moment that is looked at, the levels being tried on top of it, and blind edits.
 ///
 /// ```
-/// use footlight::{Document, LiveControl, Memory};
+/// use footlight::{Document, LiveControl, Memory, Moves};
 ///
 /// # fn main() -> Result<(), footlight::Error> {
 /// let text = b"show \"S\"\nbank a = x\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
 ///     cue 1 at 0:00 { snap  a 50 }\ncue 2 at 0:05 { time 2  a 80 }\n";
-/// let document = Document::new("s.lxq", text, &Memory::default())?;
+/// let files = Memory::default();
+/// let document = Document::new("s.lxq", text, &files)?;
 /// let mut live = LiveControl::new(&document);
 /// live.go(&document)?;
 /// assert!((live.levels(&document)[0] - 0.8).abs() < 1e-12);
-/// live.set(&document, live.moves(&document, "a 30")?);
+/// live.set(&document, Moves::read(&document, "a 30", &files)?);
 /// assert!((live.levels(&document)[0] - 0.3).abs() < 1e-12);
 /// # Ok(())
 /// # }
@@ -63,15 +82,6 @@ pub struct LiveControl {
     blind: Option<String>,
     /// The document's, as the levels being tried are known by its coordinates.
     revision: u64,
-}
-
-/// A cue that was recorded from levels that were tried.
-#[derive(Clone, Debug)]
-pub struct Recorded {
-    /// The cue as it stands in the text.
-    pub text: String,
-    /// What the edit came to.
-    pub edited: Edited,
 }
 
 impl LiveControl {
@@ -165,23 +175,6 @@ impl LiveControl {
         Ok(self.go_to(time.unwrap_or(self.now)))
     }
 
-    /// Reads levels as a cue of the show would set them: banks, groups, looks and named values of
-    /// the document. Neither the text nor the levels change.
-    ///
-    /// # Errors
-    /// [`Error::Show`] with places in `text`, [`Error::NoLevels`].
-    pub fn moves(&self, document: &Document, text: &str) -> Result<Moves, Error> {
-        let levels = lang::levels(&document.diagnostics().sources, text)
-            .map_err(|list| Error::Show(Diagnostics::of(list, "typed", text)))?;
-        match levels.is_empty() {
-            true => Err(Error::NoLevels),
-            false => Ok(Moves {
-                text: text.to_owned(),
-                levels,
-            }),
-        }
-    }
-
     /// Tries levels on top of what the cues say at this moment. What is set again takes the place
     /// of what was.
     pub fn set(&mut self, document: &Document, moves: Moves) {
@@ -244,8 +237,8 @@ impl LiveControl {
         levels
     }
 
-    /// Writes the levels being tried as a new cue and goes to its end. `time` is its time as a show
-    /// writes it, such as `3` or `4/6`.
+    /// Writes the levels being tried as a new cue and goes to its end. `times` are those of what
+    /// goes up and of what goes down; the show's own without them.
     ///
     /// # Errors
     /// [`Error::NothingTried`], [`Error::CueExists`], else as [`Engine::edit`]; the levels are then
@@ -254,24 +247,31 @@ impl LiveControl {
         &mut self,
         engine: &mut Engine,
         cue: CueNumber,
-        label: Option<&str>,
-        time: Option<&str>,
-    ) -> Result<Recorded, Error> {
+        label: &str,
+        times: Option<(Time, Time)>,
+    ) -> Result<Edited, Error> {
         if !self.is_trying() {
             return Err(Error::NothingTried);
         }
         if index_of(engine.document(), cue).is_ok() {
             return Err(Error::CueExists(cue));
         }
-        let text = edit::cue_text(cue, label, time, &self.tried());
-        let edited = engine.edit(&Edit::Declare(text.clone()))?;
+        let written = |text: &str| CueMove::Written(text.to_owned());
+        let edit = Edit::SetCue(CueText {
+            number: cue,
+            label: label.to_owned(),
+            up: times.map(|(up, _)| up),
+            down: times.map(|(_, down)| down),
+            moves: self.tried().into_iter().map(written).collect(),
+        });
+        let edited = engine.edit(&edit)?;
         let document = engine.document();
         self.follow(document);
         let index = index_of(document, cue)?;
         if let Some(time) = settled(document, index) {
             self.go_to(time);
         }
-        Ok(Recorded { text, edited })
+        Ok(edited)
     }
 
     /// True while edits are shown that are yet to be kept.

@@ -13,6 +13,8 @@ use crate::renderer::Quality;
 /// Images at hand, in memory and in the store.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoolSummary {
+    /// Images that the pool holds, each counted once.
+    pub held: usize,
     /// Images in memory that an edit put aside.
     pub idle: usize,
     /// Refined images at hand that the pool does not use, as they say next to nothing new.
@@ -56,6 +58,7 @@ impl Engine {
             .pool()
             .and_then(|pool| plan::next(keys, &pool.settings(), &pool.weighting(), None).ok());
         Some(PoolSummary {
+            held,
             idle: self.archive.kept().len().saturating_sub(held),
             near_copies: rendering.near_copies,
             refused: next.map(|n| n.refused).unwrap_or_default(),
@@ -118,7 +121,7 @@ impl Engine {
 }
 
 /// Every image a pool holds, each once.
-pub(crate) fn images_of(pool: &Pool) -> Vec<*const Image> {
+fn images_of(pool: &Pool) -> Vec<*const Image> {
     let mut all: Vec<_> = pool.pictures().map(Arc::as_ptr).collect();
     all.sort();
     all.dedup();

@@ -9,7 +9,7 @@ use crate::lang::edit::Edit;
 use crate::picture::Image;
 use crate::plan;
 use crate::renderer::{Quality, Setup};
-use crate::study::session::{self, Errors, Happened, Moment};
+use crate::study::session::{self, Errors, Event, Moment};
 use crate::work::Cancelled;
 
 /// A command of a session.
@@ -59,8 +59,7 @@ impl Session {
         };
         let begun = engine.coarse();
         let measured = begun.and_then(|()| {
-            let label = "coarse pictures";
-            session.measure(engine, Happened::Coarse, label)
+            session.measure(engine, Event::Coarse, None)
         });
         match measured {
             Ok(()) => Ok(session),
@@ -71,7 +70,8 @@ impl Session {
         }
     }
 
-    /// Runs a command and measures after it, after each refined image as well; `label` names it.
+    /// Runs a command and measures after it, after each call of the operator as well; `said` is
+    /// where it stands and how it was written.
     ///
     /// # Errors
     /// What the command says; what is finished is kept.
@@ -79,18 +79,18 @@ impl Session {
         &mut self,
         engine: &mut Engine,
         command: &Command,
-        label: &str,
+        said: session::Command,
     ) -> Result<(), Error> {
         match command {
             Command::Edit(text) => {
                 engine.edit(&Edit::Declare(text.clone()))?;
                 engine.coarse()?;
-                self.measure(engine, Happened::Edit, label)
+                self.measure(engine, Event::Edit, Some(said))
             }
             Command::Refine(goal) => {
-                let measure =
-                    &mut |engine: &mut Engine| self.measure(engine, Happened::Refined, label);
-                let done = engine.refine_watched(*goal, measure)?;
+                let done = engine.refine_watched(*goal, &mut |engine| {
+                    self.measure(engine, Event::Refined, Some(said.clone()))
+                })?;
                 match done.ended {
                     Some(Ended::Stopped) => Err(Cancelled.into()),
                     _ => Ok(()),
@@ -109,8 +109,8 @@ impl Session {
     fn measure(
         &mut self,
         engine: &mut Engine,
-        happened: Happened,
-        label: &str,
+        event: Event,
+        command: Option<session::Command>,
     ) -> Result<(), Error> {
         self.spent += engine.now() - self.mark;
         let predicted = predicted_errors(engine)?;
@@ -119,8 +119,8 @@ impl Session {
             true => Some(true_errors(engine, &mut self.truth)?),
         };
         self.moments.push(Moment {
-            event: happened,
-            label: label.to_owned(),
+            event,
+            command,
             seconds: self.spent,
             refined: engine.refined(),
             predicted,

@@ -22,6 +22,7 @@ mod levels;
 pub mod limits;
 mod lower;
 mod names;
+mod preview;
 mod quantity;
 mod read;
 mod report;
@@ -37,6 +38,7 @@ pub use format::format;
 pub use known::Known;
 pub use levels::{SetLevel, levels};
 pub use names::{FADES, nearest};
+pub use preview::preview_statement;
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};

@@ -7,6 +7,7 @@ use crate::diagnostic::Style;
 use crate::engine::{Document, Edited, LiveControl};
 use crate::lang::{self, edit::Action};
 use crate::show::{Link, Show};
+use crate::units::percent;
 
 /// Title, banks, cues and length, in a line.
 pub fn headline(document: &Document) -> String {
@@ -47,7 +48,7 @@ pub fn listing(document: &Document) -> String {
         let _ = writeln!(text, "  {:<14} {channel:<12} {lights}", bank.name);
     }
     for fixed in &show.fixed {
-        let at = format!("fixed at {}", super::level(fixed.level));
+        let at = format!("fixed at {}", percent(fixed.level));
         let lights = lights(show, &fixed.lights);
         let _ = writeln!(text, "  {:<14} {at:<12} {lights}", fixed.name);
     }

@@ -40,6 +40,8 @@ pub use error::{TimelineError, Warning};
 pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
 pub use positivity::knots as fewest_knots;
 
+use std::collections::BTreeMap;
+
 use crate::show::{Dimmer, Show};
 use crate::units::Time;
 
@@ -52,8 +54,18 @@ pub struct Timeline {
     curves: Vec<Vec<Piece>>,
     moves: Vec<Vec<(Time, Time)>>,
     last: Vec<f64>,
+    /// Levels before the dimmer, of the coordinates that one bends; the others' are their settings.
+    bent: BTreeMap<usize, Levels>,
     warnings: Vec<Warning>,
     joined: usize,
+}
+
+/// A coordinate's level before its dimmer, as a fraction of full.
+#[derive(Clone, Debug, PartialEq)]
+struct Levels {
+    pieces: Vec<Piece>,
+    /// At the end, after whatever jumps there.
+    last: f64,
 }
 
 impl Timeline {
@@ -83,20 +95,27 @@ impl Timeline {
         let mut curves = Vec::new();
         let mut last = Vec::new();
         let mut dropped = 0;
-        for (coordinate, track) in show.coordinates().iter().zip(&tracks) {
+        let mut bent = BTreeMap::new();
+        for (i, (coordinate, track)) in show.coordinates().iter().zip(&tracks).enumerate() {
             let Some(bank) = coordinate.bank else {
                 curves.push(curve::hold(start, end, 1.0));
                 last.push(1.0);
                 continue;
             };
-            let law = show.banks.get(bank).map_or(Dimmer::Linear, |b| b.dimmer);
-            let law = dimmer::Law::new(law, &show.curves);
+            let dimmer = show.banks.get(bank).map_or(Dimmer::Linear, |b| b.dimmer);
+            let law = dimmer::Law::new(dimmer, &show.curves);
             let levels = track::trimmed(track, start, end);
             let pieces = law.applied(&levels);
             let curve = curve::joined(&pieces);
             dropped += pieces.len() - curve.len();
             curves.push(curve);
-            last.push(law.value(track::level_at(track, end)));
+            let level = track::level_at(track, end);
+            last.push(law.value(level));
+            if dimmer != Dimmer::Linear {
+                let last = level;
+                let pieces = levels;
+                bent.insert(i, Levels { pieces, last });
+            }
         }
         Ok(Timeline {
             start,
@@ -105,6 +124,7 @@ impl Timeline {
             curves,
             moves: tracks.iter().map(track::moves).collect(),
             last,
+            bent,
             warnings,
             joined: dropped,
         })
@@ -155,15 +175,29 @@ impl Timeline {
     /// The settings at a time; before the start those of the start, after the end the last. At a
     /// jump the later value holds.
     pub fn evaluate(&self, time: Time) -> Vec<f64> {
+        let curves = self.curves.iter().zip(&self.last);
+        curves.map(|(c, last)| self.value(c, *last, time)).collect()
+    }
+
+    /// The levels at a time, before the dimmers, as fractions of full; times as in
+    /// [`Timeline::evaluate`].
+    pub fn levels(&self, time: Time) -> Vec<f64> {
+        let mut levels = self.evaluate(time);
+        for (coordinate, bent) in &self.bent {
+            if let Some(slot) = levels.get_mut(*coordinate) {
+                *slot = self.value(&bent.pieces, bent.last, time);
+            }
+        }
+        levels
+    }
+
+    fn value(&self, pieces: &[Piece], last: f64, time: Time) -> f64 {
         if time >= self.end {
-            return self.last.clone();
+            return last;
         }
         let time = time.max(self.start);
-        let value = |(pieces, last): (&Vec<Piece>, &f64)| {
-            let after = pieces.partition_point(|p| p.start <= time);
-            let piece = after.checked_sub(1).and_then(|i| pieces.get(i));
-            piece.map_or(*last, |p| p.value(time))
-        };
-        self.curves.iter().zip(&self.last).map(value).collect()
+        let after = pieces.partition_point(|p| p.start <= time);
+        let piece = after.checked_sub(1).and_then(|i| pieces.get(i));
+        piece.map_or(last, |p| p.value(time))
     }
 }

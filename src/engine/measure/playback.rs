@@ -106,24 +106,28 @@ impl Engine {
         Ok(best)
     }
 
-    /// How far frames are off where keys are kept in a format; `None` for the paper's hardware, 8
-    /// bits blended as displayed.
+    /// How far frames are off where keys are kept in a format, and their width and height; `None`
+    /// for the paper's hardware, 8 bits blended as displayed.
     ///
     /// # Errors
     /// As [`Engine::playback`].
-    pub fn measure_format(&mut self, format: Option<Format>) -> Result<Judged, Error> {
+    pub fn measure_format(
+        &mut self,
+        format: Option<Format>,
+    ) -> Result<(Judged, (usize, usize)), Error> {
         let playback = self.playback()?;
         let tone = self.tone_of(playback.images());
-        match format {
+        let judged = match format {
             Some(format) => {
                 let player = Player::new(&playback, format, tone, self.host.work())?;
-                self.judge(&playback, tone, 1, &player)
+                self.judge(&playback, tone, 1, &player)?
             }
             None => {
                 let displayed = Displayed::new(&playback, tone);
-                self.judge_displayed(&playback, tone, &displayed)
+                self.judge_displayed(&playback, tone, &displayed)?
             }
-        }
+        };
+        Ok((judged, playback.size()))
     }
 }
 

@@ -11,9 +11,11 @@
 use std::sync::Arc;
 
 use crate::engine::{Engine, Error};
+use crate::lang;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::renderer::{Quality, Transport as _};
+use crate::show::Preview;
 use crate::study::tune::{self, Candidate, Expense, Tuned, Tuner};
 
 /// Steps without which there is nothing to choose: two for coarse images, one to compare with.
@@ -39,7 +41,7 @@ impl Engine {
         let Some(choice) = tune::choice(&candidates, until) else {
             return Err(out_of_reach(&candidates, until, reference));
         };
-        let preview = &self.show().preview;
+        let preview = self.show().preview.clone();
         let as_it_stands = tuner.run(preview.coarse, preview.refined, until)?;
         let playback = self.playback()?;
         let tone = self.tone_of(playback.images());
@@ -54,7 +56,12 @@ impl Engine {
             choice,
             as_it_stands,
             keys: self.key_formats(&playback, tone)?,
-            preview: self.preview_of(until, choice),
+            preview: lang::preview_statement(&Preview {
+                tolerance: until,
+                coarse: choice.coarse,
+                refined: choice.refined.unwrap_or(preview.refined),
+                ..preview
+            }),
         })
     }
 

@@ -1,0 +1,395 @@
+//! The prompt without a terminal: a line is parsed, done by the engine, and told by the report.
+//!
+//! A [`Repl`] holds an engine and what a hand does at a desk. Declarations typed at the prompt are
+//! edits of the show's text; verbs stand in one table ([`VERBS`]), each with its function. Words for
+//! a person go into a [`Reply`]; nothing is printed here.
+
+mod answer;
+mod argument;
+mod call;
+mod error;
+mod verb;
+mod vocabulary;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde::Serialize;
+
+use crate::chart::Drawing;
+use crate::diagnostic::Style;
+use crate::engine::{Edited, Engine, LiveControl};
+use crate::lang;
+use crate::report::film::{Canvas, Pipe, Shown};
+use crate::report::sheet::Difference;
+use crate::report::{self, document, notes, refine, versions};
+
+pub use self::call::Call;
+pub use self::error::Error;
+pub use self::verb::{DECLARATIONS, Declaration, OptionSpec, VERBS, VerbSpec, find};
+pub use self::vocabulary::{Completion, Vocabulary};
+
+/// What an embedding program gives a prompt besides the engine's means.
+pub struct Console {
+    /// How diagnostics are written into replies.
+    pub style: Style,
+    /// Opens what `-o -` writes to, such as standard output; without it that is refused.
+    pub pipe: Option<Pipe>,
+    /// Shows frames as `play` makes them; without it `play` only tells how fast it is.
+    pub canvas: Option<Box<dyn Canvas>>,
+}
+
+impl Default for Console {
+    /// Plain text, no pipe, no canvas.
+    fn default() -> Console {
+        Console {
+            style: Style::Plain,
+            pipe: None,
+            canvas: None,
+        }
+    }
+}
+
+/// What a verb answers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reply {
+    /// Words, ending in a newline unless empty.
+    pub text: String,
+    /// A picture to show with them.
+    pub picture: Option<Shown>,
+    /// What the user should be warned of and was not told before: one line each.
+    pub notes: Vec<String>,
+    /// The user wants to leave.
+    pub quit: bool,
+    /// The pipe carries a file: the words go elsewhere.
+    pub beside: bool,
+    /// The user stopped it before its end; what is told of was done.
+    pub stopped: bool,
+}
+
+impl Reply {
+    /// Data instead of words.
+    fn json(data: &impl Serialize) -> Result<Reply, Error> {
+        let text = serde_json::to_string_pretty(data).map_err(report::Error::from)?;
+        Ok(Reply::text(text))
+    }
+
+    /// A drawing with words.
+    fn drawn(drawing: &Drawing, text: String) -> Result<Reply, Error> {
+        let (width, height, rgb) = drawing.rgb8().map_err(report::Error::from)?;
+        let size = (width, height);
+        Ok(Reply {
+            picture: Some(Shown { size, rgb }),
+            ..Reply::text(text)
+        })
+    }
+
+    fn text(text: impl Into<String>) -> Reply {
+        let mut text = text.into();
+        if !text.is_empty() && !text.ends_with('\n') {
+            text.push('\n');
+        }
+        Reply {
+            text,
+            ..Reply::default()
+        }
+    }
+}
+
+/// What taking another text came to.
+#[derive(Debug)]
+pub struct Reloaded {
+    /// The changes in a designer's words.
+    pub reply: Reply,
+    /// What changed.
+    pub difference: Difference,
+}
+
+/// A prompt: an engine, the moment that is looked at, and what was told already.
+///
+/// ```
+/// use footlight::{Console, Engine, Host, Repl};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let show = b"show \"S\"\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\nbank a = x\n\
+///     cue 1 at 0:00 { snap  a 50 }\n";
+/// let mut repl = Repl::new(
+///     Engine::from_text("s.lxq", show, Host::default())?,
+///     Console::default(),
+/// );
+/// assert!(repl.execute("at 0")?.text.contains("50.0"));
+/// # Ok(())
+/// # }
+/// ```
+pub struct Repl {
+    engine: Engine,
+    live: LiveControl,
+    console: Console,
+    /// How the refinement in the background was asked for.
+    refining: String,
+    /// The user asked to leave with unsaved edits and was told so.
+    warned: bool,
+    /// Warnings that were told, each once.
+    told: BTreeSet<String>,
+    /// What is to be told with the next reply.
+    unheard: Vec<String>,
+}
+
+impl std::fmt::Debug for Repl {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.engine.fmt(f)
+    }
+}
+
+impl Repl {
+    /// A prompt for an engine.
+    pub fn new(engine: Engine, console: Console) -> Repl {
+        Repl {
+            live: LiveControl::new(engine.document()),
+            engine,
+            console,
+            refining: String::new(),
+            warned: false,
+            told: BTreeSet::new(),
+            unheard: Vec::new(),
+        }
+    }
+
+    /// The engine.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// The engine, to be called directly; what its text is edited to is followed with the next
+    /// line.
+    pub fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.engine
+    }
+
+    /// The moment and the levels being tried.
+    pub fn live(&self) -> &LiveControl {
+        &self.live
+    }
+
+    /// Runs a line as if typed at the prompt: a verb, or declarations that change the show.
+    ///
+    /// # Errors
+    /// [`Error`]; the show is then as it was.
+    pub fn execute(&mut self, line: &str) -> Result<Reply, Error> {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with("//") {
+            return Ok(Reply::default());
+        }
+        if lang::is_declaration(line) {
+            return self.serve(|repl| repl.declare(line));
+        }
+        let call = Call::parse(line).map_err(|error| self.level_meant(line).unwrap_or(error))?;
+        self.call(&call)
+    }
+
+    /// The way out for somebody who types a level as at a desk: `lamps 50`.
+    fn level_meant(&self, line: &str) -> Option<Error> {
+        let name = line.split_whitespace().next()?;
+        let show = self.engine.show();
+        let is_bank = show.banks.iter().any(|b| b.name == name);
+        let is_group = show.groups.iter().any(|g| g.name == name);
+        ((is_bank || is_group) && find(name).is_err()).then(|| {
+            Error::Usage(format!(
+                "`{name}` is set in cues; `set {line}` tries it on top of the moment"
+            ))
+        })
+    }
+
+    /// Runs a verb.
+    ///
+    /// # Errors
+    /// [`Error`]; nothing has changed then, but for refined images finished before it.
+    pub fn call(&mut self, call: &Call) -> Result<Reply, Error> {
+        self.serve(|repl| {
+            let mut reply = repl.answer(call)?;
+            reply.notes = repl.warnings();
+            Ok(reply)
+        })
+    }
+
+    /// Does something for the user, who is told first of what ended in the background: with the
+    /// next reply where there is none now.
+    fn serve(
+        &mut self,
+        something: impl FnOnce(&mut Repl) -> Result<Reply, Error>,
+    ) -> Result<Reply, Error> {
+        let notes = self.poll();
+        self.unheard.extend(notes);
+        self.live.follow(self.engine.document());
+        let call = self.engine.begin_call();
+        let done = something(self);
+        let exceeded = call.exceeded();
+        drop(call);
+        self.live.follow(self.engine.document());
+        let events = self.told_events();
+        self.unheard.extend(events);
+        let mut reply = done.map_err(|error| match exceeded {
+            Some(seconds) => error.late(seconds),
+            None => error,
+        })?;
+        if let Some(seconds) = exceeded.filter(|_| reply.stopped) {
+            let limit = format!("the limit of time ({seconds} s) is reached");
+            reply.notes.push(limit);
+        }
+        let mut notes = std::mem::take(&mut self.unheard);
+        notes.append(&mut reply.notes);
+        Ok(Reply { notes, ..reply })
+    }
+
+    /// Takes in what was rendered in the background and starts what comes next; what there is to
+    /// tell of it. Cheap while nothing is finished; every verb does it first.
+    pub fn poll(&mut self) -> Vec<String> {
+        self.engine.poll();
+        self.told_events()
+    }
+
+    /// What happened, in words.
+    fn told_events(&mut self) -> Vec<String> {
+        let events = self.engine.take_events().into_iter();
+        events
+            .flat_map(|event| refine::event(&event, &self.refining))
+            .collect()
+    }
+
+    /// Waits until the refinement in the background has ended; what there is to tell of it.
+    ///
+    /// # Errors
+    /// As [`Engine::wait`]; the refinement then goes on.
+    pub fn wait(&mut self) -> Result<Vec<String>, Error> {
+        self.engine.wait()?;
+        Ok(self.told_events())
+    }
+
+    /// Warnings of the renderer and the store that were not told before.
+    fn warnings(&mut self) -> Vec<String> {
+        let (remarks, store) = self.engine.remarks();
+        let mut all: Vec<String> = remarks.iter().map(notes::of_operator).collect();
+        all.extend(store.iter().map(notes::of_store));
+        all.extend(refine::clamped(&self.engine));
+        all.retain(|warning| self.told.insert(warning.clone()));
+        all
+    }
+
+    /// Options of a verb that say how images are chosen and made, and from where, hold for that
+    /// verb alone.
+    fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
+        if let Some(path) = call.option("output") {
+            self.spare(Path::new(path))?;
+        }
+        let usual = self.engine.method();
+        let chosen = argument::method(usual, call)?;
+        self.engine.set_method(chosen);
+        let reply = self.answer_from_view(call);
+        if self.engine.method() == chosen {
+            self.engine.set_method(usual);
+        }
+        reply
+    }
+
+    /// Refuses to write results over what the show is read from.
+    fn spare(&self, path: &Path) -> Result<(), Error> {
+        let files = self.engine.host().files.as_ref();
+        if self.engine.document().reads(path, files) {
+            return Err(Error::Usage(format!(
+                "`{}` belongs to the show and was not written; choose another name",
+                path.display()
+            )));
+        }
+        Ok(())
+    }
+
+    /// `--view` holds for its verb alone too.
+    fn answer_from_view(&mut self, call: &Call) -> Result<Reply, Error> {
+        let Some(name) = call.option("view") else {
+            return self.dispatch(call);
+        };
+        let usual = self.engine.document().view().map(str::to_owned);
+        self.engine.look_from(name)?;
+        let reply = self.dispatch(call);
+        if let Some(usual) = usual {
+            self.engine.look_from(&usual)?;
+        }
+        reply
+    }
+
+    fn dispatch(&mut self, call: &Call) -> Result<Reply, Error> {
+        let warned = self.warned;
+        let reply = (call.verb.run)(self, call);
+        // A warning counts only for the very next verb.
+        if warned {
+            self.warned = false;
+        }
+        reply
+    }
+
+    /// Changes the show by declarations as typed.
+    fn declare(&mut self, declarations: &str) -> Result<Reply, Error> {
+        let before = self.engine.refined();
+        let edit = lang::edit::Edit::Declare(declarations.to_owned());
+        let edited = self.engine.edit(&edit)?;
+        Ok(Reply::text(self.told_edit(&edited, before)))
+    }
+
+    /// What an edit came to, where there were so many refined images before it.
+    fn told_edit(&self, edited: &Edited, before: usize) -> String {
+        let refined = [before, self.engine.refined()];
+        let document = self.engine.document();
+        document::edited(document, edited, refined, self.console.style)
+    }
+
+    /// Takes a text as a whole, with everything rendered that still means the same; `undo` has the
+    /// old one.
+    ///
+    /// # Errors
+    /// As [`Engine::replace`]; the show is then as it was.
+    pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
+        let before = self.engine.refined();
+        let old = self.engine.document().compiled();
+        let edited = self.engine.replace(text)?;
+        self.live.follow(self.engine.document());
+        let difference = versions::difference(&old, &self.engine.document().compiled());
+        let text = match versions::describe(&difference, None) {
+            told if told.is_empty() => self.told_edit(&edited, before),
+            told => told,
+        };
+        let mut notes = std::mem::take(&mut self.unheard);
+        notes.extend(self.told_events());
+        let reply = Reply {
+            notes,
+            ..Reply::text(text)
+        };
+        Ok(Reloaded { reply, difference })
+    }
+
+    /// What a person sees first at the prompt.
+    pub fn greeting(&self) -> String {
+        let document = self.engine.document();
+        let warnings = match document.diagnostics().list.len() {
+            0 => String::new(),
+            n => format!(
+                "{}: `check` tells them\n",
+                report::words::count(n, "warning")
+            ),
+        };
+        format!(
+            "Footlight {}. {}\n{warnings}`help` lists the verbs; declarations change the show.\n",
+            env!("CARGO_PKG_VERSION"),
+            document::headline(document)
+        )
+    }
+
+    /// Where the show is, for a prompt: the cue's number and label; empty before the first.
+    pub fn place(&self) -> String {
+        document::place(self.engine.document(), &self.live)
+    }
+}
+
+/// True when a typed line is finished: a declaration with open braces or quotes goes on.
+pub fn finished(line: &str) -> bool {
+    !lang::is_declaration(line) || lang::statement_complete(line)
+}

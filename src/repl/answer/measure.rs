@@ -1,0 +1,203 @@
+//! Measurements: of quality, against references, as charts.
+
+use std::path::{Path, PathBuf};
+
+use super::{session, usage};
+use crate::chart::Theme;
+use crate::picture::{Image, signed};
+use crate::repl::argument::{duration, fraction, key_format, quality as step};
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::film::Shown;
+use crate::report::format::{self, DRAWING, RECORD};
+use crate::report::{self, comparison, playback, refinement, stability, tradeoff};
+use crate::study;
+
+/// What the paper's hardware did, as `--where` calls it.
+const DISPLAYED: &str = "displayed";
+
+/// The file of commands that `chart session` replays unless it is told another, next to the show.
+const COMMANDS: &str = "session.txt";
+
+/// Options that belong to some kinds only, with those and what to say else.
+const PARTIAL: [(&str, &[&str], &str); 4] = [
+    (
+        "reference",
+        &["transport"],
+        "playback is held against its own blends in double precision, all else against what the \
+         show itself can render",
+    ),
+    ("where", &["playback"], "it shows where keys are off"),
+    ("commands", &["session"], "it names the file to replay"),
+    (
+        "truth",
+        &["session"],
+        "every other chart has the truth in it where there is one",
+    ),
+];
+
+const USAGE: &str = "say what to draw: `chart transport` draws error against time over the scale of \
+    quality, `chart playback` over the formats of key images, `chart plan` over refined pictures, \
+    `chart session` over a session of edits, `chart stability` where methods fail";
+
+pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if let Some(word) = call.words.first() {
+        return Err(Error::Usage(format!(
+            "`{word}` is left over: quality tells of all steps"
+        )));
+    }
+    let forecast = repl.engine.measure_quality(call.has("measure"))?;
+    match call.has("json") {
+        true => Reply::json(&forecast),
+        false => Ok(Reply::text(report::forecast::describe(&forecast))),
+    }
+}
+
+pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if let Some(word) = call.words.first() {
+        return Err(Error::Usage(format!(
+            "`{word}` is left over; the folder stands behind --reference"
+        )));
+    }
+    let Some(folder) = call.option("reference") else {
+        return usage(
+            "say where the reference pictures are: compare --reference DIR, with DIR/BANK.exr for \
+             every bank, or its halves BANK_A.exr and BANK_B.exr",
+        );
+    };
+    let quality = match call.option("quality") {
+        Some(text) => step(&repl.engine, text)?,
+        None => repl.engine.coarse_steps()[1],
+    };
+    let path = call.option("output").map(Path::new);
+    if let Some(path) = path {
+        DRAWING.check(path)?;
+    }
+    let compared = repl.engine.compare(Path::new(folder), quality)?;
+    let json = call.has("json");
+    let reply = match json {
+        true => Reply::json(&compared.comparison)?,
+        false => Reply::text(comparison::describe(&compared.comparison)),
+    };
+    let Some(path) = path else {
+        return Ok(reply);
+    };
+    let drawing = comparison::drawing(&repl.engine.show().title, &compared);
+    let drawing = drawing.map_err(report::Error::from)?;
+    repl.write(path, &format::drawing(&drawing, 1.0, path)?)?;
+    Ok(match json {
+        true => reply,
+        false => Reply::text(format!("{}wrote {}", reply.text, path.display())),
+    })
+}
+
+pub fn tune(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if let Some(word) = call.words.first() {
+        return Err(Error::Usage(format!(
+            "`{word}` is left over: tune --until 2%"
+        )));
+    }
+    let until = match call.option("until") {
+        Some(text) => fraction(text)?,
+        None => repl.engine.show().preview.tolerance,
+    };
+    let budget = call.option("budget").map(duration).transpose()?;
+    let tuned = repl.engine.tune(until, budget.map(|t| t.seconds()))?;
+    match call.has("json") {
+        true => Reply::json(&tuned),
+        false => Ok(Reply::text(report::tune::describe(&tuned))),
+    }
+}
+
+pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let kind = match call.words()[..] {
+        [kind] => kind,
+        _ => "",
+    };
+    let path = call.option("output").map(Path::new);
+    if let Some(path) = path {
+        RECORD.check(path)?;
+    }
+    for (option, kinds, why) in PARTIAL {
+        if call.has(option) && !kinds.contains(&kind) {
+            let kinds = kinds.join("`, `chart ");
+            let message = format!("`--{option}` is for `chart {kinds}`: {why}");
+            return Err(Error::Usage(message));
+        }
+    }
+    let theme = match call.has("dark") {
+        true => Theme::Dark,
+        false => Theme::Light,
+    };
+    let to = (path, theme);
+    match kind {
+        "transport" => {
+            let folder = call.option("reference").map(Path::new);
+            let found = repl.engine.measure_tradeoff(folder)?;
+            let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
+            repl.deliver(text, &record, &|theme| tradeoff::drawing(&found, theme), to)
+        }
+        "playback" => chart_playback(repl, call, to),
+        "session" => {
+            let commands = call.option("commands").map(PathBuf::from);
+            let commands = commands.unwrap_or_else(|| usual_commands(repl));
+            session::replayed(repl, &commands, call.has("truth"), to)
+        }
+        "plan" => {
+            let found = repl.engine.measure_refinement()?;
+            let (text, record) = (refinement::describe(&found), || refinement::record(&found));
+            repl.deliver(text, &record, &|theme| refinement::drawing(&found, theme), to)
+        }
+        "stability" => {
+            let (machine, work) = (repl.engine.machine(), repl.engine.host().work());
+            let found = study::stability::study(machine, work);
+            let found = found.map_err(crate::engine::Error::from)?;
+            let (text, record) = (stability::describe(&found), || stability::record(&found));
+            repl.deliver(text, &record, &|theme| stability::drawing(&found, theme), to)
+        }
+        _ => usage(USAGE),
+    }
+}
+
+/// The session next to the show's file.
+fn usual_commands(repl: &Repl) -> PathBuf {
+    let folder = repl.engine.document().path().and_then(Path::parent);
+    folder.unwrap_or(Path::new("")).join(COMMANDS)
+}
+
+fn chart_playback(
+    repl: &mut Repl,
+    call: &Call,
+    to: (Option<&Path>, Theme),
+) -> Result<Reply, Error> {
+    if let Some(way) = call.option("where") {
+        return where_off(repl, way, to.0);
+    }
+    let found = repl.engine.measure_playback()?;
+    let (text, record) = (playback::describe(&found), || playback::record(&found));
+    repl.deliver(text, &record, &|theme| playback::drawing(&found, theme), to)
+}
+
+/// A picture of where a way of playing is off: the largest error of each channel.
+fn where_off(repl: &mut Repl, way: &str, path: Option<&Path>) -> Result<Reply, Error> {
+    let format = match way {
+        DISPLAYED => None,
+        named => Some(key_format(named)?),
+    };
+    let (judged, (width, height)) = repl.engine.measure_format(format)?;
+    let worst = Image::from_data(width, height, judged.worst);
+    let worst = worst.unwrap_or_else(|| Image::new(width, height));
+    let scale = signed::scale(&worst);
+    let rgb = signed::encode(&worst, scale);
+    let text = format!(
+        "keys {way}: at most {:.2} steps of 8 bits, RMS {:.3}; full amber is {scale:.2} steps",
+        judged.most, judged.rms
+    );
+    let size = (width, height);
+    match path {
+        None => Ok(Reply {
+            picture: Some(Shown { size, rgb }),
+            ..Reply::text(text)
+        }),
+        Some(p) => repl.written(path, &format::displayed(size, &rgb, p)?, text),
+    }
+}

@@ -1,0 +1,128 @@
+//! The sequence, on a canvas or into files.
+
+use std::path::Path;
+
+use crate::repl::argument::{key_format, target};
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::film::{self, Piped};
+use crate::report::target::{Kind, Target};
+use crate::report::{self, layers, page};
+
+pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let target = call.option("output").map(|path| checked(path, call));
+    let target = target.transpose()?;
+    let playback = repl.engine.playback()?;
+    let (engine, console) = (&repl.engine, &repl.console);
+    let tone = engine.tone_of(playback.images());
+    let format = call.option("keys").map(key_format).transpose()?;
+    let player = || Ok::<_, Error>(engine.player_of(&playback, tone, format)?);
+    let now = repl.live.time();
+    let Some(target) = target else {
+        let player = player()?;
+        return Ok(match &console.canvas {
+            None => {
+                let (picture, text) = film::still(engine, &player, now);
+                Reply {
+                    picture: Some(picture),
+                    ..Reply::text(text)
+                }
+            }
+            Some(canvas) => Reply::text(film::perform(engine, &player, now, canvas.as_ref())),
+        });
+    };
+    match target {
+        Target::Animation(path) => {
+            let (bytes, animation) = film::animate(engine, &player()?)?;
+            repl.written(Some(&path), &bytes, animation.describe())
+        }
+        Target::Video(Some(path), chroma) => {
+            let file = engine.host().store.begin(&path)?;
+            let text = film::video(engine, &player()?, chroma, file, &path)?;
+            Ok(Reply::text(text))
+        }
+        Target::Video(None, chroma) => {
+            let pipe = console.pipe.as_ref().ok_or(report::Error::NoPipe)?;
+            let place = Path::new("standard output");
+            let player = player()?;
+            let file = Box::new(Piped(pipe()));
+            let text = film::video(engine, &player, chroma, file, place)?;
+            Ok(Reply {
+                beside: true,
+                ..Reply::text(text)
+            })
+        }
+        Target::Numbered(names, kind) => {
+            let player = match kind {
+                Kind::Png => player()?,
+                Kind::Exr(_) => film::exact(engine, &playback, tone)?,
+            };
+            Ok(Reply::text(film::numbered(engine, &player, &names, kind)?))
+        }
+        Target::Page(path) => {
+            let (html, text) = page::page(engine, &playback, tone)?;
+            repl.written(Some(&path), html.as_bytes(), text)
+        }
+        Target::Layers(path, which, precision) => {
+            let (bytes, text) = layers::layers(engine, &playback, which, precision)?;
+            repl.written(Some(&path), &bytes, text)
+        }
+    }
+}
+
+/// What to write to `path`; options that this kind of file would silently ignore are refused.
+fn checked(path: &str, call: &Call) -> Result<Target, Error> {
+    let options = target(call)?;
+    let target = Target::of(path, options)?;
+    match target.idle(options) {
+        Some((option, file)) => Err(Error::Usage(format!("`--{option}` is for {file}"))),
+        None => Ok(target),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use crate::picture::exr::Precision;
+    use crate::picture::y4m::Chroma;
+    use crate::report::target::Layers;
+
+    fn of(words: &str) -> Result<Target, Error> {
+        let call = Call::parse(&format!("play {words}"))?;
+        checked(call.option("output").unwrap(), &call)
+    }
+
+    #[test]
+    fn endings_and_options_choose() {
+        assert!(matches!(of("-o a.PNG"), Ok(Target::Animation(_))));
+        assert!(matches!(
+            of("-o -"),
+            Ok(Target::Video(None, Chroma::Quarter))
+        ));
+        assert!(matches!(
+            of("-o a.y4m --chroma 444"),
+            Ok(Target::Video(Some(_), Chroma::Full))
+        ));
+        assert!(matches!(
+            of("-o a##.exr --float"),
+            Ok(Target::Numbered(_, Kind::Exr(Precision::Float)))
+        ));
+        assert!(matches!(
+            of("-o a.exr --layers banks"),
+            Ok(Target::Layers(_, Layers::Banks, Precision::Half))
+        ));
+        for (words, said) in [
+            ("-o a.mp4", "use a .png or .apng (animated), a .y4m"),
+            ("-o a", "numbered pictures"),
+            ("-o a.png --layers keys", "`--layers` is for an .exr"),
+            ("-o a.exr --chroma 444", "`--chroma` is for a .y4m"),
+            ("-o a.y4m --float", "`--float` is for an .exr"),
+            ("-o a.exr --layers lamps", "keys, banks or basis"),
+            ("-o a.y4m --chroma 422", "420 or 444"),
+        ] {
+            let error = of(words).unwrap_err().to_string();
+            assert!(error.contains(said), "{words}: {error}");
+        }
+    }
+}

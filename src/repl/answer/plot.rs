@@ -1,0 +1,134 @@
+//! What the show and its plan look like.
+
+use std::path::Path;
+
+use crate::chart::{Drawing, Theme};
+use crate::engine::PlanOptions;
+use crate::lang::nearest;
+use crate::plan::Metric;
+use crate::repl::argument::fraction;
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::curves::{curves, moving};
+use crate::report::format::DRAWING;
+use crate::report::words::{count, percent};
+use crate::report::{self, results};
+
+/// What is drawn instead of banks where its word stands alone.
+pub const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
+
+pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let words = call.words();
+    let path = call.option("output").map(Path::new);
+    if let Some(path) = path {
+        DRAWING.check(path)?;
+    }
+    for option in ["metric", "tolerance"] {
+        if call.has(option) && words != ["spectrum"] {
+            return Err(Error::Usage(format!("`--{option}` is for `plot spectrum`")));
+        }
+    }
+    // In a terminal it is dark around.
+    let theme = match call.has("dark") || path.is_none() {
+        true => Theme::Dark,
+        false => Theme::Light,
+    };
+    let (drawing, text) = match words.as_slice() {
+        ["keys"] => report::plot::keys(repl.engine.document(), theme),
+        ["spectrum"] => spectrum(repl, call, theme)?,
+        ["basis"] => basis(repl, theme)?,
+        ["error"] => error(repl, theme)?,
+        names => {
+            let (wanted, text) = chosen(repl, names)?;
+            let document = repl.engine.document();
+            let now = Some(repl.live.time());
+            (curves(document, &wanted, now, theme), text)
+        }
+    };
+    repl.drawing(&drawing, path, text)
+}
+
+/// The coordinates of the banks and groups of these names, each once and in the order named; all
+/// banks without names. `bank` before a name is passed over.
+fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, String), Error> {
+    let show = repl.engine.show();
+    let of_show = format!("of {}", show.title);
+    if names.is_empty() {
+        let banks = count(show.banks.len(), "bank");
+        return Ok((moving(show), format!("{banks} {of_show}")));
+    }
+    let names = match names {
+        ["bank" | "group", rest @ ..] if !rest.is_empty() => rest,
+        all => all,
+    };
+    let mut banks: Vec<usize> = Vec::new();
+    for name in names {
+        for bank in banks_of(repl, name)? {
+            if !banks.contains(&bank) {
+                banks.push(bank);
+            }
+        }
+    }
+    let coordinates = show.coordinates();
+    let of = |bank: &usize| {
+        let all = coordinates.iter().enumerate();
+        let own = all.filter(|(_, c)| c.bank == Some(*bank));
+        own.map(|(i, _)| i).collect::<Vec<usize>>()
+    };
+    let text = format!("{} {of_show}", count(banks.len(), "bank"));
+    Ok((banks.iter().flat_map(of).collect(), text))
+}
+
+/// The banks that a name stands for, as indices.
+fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
+    let show = repl.engine.show();
+    if let Some(bank) = show.banks.iter().position(|b| b.name == name) {
+        return Ok(vec![bank]);
+    }
+    if let Some(group) = show.groups.iter().find(|g| g.name == name) {
+        return Ok(group.banks.clone());
+    }
+    let banks = show.banks.iter().map(|b| b.name.as_str());
+    let groups = show.groups.iter().map(|g| g.name.as_str());
+    let hint = match nearest(name, banks.chain(groups).chain(SUBJECTS)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "`show` lists the banks".to_owned(),
+    };
+    let message = format!("there is no bank or group `{name}`; {hint}");
+    Err(Error::Usage(message))
+}
+
+/// The singular values and what they leave, with the tolerance.
+fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
+    let tolerance = call.option("tolerance").map(fraction).transpose()?;
+    let plan = repl.engine.plan(PlanOptions {
+        metric: repl.engine.method().metric.unwrap_or(Metric::Settings),
+        tolerance: tolerance.unwrap_or(repl.engine.show().preview.tolerance),
+        signed_keys: false,
+    })?;
+    Ok(report::plot::spectrum(&plan, theme))
+}
+
+fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.coarse()?;
+    let text = match repl.engine.refined() {
+        0 => format!(
+            "nothing is refined yet: the coarse pictures of {}",
+            count(repl.engine.show().coordinates().len(), "source")
+        ),
+        n => count(n, "basis picture"),
+    };
+    let sheet = results::basis_sheet(&repl.engine, theme)?;
+    Ok((sheet.ok_or(crate::engine::Error::NoSetup)?, text))
+}
+
+fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.coarse()?;
+    let tolerance = repl.engine.show().preview.tolerance;
+    let text = format!(
+        "{}: predicted error {} %",
+        count(repl.engine.refined(), "refined picture"),
+        percent(repl.engine.predicted_error()?)
+    );
+    let chart = results::error_chart(&repl.engine, tolerance, theme)?;
+    Ok((chart, text))
+}

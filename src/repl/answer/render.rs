@@ -1,0 +1,219 @@
+//! What is rendered: plan, refinement, pool, the whole loop.
+
+use std::path::{Path, PathBuf};
+
+use super::usage;
+use crate::engine::{Ended, Goal, PlanOptions};
+use crate::plan::Metric;
+use crate::repl::argument::{self, METHOD, duration, fraction, goal, whole};
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::{self, refine as words, run as whole_loop};
+
+/// Steps that `plan --next` tells of unless it is told how many.
+const TOLD: usize = 5;
+
+pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if call.has("next") {
+        return next(repl, call);
+    }
+    if let Some(word) = call.words.first() {
+        return Err(Error::Usage(format!(
+            "`{word}` is left over; a number of steps stands behind --next"
+        )));
+    }
+    let tolerance = match call.option("tolerance") {
+        Some(text) => fraction(text)?,
+        None => repl.engine.show().preview.tolerance,
+    };
+    let metric = repl.engine.method().metric.unwrap_or(Metric::Settings);
+    let plan = repl.engine.plan(PlanOptions {
+        metric,
+        tolerance,
+        signed_keys: call.has("signed-keys"),
+    })?;
+    if call.has("json") {
+        return Reply::json(&report::plan::form(&plan));
+    }
+    let mut text = report::plan::describe(&plan);
+    if let Some(unshared) = words::unshared(&repl.engine) {
+        text.push_str(&unshared);
+        text.push('\n');
+    }
+    if metric != Metric::Settings && !repl.engine.is_final() {
+        let [cheap, fine] = repl.engine.coarse_steps().map(|q| q.0);
+        text.push_str(&format!(
+            "measured by coarse pictures at quality {cheap} and {fine}, rendered first\n"
+        ));
+    }
+    Ok(Reply::text(text))
+}
+
+fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let told = match call.words().as_slice() {
+        [] => TOLD,
+        [number] => whole(number)?,
+        [_, word, ..] => {
+            return Err(Error::Usage(format!(
+                "`{word}` is left over: plan --next [N]"
+            )));
+        }
+    };
+    for other in ["tolerance", "signed-keys"] {
+        if call.has(other) {
+            return Err(Error::Usage(format!(
+                "--{other} belongs to the plan of the whole show, not to --next: the next steps \
+                 follow from the pictures that are there"
+            )));
+        }
+    }
+    repl.engine.coarse()?;
+    repl.engine.calibrate_cost()?;
+    let mut forecast = repl.engine.forecast()?;
+    let all = forecast.steps.len();
+    let cost = repl.engine.refined_cost()?;
+    forecast.steps.truncate(told);
+    match call.has("json") {
+        true => Reply::json(&forecast),
+        false => Ok(Reply::text(words::forecast(
+            &repl.engine,
+            &forecast,
+            all,
+            cost,
+        ))),
+    }
+}
+
+pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let mut call = call.clone();
+    if let Some(words) = in_background(&mut call) {
+        repl.engine.idle().map_err(|_| busy(repl))?;
+        repl.engine.start(goal(&call)?)?;
+        repl.refining = words;
+        let notes = repl.told_events();
+        return Ok(Reply::text(match notes.is_empty() {
+            true => "refining beside the prompt: `status` tells how far it is".to_owned(),
+            false => notes.join("\n"),
+        }));
+    }
+    let goal = goal(&call)?;
+    repl.engine.idle().map_err(|_| busy(repl))?;
+    repl.engine.coarse()?;
+    let before = repl.engine.steps().len();
+    let done = repl.engine.refine(goal)?;
+    let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
+    Ok(Reply {
+        stopped: done.ended == Some(Ended::Stopped),
+        ..Reply::text(text)
+    })
+}
+
+/// What to say while a refinement runs in the background.
+fn busy(repl: &Repl) -> Error {
+    Error::Usage(format!(
+        "`{}` is at work: `wait` for it, or `stop` it",
+        repl.refining
+    ))
+}
+
+/// Takes the `&` off that asks for work in the background; the line without its options, if it was
+/// there.
+fn in_background(call: &mut Call) -> Option<String> {
+    let last = call.words.last_mut()?;
+    *last = last.strip_suffix('&')?.to_owned();
+    call.words.retain(|w| !w.is_empty());
+    let words = call.words.join(" ");
+    Some(match words.is_empty() {
+        true => "refine &".to_owned(),
+        false => format!("refine {words} &"),
+    })
+}
+
+pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+    Ok(Reply::text(match repl.engine.status() {
+        Some(status) => words::status(&status, &repl.refining),
+        None => words::idle(&repl.engine),
+    }))
+}
+
+pub fn wait(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if !repl.engine.is_busy() {
+        return status(repl, call);
+    }
+    Ok(Reply::text(repl.wait()?.join("\n")))
+}
+
+pub fn stop(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let at_once = match call.words().as_slice() {
+        [] => false,
+        ["now"] => true,
+        _ => return usage("usage: stop [now]"),
+    };
+    if !repl.engine.is_busy() {
+        return status(repl, call);
+    }
+    repl.engine.stop(at_once);
+    let notes = repl.told_events();
+    Ok(Reply::text(match (notes.is_empty(), at_once) {
+        (false, _) => notes.join("\n"),
+        (true, false) => {
+            "it stops after what is in hand, which is kept; `stop now` gives that up".to_owned()
+        }
+        (true, true) => "it stops".to_owned(),
+    }))
+}
+
+pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let seconds = |text: &str| duration(text).map(|t| t.seconds());
+    let mut goal = Goal {
+        until: call.option("until").map(fraction).transpose()?,
+        count: call.option("count").map(whole).transpose()?,
+        budget: call.option("budget").map(seconds).transpose()?,
+    };
+    if goal == Goal::default() {
+        goal.until = Some(repl.engine.show().preview.tolerance);
+    }
+    let folder = call.option("out").map(PathBuf::from);
+    let folder = folder.unwrap_or_else(|| default_folder(repl));
+    repl.engine.idle().map_err(|_| busy(repl))?;
+    let summary = whole_loop::run(&mut repl.engine, goal, &folder)?;
+    Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
+}
+
+fn default_folder(repl: &Repl) -> PathBuf {
+    let name = repl.engine.document().name();
+    Path::new("out").join(Path::new(name).file_stem().unwrap_or_default())
+}
+
+pub fn pool(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let all = match call.words().as_slice() {
+        [] => return Ok(Reply::text(report::pool::describe(&repl.engine))),
+        ["drop"] | ["drop", "unused"] => false,
+        ["drop", "all"] => true,
+        _ => {
+            return usage(
+                "usage: pool, pool drop unused (what this show cannot use), or pool drop all",
+            );
+        }
+    };
+    let freed = repl.engine.drop_images(all)?;
+    Ok(Reply::text(report::pool::freed(&freed)))
+}
+
+pub fn method(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let mut chosen = repl.engine.method();
+    let said = call.words();
+    match said.as_slice() {
+        [] => {}
+        ["default"] => chosen = crate::engine::Method::default(),
+        pairs => {
+            for pair in pairs.chunks(2) {
+                let [what, name] = pair else {
+                    return Err(Error::Usage(format!("usage: {METHOD}")));
+                };
+                argument::set_method(&mut chosen, what, name)?;
+            }
+        }
+    }
+    repl.engine.set_method(chosen);
+    Ok(Reply::text(words::method(chosen)))
+}

@@ -1,0 +1,163 @@
+//! What is done with the show's text, and what it declares.
+
+use std::path::{Path, PathBuf};
+
+use super::usage;
+use crate::engine::{self, Version};
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::format::{self, WIDTH};
+use crate::report::sheet::{self, Table};
+use crate::report::versions::{self, Comparison};
+use crate::report::words::count;
+use crate::report::{self, document};
+
+pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+    let style = repl.console.style;
+    Ok(Reply::text(document::check(repl.engine.document(), style)))
+}
+
+pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let document = repl.engine.document();
+    if call.words.is_empty() {
+        return Ok(Reply::text(document::listing(document)));
+    }
+    let name = call.words.join(" ");
+    let texts = document::declarations(document, &name);
+    match texts.is_empty() {
+        true => Err(Error::Usage(format!(
+            "nothing in the show is called `{name}`"
+        ))),
+        false => Ok(Reply::text(texts.join("\n"))),
+    }
+}
+
+pub fn view(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    match call.words().as_slice() {
+        [] => {}
+        [name] => drop(repl.engine.look_from(name)?),
+        _ => return usage("say one name: view stalls"),
+    }
+    Ok(Reply::text(document::views(repl.engine.document())))
+}
+
+pub fn undo(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+    through_history(repl, true)
+}
+
+pub fn redo(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+    through_history(repl, false)
+}
+
+fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
+    let old = repl.engine.document().compiled();
+    if back {
+        repl.engine.undo()?;
+    } else {
+        repl.engine.redo()?;
+    }
+    let document = repl.engine.document();
+    let difference = versions::difference(&old, &document.compiled());
+    let changes = difference.changes.iter();
+    let mut told: String = changes.map(|change| format!("{change}\n")).collect();
+    told.push_str(&document::headline(document));
+    let left = count(document.edits(), "edit");
+    Ok(Reply::text(format!("{told}\n{left} to undo")))
+}
+
+pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let document = repl.engine.document();
+    if call.has("check") {
+        let laid_out = engine::format(document.name(), document.text().as_bytes())?;
+        return Ok(Reply::text(match laid_out == document.text() {
+            true => "already in its canonical layout",
+            false => "`fmt` would change the layout",
+        }));
+    }
+    Ok(Reply::text(match repl.engine.format()? {
+        true => "laid out anew; `save` writes it",
+        false => "already in its canonical layout",
+    }))
+}
+
+/// The text against what was last read or saved, or against a file.
+pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let (engine, document) = (&repl.engine, repl.engine.document());
+    let host = engine.host();
+    let (name, old) = match call.words().as_slice() {
+        [] => ("as saved", document.saved_text().as_bytes().to_vec()),
+        [path] => (*path, host.store.read(Path::new(path), engine::TEXT_LIMIT)?),
+        _ => return usage("say one file, or none: diff old.lxq"),
+    };
+    let files = host.files.as_ref();
+    let old = Version::read(name, &old, files)?;
+    let new = Version::read(document.name(), document.text().as_bytes(), files)?;
+    let mut compared = Comparison::new(old, new);
+    let (old, new) = compared.versions();
+    compared.serving = Some(engine.serving(old, new));
+    let text = match compared.text() {
+        text if text.is_empty() => "nothing changed".to_owned(),
+        text => text,
+    };
+    match call.option("output").map(Path::new) {
+        None => Ok(Reply::text(text)),
+        Some(path) => {
+            repl.write(path, &compared.chart(path)?)?;
+            let wrote = path.display();
+            Ok(Reply::text(format!("{}\nwrote {wrote}", text.trim_end())))
+        }
+    }
+}
+
+pub fn tracksheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let sheet = sheet::track_sheet(repl.engine.show());
+    table(repl, call, &sheet.table(), &sheet.words())
+}
+
+pub fn cuesheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let document = repl.engine.document();
+    let sheet = sheet::cue_sheet(document.show(), document.timeline());
+    table(repl, call, &sheet, &sheet)
+}
+
+/// A table in words, or into a file: Markdown, or `plain` as CSV.
+fn table(repl: &Repl, call: &Call, table: &Table, plain: &Table) -> Result<Reply, Error> {
+    let Some(path) = call.option("output").map(Path::new) else {
+        return Ok(Reply::text(table.text(2, WIDTH)));
+    };
+    repl.write(path, format::table(table, plain, path)?.as_bytes())?;
+    Ok(Reply::text(format!("wrote {}", path.display())))
+}
+
+pub fn explain(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    match call.words().as_slice() {
+        [code] => Ok(Reply::text(report::explain::explain(code)?)),
+        _ => usage("say which code: explain E012"),
+    }
+}
+
+pub fn save(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let own = repl.engine.document().path().map(Path::to_owned);
+    let path = match call.words.first() {
+        Some(word) => PathBuf::from(word),
+        None => own.ok_or(engine::Error::NoFile)?,
+    };
+    if repl.live.is_blind() {
+        return Err(engine::Error::BlindEdits.into());
+    }
+    repl.engine.save(&path)?;
+    Ok(Reply::text(format!("saved {}", path.display())))
+}
+
+pub fn quit(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+    if repl.engine.document().is_unsaved() && !repl.warned {
+        repl.warned = true;
+        let said = "the edits are not saved: `save`, or `quit` again to drop them";
+        return Ok(Reply::text(said));
+    }
+    // What is being rendered in the background is given up with it.
+    repl.engine.abandon();
+    Ok(Reply {
+        quit: true,
+        ..Reply::default()
+    })
+}

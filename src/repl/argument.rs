@@ -1,0 +1,207 @@
+//! Words behind a verb as values.
+
+use super::{Call, Error};
+use crate::engine::{Engine, Goal, Method};
+use crate::lang::{self, nearest};
+use crate::picture::exr::Precision;
+use crate::picture::y4m::Chroma;
+use crate::plan::Metric;
+use crate::playback::key::Format;
+use crate::pool::Projection;
+use crate::renderer::Quality;
+use crate::report::target::{Layers, TargetOptions};
+use crate::units::{CueNumber, Time};
+
+/// `2%` or `0.02`; between 0 and 1.
+pub fn fraction(text: &str) -> Result<f64, Error> {
+    let meant = match text.parse::<f64>() {
+        Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("{percent}%"),
+        _ => "2% or 0.02".to_owned(),
+    };
+    let value = match text.strip_suffix('%') {
+        Some(number) => number.trim().parse::<f64>().map(|p| p / 100.0),
+        None => text.parse::<f64>(),
+    };
+    value
+        .ok()
+        .filter(|v| (0.0..=1.0).contains(v))
+        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as {meant}")))
+}
+
+/// `5`, `1.5s`, `1:30`, `250ms`.
+pub fn duration(text: &str) -> Result<Time, Error> {
+    lang::time(text).ok_or_else(|| {
+        Error::Usage(format!(
+            "`{text}` is not a time; write it as 5, 1.5s or 1:30"
+        ))
+    })
+}
+
+/// A whole number of images.
+pub fn whole(text: &str) -> Result<usize, Error> {
+    text.parse()
+        .map_err(|_| Error::Usage(format!("`{text}` is not a whole number")))
+}
+
+/// A time within the show.
+pub fn time(engine: &Engine, text: &str) -> Result<Time, Error> {
+    let time = duration(text)?;
+    let timeline = engine.document().timeline();
+    let (start, end) = (timeline.start(), timeline.end());
+    match (start..=end).contains(&time) {
+        true => Ok(time),
+        false => Err(crate::engine::Error::OutsideShow { time, start, end }.into()),
+    }
+}
+
+/// A step of quality.
+pub fn quality(engine: &Engine, text: &str) -> Result<Quality, Error> {
+    let finest = engine.finest().0;
+    let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
+    number.map(Quality).ok_or_else(|| {
+        Error::Usage(format!(
+            "`{text}` is not a quality; the scale is 1 to {finest}"
+        ))
+    })
+}
+
+/// `50%`, as a share of 1.
+pub fn share(text: &str) -> Result<f64, Error> {
+    let percent = text.strip_suffix('%').and_then(|t| t.parse::<f64>().ok());
+    let percent = percent.filter(|p| (0.0..=100.0).contains(p));
+    percent
+        .map(|p| p / 100.0)
+        .ok_or_else(|| Error::Usage(format!("`{text}` is no part of a cue; write it as 50%")))
+}
+
+/// The number of a cue of the show.
+pub fn cue(engine: &Engine, text: &str) -> Result<CueNumber, Error> {
+    let cues = &engine.show().cues;
+    let number = CueNumber::parse(text);
+    let found = number.filter(|n| cues.iter().any(|cue| cue.number == *n));
+    found.ok_or_else(|| {
+        let known: Vec<String> = cues.iter().take(12).map(|c| c.number.to_string()).collect();
+        let more = if cues.len() > 12 { " …" } else { "" };
+        Error::Usage(format!(
+            "there is no cue `{text}`; there are {}{more}",
+            known.join(", ")
+        ))
+    })
+}
+
+/// What `refine` is asked for.
+pub fn goal(call: &Call) -> Result<Goal, Error> {
+    Ok(match call.words().as_slice() {
+        [] => Goal::default(),
+        ["until", error] => Goal::until(fraction(error)?),
+        ["for", time] => Goal {
+            budget: Some(duration(time)?.seconds()),
+            ..Goal::default()
+        },
+        [number] => Goal::count(whole(number)?),
+        _ => {
+            return Err(Error::Usage(
+                "usage: refine [N | until X% | for TIME] [&]".to_owned(),
+            ));
+        }
+    })
+}
+
+/// A method with what a call's options say.
+pub fn method(usual: Method, call: &Call) -> Result<Method, Error> {
+    let mut out = usual;
+    for name in ["metric", "projection"] {
+        if let Some(value) = call.option(name) {
+            set_method(&mut out, name, value)?;
+        }
+    }
+    Ok(out)
+}
+
+pub const METHOD: &str = "method [metric M | projection P | default]";
+
+/// Sets the metric or the projection by name.
+pub fn set_method(method: &mut Method, what: &str, name: &str) -> Result<(), Error> {
+    match what {
+        "metric" => method.metric = Some(metric(name)?),
+        "projection" => method.projection = projection(name)?,
+        _ => {
+            return Err(Error::Usage(format!(
+                "`{what}` is neither `metric` nor `projection`: {METHOD}"
+            )));
+        }
+    }
+    Ok(())
+}
+
+fn metric(name: &str) -> Result<Metric, Error> {
+    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
+    metrics
+        .into_iter()
+        .find(|m| m.name() == name)
+        .ok_or_else(|| {
+            Error::Usage(format!(
+                "there is no metric `{name}`; it is settings, influence or error"
+            ))
+        })
+}
+
+fn projection(name: &str) -> Result<Projection, Error> {
+    Projection::named(name).ok_or_else(|| {
+        let names = Projection::ALL.map(Projection::name);
+        let hint = match nearest(name, names.into_iter()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("it is one of {}", names.join(", ")),
+        };
+        Error::Usage(format!("there is no projection `{name}`; {hint}"))
+    })
+}
+
+/// The format of key images that a word names.
+pub fn key_format(word: &str) -> Result<Format, Error> {
+    let known = |f: &&Format| f.name() == word;
+    Format::ALL.iter().find(known).copied().ok_or_else(|| {
+        Error::Usage(format!(
+            "`{word}` is no format of key images; there are f32, f16 and 8-bit"
+        ))
+    })
+}
+
+/// Half precision unless the call says otherwise.
+pub fn precision(call: &Call) -> Precision {
+    match call.has("float") {
+        true => Precision::Float,
+        false => Precision::Half,
+    }
+}
+
+/// What a call says of the file that a sequence is written to.
+pub fn target(call: &Call) -> Result<TargetOptions, Error> {
+    let chroma = match call.option("chroma") {
+        None => None,
+        Some("420") => Some(Chroma::Quarter),
+        Some("444") => Some(Chroma::Full),
+        Some(other) => {
+            return Err(Error::Usage(format!(
+                "`{other}` is no chroma that is written here; use 420 or 444"
+            )));
+        }
+    };
+    let layers = match call.option("layers") {
+        None => None,
+        Some("keys") => Some(Layers::Keys),
+        Some("banks") => Some(Layers::Banks),
+        Some("basis") => Some(Layers::Basis),
+        Some(other) => {
+            return Err(Error::Usage(format!(
+                "there are no layers `{other}`; use keys, banks or basis"
+            )));
+        }
+    };
+    let precision = call.has("float").then_some(Precision::Float);
+    Ok(TargetOptions {
+        layers,
+        chroma,
+        precision,
+    })
+}

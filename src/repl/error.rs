@@ -1,0 +1,167 @@
+//! What can go wrong at a prompt, its message, and the exit code that belongs to it.
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Style};
+use crate::engine;
+use crate::files::FileError;
+use crate::renderer::TransportError;
+use crate::report;
+use crate::report::error::engine_error;
+
+/// Why a line could not be done. Nothing has changed then.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The request itself is wrong, or does not fit the show.
+    #[error("{0}")]
+    Usage(String),
+    /// The engine or the report could not do it.
+    #[error("{}", sentence(.0))]
+    Report(#[from] report::Error),
+    /// A device failed: standard input, the terminal.
+    #[error("{0}")]
+    Device(String),
+    /// A line of a session could not be done; what was done before it is kept.
+    #[error("{path}:{line}: {cause}")]
+    Session {
+        /// The file of commands.
+        path: String,
+        /// Where the command begins, from 1.
+        line: usize,
+        /// What is wrong with it.
+        cause: Box<Error>,
+        /// What the session tells of the lines before.
+        before: String,
+    },
+}
+
+impl From<engine::Error> for Error {
+    fn from(error: engine::Error) -> Error {
+        Error::Report(error.into())
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Error {
+        engine::Error::from(error).into()
+    }
+}
+
+/// What is wrong, with the way out that can be typed.
+fn sentence(error: &report::Error) -> String {
+    match error {
+        report::Error::Engine(error) => engine_error(error),
+        report::Error::NoPipe => {
+            "`-` needs a reader at standard output: \
+             footlight play show.lxq -o - | ffmpeg -i - show.mp4"
+                .to_owned()
+        }
+        other => other.to_string(),
+    }
+}
+
+impl Error {
+    /// The engine's error, if it is one.
+    pub fn engine(&self) -> Option<&engine::Error> {
+        match self {
+            Error::Report(report::Error::Engine(error)) => Some(error),
+            _ => None,
+        }
+    }
+
+    /// The errors of the show, if that is what is wrong.
+    pub fn diagnostics(&self) -> Option<&Diagnostics> {
+        match self.engine()? {
+            engine::Error::Show(diagnostics) => Some(diagnostics),
+            _ => None,
+        }
+    }
+
+    /// What a cancel that the limit of time asked for is to the user.
+    pub(super) fn late(self, seconds: f64) -> Error {
+        match self {
+            Error::Session {
+                path,
+                line,
+                cause,
+                before,
+            } => Error::Session {
+                path,
+                line,
+                cause: Box::new(cause.late(seconds)),
+                before,
+            },
+            error if error.engine().is_some_and(engine::Error::is_cancel) => {
+                engine::Error::OutOfTime { seconds }.into()
+            }
+            other => other,
+        }
+    }
+
+    /// 1 the show has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::Device(_) => 3,
+            Error::Report(error) => match error {
+                report::Error::Engine(error) => engine_code(error),
+                report::Error::Chart(_) | report::Error::PageData(_) => 3,
+                _ => 2,
+            },
+            Error::Session { cause, .. } => cause.exit_code(),
+        }
+    }
+
+    /// The whole message, ready to print. As JSON it is one array whatever went wrong; what a
+    /// session measured before the line that ended it is no part of that.
+    pub fn report(&self, style: Style) -> String {
+        if let Some(diagnostics) = self.diagnostics() {
+            return diagnostics.render(style);
+        }
+        match self {
+            _ if style == Style::Json => self.diagnosed().render(style),
+            Error::Session { cause, before, .. } => {
+                let cause = cause.report(style);
+                format!("{before}error: {}\n{cause}", self.sentence())
+            }
+            other if other.exit_code() == 130 => format!("{}\n", other.sentence()),
+            other => format!("error: {}\n", other.sentence()),
+        }
+    }
+
+    /// What happened, without what caused it.
+    fn sentence(&self) -> String {
+        match self {
+            Error::Session { path, line, .. } => {
+                format!("{path}:{line}: the session ends here; what is above it is done")
+            }
+            other => other.to_string(),
+        }
+    }
+
+    /// The error as diagnostics; one without code and place where the show's text has no part.
+    fn diagnosed(&self) -> Diagnostics {
+        if let Some(diagnostics) = self.diagnostics() {
+            return diagnostics.clone();
+        }
+        let mut all = match self {
+            Error::Session { cause, .. } => cause.diagnosed(),
+            _ => Diagnostics::default(),
+        };
+        all.list.insert(0, Diagnostic::error("", self.sentence()));
+        all
+    }
+}
+
+fn engine_code(error: &engine::Error) -> u8 {
+    use engine::Error as E;
+    match error {
+        error if error.is_cancel() => 130,
+        E::OutOfTime { .. } => 130,
+        E::Show(_) => 1,
+        E::File(_) | E::Picture(_) | E::Reference(_) | E::TaskLost => 3,
+        E::Render(TransportError::Outside(_)) => 3,
+        E::Render(_) => 1,
+        E::Plan(_) => 70,
+        _ => 2,
+    }
+}

@@ -1,0 +1,565 @@
+//! The table of verbs, in the order of the manual, with their options.
+
+use super::{Complete, OptionSpec, VerbSpec};
+use crate::repl::{Call, Error, Reply, Repl};
+use crate::repl::answer::plot::SUBJECTS;
+use crate::repl::answer::{help, live, measure, picture, play, plot, render, session, text};
+
+const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name,
+        letter: None,
+        value: Some(value),
+        about,
+    }
+}
+
+const fn output(about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name: "output",
+        letter: Some('o'),
+        value: Some("FILE"),
+        about,
+    }
+}
+
+const JSON: OptionSpec = OptionSpec {
+    name: "json",
+    letter: None,
+    value: None,
+    about: "print data instead of words",
+};
+
+const SIGNED: OptionSpec = OptionSpec {
+    name: "signed-keys",
+    letter: None,
+    value: None,
+    about: "allow negative keys, which float playback can show, and spare the knots",
+};
+
+const METRIC: OptionSpec = value(
+    "metric",
+    "M",
+    "what makes a picture worth refining: settings, influence or error (default: error)",
+);
+
+const PROJECTION: OptionSpec = value(
+    "projection",
+    "P",
+    "how previews are made: settings, influence, full-error, error, extrapolated (default), \
+     corrections",
+);
+
+const DARK: OptionSpec = OptionSpec {
+    name: "dark",
+    letter: None,
+    value: None,
+    about: "light lines on a dark ground, in a file too",
+};
+
+const FLOAT: OptionSpec = OptionSpec {
+    name: "float",
+    letter: None,
+    value: None,
+    about: "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
+};
+
+const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
+
+const KEYS: OptionSpec = value(
+    "keys",
+    "F",
+    "format of key images: f32, f16 or 8-bit (default: f16 where its error stays under half a \
+     step of 8 bits, else f32)",
+);
+
+/// What can be charted.
+const CHARTS: &[&str] = &["plan", "session", "transport", "playback", "stability"];
+
+const QUALITY: OptionSpec = value(
+    "quality",
+    "Q",
+    "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
+);
+
+/// A verb of the prompt.
+const fn verb(
+    name: &'static str,
+    run: fn(&mut Repl, &Call) -> Result<Reply, Error>,
+    about: &'static str,
+    example: &'static str,
+) -> VerbSpec {
+    VerbSpec {
+        name,
+        kinds: &[],
+        words: "",
+        options: &[],
+        about,
+        example,
+        command: false,
+        complete: Complete::Nothing,
+        run,
+    }
+}
+
+impl VerbSpec {
+    /// A command of its own on the command line too.
+    const fn command(mut self) -> VerbSpec {
+        self.command = true;
+        self
+    }
+
+    const fn words(mut self, words: &'static str, complete: Complete) -> VerbSpec {
+        self.words = words;
+        self.complete = complete;
+        self
+    }
+
+    const fn kinds(mut self, kinds: &'static [&'static str]) -> VerbSpec {
+        self.kinds = kinds;
+        self.complete = Complete::Words(kinds);
+        self
+    }
+
+    const fn options(mut self, options: &'static [OptionSpec]) -> VerbSpec {
+        self.options = options;
+        self
+    }
+}
+
+/// Every verb, in the order of the manual.
+pub const VERBS: &[VerbSpec] = &[
+    verb(
+        "check",
+        text::check,
+        "look for mistakes in the show, its stage and its curves",
+        "check",
+    )
+    .command(),
+    verb(
+        "show",
+        text::show,
+        "list banks and cues with their times, or the text that declares NAME",
+        "show lamps",
+    )
+    .words("[NAME]", Complete::Names),
+    verb(
+        "at",
+        live::at,
+        "move to a time and tell the levels there, beside the light where a dimmer bends it",
+        "at 1:30",
+    )
+    .words("[TIME]", Complete::Nothing),
+    verb(
+        "plan",
+        render::plan,
+        "key settings, basis, and the error predicted after each refined picture",
+        "plan --tolerance 1%",
+    )
+    .words("[N]", Complete::Nothing)
+    .options(&[
+            JSON,
+            OptionSpec {
+                name: "next",
+                letter: None,
+                value: None,
+                about: "the next N pictures to refine (default: 5), their seconds and what they leave",
+            },
+            value(
+                "tolerance",
+                "X",
+                "error allowed, such as 2% (default: the show's preview)",
+            ),
+            SIGNED,
+            value(
+                "metric",
+                "M",
+                "settings, influence or error; the last two render coarse pictures first",
+            ),
+        ])
+    .command(),
+    verb(
+        "picture",
+        picture::picture,
+        "one picture of the show",
+        "picture 1:30 -o evening.png",
+    )
+    .words("[TIME]", Complete::Nothing)
+    .options(&[
+            value(
+                "at",
+                "TIME",
+                "the moment (default: the current time, or the start)",
+            ),
+            value("bank", "NAME", "this bank alone, at full"),
+            value(
+                "quality",
+                "Q",
+                "render anew at this step of the scale, 1 to 5",
+            ),
+            VIEW,
+            PROJECTION,
+            FLOAT,
+            output("write a .png (as displayed) or an .exr (linear)"),
+        ])
+    .command(),
+    verb(
+        "refine",
+        render::refine,
+        "render refined pictures in the order of the plan, one if nothing is said; `&`: beside the prompt",
+        "refine until 2%",
+    )
+    .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
+    .options(&[VIEW, METRIC, PROJECTION]),
+    verb(
+        "status",
+        render::status,
+        "how far the refinement beside the prompt is, and when it will end",
+        "status",
+    ),
+    verb(
+        "wait",
+        render::wait,
+        "wait for the refinement beside the prompt; Ctrl-C ends the waiting alone",
+        "wait",
+    ),
+    verb(
+        "stop",
+        render::stop,
+        "end the refinement beside the prompt after what is in hand, or now",
+        "stop",
+    )
+    .words("[now]", Complete::Nothing),
+    verb(
+        "play",
+        play::play,
+        "play the sequence back from its key images",
+        "play -o show.png",
+    )
+    .options(&[
+            VIEW,
+            PROJECTION,
+            KEYS,
+            value(
+                "layers",
+                "WHAT",
+                "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
+                 refined pictures)",
+            ),
+            FLOAT,
+            value(
+                "chroma",
+                "C",
+                "colour of a video: 420 (default) or 444, BT.709",
+            ),
+            output(
+                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
+                 .html (a page that plays), an .exr (layers), or numbered pictures such as \
+                 frames/####.png",
+            ),
+        ])
+    .command(),
+    verb(
+        "plot",
+        plot::plot,
+        "draw curves of banks and groups, or keys, spectrum, basis, error (`bank keys`: the bank)",
+        "plot -o curves.svg",
+    )
+    .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks(&SUBJECTS))
+    .options(&[
+            METRIC,
+            value(
+                "tolerance",
+                "X",
+                "of spectrum, the error allowed, such as 2% (default: the show's preview)",
+            ),
+            DARK,
+            output("write a .png or an .svg"),
+        ])
+    .command(),
+    verb(
+        "run",
+        render::run,
+        "the whole loop: coarse pictures, plan, refinement, key images, sequence",
+        "run --until 2%",
+    )
+    .options(&[
+            value(
+                "until",
+                "X",
+                "refine until this error, such as 2% (default: the show's preview)",
+            ),
+            value(
+                "count",
+                "N",
+                "refine until there are N pictures, stored ones included",
+            ),
+            value("budget", "TIME", "stop refining when this time is used up"),
+            VIEW,
+            METRIC,
+            PROJECTION,
+            value(
+                "out",
+                "DIR",
+                "where the results go (default: out/ and the show's file name)",
+            ),
+        ])
+    .command(),
+    verb(
+        "compare",
+        measure::compare,
+        "render every bank alone and hold it against its reference picture",
+        "compare --reference refs --quality 4 -o differences.png",
+    )
+    .options(&[
+            value(
+                "reference",
+                "DIR",
+                "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
+            ),
+            QUALITY,
+            JSON,
+            output("write the differences as a .png or an .svg"),
+        ])
+    .command(),
+    verb(
+        "quality",
+        measure::quality,
+        "what each step of quality sets for this show, and how long it is likely to take",
+        "quality --measure",
+    )
+    .options(&[
+            JSON,
+            OptionSpec {
+                name: "measure",
+                letter: None,
+                value: None,
+                about: "render at every step too, and tell the seconds it took",
+            },
+        ])
+    .command(),
+    verb(
+        "chart",
+        measure::chart,
+        "draw error against time by plan, session, quality or key format; or where methods fail",
+        "chart transport -o transport.png",
+    )
+    .kinds(CHARTS)
+    .options(&[
+            value(
+                "reference",
+                "DIR",
+                "of transport, the folder of reference pictures (default: the finest step is the \
+                 reference)",
+            ),
+            value(
+                "where",
+                "KEYS",
+                "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
+                 displayed (8 bits blended as displayed)",
+            ),
+            value(
+                "commands",
+                "FILE",
+                "of session, the file to replay (default: session.txt beside the show)",
+            ),
+            OptionSpec {
+                name: "truth",
+                letter: None,
+                value: None,
+                about: "of session, also against every source at the refined quality",
+            },
+            DARK,
+            output("write a .png, an .svg, or the figures as .csv or .json"),
+        ])
+    .command(),
+    verb(
+        "tune",
+        measure::tune,
+        "measure every step of quality, and choose the cheapest that is good enough",
+        "tune --until 2%",
+    )
+    .options(&[
+            value(
+                "until",
+                "X",
+                "error allowed, such as 2% (default: the show's preview)",
+            ),
+            value(
+                "budget",
+                "TIME",
+                "leave out fine steps that are not measured within this time; the finest measured \
+                 is the truth",
+            ),
+            JSON,
+            VIEW,
+        ])
+    .command(),
+    verb(
+        "session",
+        session::session,
+        "replay edits and `refine` lines from a file: error against time and refined pictures",
+        "session session.txt --truth -o session.png",
+    )
+    .words("COMMANDS", Complete::Files)
+    .options(&[
+            OptionSpec {
+                name: "truth",
+                letter: None,
+                value: None,
+                about: "measure against every source at the refined quality, rendered beside",
+            },
+            METRIC,
+            PROJECTION,
+            output("write a .png or an .svg, or the data as .csv or .json"),
+        ])
+    .command(),
+    verb(
+        "pool",
+        render::pool,
+        "tell what pictures there are and which serve this show, or free them",
+        "pool drop unused",
+    )
+    .words("[drop [unused | all]]", Complete::Words(&["drop", "unused", "all"]))
+    .command(),
+    verb(
+        "method",
+        render::method,
+        "how refined pictures are chosen and previews made of them, from now on",
+        "method projection settings",
+    )
+    .words("[metric M | projection P | default]", Complete::Methods(&["metric", "projection", "default"])),
+    verb(
+        "view",
+        text::view,
+        "list the views, or make pictures from NAME from now on",
+        "view stalls",
+    )
+    .words("[NAME]", Complete::Views),
+    verb(
+        "go",
+        live::go,
+        "run the next cue, and those that follow by themselves, to the end",
+        "go",
+    ),
+    verb(
+        "back",
+        live::back,
+        "back to the end of the cue before",
+        "back",
+    ),
+    verb(
+        "goto",
+        live::goto,
+        "to the end of a cue, or to where a part of its time has gone by",
+        "goto 2.5 at 50%",
+    )
+    .words("CUE [at PART%]", Complete::Cues(&["at"])),
+    verb(
+        "set",
+        live::set,
+        "try levels on top of the current moment, without a cue; a move in time lets go of them",
+        "set lamps 40 sky #203060",
+    )
+    .words("[LEVELS]", Complete::Movable(&["full", "out", "to"])),
+    verb(
+        "release",
+        live::release,
+        "let go of the levels that are tried",
+        "release",
+    ),
+    verb(
+        "record",
+        live::record,
+        "write the levels that are tried as a new cue; alone: keep blind edits",
+        "record 2.5 \"Lamp up\" --time 3",
+    )
+    .words("[NUMBER [LABEL]]", Complete::Nothing)
+    .options(&[value(
+            "time",
+            "TIME",
+            "the new cue's time, such as 3 or 4/6",
+        )]),
+    verb(
+        "blind",
+        live::blind,
+        "edits from now on are shown, but kept only by `record`; `off` drops them",
+        "blind",
+    )
+    .words("[off]", Complete::Words(&["off"])),
+    verb(
+        "undo",
+        text::undo,
+        "take the last edit back",
+        "undo",
+    ),
+    verb(
+        "redo",
+        text::redo,
+        "make the edit again that was taken back",
+        "redo",
+    ),
+    verb(
+        "tracksheet",
+        text::tracksheet,
+        "cues by banks: the level each bank holds, moved, tracked and blocked told apart",
+        "tracksheet -o tracks.csv",
+    )
+    .options(&[output("write a .md, .csv or .txt")])
+    .command(),
+    verb(
+        "cuesheet",
+        text::cuesheet,
+        "what each cue does, when it starts and how long it takes",
+        "cuesheet -o cues.md",
+    )
+    .options(&[output("write a .md, .csv or .txt")])
+    .command(),
+    verb(
+        "fmt",
+        text::fmt,
+        "lay the show's text out anew, comments and groups kept",
+        "fmt",
+    )
+    .options(&[OptionSpec {
+            name: "check",
+            letter: None,
+            value: None,
+            about: "only tell whether the layout is canonical",
+        }]),
+    verb(
+        "diff",
+        text::diff,
+        "what changed since the show was read or saved, or from FILE to it, in cues and in light",
+        "diff -o changes.png",
+    )
+    .words("[FILE]", Complete::Files)
+    .options(&[output("draw the changed curves as a .png or an .svg")]),
+    verb(
+        "explain",
+        text::explain,
+        "what a message's code means, with a wrong sheet and its correction",
+        "explain E012",
+    )
+    .words("CODE", Complete::Codes),
+    verb(
+        "save",
+        text::save,
+        "write the show's text, comments and layout kept",
+        "save",
+    )
+    .words("[FILE]", Complete::Files),
+    verb(
+        "help",
+        help::help,
+        "list the verbs, or explain one",
+        "help picture",
+    )
+    .words("[VERB]", Complete::Verbs),
+    verb(
+        "quit",
+        text::quit,
+        "leave",
+        "quit",
+    ),
+];

@@ -1,0 +1,24 @@
+//! The manual's page about a message's code.
+
+use super::Error;
+use crate::lang;
+
+/// What a code means, with the smallest wrong sheet and its correction.
+///
+/// # Errors
+/// [`Error::NoSuchCode`].
+pub fn explain(code: &str) -> Result<String, Error> {
+    let page = lang::explain(code).map_err(Error::NoSuchCode)?;
+    let mut text = format!("{}: {}\n\n", page.code, page.title);
+    let mut sheet = false;
+    for line in page.text.lines() {
+        if line.starts_with("```") {
+            sheet = !sheet;
+            continue;
+        }
+        let indent = if sheet { "    " } else { "" };
+        text.push_str(format!("{indent}{line}").trim_end());
+        text.push('\n');
+    }
+    Ok(text)
+}

@@ -1,0 +1,205 @@
+//! The whole loop on a show, with its results in a folder, and its summary.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::document::headline;
+use super::film::Animation;
+use super::words::{count, percent};
+use super::{Error, results};
+use crate::engine::{Ended, Engine, Goal, PlanOptions};
+use crate::plan::PlanReport;
+use crate::playback::Playback;
+use crate::playback::key::Format;
+use crate::pool::archive::Tally;
+use crate::work::Cancelled;
+
+/// What a run did, and what it took.
+#[derive(Clone, Debug)]
+pub struct Summary {
+    /// The plan at the show's own tolerance, in the metric that the pool allows.
+    pub plan: PlanReport,
+    /// Why refinement ended.
+    pub ended: Ended,
+    /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
+    pub seconds: [f64; 5],
+    /// How its images were come by.
+    pub tally: Tally,
+    /// Frames a second of playback alone.
+    pub frame_rate: f64,
+    /// How its key images are kept.
+    pub format: Format,
+    /// What was done to the animated picture to keep it within its size.
+    pub animation: Animation,
+    /// The folder with the results.
+    pub folder: PathBuf,
+}
+
+/// Lies in the folder while results are written, and where that was cut off.
+const UNFINISHED: &str = "unfinished.txt";
+
+/// What it says.
+const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
+                    of one run. The same `run` again makes it whole.\n";
+
+/// A run before its results are written.
+struct Loop {
+    plan: PlanReport,
+    ended: Ended,
+    playback: Arc<Playback>,
+    /// The clock at the beginning and after coarse images, plan, refinement and key images.
+    marks: [f64; 5],
+}
+
+/// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images in
+/// all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`, `curves.png`,
+/// `error.png`, `basis.png`, `sequence.png`. Keys of an earlier run are removed. While they are
+/// written, and where that is cut off, `unfinished.txt` says so.
+///
+/// # Errors
+/// What the engine, drawing and writing say; refined images finished before it stay in the pool.
+pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+    // Before anything is rendered: a folder that cannot be written to is refused at once.
+    let note = folder.join(UNFINISHED);
+    engine.host().store.write(&note, NOTE.as_bytes())?;
+    let before = engine.tally();
+    let done = match run_loop(engine, goal) {
+        Ok(done) => done,
+        Err(error) => {
+            // Nothing was written yet: what lies there is of one run.
+            engine.host().store.remove(&note)?;
+            return Err(error);
+        }
+    };
+    let results = results::write(engine, &done.plan, &done.playback, folder);
+    let (animation, frame_rate, format) = results?;
+    engine.host().store.remove(&note)?;
+    let end = engine.host().clock.seconds();
+    let [a, b, c, d, e] = done.marks;
+    Ok(Summary {
+        plan: done.plan,
+        ended: done.ended,
+        seconds: [b - a, c - b, d - c, e - d, end - e],
+        tally: engine.tally().since(before),
+        frame_rate,
+        format,
+        animation,
+        folder: folder.to_owned(),
+    })
+}
+
+/// The loop without its results.
+fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
+    engine.idle()?;
+    let begin = engine.now();
+    engine.coarse()?;
+    let coarse = engine.now();
+    // Those that earlier runs stored count, so that a second run renders nothing.
+    let goal = Goal {
+        count: goal.count.map(|n| n.saturating_sub(engine.refined())),
+        ..goal
+    };
+    let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
+    let plan = engine.plan(PlanOptions {
+        metric: engine.plan_metric()?,
+        tolerance,
+        signed_keys: false,
+    })?;
+    let planned = engine.now();
+    let ended = engine.refine(goal)?.ended.unwrap_or(Ended::Complete);
+    if ended == Ended::Stopped {
+        return Err(Cancelled.into());
+    }
+    // The chart of what is ahead shows seconds, even where nothing was left to render.
+    engine.calibrate_cost()?;
+    let refined = engine.now();
+    let playback = engine.playback()?;
+    let keys = engine.now();
+    Ok(Loop {
+        plan,
+        ended,
+        playback,
+        marks: [begin, coarse, planned, refined, keys],
+    })
+}
+
+/// The summary that a designer reads.
+pub fn describe(engine: &Engine, done: &Summary) -> String {
+    let [coarse, plan, refine, keys, write] = done.seconds;
+    let mut text = headline(engine.document()) + "\n";
+    let mut line = |what: &str, words: String, seconds: f64| {
+        let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
+    };
+    let sources = engine.show().coordinates().len();
+    let [cheap, fine] = engine.coarse_steps().map(|q| q.0);
+    let at = match cheap == fine {
+        true => format!("at quality {cheap}"),
+        false => format!("at quality {cheap} and {fine}"),
+    };
+    let coarse_words = format!("{} {at}", count(sources, "picture"));
+    line("coarse", coarse_words, coarse);
+    let plan_words = format!(
+        "{}, {}, rank {}",
+        count(done.plan.segments.len(), "segment"),
+        count(done.plan.keys.len(), "key"),
+        done.plan.rank
+    );
+    line("plan", plan_words, plan);
+    line("refine", refinement(engine, done.ended), refine);
+    let Tally {
+        rendered, summed, ..
+    } = done.tally;
+    let found = count(done.tally.found(), "picture");
+    let from_pool = match summed {
+        0 => found,
+        n => format!("{found} ({n} of them sums of others)"),
+    };
+    let _ = writeln!(
+        text,
+        "  {:<9} from the pool: {from_pool}, rendered: {rendered}",
+        "pictures"
+    );
+    let mut line = |what: &str, words: String, seconds: f64| {
+        let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
+    };
+    line("keys", count(done.plan.keys.len(), "key image"), keys);
+    line(
+        "write",
+        "results, most of it the animated sequence".to_owned(),
+        write,
+    );
+    let _ = writeln!(
+        text,
+        "  playback reaches {:.0} frames/s, at most three blends a frame, keys in {}",
+        done.frame_rate,
+        done.format.name()
+    );
+    let _ = writeln!(text, "  sequence.png: {}", done.animation.describe());
+    let _ = writeln!(
+        text,
+        "  results in {}: plan.json, keys/, curves.png, error.png, basis.png, sequence.png",
+        done.folder.display()
+    );
+    text
+}
+
+fn refinement(engine: &Engine, ended: Ended) -> String {
+    let steps = engine.steps();
+    let first = steps.first().map_or(0.0, |s| s.error);
+    let last = steps.last().map_or(0.0, |s| s.error);
+    let ended = match ended {
+        Ended::Reached => "tolerance reached",
+        Ended::Counted => "as many as asked for",
+        Ended::Spent => "budget used up",
+        Ended::Complete => "nothing left to refine",
+        Ended::Stopped => "stopped",
+    };
+    format!(
+        "{} at quality {}; error {} % -> {} %, predicted ({ended})",
+        count(engine.refined(), "picture"),
+        engine.refined_step().0,
+        percent(first),
+        percent(last)
+    )
+}

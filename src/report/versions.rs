@@ -1,0 +1,128 @@
+//! Two versions of a show compared: in words, and as curves.
+
+use std::path::Path;
+
+use super::curves::{hue, points};
+use super::sheet::{self, CurveChange, Difference};
+use super::{Error, format};
+use crate::chart::{self, Theme};
+use crate::engine::{Compiled, Serving, Version};
+
+/// Two versions of a show, and what changed from the first to the second.
+pub struct Comparison {
+    old: Version,
+    new: Version,
+    /// What changed.
+    pub difference: Difference,
+    /// Refined images at hand that serve on, where they were counted.
+    pub serving: Option<Serving>,
+}
+
+impl Comparison {
+    /// Compares two versions.
+    pub fn new(old: Version, new: Version) -> Comparison {
+        let (a, b) = (old.text(), new.text());
+        let difference = sheet::difference(view(&a, &old), view(&b, &new));
+        Comparison {
+            difference,
+            old,
+            new,
+            serving: None,
+        }
+    }
+
+    /// The two versions.
+    pub fn versions(&self) -> (&Version, &Version) {
+        (&self.old, &self.new)
+    }
+
+    /// The changes in words, and whether images still serve; empty when there are none.
+    pub fn text(&self) -> String {
+        describe(&self.difference, self.serving)
+    }
+
+    /// The changed curves, the old ones dashed, as a file.
+    ///
+    /// # Errors
+    /// [`Error::Ending`] for a file that is neither .png nor .svg, [`Error::Chart`].
+    pub fn chart(&self, path: &Path) -> Result<Vec<u8>, Error> {
+        let old = self.old.show().coordinates();
+        let mut rows = Vec::new();
+        for (i, coordinate) in self.new.show().coordinates().into_iter().enumerate() {
+            let changed = |c: &CurveChange| c.name == coordinate.name;
+            let before = old.iter().position(|c| c.name == coordinate.name);
+            if let Some(k) = before.filter(|_| self.difference.curves.iter().any(changed)) {
+                rows.push(chart::Row {
+                    points: points(self.new.timeline(), i),
+                    before: points(self.old.timeline(), k),
+                    colour: hue(&coordinate),
+                    name: coordinate.name,
+                    ..chart::Row::default()
+                });
+            }
+        }
+        let (a, b) = (self.old.timeline(), self.new.timeline());
+        let cues = self.new.show().cues.iter().zip(b.cues());
+        let curves = chart::Curves {
+            title: format!("{}: what changed (before: dashed)", self.new.show().title),
+            start: a.start().min(b.start()).seconds(),
+            end: a.end().max(b.end()).seconds(),
+            rows,
+            cues: cues
+                .map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
+                .collect(),
+            ..chart::Curves::default()
+        };
+        format::drawing(&chart::curves(&curves, Theme::Dark), 1.0, path)
+    }
+}
+
+impl std::fmt::Debug for Comparison {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.difference.fmt(f)
+    }
+}
+
+fn view<'v>(text: &'v str, version: &'v Version) -> sheet::Version<'v> {
+    sheet::Version {
+        text,
+        show: version.show(),
+        timeline: version.timeline(),
+    }
+}
+
+/// What changed from one state of a document to another.
+pub fn difference(old: &Compiled, new: &Compiled) -> Difference {
+    let (before, after) = (old.text(), new.text());
+    let version = |text, of| {
+        let Compiled { show, timeline, .. } = of;
+        sheet::Version {
+            text,
+            show,
+            timeline,
+        }
+    };
+    sheet::difference(version(&before, old), version(&after, new))
+}
+
+/// The changes in words, and whether images still serve: of those at hand that serve the older
+/// version, those that serve the newer one too, where they were counted. Empty without a change.
+pub fn describe(difference: &Difference, serving: Option<Serving>) -> String {
+    if difference.is_empty() {
+        return String::new();
+    }
+    let pictures = match (serving, difference.pictures) {
+        (Some(Serving { old, both }), _) if old > 0 && both == old => {
+            format!("every refined picture still serves ({old} of {old})")
+        }
+        (Some(Serving { old, both }), _) if old > 0 => format!(
+            "{both} of {old} refined pictures still serve; the others show what has changed of \
+             the rig, the stage or the view, or are too coarse now"
+        ),
+        (_, true) => "the rig, the stage or the view changed; those that depend on it are \
+                      rendered anew (`pool` counts the others)"
+            .to_owned(),
+        (_, false) => "every refined picture still serves".to_owned(),
+    };
+    format!("{}\npictures: {pictures}\n", difference.text())
+}
