@@ -34,7 +34,7 @@ pub use ast::Span;
 pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
-pub use names::{FADES, nearest};
+pub use names::nearest;
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
@@ -227,8 +227,8 @@ pub fn keywords() -> &'static [&'static str] {
 }
 
 /// The words that mean something inside statements.
-pub fn words() -> &'static [&'static str] {
-    &syntax::INNER_WORDS
+pub fn words() -> Vec<&'static str> {
+    syntax::inner_words().collect()
 }
 
 /// True when `text` begins with a statement word. `show` is one only before a title and `view` only

@@ -36,7 +36,7 @@ use crate::transport::mesh::{Layout, Mesh, Wish};
 use crate::transport::panorama::Outline;
 use crate::transport::seam::Seams;
 use crate::transport::step::{STEPS, Step};
-use crate::transport::strength::{check_rig, colour};
+use crate::transport::strength::check_rig;
 use crate::transport::surface::Surfaces;
 use crate::transport::throw::Throw;
 use crate::transport::visibility::Hierarchy;
@@ -266,7 +266,7 @@ impl Operator {
         let mut out = vec![[0.0; 3]; self.rig.lights.len()];
         for (source, s) in self.rig.sources.iter().zip(setting) {
             for emitter in &source.emitters {
-                let colour = colour(&self.rig.lights[emitter.light]);
+                let colour = self.rig.lights[emitter.light].strength().0;
                 let first = self.alike[emitter.light];
                 for c in 0..3 {
                     out[first][c] += s * emitter.filter.0[c] * colour[c];
