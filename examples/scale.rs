@@ -22,10 +22,10 @@ mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight::files::processor;
-use footlight::report::{Kind, Quantity, Record};
-use footlight::study::{Machine, Origin};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Transport};
+use footlight::report::{Kind, Quantity, Record};
+use footlight::study::{Machine, Origin};
 use footlight::work::{Silent, Work};
 use rooms::room;
 use std::path::Path;

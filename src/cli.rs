@@ -1,7 +1,7 @@
-//! The terminal around the interpreter: arguments, line editor, progress bars, pictures.
+//! The terminal around the prompt: arguments, line editor, progress bars, pictures.
 //!
-//! Everything the program can do is a verb of [`crate::interpreter`]; this room only reads words
-//! from a person and shows what comes back. It is the only room that prints.
+//! Everything the program can do is a verb of [`crate::repl`]; this module only reads words from a
+//! person and shows what comes back. It is the only module that prints.
 
 mod argument;
 mod drawing;
@@ -18,13 +18,14 @@ use std::process::ExitCode;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
 
+use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use crate::files::{self, Disk, Folder, Monotonic};
-use crate::interpreter::{
-    self, Background, Call, Error, Host, Interpreter, LIMIT, PoolPlace, VERBS,
-};
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
 use crate::renderer::outside::{self, Outside};
+use crate::repl::{Call, Console, Error, Repl};
+use crate::report::explain::explain;
+use crate::report::film::Pipe;
 
 use self::argument::{Arguments, Task};
 use self::prompt::Threads;
@@ -73,8 +74,8 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
     match &arguments.task {
         Task::Verb { show, call } => {
             show_comes_first(show, call)?;
-            let mut interpreter = open(Some(show), arguments, screen)?;
-            let reply = interpreter.call(call)?;
+            let mut repl = open(Some(show), arguments, screen)?;
+            let reply = repl.call(call)?;
             screen.reply(&reply);
             Ok(if reply.stopped { STOPPED } else { 0 })
         }
@@ -100,7 +101,7 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
             Ok(0)
         }
         Task::Explain { code } => {
-            print(&interpreter::explain(code)?);
+            print(&explain(code)?);
             Ok(0)
         }
         Task::Prompt { show, commands } => {
@@ -110,13 +111,13 @@ fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
                 background: Some(background),
                 ..host(show.as_deref(), arguments, screen)
             };
-            let mut interpreter = load(show.as_deref(), host)?;
+            let mut repl = load(show.as_deref(), host, screen)?;
             if !commands.is_empty() {
-                prompt::batch(&mut interpreter, commands.join("\n").as_bytes(), screen)
+                prompt::batch(&mut repl, commands.join("\n").as_bytes(), screen)
             } else if io::stdin().is_terminal() {
-                prompt::converse(&mut interpreter, screen, (wake, &events))
+                prompt::converse(&mut repl, screen, (wake, &events))
             } else {
-                prompt::batch(&mut interpreter, io::stdin().lock(), screen)
+                prompt::batch(&mut repl, io::stdin().lock(), screen)
             }
         }
     }
@@ -129,11 +130,10 @@ fn show_comes_first(show: &str, call: &Call) -> Result<(), Error> {
         .words
         .iter()
         .find(|w| w.ends_with(".lxq") && is_file(w));
-    let spec = VERBS.iter().find(|v| v.verb == call.verb);
-    match (other, spec) {
-        (Some(file), Some(spec)) if !is_file(show) => Err(Error::Usage(format!(
+    match other {
+        Some(file) if !is_file(show) => Err(Error::Usage(format!(
             "`{show}` is no show; its file comes first: {} {file} {show}",
-            spec.name
+            call.verb.name
         ))),
         _ => Ok(()),
     }
@@ -143,7 +143,7 @@ fn show_comes_first(show: &str, call: &Call) -> Result<(), Error> {
 fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != "-").map(Path::new);
     let folder = file.map_or(Path::new("."), folder_of);
-    let transport: Arc<dyn Transport> = match &arguments.renderer {
+    let renderer: Arc<dyn Transport> = match &arguments.renderer {
         None => Arc::new(Radiosity),
         Some(call) => {
             let show = path.filter(|p| *p != "-").map(std::path::absolute);
@@ -154,8 +154,8 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         }
     };
     Host {
-        transport,
-        files: Box::new(Folder::new(folder, LIMIT)),
+        renderer,
+        files: Box::new(Folder::new(folder, TEXT_LIMIT)),
         store: Box::new(Disk),
         clock: Box::new(Monotonic::default()),
         progress: screen.progress(),
@@ -163,36 +163,42 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         memory: arguments.memory,
         time: arguments.time_limit,
         processor: files::processor(),
-        style: screen.style(),
         pool: pool_place(path, folder, arguments),
-        pipe: pipe(),
-        canvas: screen.canvas(),
         background: None,
     }
 }
 
 /// Opens a show with the terminal's means.
-fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Interpreter, Error> {
-    load(path, host(path, arguments, screen))
+fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Repl, Error> {
+    load(path, host(path, arguments, screen), screen)
 }
 
-fn load(path: Option<&str>, host: Host) -> Result<Interpreter, Error> {
-    match path {
-        None => Interpreter::empty(host),
+fn load(path: Option<&str>, host: Host, screen: &Screen) -> Result<Repl, Error> {
+    let engine = match path {
+        None => Engine::from_text("untitled.lxq", b"show \"Untitled\"\n", host),
         Some("-") => {
             let mut text = Vec::new();
-            let read = io::stdin().lock().take(LIMIT + 1).read_to_end(&mut text);
+            let read = io::stdin()
+                .lock()
+                .take(TEXT_LIMIT + 1)
+                .read_to_end(&mut text);
             read.map_err(|e| Error::Device(format!("standard input: {e}")))?;
-            Interpreter::from_text("standard input", &text, host)
+            Engine::from_text("standard input", &text, host)
         }
-        Some(path) => Interpreter::open(Path::new(path), host),
-    }
+        Some(path) => Engine::open(Path::new(path), host),
+    };
+    let console = Console {
+        style: screen.style(),
+        pipe: pipe(),
+        canvas: screen.canvas(),
+    };
+    Ok(Repl::new(engine?, console))
 }
 
 /// Standard output for files, unless it is a terminal, which shows no films.
-fn pipe() -> Option<Box<dyn Fn() -> Box<dyn Write>>> {
+fn pipe() -> Option<Pipe> {
     let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
-    (!io::stdout().is_terminal()).then(|| Box::new(open) as Box<dyn Fn() -> Box<dyn Write>>)
+    (!io::stdout().is_terminal()).then(|| Box::new(open) as Pipe)
 }
 
 /// The folder that a file lies in.

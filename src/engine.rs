@@ -232,8 +232,8 @@ impl Engine {
         let preview = &self.document.show().preview;
         let steps = [preview.coarse, preview.refined];
         let setup = self.document.setup();
-        self.rendering = setup
-            .map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
+        self.rendering =
+            setup.map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
     }
 
     /// What happened since this was called last: refinements that ended in the background, files

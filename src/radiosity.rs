@@ -27,7 +27,6 @@ pub use camera::eye::camera;
 pub use camera::seen;
 pub use direct::beam::Beam;
 pub use direct::cluster::{Receiver, Receivers};
-pub use direct::strength::colour;
 pub use direct::{Luminaire, Precision, Setting, Shining, irradiance, luminaires};
 pub use geometry::surface::Surfaces;
 pub use indirect::form::{BLOCK, Block, Bounces, Rows};
@@ -265,7 +264,7 @@ impl Operator {
         let mut out = vec![[0.0; 3]; self.rig.lights.len()];
         for (source, s) in self.rig.sources.iter().zip(setting) {
             for emitter in &source.emitters {
-                let colour = colour(&self.rig.lights[emitter.light]);
+                let colour = self.rig.lights[emitter.light].strength().0;
                 let first = self.alike[emitter.light];
                 for c in 0..3 {
                     out[first][c] += s * emitter.filter.0[c] * colour[c];

@@ -8,6 +8,7 @@
 pub mod fitting;
 pub mod gltf;
 pub mod import;
+mod light;
 pub mod merge;
 pub mod mount;
 pub mod obj;
@@ -20,15 +21,11 @@ pub mod solid;
 pub mod still;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use self::mount::Mount;
-use self::photometric::Distribution;
-use self::slide::Slide;
 use crate::geometry::{Vec3, block, newell};
-use crate::picture::Image;
 use crate::units::Rgb;
 
+pub use self::light::{Light, Measured, Projection, Spot};
 pub use self::still::{ImageFile, Images};
 
 /// A diffuse material, as shows refer to it by name.
@@ -247,87 +244,6 @@ pub struct Camera {
     pub fov: Option<f64>,
 }
 
-/// A luminaire.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Light {
-    /// Every polygon of a material emits `radiance` (Lambertian) at unit setting.
-    Panel {
-        /// Index into [`Scene::materials`].
-        material: usize,
-        /// Emitted radiance at unit setting.
-        radiance: Rgb,
-    },
-    /// A point source with a beam.
-    Spot(Spot),
-    /// What it adds to the picture at unit setting, rendered elsewhere; the stage does not matter.
-    Image(Arc<Image>),
-    /// A point source as it was measured.
-    Measured(Measured),
-    /// One plane of a thrown image.
-    Projection(Projection),
-}
-
-/// A point source that shines as a photometric file says: the file's vertical angle 0 is the axis,
-/// its horizontal angle 0 the mount's right, 90 the mount's up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
-    /// How it hangs.
-    pub mount: Mount,
-    /// The file.
-    pub distribution: Arc<Distribution>,
-    /// Multiplies the file's candela at unit setting.
-    pub factor: Rgb,
-}
-
-/// A plane (red, green or blue) of an image thrown from a point through a frustum onto whatever it
-/// meets. Intensity is the same in every direction of the frustum for the same texel, so that the
-/// illuminance of a flat screen square to the axis falls by the cube of the cosine. The image's top
-/// is the mount's up; an observer behind the projector reads it the right way round.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Projection {
-    /// How it hangs.
-    pub mount: Mount,
-    /// Full angle from the image's bottom to its top, degrees; its width follows.
-    pub field: f64,
-    /// The image.
-    pub slide: Arc<Slide>,
-    /// Which channel of it.
-    pub plane: usize,
-    /// Intensity (cd) of a texel of 1 at unit setting.
-    pub intensity: Rgb,
-}
-
-impl Projection {
-    /// Half the image's width and height, 1 m from the projector.
-    pub fn half_size(slide: &Slide, field: f64) -> [f64; 2] {
-        let (width, height) = slide.size();
-        let tangent = (0.5 * field.to_radians()).tan();
-        [tangent * width as f64 / height as f64, tangent]
-    }
-
-    /// Luminous flux (lm) of a white image thrown at 1 cd: the solid angle of the frustum.
-    pub fn flux(slide: &Slide, field: f64) -> f64 {
-        let [a, b] = Projection::half_size(slide, field);
-        4.0 * (a * b / (1.0 + a * a + b * b).sqrt()).atan()
-    }
-}
-
-/// A point source with a round beam: half the peak intensity at half the beam angle from the
-/// axis, a tenth at half the field angle, by the law of [`profile`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spot {
-    /// Where it hangs.
-    pub position: Vec3,
-    /// The point it is focused on.
-    pub aim: Vec3,
-    /// Full angle at half the peak intensity, degrees.
-    pub beam: f64,
-    /// Full angle at a tenth of the peak intensity, degrees; more than `beam`.
-    pub field: f64,
-    /// Peak intensity at unit setting (cd).
-    pub intensity: Rgb,
-}
-
 /// A part of a source: one light, seen through a colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emitter {
@@ -353,6 +269,16 @@ pub struct Rig {
     pub lights: Vec<Light>,
     /// One for each coordinate.
     pub sources: Vec<Source>,
+}
+
+impl Rig {
+    /// A setting for people: the sources that are lit, by name.
+    pub fn lit(&self, setting: &[f64]) -> String {
+        let pairs = self.sources.iter().zip(setting);
+        let lit = pairs.filter(|(_, s)| **s != 0.0);
+        let words: Vec<String> = lit.map(|(o, s)| format!("{} {s}", o.name)).collect();
+        words.join(", ")
+    }
 }
 
 /// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y.

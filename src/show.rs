@@ -8,16 +8,18 @@
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
+mod fade;
 mod hung;
+mod light;
 mod motion;
 mod rig;
 
+pub use self::fade::{FADES, Fade, FadeCurve};
+pub use self::hung::Hung;
+pub use self::light::{Light, LightKind, Output, Strength};
 pub use self::rig::RigError;
 
-use crate::geometry::Vec3;
 use crate::scene;
-use crate::scene::mount::Mount;
-use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
 use crate::units::{CueNumber, Rgb, Time};
 
@@ -136,127 +138,6 @@ pub struct View {
     pub name: String,
     /// The camera itself.
     pub camera: scene::View,
-}
-
-/// A named luminaire.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Light {
-    /// The statement.
-    pub id: NodeId,
-    /// Its name.
-    pub name: String,
-    /// What it is.
-    pub kind: LightKind,
-}
-
-/// What a luminaire is.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LightKind {
-    /// A material of the stage emits.
-    Panel {
-        /// The material's name.
-        material: String,
-        /// How bright it is at full.
-        strength: Strength,
-    },
-    /// A sphere or a disc; [`Show::furnish`] puts it into the scene.
-    Shape {
-        /// Its form and place.
-        shape: Shape,
-        /// How bright it is at full; never its own.
-        strength: Strength,
-    },
-    /// A point source as a file beside the show has it measured (see [`scene::Measured`]).
-    Photometric {
-        /// The file.
-        path: String,
-        /// How it hangs.
-        mount: Mount,
-        /// Its colour.
-        tint: Rgb,
-        /// How bright it is at full.
-        output: Output,
-    },
-    /// An image beside the show, thrown (see [`scene::Projection`]).
-    Projection {
-        /// The file.
-        path: String,
-        /// How it hangs.
-        mount: Mount,
-        /// Full angle from the image's bottom to its top, degrees.
-        field: f64,
-        /// Its colour.
-        tint: Rgb,
-        /// How bright white is at full; never its own.
-        output: Output,
-    },
-    /// A light of the stage's file.
-    Hung(Hung),
-    /// A spot (see [`scene::Spot`]).
-    Spot(scene::Spot),
-    /// What a bank or the fixed lights add to the picture, rendered elsewhere.
-    Image(scene::ImageFile),
-}
-
-/// A light of the stage's file ([`scene::Lamp`]), and what the show says otherwise.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Hung {
-    /// Its name in the file.
-    pub name: String,
-    /// Where it hangs; without an `aim` it keeps its direction.
-    pub position: Option<Vec3>,
-    /// The point it is focused on.
-    pub aim: Option<Vec3>,
-    /// Full angle at half the peak, degrees.
-    pub beam: Option<f64>,
-    /// Full angle at a tenth of the peak, degrees.
-    pub field: Option<f64>,
-    /// Its white in place of the file's colour.
-    pub white: Option<Rgb>,
-    /// The colour before it.
-    pub gel: Rgb,
-    /// How bright it is at full.
-    pub output: Output,
-}
-
-/// How bright a point source with a shape of beam of its own is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Output {
-    /// As its file says.
-    Own,
-    /// Luminous flux (lm); of a projection, that of a white image.
-    Flux(f64),
-    /// Peak intensity (cd); of a projection, that of white.
-    Peak(f64),
-}
-
-/// How bright a surface is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Strength {
-    /// As the material itself says.
-    Own,
-    /// Emitted radiance L (cd/m2).
-    Radiance(Rgb),
-    /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
-    /// surface emits pi L into its half space.
-    Flux(Rgb),
-    /// Intensity along the normal of all the material's polygons (cd): L = intensity / area. For
-    /// polygons that face different ways it is the sum of what each has along its own normal; for
-    /// a sphere it is what it has all around, L = intensity / (pi radius^2).
-    Intensity(Rgb),
-}
-
-impl Strength {
-    /// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
-    /// where its intensity is told; `None` for its own.
-    fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
-        match self {
-            Strength::Own => None,
-            Strength::Radiance(rgb) => Some(rgb),
-            Strength::Flux(rgb) => Some(rgb.scaled(1.0 / (std::f64::consts::PI * area))),
-            Strength::Intensity(rgb) => Some(rgb.scaled(1.0 / shown)),
-        }
-    }
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`.
@@ -390,23 +271,6 @@ pub struct Curve {
     pub interpolation: Interpolation,
     /// First `at` 0, last 1.
     pub knots: Vec<CurveKnot>,
-}
-
-/// Shape of a fade: time fraction u to completion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fade {
-    /// u
-    Linear,
-    /// u²(3-2u)
-    Ease,
-    /// u²
-    Square,
-    /// 1-(1-u)³: arrives slowly.
-    SlowTop,
-    /// u³: leaves slowly.
-    SlowBottom,
-    /// A named curve of [`Show::curves`].
-    Curve(usize),
 }
 
 /// What starts a cue.

@@ -1,4 +1,4 @@
-//! The command line, built from the interpreter's table of verbs: same words, same options.
+//! The command line, built from the table of verbs: same words, same options.
 
 use std::ffi::OsString;
 use std::num::NonZero;
@@ -10,8 +10,10 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 
 use super::watch::Watched;
 use crate::diagnostic::Style;
-use crate::interpreter::{self, Call, POOL_LIMIT, VERBS, VerbSpec};
+use crate::engine::POOL_LIMIT;
+use crate::lang;
 use crate::renderer::outside;
+use crate::repl::{Call, VERBS, VerbSpec};
 
 /// What the command line says.
 #[derive(Debug)]
@@ -226,7 +228,7 @@ fn renderer_arguments() -> [Arg; 3] {
 
 /// A time that is not nothing, as shows write them.
 fn time_limit(text: &str) -> Result<Duration, String> {
-    let micros = interpreter::time(text).and_then(|time| u64::try_from(time.micros()).ok());
+    let micros = lang::time(text).and_then(|time| u64::try_from(time.micros()).ok());
     match micros.filter(|micros| *micros > 0) {
         Some(micros) => Ok(Duration::from_micros(micros)),
         None => Err("write a time, such as `30s`, `5:00` or `500ms`".to_owned()),
@@ -242,8 +244,8 @@ fn commands(matches: &ArgMatches) -> Vec<String> {
         .collect()
 }
 
-fn call(spec: &VerbSpec, matches: &ArgMatches) -> Call {
-    let mut call = Call::new(spec.verb);
+fn call(spec: &'static VerbSpec, matches: &ArgMatches) -> Call {
+    let mut call = Call::new(spec);
     for option in spec.options {
         let given = match option.value {
             None => matches.get_flag(option.name).then(String::new),

@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::print;
-use crate::interpreter::{Canvas, Shown};
 use crate::picture::terminal::{self, Room};
+use crate::report::film::{Canvas, Shown};
 
 /// Widest picture in half blocks, in columns: beyond it one sees no more, only less text.
 const WIDEST: usize = 120;
@@ -57,13 +57,13 @@ const FRAME: u32 = 1;
 pub struct InPlace {
     drawing: Drawing,
     /// Clears what stands where the first frame goes.
-    clear: Box<dyn Fn()>,
+    clear: Box<dyn Fn() + Send>,
     /// When the last frame was drawn, and the lines it took.
     last: Mutex<Option<(Instant, usize)>>,
 }
 
 impl InPlace {
-    pub fn new(drawing: Drawing, clear: Box<dyn Fn()>) -> InPlace {
+    pub fn new(drawing: Drawing, clear: Box<dyn Fn() + Send>) -> InPlace {
         InPlace {
             drawing,
             clear,

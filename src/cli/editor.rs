@@ -1,4 +1,4 @@
-//! The line editor's eyes: completion, hints and colours from the interpreter's vocabulary, and the
+//! The line editor's eyes: completion, hints and colours from the vocabulary of the prompt, and the
 //! history on disk.
 
 use std::borrow::Cow;
@@ -12,7 +12,8 @@ use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Helper};
 
 use crate::files::{Disk, Store};
-use crate::interpreter::{Token, Vocabulary, finished, tokens};
+use crate::lang::{Token, tokens};
+use crate::repl::{Vocabulary, finished};
 
 /// Lines that are remembered from session to session.
 pub const REMEMBERED: usize = 2000;

@@ -4,20 +4,33 @@ use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
 use super::{folder_of, print};
+use crate::engine::{self, Host, Serving, TEXT_LIMIT, Version};
 use crate::files::{Disk, Folder, Store};
-use crate::interpreter::{self, Comparison, Error, Formatted, Host, LIMIT};
+use crate::repl::Error;
+use crate::report::versions::Comparison;
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     let mut changed = 0;
     for path in files {
-        if interpreter::format(&Disk, path, look)? == Formatted::Changed {
+        if lay_out(path, look)? {
             changed += 1;
             let did = if look { "would change" } else { "formatted" };
             print(&format!("{did} {}\n", path.display()));
         }
     }
     Ok(u8::from(look && changed > 0))
+}
+
+/// Brings a file into its canonical layout, or only looks; true where it had another.
+fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
+    let bytes = Disk.read(path, TEXT_LIMIT)?;
+    let text = engine::format(&path.display().to_string(), &bytes)?;
+    let other = text.as_bytes() != bytes;
+    if other && !look {
+        Disk.write(path, text.as_bytes())?;
+    }
+    Ok(other)
 }
 
 /// Tells what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
@@ -32,7 +45,7 @@ pub fn difference(
         print(&format!("{name}\n"));
     }
     // Git hands over copies in a folder of its own; what they include lies beside the original.
-    let beside = |path: &Path| Folder::new(folder_of(of_git.map_or(path, Path::new)), LIMIT);
+    let beside = |path: &Path| Folder::new(folder_of(of_git.map_or(path, Path::new)), TEXT_LIMIT);
     let code = match compare(files, output, beside, host) {
         Ok(text) => {
             print(&text);
@@ -54,8 +67,11 @@ fn compare(
 ) -> Result<String, Error> {
     let (a, b) = (read(old)?, read(new)?);
     let names = [old, new].map(|p| p.display().to_string());
-    let compared = Comparison::new((&names[0], &a, &beside(old)), (&names[1], &b, &beside(new)))?;
-    let compared = compared.with_pictures(host);
+    let old = Version::read(&names[0], &a, &beside(old))?;
+    let new = Version::read(&names[1], &b, &beside(new))?;
+    let serving = Serving::in_store(&old, &new, host);
+    let mut compared = Comparison::new(old, new);
+    compared.serving = Some(serving);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
         Disk.write(path, &compared.chart(path)?)?;
@@ -70,5 +86,5 @@ fn read(path: &Path) -> Result<Vec<u8>, Error> {
     if path == Path::new("/dev/null") {
         return Ok(b"show \"\"\n".to_vec());
     }
-    Ok(Disk.read(path, LIMIT)?)
+    Ok(Disk.read(path, TEXT_LIMIT)?)
 }

@@ -11,7 +11,8 @@ use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 use super::editor::{self, Reader};
 use super::screen::Screen;
 use super::{STOPPED, complain, print};
-use crate::interpreter::{Background, Error, Interpreter, LIMIT, Vocabulary, finished};
+use crate::engine::{Background, TEXT_LIMIT};
+use crate::repl::{Error, Repl, Vocabulary, finished};
 
 /// What the prompt waits for.
 pub enum Event {
@@ -87,11 +88,9 @@ impl Typist {
     }
 
     /// Asks for a line.
-    fn ask(&self, interpreter: &Interpreter) {
+    fn ask(&self, repl: &Repl) {
         // A typist who has left has said why.
-        let _ = self
-            .ask
-            .send((interpreter.vocabulary(), prompt(interpreter)));
+        let _ = self.ask.send((repl.vocabulary(), prompt(repl)));
     }
 
     /// Tells something while a line is being typed.
@@ -150,24 +149,24 @@ fn type_lines(
 /// # Errors
 /// [`Error::Device`] when the terminal cannot be used.
 pub fn converse(
-    interpreter: &mut Interpreter,
+    repl: &mut Repl,
     screen: &Screen,
     (wake, events): (Sender<Event>, &Receiver<Event>),
 ) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
     let mut typist = Typist::new(screen.is_coloured(), wake).map_err(device)?;
-    print(&interpreter.greeting());
-    typist.ask(interpreter);
+    print(&repl.greeting());
+    typist.ask(repl);
     let mut code = Ok(0);
     for event in events {
         let line = match event {
             Event::Finished => {
-                typist.tell(&interpreter.attend());
+                typist.tell(&repl.poll());
                 continue;
             }
             Event::Line(Ok(line)) => line,
             Event::Line(Err(ReadlineError::Interrupted)) => {
-                typist.ask(interpreter);
+                typist.ask(repl);
                 continue;
             }
             Event::Line(Err(ReadlineError::Eof)) => "quit".to_owned(),
@@ -177,10 +176,10 @@ pub fn converse(
             }
         };
         screen.rearm();
-        if !each(interpreter, &line, screen) {
+        if !each(repl, &line, screen) {
             break;
         }
-        typist.ask(interpreter);
+        typist.ask(repl);
     }
     drop(typist.ask);
     // It writes the history before it leaves.
@@ -189,8 +188,8 @@ pub fn converse(
 }
 
 /// What stands before a line: that edits are blind, if they are.
-fn prompt(interpreter: &Interpreter) -> String {
-    match interpreter.is_blind() {
+fn prompt(repl: &Repl) -> String {
+    match repl.live().is_blind() {
         true => "blind> ".to_owned(),
         false => "lxq> ".to_owned(),
     }
@@ -200,7 +199,7 @@ fn prompt(interpreter: &Interpreter) -> String {
 /// through all of it again at every line.
 const LONGEST: usize = 64 << 10;
 
-/// Lines on their way to the interpreter; those of an unfinished declaration wait for the rest.
+/// Lines on their way to the prompt; those of an unfinished declaration wait for the rest.
 #[derive(Default)]
 struct Pending {
     text: String,
@@ -210,18 +209,18 @@ struct Pending {
 
 impl Pending {
     /// Takes a line and runs what it finishes; false to read no further.
-    fn take(&mut self, line: &str, interpreter: &mut Interpreter, screen: &Screen) -> bool {
+    fn take(&mut self, line: &str, repl: &mut Repl, screen: &Screen) -> bool {
         self.text.push_str(line);
         if finished(&self.text) {
-            return self.run(interpreter, screen);
+            return self.run(repl, screen);
         }
         self.text.push('\n');
         self.text.len() <= LONGEST
     }
 
     /// Runs what waits, finished or not; false to leave.
-    fn run(&mut self, interpreter: &mut Interpreter, screen: &Screen) -> bool {
-        match interpreter.execute(&std::mem::take(&mut self.text)) {
+    fn run(&mut self, repl: &mut Repl, screen: &Screen) -> bool {
+        match repl.execute(&std::mem::take(&mut self.text)) {
             Ok(reply) => {
                 if reply.stopped {
                     self.worst = self.worst.max(STOPPED);
@@ -237,15 +236,15 @@ impl Pending {
 }
 
 /// Runs what was entered, which is several lines when it was pasted; false to leave.
-fn each(interpreter: &mut Interpreter, entered: &str, screen: &Screen) -> bool {
+fn each(repl: &mut Repl, entered: &str, screen: &Screen) -> bool {
     let mut pending = Pending::default();
     for line in entered.lines() {
-        if !pending.take(line, interpreter, screen) {
+        if !pending.take(line, repl, screen) {
             // Nothing waits after a `quit`; what waits here is too long to be finished.
-            return !pending.text.is_empty() && pending.run(interpreter, screen);
+            return !pending.text.is_empty() && pending.run(repl, screen);
         }
     }
-    pending.run(interpreter, screen)
+    pending.run(repl, screen)
 }
 
 /// Runs the lines of `input` to their end, going on after mistakes; the exit code is the worst of
@@ -253,27 +252,23 @@ fn each(interpreter: &mut Interpreter, entered: &str, screen: &Screen) -> bool {
 ///
 /// # Errors
 /// [`Error::Device`] when the input cannot be read.
-pub fn batch(
-    interpreter: &mut Interpreter,
-    input: impl Read,
-    screen: &Screen,
-) -> Result<u8, Error> {
+pub fn batch(repl: &mut Repl, input: impl Read, screen: &Screen) -> Result<u8, Error> {
     let mut pending = Pending::default();
-    for line in BufReader::new(input.take(LIMIT)).split(b'\n') {
+    for line in BufReader::new(input.take(TEXT_LIMIT)).split(b'\n') {
         let line = line.map_err(|e| Error::Device(format!("the input: {e}")))?;
         let line = String::from_utf8_lossy(&line);
-        if !pending.take(line.trim_end_matches('\r'), interpreter, screen) {
+        if !pending.take(line.trim_end_matches('\r'), repl, screen) {
             if pending.text.is_empty() {
                 return Ok(pending.worst);
             }
             break;
         }
     }
-    pending.run(interpreter, screen);
-    for note in interpreter.wait()? {
+    pending.run(repl, screen);
+    for note in repl.wait()? {
         print(&format!("{note}\n"));
     }
-    if interpreter.unsaved() {
+    if repl.engine().document().is_unsaved() {
         complain("note: the edits were not saved; `save` writes them\n");
     }
     Ok(pending.worst)

@@ -9,7 +9,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::drawing::{Drawing, InPlace};
 use super::{complain, print};
 use crate::diagnostic::Style;
-use crate::interpreter::{Canvas, Error, Reply};
+use crate::repl::{Error, Reply};
+use crate::report::film::Canvas;
 use crate::work::Progress;
 
 /// The terminal.
@@ -66,7 +67,7 @@ impl Screen {
     }
 
     /// Progress bars on standard error, and Ctrl-C as the cancel.
-    pub fn progress(&self) -> Box<dyn Progress + Send + Sync> {
+    pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Watch(Arc::clone(&self.bars)))
     }
 

@@ -6,8 +6,9 @@ use std::time::Duration;
 use super::screen::Screen;
 use super::{complain, print};
 use crate::diagnostic::Severity;
+use crate::engine::{self, TEXT_LIMIT};
 use crate::files::{Disk, Stamp, Store};
-use crate::interpreter::{Call, Error, Interpreter, LIMIT, Verb};
+use crate::repl::{Call, Error, Repl, find};
 
 /// How often the files are looked at.
 const PAUSE: Duration = Duration::from_millis(40);
@@ -35,22 +36,22 @@ pub struct Watched {
 pub fn watch(
     watched: &Watched,
     screen: &Screen,
-    mut open: impl FnMut() -> Result<Interpreter, Error>,
+    mut open: impl FnMut() -> Result<Repl, Error>,
 ) -> Result<u8, Error> {
     let path = Path::new(&watched.show);
-    let mut seen = vec![Disk.read(path, LIMIT)?];
+    let mut seen = vec![Disk.read(path, TEXT_LIMIT)?];
     let mut show = None;
     match open() {
-        Ok(interpreter) => show = Some(interpreter),
-        Err(error @ Error::Mistakes(_)) => {
+        Ok(repl) => show = Some(repl),
+        Err(error) if error.diagnostics().is_some() => {
             screen.fail(&error);
         }
         Err(error) => return Err(error),
     }
-    if let Some(interpreter) = &mut show {
-        seen = texts(path, interpreter);
+    if let Some(repl) = &mut show {
+        seen = texts(path, repl);
         let time = watched.at.clone();
-        picture(interpreter, watched, time, screen)?;
+        picture(repl, watched, time, screen)?;
         print(&format!("watching {}; Ctrl-C ends it\n", watched.show));
     }
     let mut stamps = stamps_of(&show);
@@ -58,8 +59,8 @@ pub fn watch(
     while !screen.stopped() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
         let now = match &show {
-            Some(interpreter) => texts(path, interpreter),
-            None => Disk.read(path, LIMIT).into_iter().collect(),
+            Some(repl) => texts(path, repl),
+            None => Disk.read(path, TEXT_LIMIT).into_iter().collect(),
         };
         // An editor that writes in two steps leaves the file away, or empty, for a moment.
         if now.first().is_none_or(Vec::is_empty) {
@@ -85,17 +86,17 @@ pub fn watch(
         seen = now;
         let text = seen.first().cloned().unwrap_or_default();
         let changed = match &mut show {
-            Some(interpreter) => change(interpreter, &text, watched, screen),
-            None => open().and_then(|mut interpreter| {
+            Some(repl) => change(repl, &text, watched, screen),
+            None => open().and_then(|mut repl| {
                 let time = watched.at.clone();
-                picture(&mut interpreter, watched, time, screen)?;
-                show = Some(interpreter);
+                picture(&mut repl, watched, time, screen)?;
+                show = Some(repl);
                 Ok(())
             }),
         };
         match changed {
             Ok(()) => {}
-            Err(error @ (Error::Mistakes(_) | Error::Usage(_))) => {
+            Err(error) if error.exit_code() <= 2 => {
                 screen.fail(&error);
                 if show.is_some() {
                     complain("the last good show is kept\n");
@@ -104,8 +105,8 @@ pub fn watch(
             Err(error) => return Err(error),
         }
         // What the show includes may be other files now.
-        if let Some(interpreter) = &show {
-            let now = texts(path, interpreter);
+        if let Some(repl) = &show {
+            let now = texts(path, repl);
             seen.truncate(1);
             seen.extend(now.into_iter().skip(1));
         }
@@ -118,30 +119,26 @@ pub fn watch(
 }
 
 /// The stage's files, images and all else that the show names, as they are on disk.
-fn stamps_of(show: &Option<Interpreter>) -> Vec<Stamp> {
-    show.as_ref().map_or_else(Vec::new, Interpreter::files_now)
+fn stamps_of(show: &Option<Repl>) -> Vec<Stamp> {
+    show.as_ref()
+        .map_or_else(Vec::new, |repl| repl.engine().files_now())
 }
 
 /// The show's file and those it includes, as they are on disk.
-fn texts(path: &Path, interpreter: &Interpreter) -> Vec<Vec<u8>> {
-    let sources = &interpreter.warnings().sources;
+fn texts(path: &Path, repl: &Repl) -> Vec<Vec<u8>> {
+    let sources = &repl.engine().document().diagnostics().sources;
     let included = (1..)
         .map_while(|i| sources.get(i))
         .map(|(name, _)| Path::new(name));
     let paths = std::iter::once(path).chain(included);
     paths
-        .map(|p| Disk.read(p, LIMIT).unwrap_or_default())
+        .map(|p| Disk.read(p, TEXT_LIMIT).unwrap_or_default())
         .collect()
 }
 
-fn change(
-    interpreter: &mut Interpreter,
-    text: &[u8],
-    watched: &Watched,
-    screen: &Screen,
-) -> Result<(), Error> {
-    let text = crate::interpreter::decoded(&watched.show, text)?;
-    let reloaded = interpreter.reload(&text)?;
+fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> Result<(), Error> {
+    let text = engine::decode(&watched.show, text)?;
+    let reloaded = repl.reload(&text)?;
     let largest = reloaded.difference.curves.first();
     let time = largest.map(|curve| curve.at.rounded().to_string());
     let notes = reloaded.reply.notes.iter().map(|note| format!("{note}\n"));
@@ -150,7 +147,7 @@ fn change(
         notes.collect::<String>(),
         reloaded.reply.text
     ));
-    let warned = &interpreter.warnings().diagnostics;
+    let warned = &repl.engine().document().diagnostics().list;
     let count = warned
         .iter()
         .filter(|d| d.severity == Severity::Warning)
@@ -158,12 +155,12 @@ fn change(
     if count > 0 {
         print(&format!("{count} warnings: `footlight check` tells them\n"));
     }
-    picture(interpreter, watched, watched.at.clone().or(time), screen)
+    picture(repl, watched, watched.at.clone().or(time), screen)
 }
 
 /// The picture of a moment, in the terminal or into its file.
 fn picture(
-    interpreter: &mut Interpreter,
+    repl: &mut Repl,
     watched: &Watched,
     time: Option<String>,
     screen: &Screen,
@@ -171,14 +168,14 @@ fn picture(
     if watched.output.is_none() && !screen.is_coloured() {
         return Ok(());
     }
-    let mut call = Call::new(Verb::Picture);
+    let mut call = Call::new(find("picture")?);
     if let Some(time) = time {
         call = call.with("at", &time);
     }
     if let Some(output) = &watched.output {
         call = call.with("output", output);
     }
-    let reply = interpreter.call(&call)?;
+    let reply = repl.call(&call)?;
     screen.reply(&reply);
     Ok(())
 }

@@ -143,14 +143,13 @@ impl Diagnostics {
             *known.entry(before.identity(diagnostic)).or_default() += 1;
         }
         let mut new = self.clone();
-        new.list
-            .retain(|d| match known.get_mut(&self.identity(d)) {
-                Some(left) if *left > 0 => {
-                    *left -= 1;
-                    false
-                }
-                _ => true,
-            });
+        new.list.retain(|d| match known.get_mut(&self.identity(d)) {
+            Some(left) if *left > 0 => {
+                *left -= 1;
+                false
+            }
+            _ => true,
+        });
         new
     }
 

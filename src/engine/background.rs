@@ -219,10 +219,7 @@ impl Engine {
     }
 
     /// As far as it goes without waiting.
-    fn advance(
-        &mut self,
-        background: &mut BackgroundRefinement,
-    ) -> Result<Option<Ended>, Error> {
+    fn advance(&mut self, background: &mut BackgroundRefinement) -> Result<Option<Ended>, Error> {
         loop {
             if let Some(mut job) = background.job.take() {
                 match job.wait(Duration::ZERO) {

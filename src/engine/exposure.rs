@@ -10,8 +10,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use crate::picture::tone::{self, Curve, Tone};
 use crate::picture::Image;
+use crate::picture::tone::{self, Curve, Tone};
 use crate::pool::{Pool, Projection};
 use crate::show::ToneCurve;
 

@@ -53,7 +53,11 @@ impl Engine {
     /// Half precision where its error stays under half a step of 8 bits, as it does unless a light
     /// in sight is a hundred million times brighter than what is to be seen next to it; else single.
     /// 8 bits are never the default: they err by more, and take longer to decode than to read.
-    fn default_player(&self, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
+    pub(super) fn default_player(
+        &self,
+        playback: &Arc<Playback>,
+        tone: Tone,
+    ) -> Result<Player, Error> {
         let half = Player::new(playback, Format::Half, tone, self.host.work())?;
         if self.sampled(playback, tone, &half)? < UNSEEN {
             return Ok(half);

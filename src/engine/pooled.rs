@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use crate::picture::Image;
 use crate::linalg::Dependent;
+use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
 use crate::pool::depot::Stored;

@@ -621,4 +621,3 @@ impl Engine {
         })
     }
 }
-

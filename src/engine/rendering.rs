@@ -224,12 +224,7 @@ impl Rendering {
     }
 
     /// Predicted cost of so many sources alone, in the operator's units.
-    pub fn cost_of_units(
-        &self,
-        renderer: &dyn Transport,
-        quality: Quality,
-        images: usize,
-    ) -> f64 {
+    pub fn cost_of_units(&self, renderer: &dyn Transport, quality: Quality, images: usize) -> f64 {
         let cost = self.cost(renderer, quality);
         let prepare = match self.is_prepared(quality) {
             true => 0.0,

@@ -58,9 +58,7 @@ impl Session {
             store: engine.archive.detach(),
         };
         let begun = engine.coarse();
-        let measured = begun.and_then(|()| {
-            session.measure(engine, Event::Coarse, None)
-        });
+        let measured = begun.and_then(|()| session.measure(engine, Event::Coarse, None));
         match measured {
             Ok(()) => Ok(session),
             Err(error) => {

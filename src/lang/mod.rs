@@ -37,7 +37,7 @@ pub use explain::{Page, explain, pages};
 pub use format::format;
 pub use known::Known;
 pub use levels::{SetLevel, levels};
-pub use names::{FADES, nearest};
+pub use names::nearest;
 pub use preview::preview_statement;
 pub use token::{Token, tokens};
 
@@ -236,8 +236,8 @@ pub fn keywords() -> &'static [&'static str] {
 }
 
 /// The words that mean something inside statements.
-pub fn words() -> &'static [&'static str] {
-    &syntax::INNER_WORDS
+pub fn words() -> Vec<&'static str> {
+    syntax::inner_words().collect()
 }
 
 /// True when `text` begins with a statement word. `show` is one only before a title and `view` only

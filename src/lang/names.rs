@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::ast::{Span, Word};
 use super::codes;
 use crate::diagnostic::Diagnostic;
+use crate::show::Fade;
 
 /// What a name stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,9 +106,6 @@ impl<'a> Names<'a> {
     }
 }
 
-/// The built-in fades.
-pub const FADES: [&str; 5] = ["linear", "ease", "square", "slow-top", "slow-bottom"];
-
 /// Units that may stand off from their numbers, so that a name like them would be read as one:
 /// `key 40 K 30`.
 pub const STANDING_OFF: [&str; 3] = ["K", "cd", "lm"];
@@ -139,7 +137,7 @@ pub fn is_reserved(word: &str) -> bool {
     ];
     WORDS.contains(&word)
         || STANDING_OFF.contains(&word)
-        || FADES.contains(&word)
+        || Fade::built_in(word).is_some()
         || super::scan::STATEMENTS.contains(&word)
 }
 

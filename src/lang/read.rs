@@ -284,7 +284,7 @@ impl<'a> Reader<'a, '_> {
 
 /// A word that could be the name of a value.
 fn is_name(word: &str) -> bool {
-    !word.is_empty() && !syntax::INNER_WORDS.contains(&word) && !STATEMENTS.contains(&word)
+    !word.is_empty() && !syntax::is_inner_word(word) && !STATEMENTS.contains(&word)
 }
 
 /// The last word of the line before, where the mistake is the first thing on its line: something is
@@ -313,7 +313,7 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     if only(syntax::NUMBER) && is_name(word) {
         return Some(value());
     }
-    if let Some(near) = nearest(word, syntax::INNER_WORDS.into_iter()) {
+    if let Some(near) = nearest(word, syntax::inner_words()) {
         return Some(format!("did you mean `{near}`?"));
     }
     if let Some(help) = misplaced(failure, word) {

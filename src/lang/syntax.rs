@@ -7,6 +7,9 @@ use pest::Parser as _;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pairs;
 
+use super::lower::light;
+use crate::show::FADES;
+
 #[allow(
     missing_docs,
     reason = "generated from the grammar, which is documented"
@@ -187,9 +190,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::solid_clause => "a clause (like `radius 20cm`)",
         Rule::corners => "four positions (like `-1, 0, 0`)",
         Rule::size => "a size (like 640x360)",
-        Rule::light_kind => {
-            "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)"
-        }
+        Rule::light_kind => light::EXPECTED,
         Rule::path | Rule::interpolation => "a path (like `spline 0 30, 4 80`)",
         Rule::spline_kind => "a kind of spline (like `natural`)",
         Rule::knot => "a knot (like `3s 55`)",
@@ -238,7 +239,19 @@ fn keyword(rule: Rule) -> &'static str {
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
-pub const INNER_WORDS: [&str; 76] = [
+pub fn inner_words() -> impl Iterator<Item = &'static str> {
+    let of_tables = light::words().chain(FADES.iter().map(|curve| curve.name));
+    let more = of_tables.filter(|word| !INNER_WORDS.contains(word));
+    INNER_WORDS.into_iter().chain(more)
+}
+
+/// Whether `word` may stand inside statements.
+pub fn is_inner_word(word: &str) -> bool {
+    inner_words().any(|inner| inner == word)
+}
+
+/// Those of [`inner_words`] that no table has elsewhere.
+const INNER_WORDS: [&str; 68] = [
     "aim",
     "assert",
     "at",
@@ -260,7 +273,6 @@ pub const INNER_WORDS: [&str; 76] = [
     "disc",
     "dither",
     "down",
-    "ease",
     "exposure",
     "field",
     "filmic",
@@ -283,11 +295,8 @@ pub const INNER_WORDS: [&str; 76] = [
     "on",
     "one-sided",
     "out",
-    "panel",
     "part",
-    "photometric",
     "plain",
-    "project",
     "quad",
     "radius",
     "rate",
@@ -298,12 +307,8 @@ pub const INNER_WORDS: [&str; 76] = [
     "sides",
     "size",
     "slope",
-    "slow-bottom",
-    "slow-top",
     "snap",
-    "sphere",
     "spline",
-    "spot",
     "square",
     "steps",
     "time",

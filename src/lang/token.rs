@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::scan::STATEMENTS;
-use super::syntax::{self, INNER_WORDS, Rule};
+use super::syntax::{self, Rule};
 
 /// What a piece is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ fn token(rest: &str) -> (usize, Token) {
             let word = rest.get(..length).unwrap_or_default();
             let token = match word {
                 word if STATEMENTS.contains(&word) => Token::Statement,
-                word if INNER_WORDS.contains(&word) => Token::Word,
+                word if syntax::is_inner_word(word) => Token::Word,
                 _ => Token::Name,
             };
             (length, token)

@@ -50,11 +50,9 @@ impl From<FileError> for Error {
 fn sentence(error: &report::Error) -> String {
     match error {
         report::Error::Engine(error) => engine_error(error),
-        report::Error::NoPipe => {
-            "`-` needs a reader at standard output: \
+        report::Error::NoPipe => "`-` needs a reader at standard output: \
              footlight play show.lxq -o - | ffmpeg -i - show.mp4"
-                .to_owned()
-        }
+            .to_owned(),
         other => other.to_string(),
     }
 }

@@ -5,7 +5,7 @@
 mod declaration;
 mod table;
 
-use super::{Call, Error, Reply, Repl};
+use super::{Call, Error, Repl, Reply};
 use crate::lang::nearest;
 
 pub use self::declaration::{DECLARATIONS, Declaration};

@@ -11,6 +11,7 @@ use super::verb::{self, Complete, VERBS, VerbSpec};
 use crate::lang::{self, codes};
 use crate::plan::Metric;
 use crate::pool::Projection;
+use crate::show::FADES;
 
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
@@ -203,7 +204,9 @@ impl Vocabulary {
         }
         match (first, last) {
             (_, "dimmer") => Offer::of(strings(&self.curves).chain(["linear", "square"])),
-            ("cue", "curve") => Offer::of(strings(&self.curves).chain(lang::FADES)),
+            ("cue", "curve") => {
+                Offer::of(strings(&self.curves).chain(FADES.iter().map(|fade| fade.name)))
+            }
             ("light", "like") => Offer::of(strings(&self.lights)),
             ("light", "panel") | ("surface", "surface") => Offer::of(strings(&self.materials)),
             ("bank" | "fixed", _) if before.contains('=') => {
@@ -211,10 +214,10 @@ impl Vocabulary {
             }
             ("group", _) if before.contains('=') => Offer::of(strings(&self.banks)),
             ("cue" | "look", _) if open('{', '}') || before.contains('=') => {
-                Offer::of(self.movable().chain(lang::words().iter().copied()))
+                Offer::of(self.movable().chain(lang::words()))
             }
             (_, last) if last == first => Offer::of(self.names()),
-            _ => Offer::of(lang::words().iter().copied()),
+            _ => Offer::of(lang::words()),
         }
     }
 

@@ -217,7 +217,11 @@ pub fn views(document: &Document) -> String {
     sorted.sort_unstable_by_key(|view| &view.name);
     let line = |view: &&crate::show::View| {
         let name = &view.name;
-        let mark = if document.view() == Some(name) { "*" } else { " " };
+        let mark = if document.view() == Some(name) {
+            "*"
+        } else {
+            " "
+        };
         let camera = &view.camera;
         format!("{mark} {name}  {}x{}\n", camera.width, camera.height)
     };

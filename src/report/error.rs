@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::words::{count, percent};
 use super::tune;
+use super::words::{count, percent};
 use crate::chart::ChartError;
 use crate::engine;
 use crate::lang::nearest;

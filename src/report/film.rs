@@ -15,11 +15,11 @@ use crate::engine::{self, Engine};
 use crate::files::{FileError, Growing};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
+use crate::picture::tone::Tone;
 use crate::picture::y4m::{Chroma, Film};
 use crate::picture::{Image, png};
-use crate::picture::tone::Tone;
-use crate::playback::{Playback, Player};
 use crate::playback::key::Format;
+use crate::playback::{Playback, Player};
 use crate::units::Time;
 
 /// How the sequence was fitted into an animated picture.
@@ -162,7 +162,10 @@ fn frames(
     take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
 ) -> Result<usize, Error> {
     let rate = engine.show().preview.rate;
-    let (start, keys) = (engine.document().timeline().start(), engine.document().keys());
+    let (start, keys) = (
+        engine.document().timeline().start(),
+        engine.document().keys(),
+    );
     // A whole number of frames must not become one more by rounding.
     let total = (keys.duration() * rate - 1e-6).ceil().max(0.0) as usize + 1;
     for i in 0..total {

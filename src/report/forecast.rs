@@ -72,8 +72,8 @@ fn table(rows: &[Vec<String>]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::study::Machine;
     use crate::renderer::Expense;
+    use crate::study::Machine;
 
     #[test]
     fn a_table_has_a_column_for_every_setting_and_a_ratio_when_measured() {

@@ -136,7 +136,11 @@ pub fn picture(
     PICTURE.check(path)?;
     match ending(path).as_str() {
         "exr" => Ok(exr::encode(image, precision, &[header("picture", about)])?),
-        _ => displayed((image.width(), image.height()), &tone()?.encode(image), path),
+        _ => displayed(
+            (image.width(), image.height()),
+            &tone()?.encode(image),
+            path,
+        ),
     }
 }
 

@@ -92,7 +92,10 @@ fn check_memory(
 }
 
 fn key_layers<'i>(engine: &Engine, playback: &'i Playback) -> Vec<Layer<'i>> {
-    let keys = playback.images().iter().zip(engine.document().keys().keys());
+    let keys = playback
+        .images()
+        .iter()
+        .zip(engine.document().keys().keys());
     keys.enumerate()
         .map(|(i, (image, key))| {
             let name = format!("key{:03}", i + 1);

@@ -25,7 +25,9 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     let faders = coordinates.iter().enumerate();
     let contents = Contents {
         title: &show.title,
-        faders: faders.map(|(i, c)| fader(show, c, keys.len() + i)).collect(),
+        faders: faders
+            .map(|(i, c)| fader(show, c, keys.len() + i))
+            .collect(),
         cues: cues(document),
         keys: document.keys(),
         pictures: keys.iter().chain(&banks).collect(),

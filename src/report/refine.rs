@@ -46,7 +46,11 @@ pub fn remark(remark: &Remark) -> String {
 pub fn refined(engine: &Engine, done: &Refined, first: usize) -> String {
     let mut text = String::new();
     for step in engine.steps().iter().skip(first) {
-        let _ = writeln!(text, "{}", self::step(step.refined, step.error, step.seconds));
+        let _ = writeln!(
+            text,
+            "{}",
+            self::step(step.refined, step.error, step.seconds)
+        );
     }
     for one in &done.remarks {
         let _ = writeln!(text, "{}", remark(one));

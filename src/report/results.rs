@@ -84,13 +84,12 @@ pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Draw
             f64::NAN
         }
     };
-    let series =
-        |name: &str, marker, x: &dyn Fn(&Step) -> f64, y: &dyn Fn(&Step) -> f64| Series {
-            name: name.to_owned(),
-            points: steps.iter().map(|s| (x(s), shown(y(s)))).collect(),
-            marker,
-            labels: Vec::new(),
-        };
+    let series = |name: &str, marker, x: &dyn Fn(&Step) -> f64, y: &dyn Fn(&Step) -> f64| Series {
+        name: name.to_owned(),
+        points: steps.iter().map(|s| (x(s), shown(y(s)))).collect(),
+        marker,
+        labels: Vec::new(),
+    };
     let panel = |title: &str, x: &str, scale, of: &dyn Fn(&Step) -> f64| Panel {
         title: title.to_owned(),
         x: Axis::new(x, scale),
@@ -115,7 +114,10 @@ pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Draw
         )),
     };
     Ok(chart::panels(
-        &format!("{}: error of the sequence, as predicted", engine.show().title),
+        &format!(
+            "{}: error of the sequence, as predicted",
+            engine.show().title
+        ),
         &[
             panel(
                 "by refined pictures",

@@ -76,9 +76,7 @@ impl Target {
             ("png" | "apng", _) => Target::Animation(place),
             ("y4m", _) => Target::Video(Some(place), chroma),
             ("html" | "htm", _) => Target::Page(place),
-            ("exr", _) => {
-                Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision)
-            }
+            ("exr", _) => Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision),
             _ if path == "-" => Target::Video(None, chroma),
             _ => return Err(unknown(&place, KNOWN)),
         })
@@ -90,8 +88,14 @@ impl Target {
         let video = matches!(self, Target::Video(..));
         let float = layers || matches!(self, Target::Numbered(_, Kind::Exr(_)));
         let given = [
-            (options.layers.is_some() && !layers, ("layers", "an .exr without numbers")),
-            (options.chroma.is_some() && !video, ("chroma", "a .y4m or `-`")),
+            (
+                options.layers.is_some() && !layers,
+                ("layers", "an .exr without numbers"),
+            ),
+            (
+                options.chroma.is_some() && !video,
+                ("chroma", "a .y4m or `-`"),
+            ),
             (options.precision.is_some() && !float, ("float", "an .exr")),
         ];
         given.iter().find(|(idle, _)| *idle).map(|(_, idle)| *idle)

@@ -94,15 +94,15 @@ fn view<'v>(text: &'v str, version: &'v Version) -> sheet::Version<'v> {
 /// What changed from one state of a document to another.
 pub fn difference(old: &Compiled, new: &Compiled) -> Difference {
     let (before, after) = (old.text(), new.text());
-    let version = |text, of| {
-        let Compiled { show, timeline, .. } = of;
-        sheet::Version {
-            text,
-            show,
-            timeline,
-        }
-    };
-    sheet::difference(version(&before, old), version(&after, new))
+    sheet::difference(state(&before, old), state(&after, new))
+}
+
+fn state<'v>(text: &'v str, compiled: &'v Compiled) -> sheet::Version<'v> {
+    sheet::Version {
+        text,
+        show: &compiled.show,
+        timeline: &compiled.timeline,
+    }
 }
 
 /// The changes in words, and whether images still serve: of those at hand that serve the older

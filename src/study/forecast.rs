@@ -3,8 +3,8 @@
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
-use crate::study::Machine;
 use crate::renderer::Expense;
+use crate::study::Machine;
 
 /// Seconds of the three things that one waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -155,11 +155,14 @@ fn fade_end(show: &Show, fade: Fade) -> f64 {
 fn fade(show: &Show, fade: Fade, within: i64, whole: i64) -> f64 {
     let u = within as f64 / whole as f64;
     match fade {
-        Fade::Linear => u,
-        Fade::Ease => u * u * (3.0 - 2.0 * u),
-        Fade::Square => u * u,
-        Fade::SlowTop => 1.0 - (1.0 - u).powi(3),
-        Fade::SlowBottom => u.powi(3),
+        Fade::BuiltIn(curve) => match curve.name {
+            "linear" => u,
+            "ease" => u * u * (3.0 - 2.0 * u),
+            "square" => u * u,
+            "slow-top" => 1.0 - (1.0 - u).powi(3),
+            "slow-bottom" => u.powi(3),
+            _ => bernstein_sum(curve.coefficients, u),
+        },
         Fade::Curve(i) => {
             let curve = &show.curves[i];
             // A curve's knots fall on whole microseconds of the fade.
@@ -185,6 +188,18 @@ fn fade(show: &Show, fade: Fade, within: i64, whole: i64) -> f64 {
             )
         }
     }
+}
+
+/// The sum of binomial times power times coefficient.
+fn bernstein_sum(coefficients: &[f64], u: f64) -> f64 {
+    let degree = coefficients.len() as i32 - 1;
+    let mut binomial = 1.0;
+    let mut sum = 0.0;
+    for (i, c) in (0..).zip(coefficients) {
+        sum += c * binomial * u.powi(i) * (1.0 - u).powi(degree - i);
+        binomial = binomial * f64::from(degree - i) / f64::from(i + 1);
+    }
+    sum
 }
 
 /// Textbook forms: second derivatives for the C2 splines, cubic Hermite in the power basis.

@@ -95,7 +95,7 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
             delay: Time::ZERO,
             up: seconds(up),
             down: seconds(up),
-            curve: Fade::Linear,
+            curve: Fade::LINEAR,
             moves,
         }],
     }
@@ -170,7 +170,7 @@ pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usi
         };
         let handles = [base(random, rank, &points), base(random, rank, &points)];
         let mut moves = Vec::new();
-        let mut fade = Fade::Linear;
+        let mut fade = Fade::LINEAR;
         for c in 0..n {
             let (a, b) = (level(&here, c), level(&next, c));
             let h = [level(&handles[0], c), level(&handles[1], c)];
@@ -182,7 +182,7 @@ pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usi
                 )),
                 1 => moves.push(to(c, b)),
                 2 => {
-                    fade = Fade::Square;
+                    fade = Fade::built_in("square").unwrap();
                     moves.push(to(c, b));
                 }
                 _ => {
@@ -330,14 +330,8 @@ fn user_curve(random: &mut Random) -> Curve {
 fn parts(random: &mut Random, cue: u32, coordinates: usize) -> Vec<Part> {
     let count = random.between(1, 2) as u32;
     let mut free: Vec<usize> = (0..coordinates).collect();
-    let fades = [
-        Fade::Linear,
-        Fade::Ease,
-        Fade::Square,
-        Fade::SlowTop,
-        Fade::SlowBottom,
-        Fade::Curve(0),
-    ];
+    let mut fades: Vec<Fade> = FADES.iter().map(Fade::BuiltIn).collect();
+    fades.push(Fade::Curve(0));
     let mut out = Vec::new();
     for number in 1..=count {
         let mut moves = Vec::new();

@@ -78,7 +78,7 @@ proptest! {
         let law = if straight && random.chance(0.5) { Dimmer::Curve(0) } else { Dimmer::Square };
         for cue in &mut show.cues {
             for part in &mut cue.parts {
-                part.curve = Fade::Linear;
+                part.curve = Fade::LINEAR;
                 for m in &mut part.moves {
                     if let Motion::Path(path) = &mut m.motion {
                         path.interpolation = random.pick(&[Interpolation::Linear, Interpolation::Steps]);

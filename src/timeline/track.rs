@@ -135,7 +135,7 @@ fn implied<'a>(cue: &Cue, coordinate: usize, level: f64) -> Moved<'a> {
             delay: Time::ZERO,
             up: Time::ZERO,
             down: Time::ZERO,
-            fade: Fade::Linear,
+            fade: Fade::LINEAR,
         },
         |p| Timing {
             delay: p.delay,
@@ -308,7 +308,7 @@ pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<Time
     errors
 }
 
-/// A fade's completion over fractions of its time.
+/// A named curve as a fade: completion over fractions of its time.
 struct Shape {
     /// Where its knots are.
     at: Vec<f64>,
@@ -318,23 +318,8 @@ struct Shape {
     arrives: f64,
 }
 
-impl Shape {
-    fn one(span: Option<Bernstein>) -> Shape {
-        Shape {
-            at: vec![0.0, 1.0],
-            spans: span.into_iter().collect(),
-            arrives: 1.0,
-        }
-    }
-}
-
-/// Shapes of fades, made once.
+/// Shapes of the show's own curves, made once.
 struct Fades {
-    linear: Shape,
-    ease: Shape,
-    square: Shape,
-    slow_top: Shape,
-    slow_bottom: Shape,
     named: Vec<Shape>,
 }
 
@@ -345,25 +330,8 @@ impl Fades {
             spans: curve_spans(c),
             arrives: c.knots.last().map_or(1.0, |k| k.value),
         };
-        let one = |coefficients: &[f64]| Shape::one(Bernstein::new(coefficients));
         Fades {
-            linear: one(&[0.0, 1.0]),
-            ease: one(&[0.0, 0.0, 1.0, 1.0]),
-            square: one(&[0.0, 0.0, 1.0]),
-            slow_top: one(&[0.0, 1.0, 1.0, 1.0]),
-            slow_bottom: one(&[0.0, 0.0, 0.0, 1.0]),
             named: show.curves.iter().map(named).collect(),
-        }
-    }
-
-    fn shape(&self, fade: Fade) -> &Shape {
-        match fade {
-            Fade::Linear => &self.linear,
-            Fade::Ease => &self.ease,
-            Fade::Square => &self.square,
-            Fade::SlowTop => &self.slow_top,
-            Fade::SlowBottom => &self.slow_bottom,
-            Fade::Curve(i) => &self.named[i],
         }
     }
 
@@ -381,7 +349,17 @@ impl Fades {
                 return Some((pieces, m.motion.target()));
             }
         };
-        let shape = self.shape(m.timing.fade);
+        let built_in;
+        let (at, spans, arrives) = match m.timing.fade {
+            Fade::BuiltIn(curve) => {
+                built_in = Bernstein::new(curve.coefficients);
+                (&[0.0, 1.0][..], built_in.as_slice(), 1.0)
+            }
+            Fade::Curve(i) => {
+                let Shape { at, spans, arrives } = &self.named[i];
+                (at.as_slice(), spans.as_slice(), *arrives)
+            }
+        };
         let whole = if to < from {
             m.timing.down
         } else {
@@ -389,10 +367,10 @@ impl Fades {
         };
         // Exact at completion 0 and 1, where a difference scaled would not be.
         let level = |completion: f64| (1.0 - completion) * from + completion * to;
-        let times = shape.at.iter().map(|a| whole.scaled(*a));
-        let spans = shape.spans.iter().map(|s| s.mapped(level));
+        let times = at.iter().map(|a| whole.scaled(*a));
+        let spans = spans.iter().map(|s| s.mapped(level));
         let pieces = passes(times, spans, m.repeat, start, most)?;
-        Some((pieces, level(shape.arrives)))
+        Some((pieces, level(arrives)))
     }
 }
 

@@ -162,7 +162,10 @@ fn every_kind_of_part_is_used() {
     }
     let fade = |test: fn(&Fade) -> bool| parts().any(|p| test(&p.curve));
     assert!(fade(|f| matches!(f, Fade::Curve(_))), "no curve of its own");
-    assert!(fade(|f| matches!(f, Fade::Ease)) && fade(|f| matches!(f, Fade::SlowBottom)));
+    assert!(
+        fade(|f| Some(*f) == Fade::built_in("ease"))
+            && fade(|f| Some(*f) == Fade::built_in("slow-bottom"))
+    );
     let snaps = |p: &Part| p.up.micros() == 0 && p.down.micros() == 0 && !p.moves.is_empty();
     assert!(parts().any(snaps), "no snap");
     assert!(parts().any(|p| p.up != p.down), "no split time");

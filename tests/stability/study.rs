@@ -3,12 +3,12 @@
 use crate::meter::contour;
 use footlight::chart::Theme;
 use footlight::geometry::vec3;
+use footlight::radiosity::scatter;
 use footlight::report::stability::{describe, drawing, record};
 use footlight::report::{Kind, Record};
 use footlight::study::Machine;
 use footlight::study::stability::lamp::Lamp;
 use footlight::study::stability::{Stability, study};
-use footlight::radiosity::scatter;
 use footlight::work::Work;
 
 fn found() -> Stability {

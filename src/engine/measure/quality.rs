@@ -70,7 +70,7 @@ impl Engine {
             let total = out.steps.len();
             for (done, step) in out.steps.iter_mut().enumerate() {
                 self.host.progress.report("measuring steps", done, total);
-                step.measured = Some(self.timed(&settings, Quality(step.quality))?.1);
+                step.measured = Some(self.measured(&settings, Quality(step.quality))?.1);
             }
         }
         Ok(out)
@@ -78,7 +78,7 @@ impl Engine {
 
     /// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
     /// a few runs.
-    fn timed(
+    fn measured(
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
@@ -138,12 +138,12 @@ impl Engine {
                 Reference::load(store, folder, &names, size, work.memory)?
             }
             None => {
-                let (images, seconds) = self.timed(&settings, Quality(finest))?;
+                let (images, seconds) = self.measured(&settings, Quality(finest))?;
                 last = Some(seconds);
                 images.into_iter().map(Reference::of).collect()
             }
         };
-        let measured = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
+        let step_of = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
             quality,
             prepare: seconds.prepare,
             render: seconds.banks,
@@ -152,13 +152,13 @@ impl Engine {
         let mut steps = Vec::new();
         for quality in 1..=finest {
             if let Some(seconds) = last.filter(|_| quality == finest) {
-                steps.push(measured(quality, seconds, vec![Some(0.0); names.len()]));
+                steps.push(step_of(quality, seconds, vec![Some(0.0); names.len()]));
                 continue;
             }
-            let (images, seconds) = self.timed(&settings, Quality(quality))?;
+            let (images, seconds) = self.measured(&settings, Quality(quality))?;
             let pairs = names.iter().zip(images.iter().zip(&references));
             let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
-            steps.push(measured(quality, seconds, errors.collect()));
+            steps.push(step_of(quality, seconds, errors.collect()));
             report(quality);
         }
         // Where nothing but lamps is seen they are counted.

@@ -31,9 +31,7 @@ impl Engine {
         let (trial, mut seconds) = self.tried()?;
         let weighting = trial.weighting(Metric::Error);
         let weighting = weighting.map_err(or_no_weight(Error::AlikeCoarse))?;
-        trial
-            .oracle()
-            .map_err(or_no_weight(Error::AlikeRefined))?;
+        trial.oracle().map_err(or_no_weight(Error::AlikeRefined))?;
         let order = trial.order(&weighting)?;
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
@@ -50,7 +48,11 @@ impl Engine {
         }
         let keys = self.document.keys().clone();
         let units = Pool::unit_settings(keys.coordinates());
-        let pixels = rendering.setup.view.width.saturating_mul(rendering.setup.view.height);
+        let pixels = rendering
+            .setup
+            .view
+            .width
+            .saturating_mul(rendering.setup.view.height);
         let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
         if needed > self.host.memory {
             return Err(Error::Render(TransportError::Memory {

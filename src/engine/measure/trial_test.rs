@@ -8,10 +8,10 @@ use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric};
 use crate::pool::{Pool, Projection};
+use crate::radiosity::Radiosity;
+use crate::renderer::Transport;
 use crate::study::verdict::Verdict;
 use crate::study::{Order, Trial, random_show};
-use crate::renderer::Transport;
-use crate::radiosity::Radiosity;
 use crate::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];

@@ -14,7 +14,7 @@ use crate::engine::{Engine, Error};
 use crate::lang;
 use crate::picture::Image;
 use crate::pool::Pool;
-use crate::renderer::{Quality, Transport as _};
+use crate::renderer::Quality;
 use crate::show::Preview;
 use crate::study::tune::{self, Candidate, Expense, Tuned, Tuner};
 
@@ -76,8 +76,11 @@ impl Engine {
         }
         let pixels = rendering.setup.view.width * rendering.setup.view.height;
         // As rendered, and as what they are off by.
-        let bytes =
-            2 * usize::from(finest) * rendering.setup.rig.sources.len() * pixels * size_of::<[f32; 3]>();
+        let bytes = 2
+            * usize::from(finest)
+            * rendering.setup.rig.sources.len()
+            * pixels
+            * size_of::<[f32; 3]>();
         if bytes > self.host.memory {
             return Err(Error::MeasureMemory {
                 needed: bytes,

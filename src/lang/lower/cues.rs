@@ -31,7 +31,7 @@ impl<'a> Lower<'a, '_> {
             delay: Time::ZERO,
             up: Time::from_micros(5_000_000),
             down: Time::from_micros(5_000_000),
-            curve: Fade::Linear,
+            curve: Fade::LINEAR,
             repeat: 1,
         };
         let (mut times, mut first) = (standard, None);

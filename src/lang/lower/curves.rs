@@ -5,10 +5,10 @@ use super::values::Setting;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Declaration, Statement, Word};
 use crate::lang::codes;
-use crate::lang::names::{FADES, Kind};
+use crate::lang::names::Kind;
 use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
-use crate::show::{Curve, CurveKnot, Fade, Interpolation, Knot};
+use crate::show::{Curve, CurveKnot, FADES, Fade, Interpolation, Knot};
 use crate::units::{Time, fraction, percent};
 
 /// A knot of a path whose level may still be a colour.
@@ -220,14 +220,11 @@ impl<'a> Lower<'a, '_> {
 
     /// The shape of a fade.
     pub fn fade(&mut self, word: Word<'a>) -> Option<Fade> {
-        let index = match word.text {
-            "linear" => return Some(Fade::Linear),
-            "ease" => return Some(Fade::Ease),
-            "square" => return Some(Fade::Square),
-            "slow-top" => return Some(Fade::SlowTop),
-            "slow-bottom" => return Some(Fade::SlowBottom),
-            _ => self.find(word, &[Kind::Curve], &FADES)?.1,
-        };
+        if let Some(fade) = Fade::built_in(word.text) {
+            return Some(fade);
+        }
+        let built_in: Vec<&str> = FADES.iter().map(|curve| curve.name).collect();
+        let (_, index) = self.find(word, &[Kind::Curve], &built_in)?;
         let curve = self.show.curves.get(index)?;
         let ends = (curve.knots.first()?.value, curve.knots.last()?.value);
         if ends == (0.0, 1.0) {

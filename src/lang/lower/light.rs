@@ -1,118 +1,94 @@
 //! Lights: what each kind is told, and what it must be told.
 
+mod imported;
+mod panel;
+mod photometric;
+mod projection;
+mod shape;
+mod spot;
+
 use super::Lower;
 use crate::geometry::Vec3;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::{self, Unit, Wanted};
-use crate::scene::Spot;
 use crate::scene::mount::Mount;
-use crate::scene::profile::Profile;
-use crate::scene::shape::Shape;
-use crate::show::{Hung, Light, LightKind, Output, Strength};
+use crate::show::{Light, LightKind, Output, Strength};
 use crate::units::Rgb;
 
-/// The kinds of light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
-    Spot,
-    Panel,
-    Sphere,
-    Disc,
-    Photometric,
-    Projection,
-    /// A light of the stage's file.
-    Hung,
+/// A kind of light: what the language says of it, and what it becomes.
+pub(super) struct Form {
+    /// The word that opens it.
+    word: &'static str,
+    /// What messages call it.
+    phrase: &'static str,
+    /// The clauses it needs, all of them; the first says where it is.
+    needs: &'static [&'static str],
+    /// The clauses it may have besides.
+    takes: &'static [&'static str],
+    /// Why it has no other clause, where a whole light of its kind does not show it.
+    reason: &'static str,
+    /// What may say how bright it is.
+    amount: Amount,
+    /// A whole light of its kind.
+    example: &'static str,
+    /// What it becomes; `None` once what is wrong was said.
+    finished: for<'a> fn(&mut Lower<'a, '_>, &ast::Light<'a>, &Spec) -> Option<LightKind>,
 }
 
-impl Form {
-    fn of(word: &str) -> Option<Form> {
-        Some(match word {
-            "spot" => Form::Spot,
-            "panel" => Form::Panel,
-            "sphere" => Form::Sphere,
-            "disc" => Form::Disc,
-            "photometric" => Form::Photometric,
-            "project" => Form::Projection,
-            "from" => Form::Hung,
-            _ => return None,
-        })
-    }
+/// How bright a kind of light may be said to be.
+#[derive(Clone, Copy, PartialEq)]
+struct Amount {
+    /// A file or a material may say it in place of the text.
+    own: bool,
+    /// It may be the luminance of a surface.
+    luminance: bool,
+}
 
-    fn word(self) -> &'static str {
-        match self {
-            Form::Spot => "spot",
-            Form::Panel => "panel",
-            Form::Sphere => "sphere",
-            Form::Disc => "disc",
-            Form::Photometric => "photometric light",
-            Form::Projection => "projection",
-            Form::Hung => "light of the stage",
-        }
-    }
-
-    /// The clauses it needs, all of them.
-    fn clauses(self) -> &'static [&'static str] {
-        match self {
-            Form::Spot => &["at", "aim", "beam", "field"],
-            Form::Panel | Form::Hung => &[],
-            Form::Sphere => &["at", "radius"],
-            Form::Disc => &["at", "aim", "radius"],
-            Form::Photometric => &["at", "aim"],
-            Form::Projection => &["from", "aim", "field"],
-        }
-    }
-
-    fn takes(self, word: &str) -> bool {
-        let turns = matches!(self, Form::Photometric | Form::Projection);
-        let file = self == Form::Hung && ["at", "aim", "beam", "field"].contains(&word);
-        self.clauses().contains(&word) || (turns && word == "turn") || file
-    }
-
-    /// It may be left to a file how bright it is.
-    fn has_own_amount(self) -> bool {
-        matches!(self, Form::Panel | Form::Photometric | Form::Hung)
-    }
-
-    fn takes_unit(self, unit: Unit) -> bool {
+impl Amount {
+    fn takes(self, unit: Unit) -> bool {
         match unit {
             Unit::Candela | Unit::Lumen => true,
-            Unit::Radiance => matches!(self, Form::Panel | Form::Sphere | Form::Disc),
+            Unit::Radiance => self.luminance,
             _ => false,
         }
     }
 
     /// What says how bright it is, and in what colour.
-    fn amounts(self) -> &'static str {
-        match self {
-            Form::Spot | Form::Photometric | Form::Projection | Form::Hung => {
-                "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`"
-            }
-            _ => "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`",
-        }
-    }
-
-    /// A whole light of its kind.
-    fn example(self) -> &'static str {
-        match self {
-            Form::Spot => "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
-            Form::Panel => "panel pane_left  40 cd/m2",
-            Form::Sphere => "sphere at 0, 0, 3  radius 5cm  800 lm",
-            Form::Disc => "disc at 0, 0, 3  aim 0, 0, 0  radius 20cm  800 lm",
-            Form::Photometric => "photometric \"desk.ies\"  at 0, -2, 4  aim 0, 0, 1",
-            Form::Projection => {
-                "project \"clouds.png\"  from 0, -9, 4  aim 0, 3, 2  field 50  9000 cd"
-            }
-            Form::Hung => "from \"Key\"  1200 cd",
+    fn words(self) -> &'static str {
+        match self.luminance {
+            false => "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`",
+            true => "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`",
         }
     }
 }
 
+/// The kinds of light. A new one is a file beside these with its row here, and its word in the
+/// grammar.
+const FORMS: [&Form; 7] = [
+    &spot::SPOT,
+    &panel::PANEL,
+    &shape::SPHERE,
+    &shape::DISC,
+    &photometric::PHOTOMETRIC,
+    &projection::PROJECTION,
+    &imported::IMPORTED,
+];
+
+/// What the parser expects where a light has no kind yet.
+pub(in crate::lang) const EXPECTED: &str =
+    "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)";
+
+/// The words of the kinds.
+pub(in crate::lang) fn words() -> impl Iterator<Item = &'static str> {
+    FORMS.into_iter().map(|form| form.word)
+}
+
 /// What a light's clauses say, before it is known to have what it needs.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 struct Spec {
-    form: Option<Form>,
+    form: Option<&'static Form>,
     /// The panel's material, or the file.
     of: String,
     at: Option<Vec3>,
@@ -135,6 +111,15 @@ impl Spec {
             "field" => self.field.is_none(),
             "radius" => self.radius.is_none(),
             _ => false,
+        }
+    }
+
+    /// How bright a point source is.
+    fn output(&self) -> Output {
+        match self.amount {
+            None => Output::Own,
+            Some((lumens, Unit::Lumen)) => Output::Flux(lumens),
+            Some((candela, _)) => Output::Peak(candela),
         }
     }
 
@@ -212,7 +197,8 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn overridden(&mut self, light: &ast::Light<'a>, spec: &mut Spec) {
-        if let Some(form) = Form::of(light.kind.text) {
+        let form = FORMS.into_iter().find(|f| f.word == light.kind.text);
+        if let Some(form) = form {
             spec.form = Some(form);
             spec.of = light.of.map(super::unquoted).unwrap_or_default();
         }
@@ -258,19 +244,17 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// A clause that lights of this kind have. Nothing is known of a light like a broken one.
-    fn fits(&mut self, clause: &Clause<'a>, form: Option<Form>) -> Option<()> {
-        let Some(form) = form.filter(|f| !f.takes(clause.word.text)) else {
+    fn fits(&mut self, clause: &Clause<'a>, form: Option<&Form>) -> Option<()> {
+        let word = clause.word.text;
+        let has = |f: &&Form| f.needs.contains(&word) || f.takes.contains(&word);
+        let Some(form) = form.filter(|f| !has(f)) else {
             return Some(());
         };
-        let (kind, word) = (form.word(), clause.word.text);
-        let reason = match form {
-            Form::Panel => ": it shines from its own surface",
-            _ => "",
-        };
-        let message = format!("a {kind} has no `{word}`{reason}");
-        let help = match form {
-            Form::Panel => String::new(),
-            _ => format!("a whole {kind} is `{}`", form.example()),
+        let kind = form.phrase;
+        let message = format!("a {kind} has no `{word}`{}", form.reason);
+        let help = match form.reason {
+            "" => format!("a whole {kind} is `{}`", form.example),
+            _ => String::new(),
         };
         let label = format!("not of a {kind}");
         self.report
@@ -284,11 +268,11 @@ impl<'a> Lower<'a, '_> {
             spec.kelvin = Some(self.kelvin(word)?);
             return Some(());
         }
-        let form = spec.form.unwrap_or(Form::Spot);
-        let Some(unit) = unit.ok().filter(|u| form.takes_unit(*u)) else {
-            let kind = form.word();
+        let form = spec.form.unwrap_or(&spot::SPOT);
+        let Some(unit) = unit.ok().filter(|u| form.amount.takes(*u)) else {
+            let kind = form.phrase;
             let message = format!("`{}` says nothing about a {kind}", word.text);
-            let help = format!("a {kind} takes {}", form.amounts());
+            let help = format!("a {kind} takes {}", form.amount.words());
             let at = (word.span, "not here");
             return self.report.error(codes::WRONG_QUANTITY, message, at, help);
         };
@@ -310,53 +294,20 @@ impl<'a> Lower<'a, '_> {
             return None;
         }
         self.complete(light, spec, form)?;
-        Some(match form {
-            Form::Panel => LightKind::Panel {
-                material: spec.of.clone(),
-                strength: self.strength(light, spec)?,
-            },
-            Form::Spot => LightKind::Spot(self.spot(light, spec)?),
-            Form::Sphere | Form::Disc => LightKind::Shape {
-                shape: self.shape(light, spec)?,
-                strength: self.strength(light, spec)?,
-            },
-            Form::Photometric => LightKind::Photometric {
-                path: spec.of.clone(),
-                mount: self.mount(light, spec)?,
-                tint: spec.tint(),
-                output: output(spec),
-            },
-            Form::Hung => LightKind::Hung(Hung {
-                name: spec.of.clone(),
-                position: spec.at,
-                aim: spec.aim,
-                beam: spec.beam,
-                field: spec.field,
-                white: spec.kelvin,
-                gel: spec.gel.unwrap_or(Rgb::WHITE),
-                output: output(spec),
-            }),
-            Form::Projection => LightKind::Projection {
-                path: spec.of.clone(),
-                mount: self.mount(light, spec)?,
-                field: spec.field?,
-                tint: spec.tint(),
-                output: output(spec),
-            },
-        })
+        (form.finished)(self, light, spec)
     }
 
     /// Says what is missing.
-    fn complete(&mut self, light: &ast::Light<'a>, spec: &Spec, form: Form) -> Option<()> {
+    fn complete(&mut self, light: &ast::Light<'a>, spec: &Spec, form: &Form) -> Option<()> {
         // What was written but wrong has been said already.
         let stated = |word: &str| light.clauses.iter().any(|c| c.word.text == word);
-        let lacking = form.clauses().iter().filter(|w| spec.lacks(w));
+        let lacking = form.needs.iter().filter(|w| spec.lacks(w));
         let mut missing: Vec<String> = lacking
             .clone()
             .filter(|w| !stated(w))
             .map(|w| format!("`{w}`"))
             .collect();
-        let optional = form.has_own_amount();
+        let optional = form.amount.own;
         let amount_stated = light.clauses.iter().any(|c| c.values.is_empty());
         if spec.amount.is_none() && !optional && !amount_stated {
             missing.push("intensity".to_owned());
@@ -365,9 +316,9 @@ impl<'a> Lower<'a, '_> {
             let whole = lacking.count() == 0 && (optional || spec.amount.is_some());
             return whole.then_some(());
         }
-        let (kind, name) = (form.word(), light.name.text);
+        let (kind, name) = (form.phrase, light.name.text);
         let message = format!("the {kind} `{name}` has no {}", missing.join(", no "));
-        let help = format!("a whole {kind} is `light {name} {}`", form.example());
+        let help = format!("a whole {kind} is `light {name} {}`", form.example);
         let at = (light.name.span, "incomplete");
         self.report.error(codes::MISSING, message, at, help)
     }
@@ -378,10 +329,10 @@ impl<'a> Lower<'a, '_> {
         if position != aim {
             return Some((position, aim));
         }
-        let kind = spec.form?.word();
-        let from = spec.form?.clauses().first()?;
+        let Form { phrase, needs, .. } = spec.form?;
+        let from = needs.first()?;
         let message = format!(
-            "the {kind} `{}` shines nowhere: `{from}` and `aim` are one point",
+            "the {phrase} `{}` shines nowhere: `{from}` and `aim` are one point",
             light.name.text
         );
         let at = (light.name.span, "no direction");
@@ -395,45 +346,6 @@ impl<'a> Lower<'a, '_> {
             position,
             aim,
             turn,
-        })
-    }
-
-    fn spot(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Spot> {
-        let (position, aim) = self.focus(light, spec)?;
-        let (beam, field) = (spec.beam?, spec.field?);
-        let Some(profile) = Profile::new(beam, field) else {
-            let message = format!(
-                "the field of `{}` ({field} degrees) is not wider than its beam ({beam})",
-                light.name.text
-            );
-            let help = "the beam ends at half the peak intensity, the field at a tenth: `beam 24  field 40`";
-            let at = (light.name.span, "too narrow");
-            return self.report.error(codes::BEAM, message, at, help);
-        };
-        let candela = match spec.amount? {
-            (lumens, Unit::Lumen) => lumens / profile.flux(),
-            (candela, _) => candela,
-        };
-        Some(Spot {
-            position,
-            aim,
-            beam,
-            field,
-            intensity: spec.tint().scaled(candela),
-        })
-    }
-
-    fn shape(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Shape> {
-        let radius = spec.radius?;
-        if spec.form == Some(Form::Sphere) {
-            let centre = spec.at?;
-            return Some(Shape::Sphere { centre, radius });
-        }
-        let (centre, aim) = self.focus(light, spec)?;
-        Some(Shape::Disc {
-            centre,
-            aim,
-            radius,
         })
     }
 
@@ -457,10 +369,14 @@ impl<'a> Lower<'a, '_> {
     }
 }
 
-fn output(spec: &Spec) -> Output {
-    match spec.amount {
-        None => Output::Own,
-        Some((lumens, Unit::Lumen)) => Output::Flux(lumens),
-        Some((candela, _)) => Output::Peak(candela),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_parser_expects_every_kind() {
+        for word in words() {
+            assert!(EXPECTED.contains(&format!("`{word}`")), "{word}");
+        }
     }
 }

@@ -9,7 +9,7 @@ mod calculation;
 mod cues;
 mod curves;
 mod levels;
-mod light;
+pub(super) mod light;
 mod moves;
 mod preview;
 mod remark;

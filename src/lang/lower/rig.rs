@@ -4,10 +4,10 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Declaration, ImageWords, Span, Statement, Word};
 use crate::lang::codes;
-use crate::lang::names::{FADES, Kind};
+use crate::lang::names::Kind;
 use crate::lang::report::Place;
 use crate::scene::ImageFile;
-use crate::show::{Bank, Dimmer, Fixed, Group, Light, LightKind, NodeId};
+use crate::show::{Bank, Dimmer, Fade, Fixed, Group, Light, LightKind, NodeId};
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this room.
@@ -135,7 +135,7 @@ impl<'a> Lower<'a, '_> {
         match word.text {
             "linear" => Some(Dimmer::Linear),
             "square" => Some(Dimmer::Square),
-            fade if FADES.contains(&fade) => {
+            fade if Fade::built_in(fade).is_some() => {
                 let message = format!("`{fade}` is a fade, not a dimmer");
                 let help = "a dimmer is `linear`, `square` or a curve of the show";
                 self.report.error(

@@ -3,18 +3,6 @@
 use crate::renderer::TransportError;
 use crate::scene::{Light, Rig, Scene};
 
-/// Radiance of a panel, peak intensity of a spot or a projection; of a measured luminaire what
-/// multiplies the candela of its file; 1 for an image, which has its own numbers.
-pub fn colour(light: &Light) -> [f64; 3] {
-    match light {
-        Light::Panel { radiance, .. } => radiance.0,
-        Light::Spot(spot) => spot.intensity.0,
-        Light::Image(_) => [1.0; 3],
-        Light::Measured(measured) => measured.factor.0,
-        Light::Projection(projection) => projection.intensity.0,
-    }
-}
-
 /// Refuses a rig whose parts do not fit together or whose numbers are not finite.
 ///
 /// # Errors
@@ -23,7 +11,7 @@ pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
     for (i, light) in rig.lights.iter().enumerate() {
         let known =
             !matches!(light, Light::Panel { material, .. } if *material >= scene.materials.len());
-        if !known || !colour(light).iter().all(|c| c.is_finite()) {
+        if !known || !light.strength().0.iter().all(|c| c.is_finite()) {
             return Err(TransportError::Scene(format!(
                 "light {i} has an unknown material or a strength that is not finite"
             )));

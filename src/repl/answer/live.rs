@@ -137,9 +137,9 @@ fn keep_blind(repl: &mut Repl) -> Result<Reply, Error> {
         Ok(()) => Ok(Reply::text(
             "the blind edits are recorded; `save` writes them",
         )),
-        Err(_) => usage(
-            "there are no blind edits; `record NUMBER \"LABEL\"` keeps levels that are tried",
-        ),
+        Err(_) => {
+            usage("there are no blind edits; `record NUMBER \"LABEL\"` keeps levels that are tried")
+        }
     }
 }
 

@@ -145,14 +145,24 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         "plan" => {
             let found = repl.engine.measure_refinement()?;
             let (text, record) = (refinement::describe(&found), || refinement::record(&found));
-            repl.deliver(text, &record, &|theme| refinement::drawing(&found, theme), to)
+            repl.deliver(
+                text,
+                &record,
+                &|theme| refinement::drawing(&found, theme),
+                to,
+            )
         }
         "stability" => {
             let (machine, work) = (repl.engine.machine(), repl.engine.host().work());
             let found = study::stability::study(machine, work);
             let found = found.map_err(crate::engine::Error::from)?;
             let (text, record) = (stability::describe(&found), || stability::record(&found));
-            repl.deliver(text, &record, &|theme| stability::drawing(&found, theme), to)
+            repl.deliver(
+                text,
+                &record,
+                &|theme| stability::drawing(&found, theme),
+                to,
+            )
         }
         _ => usage(USAGE),
     }

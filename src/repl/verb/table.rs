@@ -1,9 +1,9 @@
 //! The table of verbs, in the order of the manual, with their options.
 
 use super::{Complete, OptionSpec, VerbSpec};
-use crate::repl::{Call, Error, Reply, Repl};
 use crate::repl::answer::plot::SUBJECTS;
 use crate::repl::answer::{help, live, measure, picture, play, plot, render, session, text};
+use crate::repl::{Call, Error, Repl, Reply};
 
 const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
     OptionSpec {

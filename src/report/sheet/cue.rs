@@ -32,7 +32,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
         delay: crate::units::Time::ZERO,
         up: crate::units::Time::ZERO,
         down: crate::units::Time::ZERO,
-        curve: Fade::Linear,
+        curve: Fade::LINEAR,
         moves: Vec::new(),
     };
     let parts = || cue.parts.iter().filter(|p| !p.moves.is_empty());
@@ -100,8 +100,7 @@ fn up_down(part: &Part) -> String {
 /// The curve's name where something fades along another than a straight line.
 fn fade(show: &Show, part: &Part) -> String {
     match part.curve {
-        Fade::Linear => String::new(),
-        curve if fades(part) => curve.name(show).to_owned(),
+        curve if curve != Fade::LINEAR && fades(part) => curve.name(show).to_owned(),
         _ => String::new(),
     }
 }

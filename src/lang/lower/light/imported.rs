@@ -1,0 +1,34 @@
+//! A light that the stage's file brings along.
+
+use super::{Amount, Form, Spec};
+use crate::lang::ast;
+use crate::lang::lower::Lower;
+use crate::show::{Hung, LightKind};
+use crate::units::Rgb;
+
+pub(super) const IMPORTED: Form = Form {
+    word: "from",
+    phrase: "light of the stage",
+    needs: &[],
+    takes: &["at", "aim", "beam", "field"],
+    reason: "",
+    amount: Amount {
+        own: true,
+        luminance: false,
+    },
+    example: "from \"Key\"  1200 cd",
+    finished,
+};
+
+fn finished<'a>(_: &mut Lower<'a, '_>, _: &ast::Light<'a>, spec: &Spec) -> Option<LightKind> {
+    Some(LightKind::Hung(Hung {
+        name: spec.of.clone(),
+        position: spec.at,
+        aim: spec.aim,
+        beam: spec.beam,
+        field: spec.field,
+        white: spec.kelvin,
+        gel: spec.gel.unwrap_or(Rgb::WHITE),
+        output: spec.output(),
+    }))
+}
