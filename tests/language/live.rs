@@ -4,7 +4,7 @@
 use footlight::diagnostic::{Diagnostic, Sources, Style, render};
 use footlight::files::{Files, Folder, Memory};
 use footlight::lang::edit::{self, Edit};
-use footlight::lang::{self, Known, SetLevel};
+use footlight::lang::{self, SetLevel};
 use footlight::show::Motion;
 use proptest::prelude::*;
 

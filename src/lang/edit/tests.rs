@@ -335,7 +335,7 @@ fn a_name_is_renamed_where_it_means_the_same() {
                 part 2 \"lamps\" { late + night + { lamps (dim) }  lamps spline 0 (dim), 3 4 } }\n";
     for (from, count) in [
         ("lamps", 6), // its bank, a group, a look, and three times in the cue
-        ("dim", 8),
+        ("dim", 9),
         ("two", 3),
         ("l", 4),
         ("m", 2),
