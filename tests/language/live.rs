@@ -48,7 +48,7 @@ fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> 
     let set = moves.filter_map(|one| match one.motion {
         Motion::To(level) => Some(SetLevel {
             coordinate: one.coordinate,
-            level: level / 100.0,
+            level,
         }),
         Motion::Path(_) => None,
     });

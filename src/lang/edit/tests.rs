@@ -516,7 +516,7 @@ proptest! {
         let mut moves = changed.parts.iter().flat_map(|p| &p.moves);
         let moved = moves.find(|m| m.coordinate == first).unwrap();
         let Motion::To(set) = moved.motion else { panic!("{moved:?}") };
-        prop_assert!((set / 100.0 - level).abs() < 1e-12);
+        prop_assert!((set - level).abs() < 1e-12);
         for (old, new) in before.cues.iter().zip(&after.cues).filter(|(old, _)| old.number != cue) {
             let plain = |c: &crate::show::Cue| format!("{:?}", c.parts.iter().map(|p| {
                 p.moves.iter().map(|m| (m.coordinate, m.motion.clone())).collect::<Vec<_>>()
