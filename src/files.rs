@@ -52,7 +52,7 @@ pub enum FileError {
 }
 
 /// Reads the files a show refers to, by paths relative to the show's folder.
-pub trait Files: Sync {
+pub trait Files: Send + Sync {
     /// The whole content of `path`.
     ///
     /// # Errors
@@ -264,7 +264,7 @@ fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
 }
 
 /// Where results go.
-pub trait Store: Sync {
+pub trait Store: Send + Sync {
     /// Replaces the file at `path` as a whole; missing folders are made.
     ///
     /// # Errors

@@ -33,7 +33,7 @@
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
-//! | 3 | `renderer` | `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, work, files, scene, picture | serde_json |
+//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, work, files, scene, picture | serde_json |
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |

@@ -7,7 +7,7 @@ use std::fmt;
 
 /// Receives the progress of long tasks and may cancel them. All methods may be called from any
 /// thread.
-pub trait Progress: Sync {
+pub trait Progress: Send + Sync {
     /// `done` of `total` units of the task called `task` are finished.
     fn report(&self, task: &str, done: usize, total: usize) {
         let _ = (task, done, total);

@@ -50,16 +50,11 @@ pub fn levels(
     let set = moves.filter_map(|one| match one.motion {
         Motion::To(level) => Some(SetLevel {
             coordinate: one.coordinate,
-            level: fraction(level),
+            level,
         }),
         Motion::Path(_) => None,
     });
     Ok(set.collect())
-}
-
-/// A level of the model as a fraction of full.
-fn fraction(level: f64) -> f64 {
-    level / 100.0
 }
 
 /// The moves as a cue of the show; diagnostics have their places in the cue's text, as file 0.

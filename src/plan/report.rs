@@ -187,29 +187,28 @@ impl Plan {
             .collect();
         let varying = |row: &[f64]| row.windows(2).any(|w| w.first() != w.last());
         let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
-        for ((coordinate, name_of), row) in lit.iter().zip(names).zip(&rows) {
+        for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
             if coordinate.bank.is_none() {
                 continue;
             }
-            let name = name_of.clone();
-            let multiple = |(other, r): &(&String, &Vec<f64>)| {
-                let factor = factor(r, row)?;
-                Some((String::clone(other), factor))
-            };
-            if !varying(row) {
-                out.push(match row.first().copied().unwrap_or(0.0) {
+            let mut earlier = seen.iter();
+            let multiple = earlier.find_map(|(other, r)| Some((*other, factor(r, row)?)));
+            let name = name.clone();
+            out.push(if !varying(row) {
+                match row.first().copied().unwrap_or(0.0) {
                     0.0 => LeftOut::StaysOut { name },
                     setting => LeftOut::Constant { name, setting },
-                });
-            } else if let Some((other, factor)) = seen.iter().find_map(multiple) {
-                out.push(LeftOut::MultipleOf {
+                }
+            } else if let Some((other, factor)) = multiple {
+                LeftOut::MultipleOf {
                     name,
-                    other,
+                    other: other.clone(),
                     factor,
-                });
+                }
             } else {
-                seen.push((name_of, row));
-            }
+                seen.push((&coordinate.name, row));
+                continue;
+            });
         }
         let unseen = self.unseen().iter().filter_map(|i| names.get(*i));
         out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));

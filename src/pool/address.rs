@@ -16,13 +16,14 @@ use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::renderer::Quality;
 use crate::scene::mount::Mount;
+use crate::scene::photometric::{Distribution, Parts, Symmetry};
 use crate::scene::{
     Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
 };
 use crate::units::Rgb;
 
 /// Version of everything here: raised when the way of addressing changes.
-const SCHEME: &str = "footlight address 1";
+const SCHEME: &str = "footlight address 2";
 
 /// The first half of a SHA-256, as 32 hexadecimal digits in names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -75,6 +76,16 @@ impl Hasher {
 
     fn numbers(&mut self, numbers: [f64; 3]) {
         numbers.into_iter().for_each(|x| self.number(x));
+    }
+
+    /// Any number of numbers.
+    fn list(&mut self, numbers: &[f64]) {
+        self.count(numbers.len());
+        numbers.iter().for_each(|x| self.number(*x));
+    }
+
+    fn digest(&mut self, digest: Digest) {
+        self.bytes(&digest.0);
     }
 
     fn point(&mut self, point: Vec3) {
@@ -164,6 +175,27 @@ fn add_mount(hasher: &mut Hasher, mount: &Mount) {
     hasher.number(*turn);
 }
 
+fn add_distribution(hasher: &mut Hasher, distribution: &Distribution) {
+    let Parts {
+        vertical,
+        horizontal,
+        symmetry,
+        candela,
+        lamp_lumens,
+    } = distribution.parts();
+    hasher.list(vertical);
+    hasher.list(horizontal);
+    hasher.text(match symmetry {
+        Symmetry::Round => "round",
+        Symmetry::Quadrant => "quadrant",
+        Symmetry::Half => "half",
+        Symmetry::Across => "across",
+        Symmetry::None => "none",
+    });
+    hasher.list(candela);
+    hasher.list(lamp_lumens.as_slice());
+}
+
 /// A light's shape, which strengths only scale, and its colour.
 fn apart(light: &Light) -> (Digest, Rgb) {
     let mut hasher = Hasher::new("light");
@@ -194,8 +226,7 @@ fn apart(light: &Light) -> (Digest, Rgb) {
         }) => {
             hasher.text("measured");
             add_mount(&mut hasher, mount);
-            // Its fields are its own; what derives `Debug` tells all of them, digit for digit.
-            hasher.text(&format!("{distribution:?}"));
+            add_distribution(&mut hasher, distribution);
             *factor
         }
         Light::Projection(Projection {
@@ -312,12 +343,12 @@ impl Lights {
     /// The address of the picture of a setting.
     pub fn address(&self, ground: Ground, quality: Quality, setting: &[f64]) -> Address {
         let mut hasher = Hasher::new("picture");
-        hasher.text(&ground.0.to_string());
+        hasher.digest(ground.0);
         hasher.bytes(&[quality.0]);
         let strengths = self.strengths(setting);
         for (shape, strength) in self.shapes.iter().zip(&strengths) {
             if *strength != [0.0; 3] {
-                hasher.bytes(&shape.0);
+                hasher.digest(*shape);
                 hasher.numbers(*strength);
             }
         }
@@ -416,7 +447,40 @@ mod tests {
         assert_ne!(at(1), at(2));
     }
 
+    /// A luminaire measured in one plane from straight down to this angle, and its address.
+    fn measured(degrees: &str, candela: &str, lumens: &str) -> Digest {
+        let file = format!(
+            "IESNA:LM-63-2002\nTILT=NONE\n1 {lumens} 1 2 1 1 2 0 0 0\n1 1 10\n0 {degrees}\n0\n\
+             {candela}\n"
+        );
+        let light = Light::Measured(Measured {
+            mount: Mount {
+                position: vec3(0.0, 0.0, 4.0),
+                aim: Vec3::ZERO,
+                turn: 0.0,
+            },
+            distribution: Distribution::parse(file.as_bytes()).unwrap().into(),
+            factor: Rgb::WHITE,
+        });
+        apart(&light).0
+    }
+
+    #[test]
+    fn every_number_of_a_measured_light_is_part_of_it() {
+        let one = measured("90", "1000 0", "1200");
+        assert_eq!(one, measured("90", "1000 0", "1200"));
+        for other in [
+            measured("80", "1000 0", "1200"),
+            measured("90", "1000 0.5", "1200"),
+            measured("90", "1000 0", "1300"),
+            measured("90", "1000 0", "-1"),
+        ] {
+            assert_ne!(one, other);
+        }
+    }
+
     /// The way of addressing must not change by accident: stores would be useless without a word.
+    /// The digests were computed from the stated bytes by another program.
     #[test]
     fn addresses_are_stable() {
         let mut hasher = Hasher::new("test");
@@ -425,6 +489,13 @@ mod tests {
         hasher.count(3);
         let digest = hasher.finish();
         assert_eq!(Digest::parse(&digest.to_string()), Some(digest));
-        assert_eq!(digest.to_string(), "76b6ae8a818c75974252ab8cb02e2e33");
+        assert_eq!(digest.to_string(), "43473119d1d0af171dfdfe77ff3fc031");
+        let light = measured("90", "1000 0", "1200");
+        assert_eq!(light.to_string(), "4c854d687d60c21ea92438d237e9f1c3");
+        // A ground holds the package's version, which may change.
+        let ground = Ground(digest);
+        let lights = Lights::new(&rig(vec![spot(0.0), spot(1.0)], &[&[0], &[1]]));
+        let address = lights.address(ground, Quality(2), &[1.0, 0.5]);
+        assert_eq!(address.key.to_string(), "9cf409d044ea68cf163567aa0008beba");
     }
 }

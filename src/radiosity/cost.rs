@@ -259,7 +259,7 @@ impl Sight {
     }
 
     /// Cells of a layout that the picture needs, and about how many of them look for themselves
-    /// when they do so within a `reach` (`radiosity::between`): those beside the rim, as joints
+    /// when they do so within a `reach` (`indirect::between`): those beside the rim, as joints
     /// are there.
     fn nodes(&self, layout: &Layout, reach: f64) -> (usize, f64) {
         let mut wanted = vec![false; layout.cells()];

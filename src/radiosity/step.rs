@@ -24,7 +24,7 @@ use crate::renderer::{Quality, TransportError};
 /// errors are those of the rest: on the stage .25 %, and .24 with nodes of 64 pixels in half as
 /// much time again.
 ///
-/// The third and fourth leave out nodes that stand between others (`radiosity::between`). The first
+/// The third and fourth leave out nodes that stand between others (`indirect::between`). The first
 /// three average light over a pixel only where its panel is very near: on the tavern 9 % less time
 /// at the first for an error of 2.08 for 2.07 %, 8 % at the third for .915 for .909 %, and nothing
 /// at the fourth. No step takes shadows by samples: that saved no time beyond this, and behind

@@ -16,7 +16,7 @@ pub use read::{MOST_ANGLES, MOST_BYTES, PhotometricError, Wrong};
 
 /// How far light of a file's two halves, quarters … repeats around the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Symmetry {
+pub enum Symmetry {
     /// One plane for all.
     Round,
     /// 0 to 90 degrees, mirrored at both planes.
@@ -43,7 +43,40 @@ pub struct Distribution {
     lamp_lumens: Option<f64>,
 }
 
+/// All that a [`Distribution`] holds: what two of them differ in when they are not equal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parts<'a> {
+    /// Vertical angles, degrees from straight down, increasing.
+    pub vertical: &'a [f64],
+    /// Horizontal angles, degrees around the axis, increasing.
+    pub horizontal: &'a [f64],
+    /// How the horizontal angles repeat around the axis.
+    pub symmetry: Symmetry,
+    /// Candela, one number for each vertical angle, horizontal angle by horizontal angle.
+    pub candela: &'a [f64],
+    /// Lumens that the file says its lamps have; `None` for absolute photometry.
+    pub lamp_lumens: Option<f64>,
+}
+
 impl Distribution {
+    /// Its fields, for content addresses. A new field does not compile until it is a part.
+    pub fn parts(&self) -> Parts<'_> {
+        let Distribution {
+            vertical,
+            horizontal,
+            symmetry,
+            candela,
+            lamp_lumens,
+        } = self;
+        Parts {
+            vertical,
+            horizontal,
+            symmetry: *symmetry,
+            candela,
+            lamp_lumens: *lamp_lumens,
+        }
+    }
+
     /// Reads a file.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 use footlight::diagnostic::{Diagnostic, Sources, Style, render};
 use footlight::files::{Files, Folder, Memory};
 use footlight::lang::edit::{self, Edit};
-use footlight::lang::{self, Known, SetLevel};
+use footlight::lang::{self, SetLevel};
 use footlight::show::Motion;
 use proptest::prelude::*;
 
@@ -48,7 +48,7 @@ fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> 
     let set = moves.filter_map(|one| match one.motion {
         Motion::To(level) => Some(SetLevel {
             coordinate: one.coordinate,
-            level: level / 100.0,
+            level,
         }),
         Motion::Path(_) => None,
     });

@@ -335,7 +335,7 @@ fn a_name_is_renamed_where_it_means_the_same() {
                 part 2 \"lamps\" { late + night + { lamps (dim) }  lamps spline 0 (dim), 3 4 } }\n";
     for (from, count) in [
         ("lamps", 6), // its bank, a group, a look, and three times in the cue
-        ("dim", 8),
+        ("dim", 9),
         ("two", 3),
         ("l", 4),
         ("m", 2),
@@ -516,7 +516,7 @@ proptest! {
         let mut moves = changed.parts.iter().flat_map(|p| &p.moves);
         let moved = moves.find(|m| m.coordinate == first).unwrap();
         let Motion::To(set) = moved.motion else { panic!("{moved:?}") };
-        prop_assert!((set / 100.0 - level).abs() < 1e-12);
+        prop_assert!((set - level).abs() < 1e-12);
         for (old, new) in before.cues.iter().zip(&after.cues).filter(|(old, _)| old.number != cue) {
             let plain = |c: &crate::show::Cue| format!("{:?}", c.parts.iter().map(|p| {
                 p.moves.iter().map(|m| (m.coordinate, m.motion.clone())).collect::<Vec<_>>()
