@@ -213,15 +213,10 @@ fn two_at_once_and_a_host_without_threads_are_refused() {
     finish(&mut show, &queue);
     let mut alone = prompt("b.lxq", SHOW.as_bytes(), Host::default()).unwrap();
     assert!(say(&mut alone, "refine &").contains("without `&`"));
-    let mut empty = prompt(
-        "untitled.lxq",
-        b"show \"Untitled\"\n",
-        Host {
-            background: Some(Box::new(queue)),
-            ..Host::default()
-        },
-    )
-    .unwrap();
+    let mut empty = crate::empty(Host {
+        background: Some(Box::new(queue)),
+        ..Host::default()
+    });
     assert!(say(&mut empty, "refine &").contains("no stage"));
     assert!(!empty.engine().is_busy());
 }

@@ -12,7 +12,7 @@ use footlight::picture::combine::{combine, dot};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::repl::Repl;
-use footlight::report::Record;
+use footlight::report::{Point, Record};
 use footlight::units::Time;
 use footlight::work::Work;
 
@@ -79,31 +79,55 @@ const COMMANDS: &str = "// on coarse pictures\n\
     cue 3 \"Dawn\" at 0:06 {\n  time 8\n  day 70\n}\n\
     refine 5\n";
 
-fn replay(commands: &str) -> (Repl, Shelf, Vec<Moment>) {
+/// A row of what a session measures: shares, not percent.
+#[derive(Debug)]
+struct Moment {
+    label: String,
+    event: String,
+    predicted_quality: Option<f64>,
+    error: f64,
+    quality: Option<f64>,
+}
+
+fn replay(commands: &str) -> (Repl, Vec<Moment>) {
     let (mut show, shelf) = first(SHARED);
     let path = Path::new("commands.txt");
     shelf.write(path, commands.as_bytes()).unwrap();
-    let (moments, mistake) = show.session(path, true).unwrap();
-    assert!(mistake.is_none(), "{mistake:?}");
-    (show, shelf, moments)
+    show.execute("session commands.txt --truth -o moments.json")
+        .unwrap();
+    let bytes = shelf.read(Path::new("moments.json"), 1 << 20).unwrap();
+    let record: Record = serde_json::from_slice(&bytes).unwrap();
+    let column = |name: &str| record.column(name).unwrap();
+    let columns = ["predicted", "true error", "true"].map(column);
+    let moment = |point: &Point| {
+        let [predicted_quality, error, quality] = columns.map(|c| point.values[c]);
+        Moment {
+            label: point.label.clone(),
+            event: point.marks.join(" "),
+            predicted_quality,
+            error: error.unwrap() / 100.0,
+            quality,
+        }
+    };
+    let moments = record.series[0].points.iter().map(moment).collect();
+    (show, moments)
 }
 
 #[test]
 fn a_session_goes_from_coarse_to_true() {
-    let (show, _, moments) = replay(COMMANDS);
-    let events: Vec<Event> = moments.iter().map(|m| m.event).collect();
-    use Event::{Coarse, Edit, Refined};
-    assert_eq!(events, [Coarse, Edit, Refined, Edit, Refined]);
-    assert_eq!(label(&moments[3]), "line 5: cue 3 \"Dawn\" at 0:06 {");
+    let (show, moments) = replay(COMMANDS);
+    let events: Vec<&str> = moments.iter().map(|m| m.event.as_str()).collect();
+    assert_eq!(events, ["coarse", "edit", "refined", "edit", "refined"]);
+    assert_eq!(moments[3].label, "line 5: cue 3 \"Dawn\" at 0:06 {");
     assert_eq!(show.engine().refined(), 2);
 
-    let quality = |m: &Moment| m.truth.unwrap().quality().unwrap();
+    let quality = |m: &Moment| m.quality.unwrap();
     assert_eq!(quality(&moments[0]), 0.0);
     assert!(quality(&moments[2]) > 0.3, "{moments:?}");
     // Two lights, two refined mixtures: nothing is left but rounding.
-    assert!(moments[4].truth.unwrap().now < 1e-6, "{moments:?}");
+    assert!(moments[4].error < 1e-6, "{moments:?}");
     assert!(quality(&moments[4]) > 0.999);
-    let predicted = moments[4].predicted.quality().unwrap();
+    let predicted = moments[4].predicted_quality.unwrap();
     assert!(predicted > 0.999, "{predicted}");
 }
 
@@ -140,8 +164,8 @@ fn by_looking(show: &mut Repl) -> f64 {
 #[test]
 fn the_true_error_is_what_one_sees() {
     for commands in ["", "refine\n"] {
-        let (mut show, _, moments) = replay(commands);
-        let exact = moments.last().unwrap().truth.unwrap().now;
+        let (mut show, moments) = replay(commands);
+        let exact = moments.last().unwrap().error;
         let seen = by_looking(&mut show);
         assert!((exact / seen - 1.0).abs() < 0.01, "{exact} against {seen}");
     }

@@ -69,12 +69,8 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     for (x, a) in summed.data().iter().zip(ramp(8, 4, 1.0).data()) {
         assert_eq!(*x, a * 0.875);
     }
-    assert_eq!(
-        show.engine_mut()
-            .picture(show.engine().document().timeline().start())
-            .unwrap(),
-        summed
-    );
+    let start = show.engine().document().timeline().start();
+    assert_eq!(show.engine_mut().picture(start).unwrap(), summed);
     assert_eq!(
         show.engine_mut().refine(Goal::default()).unwrap().ended,
         Some(Ended::Complete)

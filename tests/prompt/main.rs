@@ -15,6 +15,7 @@ mod session;
 mod store;
 mod study;
 mod transcripts;
+mod tune;
 
 use std::path::Path;
 
@@ -25,6 +26,11 @@ use footlight::repl::{Console, Repl};
 fn prompt(name: &str, text: &[u8], host: Host) -> Result<Repl, engine::Error> {
     let engine = Engine::from_text(name, text, host)?;
     Ok(Repl::new(engine, Console::default()))
+}
+
+/// A prompt on a show without stage, lights or cues.
+fn empty(host: Host) -> Repl {
+    prompt("untitled.lxq", b"show \"Untitled\"\n", host).unwrap()
 }
 
 /// A prompt on a show in a file.

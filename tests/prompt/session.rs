@@ -1,4 +1,4 @@
-//! Whole sessions with the interpreter, in memory: edits, refinement, pictures, results.
+//! Whole sessions at the prompt, in memory: edits, refinement, pictures, results.
 
 use std::path::Path;
 use std::sync::Arc;
