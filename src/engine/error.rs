@@ -156,9 +156,10 @@ pub enum Error {
     /// A file could not be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The operator could not prepare or render.
+    /// The operator could not prepare or render; never its cancel, which is
+    /// [`Error::Cancelled`].
     #[error(transparent)]
-    Render(#[from] TransportError),
+    Render(TransportError),
     /// An image could not be made or read.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -177,6 +178,15 @@ pub enum Error {
         /// The limit.
         seconds: f64,
     },
+}
+
+impl From<TransportError> for Error {
+    fn from(error: TransportError) -> Error {
+        match error {
+            TransportError::Cancelled(c) => c.into(),
+            other => Error::Render(other),
+        }
+    }
 }
 
 impl From<PlaybackError> for Error {

@@ -8,7 +8,6 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::{Error, Host};
 use crate::files::Clock;
-use crate::renderer::TransportError;
 use crate::work::Progress;
 
 const ORDER: Ordering = Ordering::SeqCst;
@@ -82,10 +81,7 @@ impl Drop for TimedCall {
 impl Error {
     /// True where the embedding program's cancel ended the call.
     pub fn is_cancel(&self) -> bool {
-        matches!(
-            self,
-            Error::Cancelled(_) | Error::Render(TransportError::Cancelled(_))
-        )
+        matches!(self, Error::Cancelled(_))
     }
 }
 
