@@ -64,7 +64,7 @@
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
-//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, work, files, scene, picture | serde_json |
+//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
@@ -75,8 +75,8 @@
 //! | 8 | `study` | measurements as typed results: the one measure of error, comparisons, where methods fail | linalg, geometry, radiosity, renderer, scene, pool, plan, playback, timeline, picture, files, units, work | - |
 //! | 9 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, study, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
 //! | 10 | `report` | typed results as text, tables, sheets, charts, files | engine, study, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
-//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, study, lang, plan, pool, playback, picture, chart, renderer, diagnostic, files, units | serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, study, lang, plan, pool, playback, picture, chart, show, renderer, diagnostic, files, units | serde_json |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
