@@ -6,28 +6,29 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use footlight::diagnostic::{Style, render};
-use footlight::files::{Folder, Memory};
-use footlight::interpreter::{Error, Host, Interpreter};
+use footlight::diagnostic::{Diagnostics, Style};
+use footlight::engine::{Document, Error};
+use footlight::files::{Files, Folder, Memory};
 use footlight::lang;
 
 /// All that a show's text and the files it names have against it.
+fn diagnostics(name: &str, text: &str, files: &dyn Files) -> Diagnostics {
+    let opened = Document::new(name, text.as_bytes(), files);
+    let failed = opened.is_err();
+    let found = match opened {
+        Ok(document) => document.diagnostics().clone(),
+        Err(Error::Show(diagnostics)) => diagnostics,
+        Err(other) => panic!("{name}: {other}"),
+    };
+    let errors = found.list.iter().any(|d| d.code.starts_with('E'));
+    assert_eq!(failed, errors, "{name}");
+    found
+}
+
 fn message(name: &str, text: &str) -> (String, BTreeSet<&'static str>) {
-    let host = Host {
-        files: Box::new(Folder::new(folder(), 1 << 20)),
-        ..Host::default()
-    };
-    let opened = Interpreter::from_text(name, text.as_bytes(), host);
-    let report = match &opened {
-        Ok(interpreter) => interpreter.warnings(),
-        Err(Error::Mistakes(report)) => report,
-        Err(other) => panic!("{name}: {}", other.report(Style::Plain)),
-    };
-    let errors = report.diagnostics.iter().any(|d| d.code.starts_with('E'));
-    assert_eq!(opened.is_err(), errors, "{name}");
-    let codes = report.diagnostics.iter().map(|d| d.code).collect();
-    let message = render(&report.diagnostics, &report.sources, Style::Plain);
-    (message, codes)
+    let found = diagnostics(name, text, &Folder::new(folder(), 1 << 20));
+    let codes = found.list.iter().map(|d| d.code).collect();
+    (found.render(Style::Plain), codes)
 }
 
 fn folder() -> PathBuf {
@@ -87,17 +88,9 @@ fn beside() -> Memory {
 /// Codes that a sheet of the manual earns. A material or an image that only stands for one is not
 /// what the sheet is about.
 fn codes_of(sheet: &str, about: &str) -> BTreeSet<&'static str> {
-    let host = Host {
-        files: Box::new(beside()),
-        ..Host::default()
-    };
-    let report = match Interpreter::from_text("a.lxq", sheet.as_bytes(), host) {
-        Ok(interpreter) => interpreter.warnings().diagnostics.clone(),
-        Err(Error::Mistakes(report)) => report.diagnostics,
-        Err(other) => panic!("{}", other.report(Style::Plain)),
-    };
+    let found = diagnostics("a.lxq", sheet, &beside());
     let of_files = |code: &str| code.starts_with("E3");
-    let codes = report.iter().map(|d| d.code);
+    let codes = found.list.iter().map(|d| d.code);
     codes.filter(|c| !of_files(c) || of_files(about)).collect()
 }
 

@@ -5,7 +5,9 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use footlight::interpreter::{Background, Ended, Error, Goal, Host, Interpreter};
+use crate::prompt;
+use footlight::engine::{self, Background, Ended, Goal, Host};
+use footlight::repl::Repl;
 use footlight::work::Progress;
 use proptest::prelude::*;
 
@@ -55,42 +57,42 @@ impl Queue {
     }
 }
 
-fn open() -> (Interpreter, Queue) {
+fn open() -> (Repl, Queue) {
     open_text(SHOW)
 }
 
-fn open_text(text: &str) -> (Interpreter, Queue) {
+fn open_text(text: &str) -> (Repl, Queue) {
     let queue = Queue::default();
     let host = Host {
         background: Some(Box::new(queue.clone())),
         ..Host::default()
     };
-    let show = Interpreter::from_text("b.lxq", text.as_bytes(), host).unwrap();
+    let show = prompt("b.lxq", text.as_bytes(), host).unwrap();
     (show, queue)
 }
 
-fn say(show: &mut Interpreter, line: &str) -> String {
+fn say(show: &mut Repl, line: &str) -> String {
     match show.execute(line) {
         Ok(reply) => reply.notes.join("\n") + &reply.text,
         Err(error) => error.report(footlight::diagnostic::Style::Plain),
     }
 }
 
-fn settings(show: &Interpreter) -> Vec<Vec<f64>> {
-    show.pool().unwrap().settings()
+fn settings(show: &Repl) -> Vec<Vec<f64>> {
+    show.engine().pool().unwrap().settings()
 }
 
-fn picture(show: &mut Interpreter) -> Vec<u8> {
+fn picture(show: &mut Repl) -> Vec<u8> {
     show.execute("picture 0:04").unwrap().picture.unwrap().rgb
 }
 
 /// Runs what waits until nothing does; what was told.
-fn finish(show: &mut Interpreter, queue: &Queue) -> Vec<String> {
-    let mut notes = show.attend();
+fn finish(show: &mut Repl, queue: &Queue) -> Vec<String> {
+    let mut notes = show.poll();
     while queue.run() {
-        notes.extend(show.attend());
+        notes.extend(show.poll());
     }
-    assert!(!show.is_busy());
+    assert!(!show.engine().is_busy());
     notes
 }
 
@@ -109,7 +111,7 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     assert!(status.contains("to come: 2 pictures"), "{status}");
     // The pool as it stands: coarse alone.
     let (mut twin, _) = open();
-    twin.coarse().unwrap();
+    twin.engine_mut().coarse().unwrap();
     assert_eq!(picture(&mut show), picture(&mut twin));
     assert_eq!(queue.waiting(), 1);
     assert!(queue.run());
@@ -122,14 +124,14 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     say(&mut twin, "refine 1");
     assert_eq!(settings(&show), settings(&twin));
     assert_eq!(picture(&mut show), picture(&mut twin));
-    assert_eq!(show.steps().len(), twin.steps().len());
+    assert_eq!(show.engine().steps().len(), twin.engine().steps().len());
 }
 
 #[test]
 fn an_edit_plans_anew_what_is_still_to_come() {
     let edit = "cue 3 { time 3  top 5  warm 100 }";
     let (mut show, queue) = open();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 3 &");
     let text = say(&mut show, edit);
     assert!(text.contains("cue 3"), "{text}");
@@ -149,54 +151,54 @@ fn an_edit_plans_anew_what_is_still_to_come() {
 #[test]
 fn another_place_to_look_from_gives_up_what_is_in_hand() {
     let (mut show, queue) = open();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 2 &");
     say(&mut show, "view wing");
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
-    assert_eq!(show.refined(), 2);
+    assert_eq!(show.engine().refined(), 2);
     // Three coarse pictures at two steps and two refined ones for the second view: what was in
     // hand was never rendered.
-    assert_eq!(show.tally().rendered, 6 + 6 + 2);
+    assert_eq!(show.engine().tally().rendered, 6 + 6 + 2);
     say(&mut show, "view house");
-    show.coarse().unwrap();
-    assert_eq!(show.refined(), 0);
+    show.engine_mut().coarse().unwrap();
+    assert_eq!(show.engine().refined(), 0);
 }
 
 #[test]
 fn a_bank_more_keeps_the_picture_in_hand() {
     let (mut show, queue) = open();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 1 &");
     say(
         &mut show,
         "light side spot at 3, 0, 2 aim 0, 0, 1 beam 20 field 40 500 cd",
     );
     say(&mut show, "bank wash = side");
-    let before = show.tally().rendered;
+    let before = show.engine().tally().rendered;
     let notes = finish(&mut show, &queue);
     assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
     // It serves the pool of the new rig, whose other coarse pictures are at hand.
-    show.coarse().unwrap();
-    assert_eq!(show.refined(), 1);
-    assert_eq!(show.tally().rendered - before, 1 + 2);
+    show.engine_mut().coarse().unwrap();
+    assert_eq!(show.engine().refined(), 1);
+    assert_eq!(show.engine().tally().rendered - before, 1 + 2);
 }
 
 #[test]
 fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
     for (word, refined) in [("stop", 1), ("stop now", 0)] {
         let (mut show, queue) = open();
-        show.coarse().unwrap();
+        show.engine_mut().coarse().unwrap();
         say(&mut show, "refine until 0.001% &");
         say(&mut show, word);
         assert_eq!(queue.waiting(), 1);
         let notes = finish(&mut show, &queue);
         assert!(notes[0].ends_with("stopped; what is finished is kept"));
-        assert_eq!(show.refined(), refined, "{word}");
+        assert_eq!(show.engine().refined(), refined, "{word}");
         assert!(say(&mut show, word).contains("nothing is at work"));
         // The operator came home: another refinement goes on with it.
         say(&mut show, "refine 1");
-        assert_eq!(show.refined(), refined + 1);
+        assert_eq!(show.engine().refined(), refined + 1);
     }
 }
 
@@ -209,40 +211,39 @@ fn two_at_once_and_a_host_without_threads_are_refused() {
         assert!(text.contains("`refine &` is at work"), "{line}: {text}");
     }
     finish(&mut show, &queue);
-    let mut alone = Interpreter::from_text("b.lxq", SHOW.as_bytes(), Host::default()).unwrap();
+    let mut alone = prompt("b.lxq", SHOW.as_bytes(), Host::default()).unwrap();
     assert!(say(&mut alone, "refine &").contains("without `&`"));
-    let mut empty = Interpreter::empty(Host {
+    let mut empty = crate::empty(Host {
         background: Some(Box::new(queue)),
         ..Host::default()
-    })
-    .unwrap();
+    });
     assert!(say(&mut empty, "refine &").contains("no stage"));
-    assert!(!empty.is_busy());
+    assert!(!empty.engine().is_busy());
 }
 
 #[test]
 fn a_task_that_breaks_off_ends_the_refinement_and_nothing_else() {
     let (mut show, queue) = open();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 5 &");
     queue.0.lock().unwrap().clear();
-    let notes = show.attend();
+    let notes = show.poll();
     assert!(notes[0].contains("broke off"), "{notes:?}");
-    assert!(!show.is_busy());
+    assert!(!show.engine().is_busy());
     say(&mut show, "refine 1");
-    assert_eq!(show.refined(), 1);
+    assert_eq!(show.engine().refined(), 1);
 }
 
 #[test]
 fn leaving_gives_up_what_is_in_hand() {
     let (mut show, queue) = open();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 5 &");
     assert!(show.execute("quit").unwrap().quit);
-    let before = show.tally().rendered;
+    let before = show.engine().tally().rendered;
     assert!(queue.run());
-    assert!(show.attend().is_empty());
-    assert_eq!(show.tally().rendered, before);
+    assert!(show.poll().is_empty());
+    assert_eq!(show.engine().tally().rendered, before);
 }
 
 /// Cancelled while the second picture is being rendered; asked twice where `insist`.
@@ -276,18 +277,24 @@ fn the_first_cancel_lets_a_picture_end_and_keeps_all() {
         }),
         ..Host::default()
     };
-    let goal = Goal {
-        count: Some(5),
-        ..Goal::default()
-    };
-    let mut show = Interpreter::from_text("b.lxq", SHOW.as_bytes(), host(false)).unwrap();
-    assert_eq!(show.refine(goal).unwrap(), Ended::Stopped);
-    assert_eq!(show.refined(), 1);
-    let reply = show.execute("refine 5");
-    assert!(matches!(reply, Err(Error::Cancelled(_))), "{reply:?}");
-    let mut show = Interpreter::from_text("b.lxq", SHOW.as_bytes(), host(true)).unwrap();
-    assert_eq!(show.refine(goal).unwrap(), Ended::Stopped);
-    assert_eq!(show.refined(), 1);
+    let goal = Goal::count(5);
+    let mut show = prompt("b.lxq", SHOW.as_bytes(), host(false)).unwrap();
+    assert_eq!(
+        show.engine_mut().refine(goal).unwrap().ended,
+        Some(Ended::Stopped)
+    );
+    assert_eq!(show.engine().refined(), 1);
+    let error = show.execute("refine 5").unwrap_err();
+    assert!(
+        matches!(error.engine(), Some(engine::Error::Cancelled(_))),
+        "{error:?}"
+    );
+    let mut show = prompt("b.lxq", SHOW.as_bytes(), host(true)).unwrap();
+    assert_eq!(
+        show.engine_mut().refine(goal).unwrap().ended,
+        Some(Ended::Stopped)
+    );
+    assert_eq!(show.engine().refined(), 1);
 }
 
 proptest! {
@@ -310,14 +317,14 @@ proptest! {
             }
         }
         finish(&mut show, &queue);
-        show.coarse().unwrap();
-        let (mut twin, _) = open_text(show.source());
-        twin.coarse().unwrap();
-        if show.refined() == 0 {
+        show.engine_mut().coarse().unwrap();
+        let (mut twin, _) = open_text(show.engine().document().text());
+        twin.engine_mut().coarse().unwrap();
+        if show.engine().refined() == 0 {
             prop_assert_eq!(picture(&mut show), picture(&mut twin));
         }
         say(&mut show, "refine until 0.5%");
-        prop_assert!(show.refined() >= 2);
-        prop_assert!(show.predicted_error().unwrap() <= 0.005);
+        prop_assert!(show.engine().refined() >= 2);
+        prop_assert!(show.engine().predicted_error().unwrap() <= 0.005);
     }
 }

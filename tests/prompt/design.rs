@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::Stopped;
+use crate::{Stopped, prompt};
 use footlight::diagnostic::Style;
+use footlight::engine::Host;
 use footlight::files::{Folder, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-use footlight::report::session::label;
-use footlight::study::session::{Event, Moment};
+use footlight::repl::Repl;
+use footlight::report::{Point, Record};
 use footlight::units::Time;
 use footlight::work::Work;
 
@@ -57,7 +57,7 @@ const UNSHARED: Cost = Cost {
 };
 
 /// The smallest show there is, smaller.
-fn first(cost: Cost) -> (Interpreter, Shelf) {
+fn first(cost: Cost) -> (Repl, Shelf) {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(examples.join("first.lxq")).unwrap();
     let text = text.replace("size 480x270", "size 32x18");
@@ -66,10 +66,10 @@ fn first(cost: Cost) -> (Interpreter, Shelf) {
         files: Box::new(Folder::new(&examples, 1 << 20)),
         store: Box::new(shelf.clone()),
         clock: Box::new(Stopped),
-        transport: Arc::new(Priced(cost)),
+        renderer: Arc::new(Priced(cost)),
         ..Host::default()
     };
-    let show = Interpreter::from_text("first.lxq", text.as_bytes(), host).unwrap();
+    let show = prompt("first.lxq", text.as_bytes(), host).unwrap();
     (show, shelf)
 }
 
@@ -79,50 +79,80 @@ const COMMANDS: &str = "// on coarse pictures\n\
     cue 3 \"Dawn\" at 0:06 {\n  time 8\n  day 70\n}\n\
     refine 5\n";
 
-fn replay(commands: &str) -> (Interpreter, Shelf, Vec<Moment>) {
+/// A row of what a session measures: shares, not percent.
+#[derive(Debug)]
+struct Moment {
+    label: String,
+    event: String,
+    predicted_quality: Option<f64>,
+    error: f64,
+    quality: Option<f64>,
+}
+
+fn replay(commands: &str) -> (Repl, Vec<Moment>) {
     let (mut show, shelf) = first(SHARED);
     let path = Path::new("commands.txt");
     shelf.write(path, commands.as_bytes()).unwrap();
-    let (moments, mistake) = show.session(path, true).unwrap();
-    assert!(mistake.is_none(), "{mistake:?}");
-    (show, shelf, moments)
+    show.execute("session commands.txt --truth -o moments.json")
+        .unwrap();
+    let bytes = shelf.read(Path::new("moments.json"), 1 << 20).unwrap();
+    let record: Record = serde_json::from_slice(&bytes).unwrap();
+    let column = |name: &str| record.column(name).unwrap();
+    let columns = ["predicted", "true error", "true"].map(column);
+    let moment = |point: &Point| {
+        let [predicted_quality, error, quality] = columns.map(|c| point.values[c]);
+        Moment {
+            label: point.label.clone(),
+            event: point.marks.join(" "),
+            predicted_quality,
+            error: error.unwrap() / 100.0,
+            quality,
+        }
+    };
+    let moments = record.series[0].points.iter().map(moment).collect();
+    (show, moments)
 }
 
 #[test]
 fn a_session_goes_from_coarse_to_true() {
-    let (show, _, moments) = replay(COMMANDS);
-    let events: Vec<Event> = moments.iter().map(|m| m.event).collect();
-    use Event::{Coarse, Edit, Refined};
-    assert_eq!(events, [Coarse, Edit, Refined, Edit, Refined]);
-    assert_eq!(label(&moments[3]), "line 5: cue 3 \"Dawn\" at 0:06 {");
-    assert_eq!(show.refined(), 2);
+    let (show, moments) = replay(COMMANDS);
+    let events: Vec<&str> = moments.iter().map(|m| m.event.as_str()).collect();
+    assert_eq!(events, ["coarse", "edit", "refined", "edit", "refined"]);
+    assert_eq!(moments[3].label, "line 5: cue 3 \"Dawn\" at 0:06 {");
+    assert_eq!(show.engine().refined(), 2);
 
-    let quality = |m: &Moment| m.truth.unwrap().quality().unwrap();
+    let quality = |m: &Moment| m.quality.unwrap();
     assert_eq!(quality(&moments[0]), 0.0);
     assert!(quality(&moments[2]) > 0.3, "{moments:?}");
     // Two lights, two refined mixtures: nothing is left but rounding.
-    assert!(moments[4].truth.unwrap().now < 1e-6, "{moments:?}");
+    assert!(moments[4].error < 1e-6, "{moments:?}");
     assert!(quality(&moments[4]) > 0.999);
-    let predicted = moments[4].predicted.quality().unwrap();
+    let predicted = moments[4].predicted_quality.unwrap();
     assert!(predicted > 0.999, "{predicted}");
 }
 
 /// The error of the sequence by looking at it, moment by moment.
-fn by_looking(show: &mut Interpreter) -> f64 {
-    let quality = Quality(show.show().preview.refined);
+fn by_looking(show: &mut Repl) -> f64 {
+    let quality = Quality(show.engine().show().preview.refined);
     let units: [Image; 2] =
-        [[1.0, 0.0], [0.0, 1.0]].map(|unit| show.render(&unit, quality).unwrap());
-    let (start, end) = (show.timeline().start(), show.timeline().end());
+        [[1.0, 0.0], [0.0, 1.0]].map(|unit| show.engine_mut().render(&unit, quality).unwrap());
+    let (start, end) = (
+        show.engine().document().timeline().start(),
+        show.engine().document().timeline().end(),
+    );
     let count = 400;
     let (mut error, mut all) = (0.0, 0.0);
     for i in 0..count {
         let time: Time = start + (end - start).scaled((f64::from(i) + 0.5) / f64::from(count));
-        let levels = show.timeline().evaluate(time);
+        let levels = show.engine().document().timeline().evaluate(time);
         let size = (units[0].width(), units[0].height());
         let truth = combine(size, &[(levels[0], &units[0]), (levels[1], &units[1])], 1);
         let off = combine(
             size,
-            &[(1.0, &show.preview(time).unwrap()), (-1.0, &truth)],
+            &[
+                (1.0, &show.engine_mut().picture(time).unwrap()),
+                (-1.0, &truth),
+            ],
             1,
         );
         error += dot(&off, &off);
@@ -134,8 +164,8 @@ fn by_looking(show: &mut Interpreter) -> f64 {
 #[test]
 fn the_true_error_is_what_one_sees() {
     for commands in ["", "refine\n"] {
-        let (mut show, _, moments) = replay(commands);
-        let exact = moments.last().unwrap().truth.unwrap().now;
+        let (mut show, moments) = replay(commands);
+        let exact = moments.last().unwrap().error;
         let seen = by_looking(&mut show);
         assert!((exact / seen - 1.0).abs() < 0.01, "{exact} against {seen}");
     }
@@ -168,7 +198,11 @@ fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
         assert!(text.contains(&format!("commands.txt:{line}: ")), "{text}");
         assert!(text.contains(words), "{text}");
         assert!(text.contains("line 1: refine"), "{text}");
-        assert_eq!((error.exit_code(), show.refined()), (code, 1), "{text}");
+        assert_eq!(
+            (error.exit_code(), show.engine().refined()),
+            (code, 1),
+            "{text}"
+        );
         let csv = String::from_utf8(shelf.read(Path::new("out.csv"), 1 << 20).unwrap()).unwrap();
         assert!(
             csv.contains("# kind: session") && csv.contains("line 1: refine"),
@@ -207,7 +241,7 @@ fn a_session_is_drawn_and_told() {
 fn the_next_steps_have_their_price() {
     let (mut show, _) = first(SHARED);
     show.execute("plan --next").unwrap();
-    let outlook = show.outlook().unwrap();
+    let outlook = show.engine().forecast().unwrap();
     let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
     // Preparation and both lights, then a picture alone.
     assert_eq!(seconds, [2.625, 0.125]);
@@ -220,7 +254,7 @@ fn the_next_steps_have_their_price() {
         "{words}"
     );
     show.execute("refine").unwrap();
-    assert_eq!(show.outlook().unwrap().steps[0].seconds, 0.125);
+    assert_eq!(show.engine().forecast().unwrap().steps[0].seconds, 0.125);
     for (line, words) in [
         ("plan 3", "stands behind --next"),
         ("plan --next 3 4", "`4` is left over"),
@@ -240,7 +274,10 @@ fn several_at_once_where_they_share_work_and_never_when_counted() {
     let calls = |cost, goal: &str| {
         let (mut show, _) = first(cost);
         let text = show.execute(goal).unwrap().text;
-        (text.contains("2 pictures in one call"), show.refined())
+        (
+            text.contains("2 pictures in one call"),
+            show.engine().refined(),
+        )
     };
     assert_eq!(calls(SHARED, "refine until 0.1%"), (true, 2));
     assert_eq!(calls(SHARED, "refine for 30s"), (true, 2));
@@ -249,7 +286,7 @@ fn several_at_once_where_they_share_work_and_never_when_counted() {
     // One is always rendered; the second is not predicted to fit.
     let (mut show, _) = first(UNSHARED);
     let text = show.execute("refine for 2s").unwrap().text;
-    assert_eq!(show.refined(), 1);
+    assert_eq!(show.engine().refined(), 1);
     assert!(
         text.contains("would take 3.00 s, which does not fit"),
         "{text}"

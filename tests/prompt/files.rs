@@ -1,14 +1,15 @@
 //! A show on disk: what it is read from is spared, and read again when it was edited elsewhere.
 
+use footlight::engine::Host;
 use footlight::files::{Disk, Folder};
-use footlight::interpreter::{Call, Host, Interpreter, Verb};
+use footlight::repl::{Call, Repl, find};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
 const FILES: [&str; 3] = ["first.lxq", "first.obj", "first.mtl"];
 
 /// The smallest show there is, in a folder of its own.
-fn first() -> (TempDir, Interpreter) {
+fn first() -> (TempDir, Repl) {
     let folder = tempfile::tempdir().unwrap();
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     for name in FILES {
@@ -22,8 +23,7 @@ fn first() -> (TempDir, Interpreter) {
         store: Box::new(Disk),
         ..Host::default()
     };
-    let interpreter = Interpreter::open(&show, host).unwrap();
-    (folder, interpreter)
+    (folder, crate::open(&show, host))
 }
 
 /// Results are not written over what the show is read from, by whatever way it is named.
@@ -34,7 +34,8 @@ fn the_shows_own_files_are_spared() {
     for name in FILES.into_iter().chain(["aside/../first.mtl"]) {
         let path = folder.path().join(name);
         let before = std::fs::read(&path).unwrap();
-        let call = Call::new(Verb::Tracksheet).with("output", &path.display().to_string());
+        let call =
+            Call::new(find("tracksheet").unwrap()).with("output", &path.display().to_string());
         let refused = show.call(&call).unwrap_err().to_string();
         assert!(refused.contains("belongs to the show"), "{refused}");
         assert_eq!(std::fs::read(&path).unwrap(), before);
@@ -74,8 +75,10 @@ fn a_move_says_what_it_lets_go() {
 #[test]
 fn a_stage_edited_elsewhere_is_read_again() {
     let (folder, mut show) = first();
-    let pixel = |show: &mut Interpreter| {
-        let image = show.render(&[1.0, 1.0], footlight::renderer::Quality(1));
+    let pixel = |show: &mut Repl| {
+        let image = show
+            .engine_mut()
+            .render(&[1.0, 1.0], footlight::renderer::Quality(1));
         image.unwrap().data().to_vec()
     };
     let before = pixel(&mut show);

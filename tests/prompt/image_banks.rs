@@ -3,12 +3,14 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::prompt;
 use footlight::diagnostic::Style;
+use footlight::engine::{Ended, Goal, Host, PlanOptions, TEXT_LIMIT};
 use footlight::files::{Folder, Memory, Shelf, Store};
-use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter, LIMIT};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::{Image, png};
 use footlight::plan::Metric;
+use footlight::repl::{Error, Repl};
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -33,13 +35,13 @@ fn files() -> Memory {
         .with("text.exr", "no picture")
 }
 
-fn open(text: &str, files: Memory) -> Result<Interpreter, Error> {
+fn open(text: &str, files: Memory) -> Result<Repl, Error> {
     let host = Host {
         files: Box::new(files),
         store: Box::new(Shelf::default()),
         ..Host::default()
     };
-    Interpreter::from_text("show.lxq", text.as_bytes(), host)
+    Ok(prompt("show.lxq", text.as_bytes(), host)?)
 }
 
 const CUES: &str = "cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:04 { a 25  b full  time 2 }\n";
@@ -50,26 +52,36 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
     let plan = show.execute("plan").unwrap().text;
     assert!(plan.contains("nothing is left to refine"), "{plan}");
-    let data = show.plan(Metric::Settings, 0.02).unwrap();
+    let options = PlanOptions {
+        metric: Metric::Settings,
+        tolerance: 0.02,
+        signed_keys: false,
+    };
+    let data = show.engine_mut().plan(options).unwrap();
     assert_eq!((data.used, data.predicted.len()), (0, 1));
 
     // One sum at full precision: rendered and from the pool it is the same picture.
     let summed = show
+        .engine_mut()
         .render(&[1.0, 0.5], footlight::renderer::Quality(1))
         .unwrap();
     assert_eq!((summed.width(), summed.height()), (8, 4));
     for (x, a) in summed.data().iter().zip(ramp(8, 4, 1.0).data()) {
         assert_eq!(*x, a * 0.875);
     }
-    assert_eq!(show.preview(show.timeline().start()).unwrap(), summed);
-    assert_eq!(show.refine(Goal::default()).unwrap(), Ended::Complete);
-    let goal = Goal {
-        until: Some(1e-6),
-        ..Goal::default()
-    };
-    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
-    assert_eq!(show.predicted_error().unwrap(), 0.0);
-    assert_eq!(show.refined(), 0);
+    let start = show.engine().document().timeline().start();
+    assert_eq!(show.engine_mut().picture(start).unwrap(), summed);
+    assert_eq!(
+        show.engine_mut().refine(Goal::default()).unwrap().ended,
+        Some(Ended::Complete)
+    );
+    let goal = Goal::until(1e-6);
+    assert_eq!(
+        show.engine_mut().refine(goal).unwrap().ended,
+        Some(Ended::Complete)
+    );
+    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+    assert_eq!(show.engine().refined(), 0);
 
     // The whole loop, and a step of quality that there is not.
     let ran = show.execute("run --out out").unwrap().text;
@@ -90,13 +102,14 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
 #[test]
 fn an_image_is_kept_while_the_text_means_the_same_and_an_edit_replaces_it() {
     let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
-    show.coarse().unwrap();
+    show.engine_mut().coarse().unwrap();
     let reply = show.execute("cue 2 at 0:04 { a 30  b full }").unwrap();
     assert!(reply.text.contains("replaced"), "{}", reply.text);
-    assert!(show.pool().is_some());
+    assert!(show.engine().pool().is_some());
     show.execute("bank b image \"p.png\"  channel 7").unwrap();
-    assert!(show.pool().is_none());
+    assert!(show.engine().pool().is_none());
     let all = show
+        .engine_mut()
         .render(&[0.0, 2.0], footlight::renderer::Quality(1))
         .unwrap();
     // 188/255 is half the light, to 0.3 %.
@@ -110,8 +123,9 @@ fn fixed_lights_and_rgb_banks_may_be_images() {
     let text =
         "bank a image \"a.exr\" rgb\nfixed b image \"b.exr\" level 50\ncue 1 { a #ff0000 }\n";
     let mut show = open(text, files()).unwrap();
-    let setting = show.timeline().last().to_vec();
+    let setting = show.engine().document().timeline().last().to_vec();
     let found = show
+        .engine_mut()
         .render(&setting, footlight::renderer::Quality(1))
         .unwrap();
     for (i, (x, a)) in found.data().iter().zip(ramp(8, 4, 1.0).data()).enumerate() {
@@ -139,8 +153,8 @@ fn images_add_to_lights_on_a_stage() {
     let mut alone = open(&alone, files()).unwrap();
     for step in [1, 4] {
         let quality = footlight::renderer::Quality(step);
-        let found = both.render(&[1.5, -2.0], quality).unwrap();
-        let lamp = alone.render(&[1.5], quality).unwrap();
+        let found = both.engine_mut().render(&[1.5, -2.0], quality).unwrap();
+        let lamp = alone.engine_mut().render(&[1.5], quality).unwrap();
         assert!(lamp.data().iter().any(|v| *v > 0.1));
         let image = ramp(8, 4, -2.0);
         for ((x, l), i) in found.data().iter().zip(lamp.data()).zip(image.data()) {
@@ -148,9 +162,9 @@ fn images_add_to_lights_on_a_stage() {
         }
     }
     // What errs is the lamp alone, so that one refined picture is all that the plan finds.
-    assert!(!both.is_final());
-    both.refine(Goal::default()).unwrap();
-    let forecasts: Vec<f64> = both.steps().iter().map(|s| s.forecast).collect();
+    assert!(!both.engine().is_final());
+    both.engine_mut().refine(Goal::default()).unwrap();
+    let forecasts: Vec<f64> = both.engine().steps().iter().map(|s| s.forecast).collect();
     assert!(
         forecasts[0] > 0.0 && forecasts[1] < 1e-5 * forecasts[0],
         "{forecasts:?}"
@@ -224,8 +238,8 @@ fn images_beyond_the_memory_are_refused() {
         ..Host::default()
     };
     let text = format!("{PAIR}{CUES}");
-    let refused = Interpreter::from_text("show.lxq", text.as_bytes(), host);
-    let message = refused.unwrap_err().report(Style::Plain);
+    let refused = prompt("show.lxq", text.as_bytes(), host);
+    let message = Error::from(refused.unwrap_err()).report(Style::Plain);
     says(&message, &["E305", "`b.exr`", "--memory"]);
 }
 
@@ -234,13 +248,13 @@ fn images_beyond_the_memory_are_refused() {
 fn the_example_runs() {
     let folder = root().join("examples/images");
     let host = Host {
-        files: Box::new(Folder::new(&folder, LIMIT)),
+        files: Box::new(Folder::new(&folder, TEXT_LIMIT)),
         store: Box::new(Shelf::default()),
         ..Host::default()
     };
     let text = std::fs::read(folder.join("images.lxq")).unwrap();
-    let mut show = Interpreter::from_text("images.lxq", &text, host).unwrap();
-    assert!(show.is_final() && show.warnings().diagnostics.is_empty());
+    let mut show = prompt("images.lxq", &text, host).unwrap();
+    assert!(show.engine().is_final() && show.engine().document().diagnostics().list.is_empty());
     show.execute("run --out out").unwrap();
 }
 
@@ -264,13 +278,13 @@ fn light_groups_of_a_renderer_add_up_to_its_picture() {
     }
     text += "cue 1 { snap b0 full }\n";
     let host = |folder: &Path| Host {
-        files: Box::new(Folder::new(folder, LIMIT)),
+        files: Box::new(Folder::new(folder, TEXT_LIMIT)),
         store: Box::new(Shelf::default()) as Box<dyn Store>,
         ..Host::default()
     };
     let wrong = text.replacen("Combined_ds_l_cool", "Combined_ds_l_cold", 1);
-    let error = Interpreter::from_text("s.lxq", wrong.as_bytes(), host(folder)).unwrap_err();
-    let said = error.report(Style::Plain);
+    let error = prompt("s.lxq", wrong.as_bytes(), host(folder)).unwrap_err();
+    let said = Error::from(error).report(Style::Plain);
     says(
         &said,
         &[
@@ -279,8 +293,9 @@ fn light_groups_of_a_renderer_add_up_to_its_picture() {
         ],
     );
 
-    let mut show = Interpreter::from_text("s.lxq", text.as_bytes(), host(folder)).unwrap();
+    let mut show = prompt("s.lxq", text.as_bytes(), host(folder)).unwrap();
     let sum = show
+        .engine_mut()
         .render(&[1.0; 8], footlight::renderer::Quality(1))
         .unwrap();
     let all = exr::layer::decode(&bytes, &[Some("ViewLayer.Combined")], 1 << 30).unwrap();

@@ -1,4 +1,4 @@
-//! Sessions with the interpreter, without a terminal: verbs, edits, refinement, the pool, studies.
+//! Sessions at the prompt, without a terminal: verbs, edits, refinement, the pool, studies.
 
 #![allow(
     clippy::unwrap_used,
@@ -15,6 +15,28 @@ mod session;
 mod store;
 mod study;
 mod transcripts;
+mod tune;
+
+use std::path::Path;
+
+use footlight::engine::{self, Engine, Host};
+use footlight::repl::{Console, Repl};
+
+/// A prompt on a show's text.
+fn prompt(name: &str, text: &[u8], host: Host) -> Result<Repl, engine::Error> {
+    let engine = Engine::from_text(name, text, host)?;
+    Ok(Repl::new(engine, Console::default()))
+}
+
+/// A prompt on a show without stage, lights or cues.
+fn empty(host: Host) -> Repl {
+    prompt("untitled.lxq", b"show \"Untitled\"\n", host).unwrap()
+}
+
+/// A prompt on a show in a file.
+fn open(path: &Path, host: Host) -> Repl {
+    Repl::new(Engine::open(path, host).unwrap(), Console::default())
+}
 
 /// A clock that stands still: predicted seconds are then the operator's own, and transcripts do not
 /// depend on the machine.

@@ -1,14 +1,18 @@
-//! Whole sessions with the interpreter, in memory: edits, refinement, pictures, results.
+//! Whole sessions at the prompt, in memory: edits, refinement, pictures, results.
 
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use crate::prompt;
 use footlight::diagnostic::Style;
+use footlight::engine::{self, Ended, Goal, Host, Method, PlanOptions, Version};
 use footlight::files::{Clock, Memory, Shelf, Store};
-use footlight::interpreter::{Comparison, Ended, Error, Goal, Host, Interpreter, Method};
 use footlight::plan::Metric;
+use footlight::repl::{self, Repl};
+use footlight::report;
+use footlight::report::versions::Comparison;
 use footlight::units::Time;
 use footlight::work::Progress;
 
@@ -59,13 +63,10 @@ fn host(shelf: &Shelf) -> Host {
     }
 }
 
-fn open() -> (Interpreter, Shelf) {
+fn open() -> (Repl, Shelf) {
     let shelf = Shelf::default();
     shelf.write(Path::new("s.lxq"), SHOW.as_bytes()).unwrap();
-    (
-        Interpreter::open(Path::new("s.lxq"), host(&shelf)).unwrap(),
-        shelf,
-    )
+    (crate::open(Path::new("s.lxq"), host(&shelf)), shelf)
 }
 
 fn seconds(s: f64) -> Time {
@@ -80,12 +81,8 @@ fn largest_difference(a: &footlight::picture::Image, b: &footlight::picture::Ima
 #[test]
 fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them() {
     let (mut show, _) = open();
-    show.refine(Goal {
-        count: Some(2),
-        ..Goal::default()
-    })
-    .unwrap();
-    let before = show.preview(seconds(6.0)).unwrap();
+    show.engine_mut().refine(Goal::count(2)).unwrap();
+    let before = show.engine_mut().picture(seconds(6.0)).unwrap();
     let reply = show
         .execute("cue 2 \"Cross\"  at 0:02 { time 6  warm 15  cool 40 }")
         .unwrap();
@@ -94,29 +91,29 @@ fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them()
         "{}",
         reply.text
     );
-    assert_eq!(show.refined(), 2);
-    let after = show.preview(seconds(6.0)).unwrap();
+    assert_eq!(show.engine().refined(), 2);
+    let after = show.engine_mut().picture(seconds(6.0)).unwrap();
     assert!(largest_difference(&before, &after) > 0.1);
 
     // The same show compiled from its new text, with nothing refined, previews differently: what
     // was refined before the edit is at work.
-    let mut fresh =
-        Interpreter::from_text("t.lxq", show.source().as_bytes(), host(&Shelf::default())).unwrap();
-    let coarse = fresh.preview(seconds(6.0)).unwrap();
+    let mut fresh = prompt(
+        "t.lxq",
+        show.engine().document().text().as_bytes(),
+        host(&Shelf::default()),
+    )
+    .unwrap();
+    let coarse = fresh.engine_mut().picture(seconds(6.0)).unwrap();
     assert!(largest_difference(&coarse, &after) > 0.0);
 }
 
 #[test]
 fn moving_a_light_drops_what_no_longer_fits() {
     let (mut show, _) = open();
-    show.refine(Goal {
-        count: Some(1),
-        ..Goal::default()
-    })
-    .unwrap();
+    show.engine_mut().refine(Goal::count(1)).unwrap();
     show.execute("light left spot at -2, -2, 3 aim 0, 0, 0 beam 30 field 50 900 cd")
         .unwrap();
-    assert_eq!(show.refined(), 0);
+    assert_eq!(show.engine().refined(), 0);
 }
 
 #[test]
@@ -137,7 +134,7 @@ fn levels_are_told_as_they_were_written_and_light_beside_them() {
     let tried = show.execute("set over 20").unwrap().text;
     assert_eq!(row(&tried, "over")[1..3], ["20.0", "4.0"], "{tried}");
     show.execute("release").unwrap();
-    show.edit("bank over = top channel 3").unwrap();
+    show.execute("bank over = top channel 3").unwrap();
     let plain = show.execute("at 0:08").unwrap().text;
     assert!(!plain.contains("light"), "{plain}");
     assert_eq!(row(&plain, "over")[1], "70.0", "{plain}");
@@ -146,12 +143,8 @@ fn levels_are_told_as_they_were_written_and_light_beside_them() {
 #[test]
 fn a_mistake_leaves_everything_as_it_was() {
     let (mut show, _) = open();
-    show.refine(Goal {
-        count: Some(1),
-        ..Goal::default()
-    })
-    .unwrap();
-    let source = show.source().to_owned();
+    show.engine_mut().refine(Goal::count(1)).unwrap();
+    let source = show.engine().document().text().to_owned();
     for bad in [
         "cue 2 { wram 40 }",
         "bank warm = nothing",
@@ -159,10 +152,10 @@ fn a_mistake_leaves_everything_as_it_was() {
         "cue 2 { warm 140 }",
     ] {
         let error = show.execute(bad).unwrap_err();
-        assert!(matches!(error, Error::Mistakes(_)), "{bad}: {error}");
+        assert!(error.diagnostics().is_some(), "{bad}: {error}");
         assert_eq!(error.exit_code(), 1);
         assert_eq!(
-            (show.source(), show.refined()),
+            (show.engine().document().text(), show.engine().refined()),
             (source.as_str(), 1),
             "{bad}"
         );
@@ -201,7 +194,7 @@ fn a_file_that_changed_meanwhile_is_not_overwritten() {
     let kept = shelf.read(Path::new("s.lxq"), 1 << 20).unwrap();
     assert_eq!(kept, b"show \"someone else's\"\n");
     show.execute("save other.lxq").unwrap();
-    assert!(!show.unsaved());
+    assert!(!show.engine().document().is_unsaved());
 }
 
 #[test]
@@ -216,24 +209,20 @@ fn leaving_with_edits_asks_once() {
 #[test]
 fn refining_everything_makes_previews_equal_to_rendering() {
     let (mut show, _) = open();
-    let ended = show
-        .refine(Goal {
-            until: Some(0.0),
-            ..Goal::default()
-        })
-        .unwrap();
-    assert_eq!(ended, Ended::Complete);
+    let ended = show.engine_mut().refine(Goal::until(0.0)).unwrap();
+    assert_eq!(ended.ended, Some(Ended::Complete));
     for at in [0.0, 3.7, 7.5] {
-        let preview = show.preview(seconds(at)).unwrap();
-        let setting = show.timeline().evaluate(seconds(at));
+        let preview = show.engine_mut().picture(seconds(at)).unwrap();
+        let setting = show.engine().document().timeline().evaluate(seconds(at));
         let rendered = show
+            .engine_mut()
             .render(&setting, footlight::renderer::Quality(3))
             .unwrap();
         let peak = rendered.data().iter().copied().fold(0.0, f32::max);
         let off = largest_difference(&preview, &rendered);
         assert!(off <= 2e-5 * peak, "at {at}: {off} of {peak}");
     }
-    let errors: Vec<f64> = show.steps().iter().map(|s| s.error).collect();
+    let errors: Vec<f64> = show.engine().steps().iter().map(|s| s.error).collect();
     assert!(*errors.last().unwrap() < 1e-9, "{errors:?}");
 }
 
@@ -242,7 +231,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     let (mut show, shelf) = open();
     shelf.write(Path::new("o/keys/key999.exr"), b"old").unwrap();
     let reply = show.execute("run --count 1 --out o").unwrap();
-    let keys = show.keys().keys().len();
+    let keys = show.engine().document().keys().keys().len();
     let names: Vec<String> = shelf
         .paths()
         .iter()
@@ -288,16 +277,12 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
 #[test]
 fn playback_shows_what_the_pool_previews() {
     let (mut show, _) = open();
-    show.refine(Goal {
-        count: Some(2),
-        ..Goal::default()
-    })
-    .unwrap();
-    let playback = show.playback().unwrap();
+    show.engine_mut().refine(Goal::count(2)).unwrap();
+    let playback = show.engine_mut().playback().unwrap();
     let mut frame = footlight::picture::Image::new(0, 0);
     for at in [0.5, 2.5, 4.1, 5.5, 7.9] {
         playback.frame(seconds(at), &mut frame);
-        let preview = show.preview(seconds(at)).unwrap();
+        let preview = show.engine_mut().picture(seconds(at)).unwrap();
         let peak = preview.data().iter().copied().fold(0.0, f32::max);
         assert!(
             largest_difference(&frame, &preview) <= 1e-5 * peak,
@@ -313,9 +298,9 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
             threads,
             ..host(&Shelf::default())
         };
-        let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap();
+        let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
         if refine {
-            show.refine(Goal::default()).unwrap();
+            show.engine_mut().refine(Goal::default()).unwrap();
         }
         let plain = show.execute("plan --json").unwrap().text;
         let error = show
@@ -367,20 +352,17 @@ fn cancel_is_heard_and_nothing_is_half_done() {
             progress: Box::new(progress),
             ..host(&Shelf::default())
         };
-        let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap();
-        let result = show.refine(Goal {
-            until: Some(0.0),
-            ..Goal::default()
-        });
+        let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+        let result = show.engine_mut().refine(Goal::until(0.0));
         if stopped.load(Ordering::Relaxed) {
-            assert_eq!(result.unwrap_err().exit_code(), 130);
+            assert_eq!(repl::Error::from(result.unwrap_err()).exit_code(), 130);
         }
         assert_eq!(
-            show.steps().len(),
-            if show.steps().is_empty() {
+            show.engine().steps().len(),
+            if show.engine().steps().is_empty() {
                 0
             } else {
-                show.refined() + 1
+                show.engine().refined() + 1
             }
         );
     }
@@ -397,21 +379,22 @@ fn a_reload_tells_what_two_readings_would_tell() {
         ("// keep me too", "// another remark"),
     ];
     for (from, to) in edits {
-        let old = show.source().to_owned();
+        let old = show.engine().document().text().to_owned();
         let new = old.replace(from, to);
         assert_ne!(old, new);
         let files = Memory::default();
         let [a, b] = [old.as_bytes(), new.as_bytes()];
-        let read_twice = Comparison::new(("s.lxq", a, &files), ("s.lxq", b, &files));
+        let read = |bytes| Version::read("s.lxq", bytes, &files);
+        let read_twice = read(a).and_then(|a| Ok(Comparison::new(a, read(b)?)));
         match (show.reload(&new), read_twice) {
             (Ok(reloaded), Ok(compared)) => {
                 assert_eq!(reloaded.difference, compared.difference);
                 if !compared.text().is_empty() {
                     assert_eq!(reloaded.reply.text, compared.text());
                 }
-                assert_eq!(show.source(), new);
+                assert_eq!(show.engine().document().text(), new);
             }
-            (Err(_), Err(_)) => assert_eq!(show.source(), old),
+            (Err(_), Err(_)) => assert_eq!(show.engine().document().text(), old),
             (reloaded, _) => panic!("{from} -> {to}: {:?}", reloaded.map(|r| r.reply.text)),
         }
     }
@@ -435,14 +418,11 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
             time: limit.map(Duration::from_secs),
             ..host(&Shelf::default())
         };
-        Interpreter::from_text("s.lxq", SHOW.as_bytes(), host).unwrap()
+        prompt("s.lxq", SHOW.as_bytes(), host).unwrap()
     };
-    let everything = Goal {
-        until: Some(0.0),
-        ..Goal::default()
-    };
+    let everything = Goal::until(0.0);
     let mut unlimited = open(None);
-    unlimited.refine(everything).unwrap();
+    unlimited.engine_mut().refine(everything).unwrap();
     let (mut late, mut told) = (0, 0);
     for limit in [1, 10, 40, 160, 640, 2560] {
         let mut show = open(Some(limit));
@@ -458,41 +438,52 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
             Err(error) => error,
         };
         late += 1;
-        assert!(matches!(error, Error::OutOfTime { seconds } if seconds == limit as f64));
+        let kind = error.engine();
+        assert!(
+            matches!(kind, Some(engine::Error::OutOfTime { seconds }) if *seconds == limit as f64)
+        );
         assert_eq!(error.exit_code(), 130);
         assert!(error.report(Style::Plain).contains("--time-limit"));
-        assert_eq!(show.source(), SHOW);
-        let kept = show.refined();
+        assert_eq!(show.engine().document().text(), SHOW);
+        let kept = show.engine().refined();
         let _ = show.execute("refine");
-        assert!(show.refined() >= kept, "what was finished is lost");
+        assert!(show.engine().refined() >= kept, "what was finished is lost");
         // Between calls there is no limit: a look takes no time of the call before.
         show.execute("at 0:03").unwrap();
     }
     assert!(late > 0, "no limit was too short");
     let mut show = open(Some(1_000_000));
-    assert_eq!(show.refine(everything).unwrap(), Ended::Complete);
-    assert_eq!(show.refined(), unlimited.refined());
+    assert_eq!(
+        show.engine_mut().refine(everything).unwrap().ended,
+        Some(Ended::Complete)
+    );
+    assert_eq!(show.engine().refined(), unlimited.engine().refined());
     println!("{late} ended by an error, {told} between pictures");
 }
 
 #[test]
 fn influence_and_error_metrics_render_coarse_pictures_and_settings_do_not() {
     let (mut show, _) = open();
-    show.plan(Metric::Settings, 0.02).unwrap();
-    assert!(show.steps().is_empty());
-    show.plan(Metric::Influence, 0.02).unwrap();
-    assert_eq!(show.steps().len(), 1);
+    let options = |metric| PlanOptions {
+        metric,
+        tolerance: 0.02,
+        signed_keys: false,
+    };
+    show.engine_mut().plan(options(Metric::Settings)).unwrap();
+    assert!(show.engine().steps().is_empty());
+    show.engine_mut().plan(options(Metric::Influence)).unwrap();
+    assert_eq!(show.engine().steps().len(), 1);
 }
 
 #[test]
 fn every_verb_has_help_and_an_example_that_is_understood() {
     let (mut show, _) = open();
     let list = show.execute("help").unwrap().text;
-    for spec in footlight::interpreter::VERBS {
+    for spec in repl::VERBS {
         assert!(list.contains(spec.name), "{list}");
         let page = show.execute(&format!("help {}", spec.name)).unwrap().text;
         assert!(page.contains(spec.example), "{page}");
-        footlight::interpreter::Call::parse(spec.example).unwrap();
+        repl::Call::parse(spec.example).unwrap();
     }
     let error = show.execute("picutre").unwrap_err().to_string();
     assert!(error.contains("did you mean `picture`"), "{error}");
@@ -502,7 +493,7 @@ fn every_verb_has_help_and_an_example_that_is_understood() {
 fn another_way_holds_for_a_call_or_from_now_on() {
     let (mut show, shelf) = open();
     show.execute("refine 2").unwrap();
-    let picture = |show: &mut Interpreter, words: &str| {
+    let picture = |show: &mut Repl, words: &str| {
         let line = format!("picture 0:06 {words} -o p.exr");
         let text = show.execute(&line).unwrap().text;
         (text, shelf.read(Path::new("p.exr"), 1 << 24).unwrap())
@@ -551,7 +542,7 @@ fn another_way_holds_for_a_call_or_from_now_on() {
         assert!(error.contains(words), "{error}");
     }
     assert_eq!(
-        show.method(),
+        show.engine().method(),
         Method::default(),
         "a mistake changes nothing"
     );
@@ -563,11 +554,14 @@ fn another_way_holds_for_a_call_or_from_now_on() {
 fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
     let ahead = |metric: &str| {
         let (mut show, _) = open();
-        show.coarse().unwrap();
+        show.engine_mut().coarse().unwrap();
         show.execute(&format!("method metric {metric}")).unwrap();
-        let outlook = show.outlook().unwrap();
+        let outlook = show.engine().forecast().unwrap();
         show.execute("refine").unwrap();
-        assert_eq!(show.pool().unwrap().settings()[0], outlook.steps[0].setting);
+        assert_eq!(
+            show.engine().pool().unwrap().settings()[0],
+            outlook.steps[0].setting
+        );
         outlook
     };
     let (ours, plain) = (ahead("error"), ahead("settings"));
@@ -584,28 +578,21 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
     let text = SHOW.replace("warm 15  cool 90", "warm 15");
     let text = text.replace("over 70", "warm 10");
     let host = host(&Shelf::default());
-    let mut show = Interpreter::from_text("t.lxq", text.as_bytes(), host).unwrap();
-    let until = |error: f64| Goal {
-        until: Some(error),
-        ..Goal::default()
-    };
-    show.refine(Goal {
-        count: Some(2),
-        ..Goal::default()
-    })
-    .unwrap();
-    let before = show.predicted_error().unwrap();
+    let mut show = prompt("t.lxq", text.as_bytes(), host).unwrap();
+    let until = |error: f64| Goal::until(error);
+    show.engine_mut().refine(Goal::count(2)).unwrap();
+    let before = show.engine().predicted_error().unwrap();
     show.execute("cue 3 \"Top\" at 0:05 { time 3  over 100  cool 100 }")
         .unwrap();
-    let after = show.predicted_error().unwrap();
+    let after = show.engine().predicted_error().unwrap();
     assert!(after > 4.0 * before, "{before} {after}");
-    let refined = show.refined();
-    show.refine(until(after / 2.0)).unwrap();
+    let refined = show.engine().refined();
+    show.engine_mut().refine(until(after / 2.0)).unwrap();
     assert!(
-        show.refined() > refined,
+        show.engine().refined() > refined,
         "nothing was refined for the new look"
     );
-    assert!(show.predicted_error().unwrap() <= after / 2.0);
+    assert!(show.engine().predicted_error().unwrap() <= after / 2.0);
 }
 
 /// No more is modelled than a scene needs: an estimate that leaves room three times over is
@@ -614,14 +601,12 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
 fn a_tolerance_with_room_needs_no_refined_picture() {
     let after = |share: f64| {
         let (mut show, _) = open();
-        show.coarse().unwrap();
-        let goal = Goal {
-            until: Some(share * show.predicted_error().unwrap()),
-            ..Goal::default()
-        };
-        let ended = show.run(goal, Path::new("out")).unwrap().ended;
+        show.engine_mut().coarse().unwrap();
+        let goal = Goal::until(share * show.engine().predicted_error().unwrap());
+        let ran = report::run::run(show.engine_mut(), goal, Path::new("out"));
+        let ended = ran.unwrap().ended;
         assert!(ended == Ended::Reached, "{share}: {ended:?}");
-        show.refined()
+        show.engine().refined()
     };
     assert_eq!(after(3.01), 0);
     assert!(after(2.99) >= 1);
@@ -633,9 +618,9 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
 #[test]
 fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
     let (mut show, _) = open();
-    show.coarse().unwrap();
-    let weighting = show.pool().unwrap().weighting();
-    let n = show.keys().coordinates();
+    show.engine_mut().coarse().unwrap();
+    let weighting = show.engine().pool().unwrap().weighting();
+    let n = show.engine().document().keys().coordinates();
     let mut state = 7_u64;
     let mut number = || {
         state = state
@@ -651,7 +636,13 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
         let mut known = vec![first, twice, near];
         known.extend((0..n).map(|_| (0..n).map(|_| number()).collect::<Vec<f64>>()));
         let forecast = |m: usize| {
-            footlight::plan::forecast(show.keys(), &known[..m], &weighting, None).unwrap()
+            footlight::plan::forecast(
+                show.engine().document().keys(),
+                &known[..m],
+                &weighting,
+                None,
+            )
+            .unwrap()
         };
         let all: Vec<f64> = (0..=known.len()).map(forecast).collect();
         assert!(
@@ -659,7 +650,13 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
             "{all:?}"
         );
         assert!(all[known.len()] < 1e-6 * all[0], "they span all: {all:?}");
-        let next = footlight::plan::next(show.keys(), &known[..3], &weighting, None).unwrap();
+        let next = footlight::plan::next(
+            show.engine().document().keys(),
+            &known[..3],
+            &weighting,
+            None,
+        )
+        .unwrap();
         let refused: Vec<usize> = next.refused.iter().map(|r| r.index).collect();
         assert_eq!(refused, [1], "the multiple, not what is new by a billionth");
         let copy = &next.refused[0];
@@ -671,7 +668,7 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
 #[test]
 fn what_is_fixed_is_looked_at_together() {
     let shelf = Shelf::default();
-    let mut show = Interpreter::from_text("s.lxq", SHOW.as_bytes(), host(&shelf)).unwrap();
+    let mut show = prompt("s.lxq", SHOW.as_bytes(), host(&shelf)).unwrap();
     let told = show.execute("picture --bank exits -o x.png").unwrap_err();
     assert!(told.to_string().contains("`--bank fixed`"), "{told}");
     let told = show.execute("picture --bank nobody -o x.png").unwrap_err();

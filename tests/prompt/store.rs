@@ -4,11 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::prompt;
+use footlight::engine::{Goal, Host, NextImage, PoolPlace};
 use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
-use footlight::interpreter::{Ahead, Goal, Host, Interpreter, PoolPlace};
 use footlight::picture::Image;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::repl::Repl;
 use footlight::work::Work;
 
 const SHOW: &str = r#"show "Store"
@@ -96,7 +98,7 @@ impl Clock for Ticking {
 
 /// A show, and how many pictures were rendered for it.
 struct Session {
-    show: Interpreter,
+    show: Repl,
     rendered: Arc<AtomicUsize>,
 }
 
@@ -113,29 +115,26 @@ impl Session {
             files: Box::new(files.with("room.mtl", MATERIALS)),
             store: Box::new(store),
             clock: Box::new(Ticking(AtomicUsize::new(0), seconds)),
-            transport: Arc::new(Counting(Arc::clone(&rendered))),
+            renderer: Arc::new(Counting(Arc::clone(&rendered))),
             pool: limit.map(|limit| PoolPlace {
                 folder: PathBuf::from(POOL),
                 limit,
             }),
             ..Host::default()
         };
-        let show = Interpreter::from_text("s.lxq", text.as_bytes(), host).unwrap();
+        let show = prompt("s.lxq", text.as_bytes(), host).unwrap();
         Session { show, rendered }
     }
 
     fn refine(&mut self, count: usize) {
-        let goal = Goal {
-            count: Some(count),
-            ..Goal::default()
-        };
-        self.show.refine(goal).unwrap();
+        let goal = Goal::count(count);
+        self.show.engine_mut().refine(goal).unwrap();
     }
 
     /// Refines until there are so many pictures, stored ones included; what the user is told.
     fn refine_to(&mut self, count: usize) -> Vec<String> {
-        self.show.coarse().unwrap();
-        let line = match count - self.show.refined() {
+        self.show.engine_mut().coarse().unwrap();
+        let line = match count - self.show.engine().refined() {
             0 => "pool".to_owned(),
             missing => format!("refine {missing}"),
         };
@@ -149,7 +148,7 @@ impl Session {
 
     /// All key images.
     fn keys(&mut self) -> Vec<Image> {
-        self.show.playback().unwrap().images().to_vec()
+        self.show.engine_mut().playback().unwrap().images().to_vec()
     }
 }
 
@@ -225,11 +224,11 @@ fn what_is_stored_has_no_price() {
     let shelf = Shelf::default();
     let other = SHOW.replace("coarse 1  refined 3", "coarse 2  refined 4");
     let mut first = Session::open(&other, shelf.clone(), PLENTY);
-    first.show.coarse().unwrap();
+    first.show.engine_mut().coarse().unwrap();
     let mut session = Session::open(SHOW, shelf, PLENTY);
-    session.show.coarse().unwrap();
-    let outlook = session.show.outlook().unwrap();
-    let free = |s: &Ahead| s.stored && s.seconds == 0.0;
+    session.show.engine_mut().coarse().unwrap();
+    let outlook = session.show.engine().forecast().unwrap();
+    let free = |s: &NextImage| s.stored && s.seconds == 0.0;
     assert!(!outlook.steps.is_empty() && outlook.steps.iter().all(free));
     assert_eq!(outlook.fixed, 0.0);
     let told = session.show.execute("plan --next").unwrap().text;
@@ -238,8 +237,8 @@ fn what_is_stored_has_no_price() {
     session.refine(outlook.steps.len());
     assert_eq!(session.rendered(), 0);
     let mut fresh = Session::open(SHOW, Shelf::default(), PLENTY);
-    fresh.show.coarse().unwrap();
-    let steps = fresh.show.outlook().unwrap().steps;
+    fresh.show.engine_mut().coarse().unwrap();
+    let steps = fresh.show.engine().forecast().unwrap().steps;
     assert_eq!(steps.len(), outlook.steps.len());
     assert!(steps.iter().all(|s| !s.stored && s.seconds > 0.0));
 }
@@ -259,15 +258,23 @@ fn grouping_banks_adds_up_what_is_there() {
         } else {
             session.show.execute(grouped).unwrap();
         }
-        session.show.coarse().unwrap();
+        session.show.engine_mut().coarse().unwrap();
         assert_eq!(session.rendered(), 0);
-        assert_eq!(session.show.tally().summed, 2, "one at each coarse quality");
-        let text = session.show.source().to_owned();
+        assert_eq!(
+            session.show.engine().tally().summed,
+            2,
+            "one at each coarse quality"
+        );
+        let text = session.show.engine().document().text().to_owned();
         let mut fresh = Session::open(&text, Shelf::default(), None);
         let unit = [1.0, 0.0, 0.0];
-        fresh.show.coarse().unwrap();
-        let own = session.show.pool().unwrap().coarse()[0].as_ref().clone();
-        let other = fresh.show.pool().unwrap().coarse()[0].as_ref().clone();
+        fresh.show.engine_mut().coarse().unwrap();
+        let own = session.show.engine().pool().unwrap().coarse()[0]
+            .as_ref()
+            .clone();
+        let other = fresh.show.engine().pool().unwrap().coarse()[0]
+            .as_ref()
+            .clone();
         let off = difference(&[own], &[other]);
         assert!(off <= 3e-7, "{unit:?}: {off}");
     }
@@ -285,9 +292,9 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
         "{}",
         reply.text
     );
-    session.show.coarse().unwrap();
+    session.show.engine_mut().coarse().unwrap();
     assert_eq!(session.rendered(), 0);
-    let pool = session.show.pool().unwrap();
+    let pool = session.show.engine().pool().unwrap();
     assert_eq!(pool.refined().len(), 2);
     for refined in pool.refined() {
         let preview = pool.preview(&refined.setting, Work::silent()).unwrap();
@@ -300,11 +307,11 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
         .execute("bank over = top left right\nbank warm = left right")
         .unwrap();
     session.show.execute("bank cool = top").unwrap();
-    assert!(session.show.refined() < 2);
+    assert!(session.show.engine().refined() < 2);
     let undone = "bank warm = left\nbank cool = right\nbank over = top";
     session.show.execute(undone).unwrap();
-    assert_eq!(session.show.refined(), 2);
-    session.show.coarse().unwrap();
+    assert_eq!(session.show.engine().refined(), 2);
+    session.show.engine_mut().coarse().unwrap();
     assert_eq!(session.rendered(), 0);
 }
 
@@ -359,14 +366,14 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     first.refine(2);
     let text = SHOW.replace("warm 15  cool 90", "warm 45  cool 20  over 10");
     let mut alone = Session::open(&text, Shelf::default(), None);
-    alone.show.coarse().unwrap();
+    alone.show.engine_mut().coarse().unwrap();
     let mut second = Session::open(&text, shelf.clone(), PLENTY);
-    second.show.coarse().unwrap();
+    second.show.engine_mut().coarse().unwrap();
     assert_eq!(second.rendered(), 0);
-    let pool = second.show.pool().unwrap();
-    let settings = |session: &Session| session.show.pool().unwrap().settings();
+    let pool = second.show.engine().pool().unwrap();
+    let settings = |session: &Session| session.show.engine().pool().unwrap().settings();
     assert_eq!(settings(&second), settings(&first), "in their order");
-    let forecast = |session: &Session| session.show.steps().last().unwrap().forecast;
+    let forecast = |session: &Session| session.show.engine().steps().last().unwrap().forecast;
     assert!(
         forecast(&second) < 0.7 * forecast(&alone),
         "{} {}",
@@ -382,7 +389,7 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     second.refine(1);
     assert_eq!(second.rendered(), 1);
     let mut third = Session::open(&text, shelf, PLENTY);
-    third.show.coarse().unwrap();
+    third.show.engine_mut().coarse().unwrap();
     assert_eq!(settings(&third), settings(&second));
     assert!(third.keys() == second.keys(), "the same bits");
     assert_eq!(third.rendered(), 0);
@@ -407,8 +414,8 @@ fn near_copies_of_refined_pictures_are_left_out() {
         "the two sessions' refined pictures differ"
     );
     let mut both = Session::open(SHOW, one, PLENTY);
-    both.show.coarse().unwrap();
-    assert_eq!(both.show.refined(), 2);
+    both.show.engine_mut().coarse().unwrap();
+    assert_eq!(both.show.engine().refined(), 2);
     assert_eq!(both.rendered(), 0);
 }
 
@@ -417,12 +424,15 @@ fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
     let told = |seconds| {
         let shelf = Shelf::default();
         let mut before = Session::open(SHOW, shelf.clone(), PLENTY);
-        before.show.coarse().unwrap();
+        before.show.engine_mut().coarse().unwrap();
         let mut session = Session::timed(SHOW, shelf, PLENTY, seconds);
-        session.show.coarse().unwrap();
-        let first = session.show.outlook().unwrap().steps[0].seconds;
+        session.show.engine_mut().coarse().unwrap();
+        let first = session.show.engine().forecast().unwrap().steps[0].seconds;
         session.refine(1);
-        (first, session.show.outlook().unwrap().steps[0].seconds)
+        (
+            first,
+            session.show.engine().forecast().unwrap().steps[0].seconds,
+        )
     };
     let (fast, slow) = (told(1e-3), told(1e3));
     assert_eq!(fast.0, slow.0, "nothing was rendered yet");
@@ -436,7 +446,7 @@ fn an_edit_renders_only_what_depends_on_it() {
     assert_eq!(session.rendered(), 7);
     let mut after = |edit: &str| {
         session.show.execute(edit).unwrap();
-        session.show.coarse().unwrap();
+        session.show.engine_mut().coarse().unwrap();
         session.rendered()
     };
     assert_eq!(after("cue 2 at 0:02 { time 4  warm 25  cool 80 }"), 0);
@@ -653,7 +663,7 @@ fn the_verb_tells_and_frees() {
         "{text}"
     );
     assert!(text.contains("8 pictures"), "{text}");
-    session.show.coarse().unwrap();
+    session.show.engine_mut().coarse().unwrap();
     let text = session.show.execute("pool drop unused").unwrap().text;
     assert!(
         text.starts_with("8 pictures dropped from memory, 8 pictures"),
@@ -662,6 +672,6 @@ fn the_verb_tells_and_frees() {
     assert_eq!(stored(&shelf).len(), 6);
     session.show.execute("pool drop all").unwrap();
     assert!(stored(&shelf).is_empty());
-    assert!(session.show.pool().is_none());
+    assert!(session.show.engine().pool().is_none());
     assert!(session.show.execute("pool drop everything").is_err());
 }

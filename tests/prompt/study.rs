@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::prompt;
 use footlight::diagnostic::Style;
+use footlight::engine::{Ended, Goal, Host};
 use footlight::files::{Clock, Disk, Folder, Shelf, Store};
-use footlight::interpreter::{Call, Ended, Goal, Host, Interpreter, Verb};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::repl::{Call, Repl, find};
 use footlight::report::{Kind, Record};
 use footlight::work::Work;
 use std::sync::Arc;
@@ -25,7 +27,7 @@ impl Clock for Ticking {
 }
 
 /// The furnace, small, with a store of its own.
-fn furnace(shelf: &Shelf) -> Interpreter {
+fn furnace(shelf: &Shelf) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/furnace");
     let text = std::fs::read_to_string(folder.join("furnace.lxq")).unwrap();
     let host = Host {
@@ -35,7 +37,7 @@ fn furnace(shelf: &Shelf) -> Interpreter {
         ..Host::default()
     };
     let text = text.replace("size 128x128", "size 32x32");
-    Interpreter::from_text("furnace.lxq", text.as_bytes(), host).unwrap()
+    prompt("furnace.lxq", text.as_bytes(), host).unwrap()
 }
 
 const BANKS: [&str; 6] = ["xneg", "xpos", "yneg", "ypos", "zneg", "zpos"];
@@ -46,10 +48,10 @@ fn keep(shelf: &Shelf, name: &str, image: &Image) {
 }
 
 /// Each bank as the show itself renders it at a quality.
-fn rendered(show: &mut Interpreter, quality: u8) -> Vec<Image> {
+fn rendered(show: &mut Repl, quality: u8) -> Vec<Image> {
     let unit = |i: usize| (0..6).map(|j| f64::from(u8::from(i == j))).collect();
     let settings: Vec<Vec<f64>> = (0..6).map(unit).collect();
-    let image = |s: &Vec<f64>| show.render(s, Quality(quality)).unwrap();
+    let image = |s: &Vec<f64>| show.engine_mut().render(s, Quality(quality)).unwrap();
     settings.iter().map(image).collect()
 }
 
@@ -58,8 +60,8 @@ fn scaled(image: &Image, factor: f32) -> Image {
     Image::from_data(image.width(), image.height(), data).unwrap()
 }
 
-fn compare(show: &mut Interpreter) -> serde_json::Value {
-    let call = Call::new(Verb::Compare).with("reference", "refs");
+fn compare(show: &mut Repl) -> serde_json::Value {
+    let call = Call::new(find("compare").unwrap()).with("reference", "refs");
     let call = call.with("quality", "2").with("json", "");
     serde_json::from_str(&show.call(&call).unwrap().text).unwrap()
 }
@@ -115,9 +117,10 @@ fn cornell_meets_the_pictures_beside_it() {
         threads: 2,
         ..Host::default()
     };
-    let mut show = Interpreter::from_text("cornell.lxq", text.as_bytes(), host).unwrap();
+    let mut show = prompt("cornell.lxq", text.as_bytes(), host).unwrap();
     for (quality, most) in [("1", 0.032), ("3", 0.011), ("4", 0.006)] {
-        let call = Call::new(Verb::Compare).with("reference", &folder.display().to_string());
+        let call =
+            Call::new(find("compare").unwrap()).with("reference", &folder.display().to_string());
         let call = call.with("quality", quality).with("json", "");
         let found: serde_json::Value =
             serde_json::from_str(&show.call(&call).unwrap().text).unwrap();
@@ -238,7 +241,7 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
 }
 
 /// A random show, small, in a file of its own on the shelf.
-fn random(shelf: &Shelf) -> Interpreter {
+fn random(shelf: &Shelf) -> Repl {
     let host = Host {
         clock: Box::new(Ticking::default()),
         ..Host::default()
@@ -247,7 +250,7 @@ fn random(shelf: &Shelf) -> Interpreter {
 }
 
 /// The same with pictures of a size and other means.
-fn random_of(size: &str, shelf: &Shelf, host: Host) -> Interpreter {
+fn random_of(size: &str, shelf: &Shelf, host: Host) -> Repl {
     let made = footlight::study::random_show(7);
     let files = footlight::files::Memory::default()
         .with("room.obj", made.stage)
@@ -260,10 +263,10 @@ fn random_of(size: &str, shelf: &Shelf, host: Host) -> Interpreter {
         store: Box::new(shelf.clone()),
         ..host
     };
-    Interpreter::open(path, host).unwrap()
+    crate::open(path, host)
 }
 
-fn record(show: &mut Interpreter, shelf: &Shelf, line: &str) -> (String, Record) {
+fn record(show: &mut Repl, shelf: &Shelf, line: &str) -> (String, Record) {
     let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
     let bytes = shelf.read(Path::new("chart.json"), 1 << 24).unwrap();
     (said, serde_json::from_slice(&bytes).unwrap())
@@ -361,9 +364,9 @@ impl Transport for Stubborn {
     }
 }
 
-fn stubborn() -> Interpreter {
+fn stubborn() -> Repl {
     let host = Host {
-        transport: Arc::new(Stubborn),
+        renderer: Arc::new(Stubborn),
         ..Host::default()
     };
     random_of("size 16x9", &Shelf::default(), host)
@@ -380,14 +383,14 @@ fn a_plan_without_errors_has_no_chart_and_says_why() {
 #[test]
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
     let mut show = stubborn();
-    let goal = Goal {
-        until: Some(0.01),
-        ..Goal::default()
-    };
-    assert_eq!(show.refine(goal).unwrap(), Ended::Complete);
-    assert_eq!(show.refined(), 0);
-    assert_eq!(show.predicted_error().unwrap(), 0.0);
-    assert!(show.pool().unwrap().flawless());
+    let goal = Goal::until(0.01);
+    assert_eq!(
+        show.engine_mut().refine(goal).unwrap().ended,
+        Some(Ended::Complete)
+    );
+    assert_eq!(show.engine().refined(), 0);
+    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+    assert!(show.engine().pool().unwrap().flawless());
 }
 
 #[test]

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::Stopped;
+use footlight::engine::Host;
 use footlight::files::{Folder, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter, finished};
+use footlight::repl::finished;
 
 fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts")
@@ -29,7 +30,7 @@ fn replay(transcript: &str) -> String {
         clock: Box::new(Stopped),
         ..Host::default()
     };
-    let mut show = Interpreter::open(name, host).unwrap();
+    let mut show = crate::open(name, host);
     let mut out = named.map_or_else(String::new, |_| format!("{first}\n"));
     let mut pending = String::new();
     for line in transcript.lines() {

@@ -1,22 +1,18 @@
 //! Two random shows with the real G.
 
-use std::sync::Arc;
-
+use crate::engine::{Engine, Host};
 use crate::files::Memory;
-use crate::interpreter::{Host, Interpreter};
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric};
 use crate::pool::{Pool, Projection};
-use crate::radiosity::Radiosity;
-use crate::renderer::Transport;
 use crate::study::verdict::Verdict;
 use crate::study::{Order, Trial, random_show};
 use crate::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
 
-fn show(seed: u64, transport: Arc<dyn Transport>) -> Interpreter {
+fn engine(seed: u64) -> Engine {
     let made = random_show(seed);
     let files = Memory::default()
         .with("room.obj", made.stage)
@@ -24,17 +20,14 @@ fn show(seed: u64, transport: Arc<dyn Transport>) -> Interpreter {
     let host = Host {
         files: Box::new(files),
         threads: 2,
-        transport,
         ..Host::default()
     };
     let text = made.show.replace("size 96x54", "size 48x27");
-    Interpreter::from_text("random.lxq", text.as_bytes(), host).unwrap()
+    Engine::from_text("random.lxq", text.as_bytes(), host).unwrap()
 }
 
-fn trial(seed: u64) -> (Interpreter, Trial) {
-    let show = show(seed, Arc::new(Radiosity));
-    let trial = show.trial().unwrap();
-    (show, trial)
+fn trial(seed: u64) -> Trial {
+    engine(seed).trial().unwrap()
 }
 
 #[test]
@@ -46,7 +39,7 @@ fn a_seed_is_a_show_and_two_are_two() {
 #[test]
 fn refined_settings_are_exact_and_the_forecast_never_rises() {
     for seed in SEEDS {
-        let (_, trial) = trial(seed);
+        let trial = trial(seed);
         let weighting = trial.weighting(Metric::Error).unwrap();
         let order = trial.order(&weighting).unwrap();
         let coarse = trial.shown(Projection::Settings, &[]).unwrap();
@@ -69,7 +62,7 @@ fn refined_settings_are_exact_and_the_forecast_never_rises() {
 
 #[test]
 fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not() {
-    let verdict = Verdict::of("random 7", &trial(7).1, 7).unwrap();
+    let verdict = Verdict::of("random 7", &trial(7), 7).unwrap();
     let of = |by: Projection| {
         verdict
             .previewed
@@ -96,20 +89,21 @@ fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not(
 /// Scalar products and pictures must say the same.
 #[test]
 fn the_trial_foretells_what_the_pool_shows() {
-    let (mut show, trial) = trial(1);
+    let mut engine = engine(1);
+    let trial = engine.trial().unwrap();
     let order = trial
         .order(&trial.weighting(Metric::Error).unwrap())
         .unwrap();
     let settings = &order[..3];
-    show.coarse().unwrap();
-    let refined = show.refined_step();
-    let mut render = |s: &[f64]| show.render(s, refined).unwrap();
+    engine.coarse().unwrap();
+    let refined = engine.refined_step();
+    let mut render = |s: &[f64]| engine.render(s, refined).unwrap();
     let pictures: Vec<Image> = settings.iter().map(|s| render(s)).collect();
     let look: Vec<f64> = (0..order[0].len())
         .map(|i| f64::from(u8::from(i % 3 == 0)))
         .collect();
     let truth = render(&look);
-    let mut pool: Pool = show.pool().unwrap().clone();
+    let mut pool: Pool = engine.pool().unwrap().clone();
     for (setting, image) in settings.iter().zip(pictures) {
         assert!(pool.add(setting.clone(), image, refined, Work::silent()));
     }

@@ -1,9 +1,10 @@
-//! What `tune` says, held against what the interpreter then does.
+//! What `tune` says, held against what the engine then does.
 
 use std::sync::Arc;
 
+use crate::engine::{Engine, Error, Goal, Host};
 use crate::files::Memory;
-use crate::interpreter::{Error, Goal, Host, Interpreter};
+use crate::lang::edit::Edit;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
@@ -14,7 +15,7 @@ use crate::study::session::sequence_error;
 use crate::study::tune::{Candidate, Tuner};
 use crate::work::Work;
 
-fn show(steps: Option<(u8, u8)>) -> Interpreter {
+fn engine(steps: Option<(u8, u8)>) -> Engine {
     let made = random_show(1);
     let files = Memory::default()
         .with("room.obj", made.stage)
@@ -25,37 +26,34 @@ fn show(steps: Option<(u8, u8)>) -> Interpreter {
         ..Host::default()
     };
     let text = made.show.replace("size 96x54", "size 48x27");
-    let mut show = Interpreter::from_text("random.lxq", text.as_bytes(), host).unwrap();
+    let mut engine = Engine::from_text("random.lxq", text.as_bytes(), host).unwrap();
     if let Some((coarse, refined)) = steps {
         let statement = format!("preview {{ coarse {coarse}  refined {refined} }}");
-        show.edit(&statement).unwrap();
+        engine.edit(&Edit::Declare(statement)).unwrap();
     }
-    show
+    engine
 }
 
-/// The true error of the sequence as a fresh interpreter shows it after so many refined pictures.
+/// The true error of the sequence as a fresh engine shows it after so many refined pictures.
 fn shown(candidate: Candidate, reference: u8) -> f64 {
     let steps = (candidate.coarse, candidate.refined.unwrap_or(4));
-    let mut show = show(Some(steps));
-    show.coarse().unwrap();
+    let mut engine = engine(Some(steps));
+    engine.coarse().unwrap();
     if candidate.pictures > 0 {
-        let goal = Goal {
-            count: Some(candidate.pictures),
-            ..Goal::default()
-        };
-        show.refine(goal).unwrap();
+        engine.refine(Goal::count(candidate.pictures)).unwrap();
     }
-    assert_eq!(show.refined(), candidate.pictures);
-    let units = Pool::unit_settings(show.keys().coordinates());
+    assert_eq!(engine.refined(), candidate.pictures);
+    let keys = engine.document().keys().clone();
+    let units = Pool::unit_settings(keys.coordinates());
     let mut truth: Vec<Image> = Vec::new();
     for unit in &units {
-        truth.push(show.render(unit, Quality(reference)).unwrap());
+        truth.push(engine.render(unit, Quality(reference)).unwrap());
     }
-    let pool = show.projected().unwrap();
-    let work = show.host.work();
+    let pool = engine.projected().unwrap();
+    let work = engine.host.work();
     let seen = |unit: &Vec<f64>| pool.preview(unit, work).unwrap();
     let seen: Vec<Image> = units.iter().map(seen).collect();
-    sequence_error(&seen, &truth, &plan::second_moment(show.keys()), 2)
+    sequence_error(&seen, &truth, &plan::second_moment(&keys), 2)
 }
 
 /// A share of what coarse pictures alone leave that this show reaches with others: its quality 4 is
@@ -64,9 +62,9 @@ const TIGHT: f64 = 0.92;
 
 #[test]
 fn the_error_told_is_that_of_what_is_shown() {
-    let mut tuning = show(None);
+    let mut tuning = engine(None);
     let (pictures, steps) = tuning.measure_steps(5, None).unwrap();
-    let keys = tuning.keys().clone();
+    let keys = tuning.document().keys().clone();
     let tuner = Tuner::new(keys, &pictures, steps, Work::silent());
     let all = tuner.unwrap().unwrap().candidates(0.0).unwrap();
     let told = [
@@ -89,12 +87,12 @@ fn the_error_told_is_that_of_what_is_shown() {
 
 #[test]
 fn a_tighter_tolerance_costs_more_and_the_statement_can_be_typed() {
-    let mut show = show(None);
+    let mut engine = engine(None);
     // From then on seconds are predicted, and do not depend on what else the machine has to do.
-    show.tune(0.5, None).unwrap();
-    let loose = show.tune(0.5, None).unwrap();
+    engine.tune(0.5, None).unwrap();
+    let loose = engine.tune(0.5, None).unwrap();
     assert_eq!((loose.choice.coarse, loose.choice.pictures), (1, 0));
-    let tight = show.tune(loose.choice.error * TIGHT, None).unwrap();
+    let tight = engine.tune(loose.choice.error * TIGHT, None).unwrap();
     assert!(tight.choice.seconds > loose.choice.seconds);
     assert!(tight.choice.error <= TIGHT * loose.choice.error);
     // Nothing quicker is as good: that is what the cheaper choices would lose.
@@ -105,8 +103,8 @@ fn a_tighter_tolerance_costs_more_and_the_statement_can_be_typed() {
             .clone()
             .all(|c| c.error > TIGHT * loose.choice.error)
     );
-    show.edit(&tight.preview).unwrap();
-    let preview = &show.show().preview;
+    engine.edit(&Edit::Declare(tight.preview)).unwrap();
+    let preview = &engine.show().preview;
     assert!((preview.tolerance - tight.until).abs() < 1e-6);
     assert_eq!(preview.coarse, tight.choice.coarse);
     assert_eq!(preview.refined, tight.choice.refined.unwrap_or(4));
@@ -114,24 +112,22 @@ fn a_tighter_tolerance_costs_more_and_the_statement_can_be_typed() {
 
 #[test]
 fn pictures_at_hand_are_not_rendered_again_and_their_seconds_are_said_to_be_predicted() {
-    let mut show = show(None);
-    let first = show.tune(0.02, None).unwrap();
+    let mut engine = engine(None);
+    let first = engine.tune(0.02, None).unwrap();
     assert!(first.steps.iter().all(|s| s.measured && s.fixed > 0.0));
     let errors: Vec<f64> = first.steps.iter().map(|s| s.error).collect();
     assert!(errors.iter().is_sorted_by(|a, b| a > b), "{errors:?}");
-    let before = show.tally();
-    let second = show.tune(0.02, None).unwrap();
-    assert_eq!(show.tally().since(before).rendered, 0);
+    let before = engine.tally();
+    let second = engine.tune(0.02, None).unwrap();
+    assert_eq!(engine.tally().since(before).rendered, 0);
     assert!(second.steps.iter().all(|s| !s.measured && s.fixed > 0.0));
     let again: Vec<f64> = second.steps.iter().map(|s| s.error).collect();
     assert_eq!(errors, again);
-    let text = show.execute("tune --until 2%").unwrap().text;
-    assert!(text.contains("seconds predicted"), "{text}");
 }
 
 #[test]
 fn without_time_the_third_step_is_the_truth() {
-    let tuned = show(None).tune(0.2, Some(0.0)).unwrap();
+    let tuned = engine(None).tune(0.2, Some(0.0)).unwrap();
     assert_eq!((tuned.reference, tuned.steps.len()), (3, 3));
     // There is one coarse pair below it, and no refined step.
     assert_eq!((tuned.choice.coarse, tuned.choice.pictures), (1, 0));
@@ -141,14 +137,20 @@ fn without_time_the_third_step_is_the_truth() {
 
 #[test]
 fn what_is_out_of_reach_says_what_is_not() {
-    let mut show = show(None);
-    let error = show.execute("tune --until 0.0001%").unwrap_err();
-    assert!(matches!(error, Error::Usage(_)));
-    let said = error.to_string();
-    assert!(said.contains("out of reach"), "{said}");
-    let (_, asked) = said.rsplit_once("ask for ").unwrap();
-    let text = show.execute(&format!("tune {asked}")).unwrap().text;
-    assert!(text.contains("<- chosen"), "{text}");
+    let mut engine = engine(None);
+    let error = engine.tune(1e-6, None).unwrap_err();
+    let Error::OutOfReach {
+        until,
+        reference,
+        best: Some(best),
+    } = error
+    else {
+        panic!("{error:?}");
+    };
+    assert_eq!((until, reference), (1e-6, engine.finest().0));
+    assert!(best.error > until, "{best:?}");
+    let tuned = engine.tune(best.error, None).unwrap();
+    assert!(tuned.choice.error <= best.error, "{tuned:?}");
 }
 
 /// Radiosity with a scale of two steps.
@@ -179,17 +181,23 @@ impl Transport for Short {
 
 #[test]
 fn a_show_that_cannot_be_tuned_says_why() {
-    let mut empty = Interpreter::empty(Host::default()).unwrap();
-    let said = empty.execute("tune").unwrap_err().to_string();
-    assert!(said.contains("no stage"), "{said}");
-    let mut show = show(None);
-    let said = show.execute("tune 2%").unwrap_err().to_string();
-    assert!(said.contains("tune --until 2%"), "{said}");
-    show.host.transport = Arc::new(Short);
-    let said = show.execute("tune").unwrap_err().to_string();
-    assert!(said.contains("2 steps of quality: tune needs 3"), "{said}");
-    show.host.transport = Arc::new(Radiosity);
-    show.host.memory = 1 << 16;
-    let said = show.execute("tune").unwrap_err().to_string();
-    assert!(said.contains("MB"), "{said}");
+    let empty = Engine::from_text("untitled.lxq", b"show \"Untitled\"\n", Host::default());
+    let error = empty.unwrap().tune(0.02, None).unwrap_err();
+    assert!(matches!(error, Error::NoSetup), "{error:?}");
+    let mut engine = engine(None);
+    engine.host.renderer = Arc::new(Short);
+    let error = engine.tune(0.02, None).unwrap_err();
+    let few = matches!(
+        error,
+        Error::TooFewSteps {
+            found: 2,
+            needed: 3
+        }
+    );
+    assert!(few, "{error:?}");
+    engine.host.renderer = Arc::new(Radiosity);
+    engine.host.memory = 1 << 16;
+    let error = engine.tune(0.02, None).unwrap_err();
+    let memory = matches!(error, Error::MeasureMemory { needed, budget } if needed > budget);
+    assert!(memory, "{error:?}");
 }
