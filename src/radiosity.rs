@@ -86,7 +86,7 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
-    /// In yardsticks, from counts of the work ([`cost`]); nothing where the scene cannot be used.
+    /// In units of the pace, from counts of the work; nothing where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {

@@ -1,8 +1,8 @@
 //! Where the picture shows a light itself, not only what it lights.
 
+use crate::radiosity::Threads;
 use crate::radiosity::camera::eye::{Sampling, Split, fragments};
 use crate::radiosity::geometry::surface::Surfaces;
-use crate::radiosity::Threads;
 use crate::renderer::{Setup, TransportError};
 use crate::scene::Light;
 use crate::work::Work;
