@@ -23,8 +23,9 @@ mod results;
 
 use cue_sheet::{Size, cue_sheet};
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight::engine::{Engine, Host};
 use footlight::files::processor;
-use footlight::interpreter::{Host, Interpreter};
+use footlight::lang::edit::Edit;
 use footlight::plan::{Plan, Weighting};
 use footlight::report::{Kind, Quantity, Record, words};
 use footlight::study::{Machine, Origin};
@@ -114,11 +115,11 @@ fn alone(words: &str) {
         return;
     };
     let text = cue_sheet(Size { banks, cues, moved });
-    let open = || Interpreter::from_text("large.lxq", text.as_bytes(), Host::default()).unwrap();
+    let open = || Engine::from_text("large.lxq", text.as_bytes(), Host::default()).unwrap();
     let compile = mean(3, || drop(open()));
     let mut show = open();
     let plan = mean(2, || {
-        let keys = show.keys();
+        let keys = show.document().keys();
         let weighting = Weighting::settings(keys.coordinates());
         drop(Plan::new(keys, &weighting, 0.02, None).unwrap());
     });
@@ -126,7 +127,7 @@ fn alone(words: &str) {
     let edit = mean(10, || {
         level = (level + 1) % 100;
         let cue = format!("cue {} {{ time 3  b1 {level} }}", cues / 2);
-        drop(show.edit(&cue).unwrap());
+        drop(show.edit(&Edit::Declare(cue)).unwrap());
     });
     let memory = results::peak_memory().unwrap_or(f64::NAN);
     println!("{compile} {plan} {edit} {memory}");

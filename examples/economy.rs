@@ -15,8 +15,8 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
-use footlight::interpreter::{Host, Interpreter};
 use footlight::plan::Metric;
 use footlight::pool::Projection;
 use footlight::report::{Kind, Quantity, Record, words};
@@ -107,7 +107,7 @@ impl Method {
     }
 }
 
-fn open(name: &str, full: bool) -> Result<Interpreter, Box<dyn Error>> {
+fn open(name: &str, full: bool) -> Result<Engine, Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("examples")
         .join(name);
@@ -121,12 +121,12 @@ fn open(name: &str, full: bool) -> Result<Interpreter, Box<dyn Error>> {
         threads: 2,
         ..Host::default()
     };
-    Interpreter::from_text(&file, text.as_bytes(), host).map_err(|e| e.to_string().into())
+    Engine::from_text(&file, text.as_bytes(), host).map_err(|e| e.to_string().into())
 }
 
 /// Our operator as measured, and the two outside ones.
-fn operators(show: &Interpreter, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
-    let forecast = show.forecast_quality(true)?;
+fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
+    let forecast = show.measure_quality(true)?;
     let banks = show.show().banks.len() as f64;
     let measured = |quality: u8| {
         let step = forecast.steps.iter().find(|s| s.quality == quality);

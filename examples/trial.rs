@@ -5,8 +5,8 @@
 use std::error::Error;
 use std::path::Path;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Folder, Memory};
-use footlight::interpreter::{Host, Interpreter};
 use footlight::plan::Metric;
 use footlight::report::verdict::{order, record};
 use footlight::study::verdict::{Verdict, median};
@@ -24,7 +24,7 @@ fn random(seed: u64) -> Result<Verdict, Box<dyn Error>> {
         threads: 2,
         ..Host::default()
     };
-    let show = Interpreter::from_text("random.lxq", made.show.as_bytes(), host);
+    let show = Engine::from_text("random.lxq", made.show.as_bytes(), host);
     let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of(
         &format!("random {seed}"),
@@ -45,7 +45,7 @@ fn tavern(full: bool) -> Result<Verdict, Box<dyn Error>> {
         threads: 2,
         ..Host::default()
     };
-    let show = Interpreter::from_text("tavern.lxq", text.as_bytes(), host);
+    let show = Engine::from_text("tavern.lxq", text.as_bytes(), host);
     let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of("tavern", &show.trial()?, 0)?)
 }

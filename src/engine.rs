@@ -20,6 +20,7 @@ mod plan;
 mod player;
 mod pooled;
 mod refine;
+mod refiner;
 mod rendering;
 mod session;
 mod setup;

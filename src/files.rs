@@ -11,9 +11,9 @@ mod growing;
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::io::{self, Write};
 use std::path::{Component, Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
@@ -237,15 +237,18 @@ fn io_error(path: &Path) -> impl Fn(io::Error) -> FileError + '_ {
     }
 }
 
+/// A number that no other call gives: names made of it are unlike those of other threads.
+fn unique() -> u64 {
+    RandomState::new().build_hasher().finish()
+}
+
 /// A name beside `path` that nobody else uses; the folder is made when it is missing.
 fn beside(path: &Path) -> Result<PathBuf, FileError> {
-    static COUNT: AtomicU64 = AtomicU64::new(0);
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(io_error(path))?;
     }
     let mut name = path.file_name().unwrap_or_default().to_owned();
-    let count = COUNT.fetch_add(1, Ordering::Relaxed);
-    name.push(format!(".{}-{count}.part", std::process::id()));
+    name.push(format!(".{}-{:016x}.part", std::process::id(), unique()));
     Ok(path.with_file_name(name))
 }
 
@@ -526,19 +529,20 @@ impl<C: Clock + ?Sized> Clock for Arc<C> {
     }
 }
 
-/// The machine's monotonic clock.
+/// The machine's monotonic clock. Where the platform has none (WebAssembly without a host's) it
+/// stands still: an embedding program there gives its own.
 #[derive(Clone, Copy, Debug)]
-pub struct Monotonic(Instant);
+pub struct Monotonic(Option<Instant>);
 
 impl Default for Monotonic {
     fn default() -> Self {
-        Monotonic(Instant::now())
+        Monotonic((!cfg!(target_family = "wasm")).then(Instant::now))
     }
 }
 
 impl Clock for Monotonic {
     fn seconds(&self) -> f64 {
-        self.0.elapsed().as_secs_f64()
+        self.0.map_or(0.0, |start| start.elapsed().as_secs_f64())
     }
 }
 

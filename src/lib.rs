@@ -1,25 +1,56 @@
 //! Footlight: an embeddable interpreter for a cue-sheet language of stage lighting.
 //!
+//! ```
+//! use footlight::{Engine, Folder, Goal, Host, Time, encode_png};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let files = Box::new(Folder::new("examples", 64 << 20)); // the show's own folder
+//! let host = Host { files, threads: 2, ..Host::default() };
+//! let mut engine = Engine::open("examples/first.lxq".as_ref(), host)?;
+//! println!("{:?}", engine.levels(Time::from_micros(5_000_000))); // light of each bank, 0 to 1
+//! let image = engine.picture(Time::from_micros(5_000_000))?; // linear light, from coarse images
+//! let rgb = engine.tone()?.encode(&image);
+//! let _png = encode_png(image.width(), image.height(), &rgb)?;
+//! let done = engine.refine(Goal::until(0.02))?; // render what matters, to 2 % of the sequence
+//! println!("{} images in {:.1} s", done.images, done.seconds);
+//! # Ok(())
+//! # }
+//! ```
+//!
 //! It is the system of Dorsey, Arvo and Greenberg, "Interactive Design of Complex
 //! Time-Dependent Lighting" (1995): a show's text is compiled to *key settings*, a singular value
 //! decomposition orders the few settings worth rendering well, a linear light-transport operator
 //! G renders them, and any frame is at most three linear blends of key images.
+//!
+//! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
+//!   change of the text.
+//! - [`Engine`] is a document with a renderer and the images made of it: levels, pictures, plan,
+//!   refinement (here or in the background), playback.
+//! - [`LiveControl`] is what a hand does at a desk: go, back, levels that are tried and recorded.
+//! - [`Repl`] is the prompt, without a terminal: lines in, words and pictures out.
+//! - [`Host`] is what the embedding program gives: files, clock, threads, progress, limits. Nothing
+//!   else of the outside is touched; the library prints nothing and keeps no state of the process.
+//!   A renderer of one's own is a [`Transport`].
+//!
+//! Without the feature `cli`, which is on by default, no terminal crate is compiled, and the library
+//! builds for `wasm32-unknown-unknown`; an embedding program there gives its own [`Clock`].
 //!
 //! # The way of the data
 //!
 //! ```text
 //! text --lang--> Show --timeline--> key settings --plan--> basis, order, predicted error
 //!                                                    |
-//!               scene --renderer (G)--> images --pool--> key images --playback--> frames
+//!           scene --renderer (G)--> images --pool--> key images --playback--> frames --> report
+//!                              \____________ engine ____________/
 //! ```
 //!
-//! # The rooms
+//! # Modules
 //!
-//! Each module is a room on a layer. It may import rooms of lower layers that its row names, and
-//! the outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as
-//! they only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares
-//! them. `build.rs` is the build script: it makes the operator's version of `radiosity` and the
-//! rooms below it, so that no picture of older code is ever taken from a store.
+//! Each module is on a layer. It imports modules of lower layers that its row names, and the outside
+//! crates of its row belong to it alone (`serde` and `thiserror` are free to all, as they only
+//! derive traits). `tests/layering.rs` reads this table and the `use` lines and compares them.
+//! `build.rs` is the build script: it makes the operator's version of `radiosity` and what that
+//! imports, so that no image of older code is ever taken from a store.
 //!
 //! | layer | module | its job | may import | its own outside crates |
 //! |---|---|---|---|---|
@@ -33,7 +64,7 @@
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
-//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, work, files, scene, picture | serde_json |
+//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
@@ -44,29 +75,129 @@
 //! | 8 | `study` | measurements as typed results: the one measure of error, comparisons, where methods fail | linalg, geometry, radiosity, renderer, scene, pool, plan, playback, timeline, picture, files, units, work | - |
 //! | 9 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, study, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
 //! | 10 | `report` | typed results as text, tables, sheets, charts, files | engine, study, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
-//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | all above | - |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, study, lang, plan, pool, playback, picture, chart, show, renderer, diagnostic, files, units | serde_json |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
+#![cfg_attr(
+    not(feature = "internals"),
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "modules are also the ground of this project's tests and studies"
+    )
+)]
+
+#[cfg(feature = "internals")]
 pub mod chart;
+#[cfg(not(feature = "internals"))]
+mod chart;
+#[cfg(feature = "internals")]
 pub mod check;
-pub mod cli;
+#[cfg(not(feature = "internals"))]
+mod check;
+#[cfg(feature = "cli")]
+mod cli;
+#[cfg(feature = "internals")]
 pub mod diagnostic;
+#[cfg(not(feature = "internals"))]
+mod diagnostic;
+#[cfg(feature = "internals")]
 pub mod engine;
+#[cfg(not(feature = "internals"))]
+mod engine;
+#[cfg(feature = "internals")]
 pub mod files;
+#[cfg(not(feature = "internals"))]
+mod files;
+#[cfg(feature = "internals")]
 pub mod geometry;
+#[cfg(not(feature = "internals"))]
+mod geometry;
+#[cfg(feature = "internals")]
 pub mod lang;
+#[cfg(not(feature = "internals"))]
+mod lang;
+#[cfg(feature = "internals")]
 pub mod linalg;
+#[cfg(not(feature = "internals"))]
+mod linalg;
+#[cfg(feature = "internals")]
 pub mod picture;
+#[cfg(not(feature = "internals"))]
+mod picture;
+#[cfg(feature = "internals")]
 pub mod plan;
+#[cfg(not(feature = "internals"))]
+mod plan;
+#[cfg(feature = "internals")]
 pub mod playback;
+#[cfg(not(feature = "internals"))]
+mod playback;
+#[cfg(feature = "internals")]
 pub mod pool;
+#[cfg(not(feature = "internals"))]
+mod pool;
+#[cfg(feature = "internals")]
 pub mod radiosity;
+#[cfg(not(feature = "internals"))]
+mod radiosity;
+#[cfg(feature = "internals")]
 pub mod renderer;
+#[cfg(not(feature = "internals"))]
+mod renderer;
+#[cfg(feature = "internals")]
 pub mod repl;
+#[cfg(not(feature = "internals"))]
+mod repl;
+#[cfg(feature = "internals")]
 pub mod report;
+#[cfg(not(feature = "internals"))]
+mod report;
+#[cfg(feature = "internals")]
 pub mod scene;
+#[cfg(not(feature = "internals"))]
+mod scene;
+#[cfg(feature = "internals")]
 pub mod show;
+#[cfg(not(feature = "internals"))]
+mod show;
+#[cfg(feature = "internals")]
 pub mod study;
+#[cfg(not(feature = "internals"))]
+mod study;
+#[cfg(feature = "internals")]
 pub mod timeline;
+#[cfg(not(feature = "internals"))]
+mod timeline;
+#[cfg(feature = "internals")]
 pub mod units;
+#[cfg(not(feature = "internals"))]
+mod units;
+#[cfg(feature = "internals")]
 pub mod work;
+#[cfg(not(feature = "internals"))]
+mod work;
+
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use cli::main;
+pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
+pub use engine::{
+    Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
+    Method, Moves, PlanOptions, PoolPlace, Refined, Status,
+};
+pub use files::{Clock, Disk, Entry, FileError, Files, Folder, Growing, Memory, Shelf, Store};
+pub use lang::edit::{CueMove, CueText, Edit};
+pub use picture::Image;
+pub use picture::png::encode as encode_png;
+pub use picture::tone::Tone;
+pub use plan::{Metric, PlanReport};
+pub use playback::Player;
+pub use pool::Projection;
+pub use radiosity::Radiosity;
+pub use renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+pub use repl::{Console, Error as ReplError, Repl, Reply};
+pub use report::film::{Canvas, Shown};
+pub use show::Show;
+pub use units::{CueNumber, Time};
+pub use work::{Progress, Work};

@@ -1,7 +1,7 @@
-//! The `footlight` command: see [`footlight::cli`].
+//! The `footlight` command: the program around the library.
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    footlight::cli::main()
+    footlight::main()
 }

@@ -82,11 +82,11 @@ impl Transport for Radiosity {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         let step = Step::of(quality)?;
-        let operator = pool(work)?.install(|| Operator::new(setup, step, work))?;
+        let operator = Threads::new(work)?.install(|| Operator::new(setup, step, work))?;
         Ok(Box::new(operator))
     }
 
-    /// In yardsticks, from counts of the work ([`cost`]); nothing where the scene cannot be used.
+    /// In units of the pace, from counts of the work; nothing where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {
@@ -104,11 +104,27 @@ impl Transport for Radiosity {
     }
 }
 
-fn pool(work: Work<'_>) -> Result<ThreadPool, TransportError> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(work.threads.max(1))
-        .build()
-        .map_err(|e| TransportError::Scene(format!("no threads: {e}")))
+/// Threads that live for one call of the operator; `None` where the platform has none, and loops
+/// run on the caller's.
+struct Threads(Option<ThreadPool>);
+
+impl Threads {
+    fn new(work: Work<'_>) -> Result<Threads, TransportError> {
+        if cfg!(target_family = "wasm") {
+            return Ok(Threads(None));
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(work.threads.max(1));
+        let pool = pool.build();
+        let pool = pool.map_err(|e| TransportError::Scene(format!("no threads: {e}")))?;
+        Ok(Threads(Some(pool)))
+    }
+
+    fn install<R: Send>(&self, task: impl FnOnce() -> R + Send) -> R {
+        match &self.0 {
+            Some(pool) => pool.install(task),
+            None => task(),
+        }
+    }
 }
 
 /// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of nodes.
@@ -298,7 +314,7 @@ impl Prepared for Operator {
             ..work
         };
         within("the pictures", settings.len() * pixels * 12, work.memory)?;
-        pool(work)?.install(|| {
+        Threads::new(work)?.install(|| {
             self.solve(&wanted, work)?;
             let mut images = Vec::with_capacity(settings.len());
             for (done, s) in strengths.iter().enumerate() {

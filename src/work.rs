@@ -70,7 +70,7 @@ impl Work<'_> {
     /// `Err(Cancelled)` once the embedding program asked to stop.
     ///
     /// # Errors
-    /// [`Cancelled`] then.
+    /// `Cancelled` then.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.progress.cancelled() {
             Err(Cancelled)

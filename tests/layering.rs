@@ -1,5 +1,6 @@
-//! The rooms keep to the table in the documentation of `src/lib.rs`: no module imports upwards or
-//! what its row does not name, and each outside crate stays in its own room.
+//! Modules keep to the table in the documentation of `src/lib.rs`: none imports upwards or what its
+//! row does not name, and each outside crate stays in its own module; the engine has no prose, and
+//! what it gives is small.
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -90,8 +91,8 @@ fn sources(folder: &Path, out: &mut Vec<PathBuf>) {
     }
 }
 
-/// The room a file belongs to; `None` for the two roots and the build script.
-fn room(path: &Path) -> Option<String> {
+/// The module a file belongs to; `None` for the two roots and the build script.
+fn module(path: &Path) -> Option<String> {
     let inside = path.strip_prefix(root().join("src")).unwrap();
     let first = inside
         .components()
@@ -103,7 +104,7 @@ fn room(path: &Path) -> Option<String> {
     (!["lib", "main", "build"].contains(&name.as_str())).then_some(name)
 }
 
-/// Source text without comments, strings and test modules: what the room itself says.
+/// Source text without comments, strings and test modules: what the module itself says.
 fn own_code(text: &str) -> String {
     let untested = text.split("#[cfg(test)]\nmod ").next().unwrap_or_default();
     let lines = untested
@@ -163,7 +164,7 @@ fn dependencies() -> BTreeSet<String> {
 }
 
 #[test]
-fn every_room_keeps_to_its_row() {
+fn every_module_keeps_to_its_row() {
     let table = table();
     let outside = dependencies();
     assert!(
@@ -174,7 +175,7 @@ fn every_room_keeps_to_its_row() {
     sources(&root().join("src"), &mut files);
     let mut wrong = Vec::new();
     for path in &files {
-        let Some(name) = room(path) else { continue };
+        let Some(name) = module(path) else { continue };
         let Some(row) = table.get(&name) else {
             wrong.push(format!("`{name}` has no row in the table of src/lib.rs"));
             continue;
@@ -251,6 +252,56 @@ fn any_change_of_the_operators_code_is_another_version() {
     assert!(seen.insert(version()), "other crates");
     // What the program was built with is that of these very sources.
     assert_eq!(build::digest(&root()).unwrap(), env!("FOOTLIGHT_OPERATOR"));
+}
+
+/// Where the engine may make sentences: its errors and diagnostics.
+const SENTENCES: [&str; 2] = ["engine/error.rs", "engine/setup/diagnostics.rs"];
+
+#[test]
+fn the_engine_has_no_prose() {
+    let mut files = Vec::new();
+    sources(&root().join("src/engine"), &mut files);
+    files.push(root().join("src/engine.rs"));
+    let mut wrong = Vec::new();
+    for path in &files {
+        let text = fs::read_to_string(path).unwrap();
+        let shown = path.strip_prefix(root().join("src")).unwrap();
+        let allowed = SENTENCES.iter().any(|s| shown == Path::new(s));
+        let tests = shown.to_string_lossy().ends_with("_test.rs");
+        if allowed || tests {
+            continue;
+        }
+        for maker in ["format!(", "write!(", "writeln!(", "print!(", "println!("] {
+            if own_code(&text).contains(maker) {
+                wrong.push(format!("{} makes words: {maker}", shown.display()));
+            }
+        }
+    }
+    assert!(files.len() > 20, "the engine's files were read");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn modules_are_private_and_the_public_names_are_few() {
+    let text = fs::read_to_string(root().join("src/lib.rs")).unwrap();
+    let mut names = 0;
+    for item in text.split(";\n") {
+        let item = item.trim_start();
+        if let Some(at) = item.find("pub use ") {
+            if item.contains("#[doc(hidden)]") {
+                continue;
+            }
+            let list = item[at..].split_once('{').map_or("one", |(_, list)| list);
+            names += list
+                .split(',')
+                .filter(|n| !n.trim().trim_end_matches('}').is_empty())
+                .count();
+        }
+        if item.contains("pub mod ") {
+            assert!(item.contains("#[cfg(feature = \"internals\")]"), "{item}");
+        }
+    }
+    assert!((40..=62).contains(&names), "{names} public names");
 }
 
 #[test]

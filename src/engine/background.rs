@@ -12,7 +12,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::forecast;
-use super::refine::{Ended, Goal, Next, Refined, Refiner, Ticket};
+use super::refine::{Ended, Goal, Refined};
+use super::refiner::{Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered};
 use super::{Engine, Error};
 use crate::renderer::Quality;

@@ -1,19 +1,10 @@
-//! Refinement: renders the settings that the plan puts first until a goal is met.
-//!
-//! One state machine, [`Refiner`], says what to render next and takes the images in. The blocking
-//! call, the background job and the session replay drive the same machine: it never renders by
-//! itself, so that its jobs can be run anywhere. Each job is planned from the show as it is then.
+//! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
-use std::sync::Arc;
-
-use super::forecast::{self, NextImage};
-use super::rendering::{self, Job, Rendered, Reused};
-use super::{Engine, Error, Method};
-use crate::picture::Image;
+use super::refiner::{Next, Refiner};
+use super::rendering::{Job, Rendered, Reused};
+use super::{Engine, Error};
 use crate::plan::forecast as predicted_error;
-use crate::pool::archive::Wanted;
-use crate::pool::{Pool, Projection, is_within};
-use crate::renderer::{Quality, Setup};
+use crate::pool::{Projection, is_within};
 use crate::work::Patient;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
@@ -46,7 +37,7 @@ impl Goal {
     }
 
     /// One image where nothing is said.
-    fn or_one(self) -> Goal {
+    pub(super) fn or_one(self) -> Goal {
         match self == Goal::default() {
             true => Goal::count(1),
             false => self,
@@ -112,329 +103,6 @@ pub struct Refined {
     pub remarks: Vec<Remark>,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
-}
-
-/// What is to be done next.
-pub(super) enum Next {
-    /// Render, and give the images back by [`Refiner::collect`].
-    Render(Job, Ticket),
-    /// Images that were at hand were added.
-    Added,
-    /// Nothing more.
-    Ended(Ended),
-}
-
-/// What a job's images are for.
-pub(super) struct Ticket {
-    pub setup: Setup,
-    pub quality: Quality,
-    /// What each image is of.
-    settings: Vec<Vec<f64>>,
-    /// Images of some of the settings that were at hand.
-    found: Vec<Option<Arc<Image>>>,
-    /// The addresses of the others.
-    wanted: Option<Vec<Wanted>>,
-    /// Corrections for the pool; else its coarse images.
-    pub refined: bool,
-    /// When planning it began.
-    begin: f64,
-    /// When rendering it began.
-    pub started: f64,
-    /// Predicted seconds of rendering it.
-    pub predicted: f64,
-}
-
-impl Ticket {
-    /// Number of images being rendered.
-    pub fn rendering(&self) -> usize {
-        self.found.iter().filter(|f| f.is_none()).count()
-    }
-}
-
-/// Coarse images on their way to a pool.
-#[derive(Default)]
-struct Coarse {
-    /// What they are of; an edit may change it.
-    setup: Option<Setup>,
-    /// Those of a step of quality, one for each source.
-    sets: Vec<(Quality, Vec<Arc<Image>>)>,
-    /// Predicted and measured seconds of those that were rendered.
-    seconds: [f64; 2],
-    /// Whether any of them was at hand.
-    found: bool,
-}
-
-/// Refines step by step until a goal is met.
-pub(super) struct Refiner {
-    goal: Goal,
-    /// How images are chosen and previews made, as it was when the refinement began.
-    method: Method,
-    /// Several images in one job where that pays, as whoever waits needs none of them by itself.
-    batches: bool,
-    coarse: Coarse,
-    pub done: Refined,
-    stopping: bool,
-    begin: f64,
-    /// Images that the goal was last predicted to need.
-    needed: usize,
-}
-
-impl Refiner {
-    pub fn new(goal: Goal, method: Method, batches: bool, now: f64) -> Refiner {
-        Refiner {
-            goal: goal.or_one(),
-            method,
-            batches,
-            coarse: Coarse::default(),
-            done: Refined::default(),
-            stopping: false,
-            begin: now,
-            needed: 0,
-        }
-    }
-
-    pub fn goal(&self) -> &Goal {
-        &self.goal
-    }
-
-    /// Ends it after the current job.
-    pub fn stop(&mut self) {
-        self.stopping = true;
-    }
-
-    /// What is to be rendered next, planned from the show and the pool as they are now.
-    pub fn next(&mut self, engine: &mut Engine) -> Result<Next, Error> {
-        self.by_own_method(engine, Refiner::plan)
-    }
-
-    /// Does something by the method that the refinement began with.
-    fn by_own_method<T>(
-        &mut self,
-        engine: &mut Engine,
-        something: impl FnOnce(&mut Refiner, &mut Engine) -> T,
-    ) -> T {
-        let usual = std::mem::replace(&mut engine.method, self.method);
-        let done = something(self, engine);
-        engine.method = usual;
-        done
-    }
-
-    fn plan(&mut self, engine: &mut Engine) -> Result<Next, Error> {
-        if engine.pool().is_none() {
-            if let Some((job, ticket)) = self.next_coarse(engine)? {
-                return Ok(Next::Render(job, ticket));
-            }
-            self.make_pool(engine)?;
-        }
-        if self.stopping {
-            return Ok(Next::Ended(Ended::Stopped));
-        }
-        if let Some(ended) = engine.ended(&self.goal, &self.done)? {
-            return Ok(Next::Ended(ended));
-        }
-        if self.batches {
-            engine.calibrate_cost()?;
-        }
-        let begin = engine.now();
-        let forecast = engine.forecast()?;
-        let left = self.goal.budget.map(|s| s - self.done.seconds);
-        let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
-        if !self.batches {
-            batch.images = batch.images.min(1);
-            batch.remark = None;
-        }
-        // The first one is rendered whatever it takes: else nothing would ever be known.
-        if self.done.images > 0 && !batch.fits {
-            let seconds = forecast.steps.first().map_or(0.0, |s| s.seconds);
-            let remark = (seconds > 0.0).then_some(Remark::DoesNotFit { seconds });
-            self.done.remarks.extend(remark);
-            return Ok(Next::Ended(Ended::Spent));
-        }
-        if batch.images == 0 {
-            return Ok(Next::Ended(Ended::Complete));
-        }
-        self.done.remarks.extend(batch.remark);
-        self.needed = self.done.images + batch.needed;
-        let steps = forecast.steps.into_iter().take(batch.images).collect();
-        self.next_refined(engine, steps, begin)
-    }
-
-    /// A job for refined images, or those that are at hand.
-    fn next_refined(
-        &mut self,
-        engine: &mut Engine,
-        steps: Vec<NextImage>,
-        begin: f64,
-    ) -> Result<Next, Error> {
-        let predicted: f64 = steps.iter().map(|s| s.seconds).sum();
-        let settings: Vec<Vec<f64>> = steps.into_iter().map(|s| s.setting).collect();
-        let quality = engine.refined_step();
-        let store = engine.host.store.as_ref();
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        let place = rendering.pool.as_ref().map_or(0, |p| p.refined().len());
-        let archive = &mut engine.archive;
-        let (found, missing) = rendering.find(archive, quality, &settings, Some(place), store);
-        let ticket = Ticket {
-            setup: rendering.setup.clone(),
-            quality,
-            settings,
-            found,
-            wanted: missing.wanted,
-            refined: true,
-            begin,
-            started: engine.host.clock.seconds(),
-            predicted,
-        };
-        if missing.settings.is_empty() {
-            self.add(engine, ticket, Vec::new())?;
-            return Ok(Next::Added);
-        }
-        Ok(Next::Render(
-            rendering.lend(quality, missing.settings),
-            ticket,
-        ))
-    }
-
-    /// The next job for coarse images; `None` once all of them are there.
-    fn next_coarse(&mut self, engine: &mut Engine) -> Result<Option<(Job, Ticket)>, Error> {
-        let [cheap, fine] = engine.coarse_steps();
-        let renderer = Arc::clone(&engine.host.renderer);
-        let store = engine.host.store.as_ref();
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        if self.coarse.setup.as_ref() != Some(&rendering.setup) {
-            self.coarse = Coarse {
-                setup: Some(rendering.setup.clone()),
-                ..Coarse::default()
-            };
-        }
-        let units = rendering.units();
-        let cheaper = Some(cheap).filter(|c| *c < fine);
-        for quality in cheaper.into_iter().chain([fine]) {
-            if self.coarse.sets.iter().any(|(q, _)| *q == quality) {
-                continue;
-            }
-            let archive = &mut engine.archive;
-            let (found, missing) = rendering.find(archive, quality, &units, None, store);
-            self.coarse.found |= found.iter().any(Option::is_some);
-            if missing.settings.is_empty() {
-                let images = rendering::in_order(found, Vec::new());
-                self.coarse.sets.push((quality, images));
-                continue;
-            }
-            let cost = rendering.cost_of_units(renderer.as_ref(), quality, missing.settings.len());
-            let now = engine.host.clock.seconds();
-            let ticket = Ticket {
-                setup: rendering.setup.clone(),
-                quality,
-                settings: units,
-                found,
-                wanted: missing.wanted,
-                refined: false,
-                begin: now,
-                started: now,
-                predicted: cost * engine.pace.seconds(),
-            };
-            return Ok(Some((rendering.lend(quality, missing.settings), ticket)));
-        }
-        Ok(None)
-    }
-
-    /// The pool of the coarse images that are there, with the refined images that this session and
-    /// earlier ones left.
-    fn make_pool(&mut self, engine: &mut Engine) -> Result<(), Error> {
-        let begin = engine.now();
-        let coarse = std::mem::take(&mut self.coarse);
-        let mut sets = coarse.sets.into_iter().map(|(_, images)| images);
-        let (first, second) = (sets.next().unwrap_or_default(), sets.next());
-        let (coarser, images) = match second {
-            Some(finer) => (first, finer),
-            None => (Vec::new(), first),
-        };
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        rendering.pool = Some(Pool::new(images, coarser, engine.host.work()));
-        rendering::trim(&mut engine.archive, engine.host.memory);
-        engine.steps.clear();
-        // What was found says nothing of what rendering takes.
-        if !coarse.found {
-            let [predicted, measured] = coarse.seconds;
-            let measured = measured + engine.now() - begin;
-            engine.pace.learn(predicted, measured);
-        }
-        engine.record(self.begin)?;
-        engine.reuse_refined()
-    }
-
-    /// Takes in what a job rendered. A cancelled job brings nothing.
-    ///
-    /// # Errors
-    /// What rendering says, a cancel included; adding the images may fail as well.
-    pub fn collect(
-        &mut self,
-        engine: &mut Engine,
-        ticket: Ticket,
-        rendered: Rendered,
-    ) -> Result<(), Error> {
-        let Some(rendering) = engine.rendering.as_mut() else {
-            return Ok(());
-        };
-        let same = rendering.setup == ticket.setup;
-        if same {
-            rendering.give_back(ticket.quality, rendered.operator);
-        }
-        let images = rendered.images?;
-        let store = engine.host.store.as_ref();
-        let archive = &mut engine.archive;
-        let kept = rendering::take_in(archive, ticket.wanted.as_deref(), images, store);
-        rendering::trim(archive, engine.host.memory);
-        let seconds = engine.now() - ticket.started;
-        if !ticket.refined {
-            self.coarse.seconds[0] += ticket.predicted;
-            self.coarse.seconds[1] += seconds;
-            if self.coarse.setup.as_ref() == Some(&ticket.setup) {
-                let images = rendering::in_order(ticket.found, kept);
-                self.coarse.sets.push((ticket.quality, images));
-            }
-            return Ok(());
-        }
-        if ticket.found.iter().all(Option::is_none) {
-            engine.pace.learn(ticket.predicted, seconds);
-        }
-        // Of another rig they serve as soon as a pool of that is made.
-        if !same || engine.pool().is_none() {
-            self.done.images += kept.len();
-            self.done.seconds += seconds;
-            return Ok(());
-        }
-        self.by_own_method(engine, |refiner, engine| refiner.add(engine, ticket, kept))
-    }
-
-    /// Adds refined images to the pool, in the order of their settings.
-    fn add(
-        &mut self,
-        engine: &mut Engine,
-        ticket: Ticket,
-        rendered: Vec<Arc<Image>>,
-    ) -> Result<(), Error> {
-        let images = rendering::in_order(ticket.found, rendered);
-        self.done.images += images.len();
-        let pairs = ticket.settings.into_iter().zip(images);
-        let quality = ticket.quality;
-        let refined = pairs.map(|(setting, image)| Reused {
-            setting,
-            image,
-            quality,
-        });
-        engine.add_refined(refined.collect(), ticket.begin)?;
-        self.done.seconds += engine.now() - ticket.begin;
-        Ok(())
-    }
-
-    /// Gives up a job whose images will never come: its operator is lost with it.
-    pub fn abandon(&mut self, engine: &mut Engine, ticket: &Ticket) {
-        if let Some(rendering) = engine.rendering.as_mut() {
-            rendering.give_back(ticket.quality, None);
-        }
-    }
 }
 
 impl Engine {
@@ -521,7 +189,7 @@ impl Engine {
                 }
             }
             let done = refiner.done.images;
-            let total = refiner.goal.count.unwrap_or(refiner.needed);
+            let total = refiner.images_in_all();
             let progress = &self.host.progress;
             progress.report("refined pictures", done, total);
             watch(self)?;
@@ -542,7 +210,7 @@ impl Engine {
     }
 
     /// Why no image is to be rendered after what is done; `None` if one is.
-    fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
+    pub(super) fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
         // As it is now: an edit changes it without an image.
         let error = self.predicted_error()?;
         // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
@@ -559,7 +227,7 @@ impl Engine {
     }
 
     /// Adds the refined images that earlier edits and sessions left.
-    fn reuse_refined(&mut self) -> Result<(), Error> {
+    pub(super) fn reuse_refined(&mut self) -> Result<(), Error> {
         let (begin, least) = (self.now(), self.refined_step());
         let store = self.host.store.as_ref();
         let archive = &mut self.archive;
@@ -569,7 +237,7 @@ impl Engine {
     }
 
     /// Adds images to the pool and records where the sequence stands after each.
-    fn add_refined(&mut self, images: Vec<Reused>, begin: f64) -> Result<(), Error> {
+    pub(super) fn add_refined(&mut self, images: Vec<Reused>, begin: f64) -> Result<(), Error> {
         let mut begin = begin;
         for image in images {
             let work = self.host.work();
@@ -583,7 +251,7 @@ impl Engine {
         Ok(())
     }
 
-    fn record(&mut self, begin: f64) -> Result<(), Error> {
+    pub(super) fn record(&mut self, begin: f64) -> Result<(), Error> {
         let spent = self.steps.last().map_or(0.0, |s| s.seconds);
         let forecast = self.uncalibrated_error()?;
         let step = Step {

@@ -9,10 +9,9 @@ use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{FileError, read_limited};
+use super::{FileError, read_limited, unique};
 
 /// Bytes of a program's last complaints that are kept.
 const TAIL: u64 = 2048;
@@ -128,6 +127,12 @@ pub struct Programs;
 
 impl Processes for Programs {
     fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError> {
+        if cfg!(target_family = "wasm") {
+            return Err(ProcessError::Start {
+                program: job.words.first().cloned().unwrap_or_default(),
+                source: std::io::ErrorKind::Unsupported.into(),
+            });
+        }
         let private = Private::new()?;
         let mut marks = Vec::new();
         for (mark, name, content) in job.inputs {
@@ -262,17 +267,13 @@ struct Private {
 
 impl Private {
     fn new() -> Result<Private, FileError> {
-        static COUNT: AtomicU64 = AtomicU64::new(0);
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         let mut last = None;
         // A folder that somebody else has made under the name is never used.
         for _ in 0..16 {
-            let count = COUNT.fetch_add(1, Ordering::Relaxed);
-            let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-            let nanos = now.map_or(0, |d| d.subsec_nanos());
-            let name = format!("footlight-{}-{count}-{nanos:08x}", std::process::id());
+            let name = format!("footlight-{}-{:016x}", std::process::id(), unique());
             let path = std::env::temp_dir().join(name);
             match builder.create(&path) {
                 Ok(()) => return Ok(Private { path }),

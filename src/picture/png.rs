@@ -16,7 +16,7 @@ use super::{Image, PictureError};
 /// Interleaved sRGB bytes (three a pixel, rows from the top) as a PNG file.
 ///
 /// # Errors
-/// [`PictureError::Size`] when there are no pixels or the number of bytes does not fit.
+/// `PictureError::Size` when there are no pixels or the number of bytes does not fit.
 pub fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, PictureError> {
     let mut bytes = Vec::new();
     let encoder = encoder(&mut bytes, width, height)?;

@@ -89,7 +89,7 @@ pub struct Tone {
     pub exposure: f64,
     /// The curve after it.
     pub curve: Curve,
-    /// Whether light between two codes shows as both, in the pattern of [`Dither`].
+    /// Whether light between two codes shows as both, as a fixed pattern.
     pub dither: bool,
 }
 

@@ -27,7 +27,7 @@ impl Player {
     /// Codes every key image in `format`. In single precision nothing is copied.
     ///
     /// # Errors
-    /// [`Cancelled`].
+    /// Where the embedding program asked to stop.
     pub fn new(
         playback: &Arc<Playback>,
         format: Format,
@@ -81,7 +81,7 @@ impl Player {
     }
 
     /// The frame at `time` as sRGB bytes, interleaved, row by row from the top, in `out`, which
-    /// takes their size; times outside the sequence as in [`Playback::frame`].
+    /// takes their size; times outside the sequence show its first and last look.
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);

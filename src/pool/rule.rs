@@ -64,7 +64,7 @@ impl Projection {
     /// Coefficients of the refined pictures at `settings`, a row for each of `looks`.
     ///
     /// # Errors
-    /// [`PlanError`] for settings of another number of coordinates, or a decomposition that fails.
+    /// `PlanError` for settings of another number of coordinates, or a decomposition that fails.
     pub fn coefficients(
         self,
         known: &Products,

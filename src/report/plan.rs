@@ -46,84 +46,67 @@ pub fn json(plan: &PlanReport) -> Result<String, serde_json::Error> {
 }
 
 fn item(left_out: &LeftOut) -> Item {
-    let item = |what, name: &dyn ToString, why: &str| Item {
-        what,
-        name: name.to_string(),
-        why: why.to_owned(),
+    let (what, name) = match left_out {
+        LeftOut::StaysOut { name }
+        | LeftOut::Constant { name, .. }
+        | LeftOut::MultipleOf { name, .. }
+        | LeftOut::Unseen { name } => ("bank", name.clone()),
+        LeftOut::HeldSegments(n) => ("segments", n.to_string()),
+        LeftOut::JoinedKnots(n) => ("knots", n.to_string()),
+        LeftOut::MergedKeys(n) => ("keys", n.to_string()),
+        LeftOut::InsertedKnots(n) => ("inserted knots", n.to_string()),
+        LeftOut::SparedDirections { count, .. } => ("directions", count.to_string()),
+        LeftOut::FixedRaisesRank => ("fixed", "fixed".to_owned()),
+        LeftOut::OneQuality => ("refinement", "of every bank".to_owned()),
     };
-    match left_out {
-        LeftOut::StaysOut { name } => {
-            item("bank", name, "stays out throughout: it needs no picture")
-        }
-        LeftOut::Constant { name, setting } => {
+    Item {
+        what,
+        name,
+        why: why(left_out),
+    }
+}
+
+fn why(left_out: &LeftOut) -> String {
+    let reason = match left_out {
+        LeftOut::Constant { setting, .. } => {
             let share = number(100.0 * setting);
-            item(
-                "bank",
-                name,
-                &format!("stays at {share} % of its light throughout"),
-            )
+            return format!("stays at {share} % of its light throughout");
         }
-        LeftOut::MultipleOf {
-            name,
-            other,
-            factor,
-        } => {
-            let why = format!(
+        LeftOut::MultipleOf { other, factor, .. } => {
+            return format!(
                 "always gives {} times the light of `{other}`: they share their refined images",
                 number(*factor)
             );
-            item("bank", name, &why)
         }
-        LeftOut::Unseen { name } => item(
-            "bank",
-            name,
-            "adds nothing to the error of this view: it comes last",
-        ),
-        LeftOut::HeldSegments(n) => item(
-            "segments",
-            n,
-            "nothing changes in them: one key each, no blends",
-        ),
-        LeftOut::JoinedKnots(n) => item(
-            "knots",
-            n,
-            "where nothing bends: the neighbouring segments are one",
-        ),
-        LeftOut::MergedKeys(n) => item(
-            "keys",
-            n,
-            "control points equal another key: one image serves them all",
-        ),
-        LeftOut::InsertedKnots(n) => item(
-            "inserted knots",
-            n,
-            "were added so that no key needs negative light; --signed-keys spares them",
-        ),
         LeftOut::SparedDirections {
-            count,
             used,
             error,
             tolerance,
+            ..
         } => {
-            let why = format!(
+            return format!(
                 "basis settings need no refined image: {used} leave a predicted error of {} %, \
                  and {} % is enough",
                 number(100.0 * error),
                 number(100.0 * tolerance)
             );
-            item("directions", count, &why)
         }
-        LeftOut::FixedRaisesRank => item(
-            "fixed",
-            &"fixed",
-            "is part of every key, which costs playback nothing; it raises the rank by one",
-        ),
-        LeftOut::OneQuality => item(
-            "refinement",
-            &"of every bank",
-            "nothing is left to refine: quality has one step here, the first pictures are final",
-        ),
-    }
+        LeftOut::StaysOut { .. } => "stays out throughout: it needs no picture",
+        LeftOut::Unseen { .. } => "adds nothing to the error of this view: it comes last",
+        LeftOut::HeldSegments(_) => "nothing changes in them: one key each, no blends",
+        LeftOut::JoinedKnots(_) => "where nothing bends: the neighbouring segments are one",
+        LeftOut::MergedKeys(_) => "control points equal another key: one image serves them all",
+        LeftOut::InsertedKnots(_) => {
+            "were added so that no key needs negative light; --signed-keys spares them"
+        }
+        LeftOut::FixedRaisesRank => {
+            "is part of every key, which costs playback nothing; it raises the rank by one"
+        }
+        LeftOut::OneQuality => {
+            "nothing is left to refine: quality has one step here, the first pictures are final"
+        }
+    };
+    reason.to_owned()
 }
 
 /// At most four digits, none of them a trailing zero.

@@ -1,11 +1,20 @@
 //! What a sequence is written as, by the ending of the file's name.
+//!
+//! A new format is its encoder and its row here: a variant, its ending, and its arm in
+//! [`Target::write`].
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use super::Error;
+use super::film::{Pipe, Piped};
 use super::format::{ending, unknown};
+use super::{Error, film, layers, page};
+use crate::engine::Engine;
 use crate::picture::exr::Precision;
+use crate::picture::tone::Tone;
 use crate::picture::y4m::Chroma;
+use crate::playback::key::Format;
+use crate::playback::{Playback, Player};
 
 /// What `play` can write, as its errors say it.
 const KNOWN: &str = "a .png or .apng (animated), a .y4m or `-` (video), a .html (a \
@@ -99,6 +108,89 @@ impl Target {
             (options.precision.is_some() && !float, ("float", "an .exr")),
         ];
         given.iter().find(|(idle, _)| *idle).map(|(_, idle)| *idle)
+    }
+}
+
+/// A sequence to be written.
+pub struct Sequence<'e> {
+    /// Whose it is.
+    pub engine: &'e Engine,
+    /// Its key images.
+    pub playback: Arc<Playback>,
+    /// How light becomes bytes.
+    pub tone: Tone,
+    /// How keys are kept; `None`: as is fastest and good enough.
+    pub keys: Option<Format>,
+}
+
+impl Sequence<'_> {
+    /// Its frames.
+    ///
+    /// # Errors
+    /// [`Error::Engine`] on cancel.
+    pub fn player(&self) -> Result<Player, Error> {
+        let Sequence {
+            engine, playback, ..
+        } = self;
+        Ok(engine.player_of(playback, self.tone, self.keys)?)
+    }
+}
+
+impl Target {
+    /// Writes a sequence; what was written in words, and whether it went down the pipe.
+    ///
+    /// # Errors
+    /// What rendering, encoding and writing say; [`Error::NoPipe`].
+    pub fn write(
+        &self,
+        sequence: &Sequence<'_>,
+        pipe: Option<&Pipe>,
+    ) -> Result<(String, bool), Error> {
+        let Sequence {
+            engine,
+            playback,
+            tone,
+            ..
+        } = sequence;
+        let store = &engine.host().store;
+        let whole = |path: &Path, bytes: &[u8], text: String| -> Result<String, Error> {
+            store.write(path, bytes)?;
+            Ok(format!("{text}\nwrote {}", path.display()))
+        };
+        let text = match self {
+            Target::Animation(path) => {
+                let (bytes, animation) = film::animate(engine, &sequence.player()?)?;
+                whole(path, &bytes, animation.describe())?
+            }
+            Target::Video(Some(path), chroma) => {
+                let file = store.begin(path)?;
+                film::video(engine, &sequence.player()?, *chroma, file, path)?
+            }
+            Target::Video(None, chroma) => {
+                let pipe = pipe.ok_or(Error::NoPipe)?;
+                let place = Path::new("standard output");
+                let player = sequence.player()?;
+                let file = Box::new(Piped(pipe()));
+                let text = film::video(engine, &player, *chroma, file, place)?;
+                return Ok((text, true));
+            }
+            Target::Numbered(names, kind) => {
+                let player = match kind {
+                    Kind::Png => sequence.player()?,
+                    Kind::Exr(_) => film::exact(engine, playback, *tone)?,
+                };
+                film::numbered(engine, &player, names, *kind)?
+            }
+            Target::Page(path) => {
+                let (html, text) = page::page(engine, playback, *tone)?;
+                whole(path, html.as_bytes(), text)?
+            }
+            Target::Layers(path, which, precision) => {
+                let (bytes, text) = layers::layers(engine, playback, *which, *precision)?;
+                whole(path, &bytes, text)?
+            }
+        };
+        Ok((text, false))
     }
 }
 

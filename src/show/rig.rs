@@ -100,7 +100,7 @@ impl Show {
     /// [`Show::rig_with`] for a show whose lights and banks need no files.
     ///
     /// # Errors
-    /// Every [`RigError`] of the show.
+    /// Every light that does not fit.
     pub fn rig(&self, scene: &Scene) -> Result<scene::Rig, Vec<RigError>> {
         self.rig_with(scene, &scene::Images::new(), &Fittings::default())
     }
@@ -110,7 +110,7 @@ impl Show {
     /// `images`, files of lights in `fittings`.
     ///
     /// # Errors
-    /// Every [`RigError`] of the show.
+    /// Every light that does not fit.
     pub fn rig_with(
         &self,
         scene: &Scene,

@@ -2,7 +2,7 @@
 //!
 //! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and
 //! `dense`, in which it moves them all. Each step of the way is timed alone, then all of them in a
-//! row; an edit replaces one cue in the middle through the interpreter, as the prompt does. What an
+//! row; an edit replaces one cue in the middle by the engine, as the prompt does. What an
 //! edit costs does not include a plan, which is made when it is asked for. Last, texts of growing
 //! size.
 
@@ -19,7 +19,8 @@ use cue_sheet::{Size, cue_sheet};
 use divan::{Bencher, black_box};
 use footlight::check::check;
 use footlight::diagnostic::Sources;
-use footlight::interpreter::{Host, Interpreter};
+use footlight::engine::{Engine, Host};
+use footlight::lang::edit::Edit;
 use footlight::lang::{self, Parsed};
 use footlight::plan::{Plan, Weighting};
 use footlight::timeline::{KeyOptions, KeySequence, Timeline};
@@ -110,11 +111,11 @@ fn g_text_to_checked_show(bencher: Bencher, (cues, moved): (usize, usize)) {
 fn f_edit_of_one_cue(bencher: Bencher, moved: usize) {
     let text = text(moved);
     let host = Host::default();
-    let mut interpreter = Interpreter::from_text("large.lxq", text.as_bytes(), host).unwrap();
+    let mut engine = Engine::from_text("large.lxq", text.as_bytes(), host).unwrap();
     let mut level = 0;
     bencher.bench_local(|| {
         level = (level + 1) % 100;
         let cue = format!("cue 1000 \"Edited\" {{ time 3  b7 {level} }}");
-        interpreter.edit(black_box(&cue)).unwrap()
+        engine.edit(black_box(&Edit::Declare(cue))).unwrap()
     });
 }

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use footlight::engine::{Engine, Goal, Host};
 use footlight::files::Memory;
-use footlight::interpreter::{Goal, Host, Interpreter};
 use footlight::picture::Image;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::repl::{Console, Repl};
 use footlight::scene::View;
 use footlight::work::Work;
 
@@ -96,24 +97,21 @@ fn show(exposure: &str) -> String {
 }
 
 /// Opens the show and renders its pictures.
-fn opened(exposure: &str, threads: usize) -> Interpreter {
+fn opened(exposure: &str, threads: usize) -> Repl {
     let room = "mtllib room.mtl\nusemtl wall\nv -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nf 1 2 3 4\n";
     let files = Memory::default().with("room.obj", room);
     let files = files.with("room.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n");
     let host = Host {
         files: Box::new(files),
-        transport: Arc::new(Painter),
+        renderer: Arc::new(Painter),
         threads,
         ..Host::default()
     };
     let text = show(exposure);
-    let mut show = Interpreter::from_text("edited.lxq", text.as_bytes(), host).unwrap();
-    show.refine(Goal {
-        count: Some(REFINED),
-        ..Goal::default()
-    })
-    .unwrap();
-    assert_eq!(show.refined(), REFINED);
+    let mut engine = Engine::from_text("edited.lxq", text.as_bytes(), host).unwrap();
+    engine.refine(Goal::count(REFINED)).unwrap();
+    assert_eq!(engine.refined(), REFINED);
+    let mut show = Repl::new(engine, Console::default());
     show.execute("at 0:17").unwrap();
     show
 }
@@ -151,7 +149,7 @@ pub fn measure(rounds: usize) {
 }
 
 /// Seconds that passed, and those that this thread was on a processor.
-fn edited(show: &mut Interpreter, n: usize) -> (f64, Option<f64>) {
+fn edited(show: &mut Repl, n: usize) -> (f64, Option<f64>) {
     let before = show.execute("picture").unwrap().picture.unwrap().rgb;
     let level = 20 + n * 7 % 60;
     let (begin, spent) = (Instant::now(), crate::on_processor());

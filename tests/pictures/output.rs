@@ -1,17 +1,18 @@
 //! What `play` and `picture` write, by the ending of the file's name; read back by our own readers,
 //! and by oiiotool and ffmpeg where they are installed.
 
-use std::cell::RefCell;
 use std::io::{self, Read, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::rc::Rc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Clock, Memory, Shelf, Store};
-use footlight::interpreter::{Canvas, Host, Interpreter, Shown};
 use footlight::picture::exr::{self, Precision, layer};
 use footlight::picture::{Image, png};
+use footlight::repl::{Console, Repl};
+use footlight::report::film::{Canvas, Pipe, Shown};
 
 const WIDTH: usize = 32;
 const HEIGHT: usize = 18;
@@ -49,15 +50,12 @@ fn pictures() -> [(&'static str, Vec<u8>); 3] {
     ]
 }
 
-fn open(pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>) -> (Interpreter, Shelf) {
+fn open(pipe: Option<Pipe>) -> (Repl, Shelf) {
     open_within(4 << 30, pipe)
 }
 
 /// The same with so many bytes of memory.
-fn open_within(
-    memory: usize,
-    pipe: Option<Box<dyn Fn() -> Box<dyn Write>>>,
-) -> (Interpreter, Shelf) {
+fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, Shelf) {
     let shelf = Shelf::default();
     let files = pictures()
         .into_iter()
@@ -67,12 +65,15 @@ fn open_within(
     let host = Host {
         files: Box::new(files),
         store: Box::new(shelf.clone()),
-        pipe,
         memory,
         ..Host::default()
     };
-    let show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
-    (show, shelf)
+    let console = Console {
+        pipe,
+        ..Console::default()
+    };
+    let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    (Repl::new(engine, console), shelf)
 }
 
 fn read(shelf: &Shelf, path: &str) -> Vec<u8> {
@@ -141,7 +142,7 @@ fn a_picture_is_half_precision_unless_asked() {
 fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     let (mut show, shelf) = open(None);
     let told = show.execute("play -o keys.exr").unwrap().text;
-    let keys = show.keys().keys().to_vec();
+    let keys = show.engine().document().keys().keys().to_vec();
     assert!(
         told.contains(&format!("{} key images", keys.len())),
         "{told}"
@@ -189,7 +190,7 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
 fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
     let (mut show, _) = open(None);
     show.execute("play -o keys.exr").unwrap();
-    let keys = show.keys().keys().len();
+    let keys = show.engine().document().keys().keys().len();
     // Every key image in single precision, and the file in half precision.
     let needed = keys * WIDTH * HEIGHT * 3 * (4 + 2);
     let (mut enough, _) = open_within(needed, None);
@@ -211,11 +212,11 @@ fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
 
 /// A pipe whose reader takes so many bytes and then leaves.
 #[derive(Clone)]
-struct Reader(Rc<RefCell<Vec<u8>>>, usize);
+struct Reader(Arc<Mutex<Vec<u8>>>, usize);
 
 impl Write for Reader {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut held = self.0.borrow_mut();
+        let mut held = self.0.lock().unwrap();
         if held.len() + bytes.len() > self.1 {
             return Err(io::ErrorKind::BrokenPipe.into());
         }
@@ -231,8 +232,8 @@ const HEADER: &str = "YUV4MPEG2 W32 H18 F5:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n"
 
 #[test]
 fn video_is_the_frames_in_a_file_and_down_a_pipe() {
-    let held = Rc::new(RefCell::new(Vec::new()));
-    let reader = Reader(Rc::clone(&held), usize::MAX);
+    let held = Arc::new(Mutex::new(Vec::new()));
+    let reader = Reader(Arc::clone(&held), usize::MAX);
     let (mut show, shelf) = open(Some(Box::new(move || Box::new(reader.clone()))));
     let reply = show.execute("play -o film.y4m --chroma 444").unwrap();
     assert!(
@@ -243,7 +244,7 @@ fn video_is_the_frames_in_a_file_and_down_a_pipe() {
     let reply = show.execute("play -o - --chroma 444").unwrap();
     assert!(reply.beside, "words must not go into the film");
     let film = read(&shelf, "film.y4m");
-    assert!(*held.borrow() == film);
+    assert!(*held.lock().unwrap() == film);
     let frames = film.strip_prefix(HEADER.as_bytes()).unwrap();
     let bytes = 6 + 3 * WIDTH * HEIGHT;
     assert_eq!(frames.len(), 32 * bytes);
@@ -280,8 +281,8 @@ fn encoded(linear: f64) -> f64 {
 
 #[test]
 fn a_reader_that_leaves_ends_the_film_and_that_is_well() {
-    let held = Rc::new(RefCell::new(Vec::new()));
-    let reader = Reader(Rc::clone(&held), 6000);
+    let held = Arc::new(Mutex::new(Vec::new()));
+    let reader = Reader(Arc::clone(&held), 6000);
     let (mut show, _) = open(Some(Box::new(move || Box::new(reader.clone()))));
     let reply = show.execute("play -o - --chroma 444").unwrap();
     assert!(reply.text.contains("left after 3 frames"), "{}", reply.text);
@@ -301,12 +302,13 @@ impl Clock for Quarters {
 }
 
 /// A canvas that keeps what it is shown, and leaves after so many frames.
-struct Seen(Rc<RefCell<Vec<Shown>>>, usize);
+struct Seen(Arc<Mutex<Vec<Shown>>>, usize);
 
 impl Canvas for Seen {
     fn frame(&self, picture: &Shown) -> bool {
-        self.0.borrow_mut().push(picture.clone());
-        self.0.borrow().len() < self.1
+        let mut seen = self.0.lock().unwrap();
+        seen.push(picture.clone());
+        seen.len() < self.1
     }
 
     fn end(&self) {}
@@ -332,20 +334,24 @@ fn play_performs_in_real_time_where_there_is_a_canvas() {
         ),
         (3, "0:02", "0:02.25", 3, "from 2s to 2.75s: 3 frames"),
     ] {
-        let seen = Rc::new(RefCell::new(Vec::new()));
+        let seen = Arc::new(Mutex::new(Vec::new()));
         let files = pictures().into_iter();
         let files = files.fold(Memory::default(), |f, (name, bytes)| f.with(name, bytes));
         let host = Host {
             files: Box::new(files),
             clock: Box::new(Quarters(AtomicUsize::new(0))),
-            canvas: Some(Box::new(Seen(Rc::clone(&seen), patience))),
             ..Host::default()
         };
-        let mut show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+        let console = Console {
+            canvas: Some(Box::new(Seen(Arc::clone(&seen), patience))),
+            ..Console::default()
+        };
+        let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+        let mut show = Repl::new(engine, console);
         show.execute(&format!("at {from}")).unwrap();
         let reply = show.execute("play").unwrap();
         assert!(reply.text.contains(words), "{}", reply.text);
-        let seen = seen.borrow();
+        let seen = seen.lock().unwrap();
         assert_eq!((seen.len(), seen[0].size), (frames, (WIDTH, HEIGHT)));
         let picture = show
             .execute(&format!("picture {first}"))

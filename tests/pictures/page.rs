@@ -8,11 +8,12 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::tone::{Curve, Tone};
 use footlight::picture::{Image, png};
+use footlight::repl::{Console, Repl};
 use footlight::timeline::settings as settings_of;
 use footlight::units::Time;
 use serde_json::{Value, json};
@@ -54,7 +55,7 @@ cue 5 { time 2  cool 20  edge 0 }
 
 const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
 
-fn open() -> (Interpreter, Shelf) {
+fn open() -> (Repl, Shelf) {
     let shelf = Shelf::default();
     let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
     let files = Memory::default()
@@ -67,18 +68,18 @@ fn open() -> (Interpreter, Shelf) {
         store: Box::new(shelf.clone()),
         ..Host::default()
     };
-    let show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
-    (show, shelf)
+    let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    (Repl::new(engine, Console::default()), shelf)
 }
 
-fn page(show: &mut Interpreter, shelf: &Shelf) -> String {
+fn page(show: &mut Repl, shelf: &Shelf) -> String {
     let told = show.execute("play -o show.html").unwrap().text;
     assert!(told.contains("wrote show.html"), "{told}");
     String::from_utf8(shelf.read(Path::new("show.html"), 1 << 25).unwrap()).unwrap()
 }
 
 /// The codes of `picture`, as a PNG file has them.
-fn picture(show: &mut Interpreter, shelf: &Shelf, words: &str) -> Vec<u8> {
+fn picture(show: &mut Repl, shelf: &Shelf, words: &str) -> Vec<u8> {
     show.execute(&format!("picture {words} -o p.png")).unwrap();
     let file = shelf.read(Path::new("p.png"), 1 << 25).unwrap();
     let light = png::decode(&file, 1 << 25).unwrap();
@@ -284,11 +285,12 @@ const HELD: [(&str, f64); 4] = [
 ];
 
 /// What those faders show at a time: the sum of the banks by their settings.
-fn mixture(show: &mut Interpreter, seconds: f64) -> Vec<u8> {
-    show.coarse().unwrap();
+fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
+    let engine = show.engine_mut();
+    engine.coarse().unwrap();
     let time = Time::from_seconds(seconds).unwrap();
-    let model = show.show();
-    let mut settings = show.timeline().evaluate(time);
+    let model = engine.show();
+    let mut settings = engine.levels(time);
     for (setting, coordinate) in settings.iter_mut().zip(model.coordinates()) {
         if let Some((_, level)) = HELD.iter().find(|(name, _)| *name == coordinate.name) {
             let dimmer = model.banks[coordinate.bank.unwrap()].dimmer;
@@ -296,7 +298,7 @@ fn mixture(show: &mut Interpreter, seconds: f64) -> Vec<u8> {
         }
     }
     let mut sum = Image::new(WIDTH, HEIGHT);
-    for (setting, image) in settings.iter().zip(show.pool().unwrap().coarse()) {
+    for (setting, image) in settings.iter().zip(engine.pool().unwrap().coarse()) {
         for (to, from) in sum.data_mut().iter_mut().zip(image.data()) {
             *to += *setting as f32 * from;
         }

@@ -1,20 +1,22 @@
 //! Formats of key images on a show of its own: their errors, their default, and the chart of them.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Folder, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
 use footlight::playback::{Playback, Player};
+use footlight::repl::{Console, Repl};
 use footlight::report::{Kind, Record};
 use footlight::study::playback::{Displayed, Frame, Judged, UNSEEN, judge};
 use footlight::units::Time;
 use footlight::work::Work;
 
 /// The first show of another size, with a store of its own.
-fn first(shelf: &Shelf, size: &str) -> Interpreter {
+fn first(shelf: &Shelf, size: &str) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
     let text = text.replace("size 480x270", &format!("size {size}"));
@@ -24,12 +26,13 @@ fn first(shelf: &Shelf, size: &str) -> Interpreter {
         threads: 2,
         ..Host::default()
     };
-    Interpreter::from_text("first.lxq", text.as_bytes(), host).unwrap()
+    let engine = Engine::from_text("first.lxq", text.as_bytes(), host).unwrap();
+    Repl::new(engine, Console::default())
 }
 
 /// A show of cubics between two looks, its key images made up: `light` of the key's levels and of a
 /// number from 0 to 1 for each channel.
-fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Playback {
+fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Arc<Playback> {
     let text = b"show \"Made up\"\n\
         light left  spot at -1, 0, 3 aim 0, 0, 0 beam 30 field 50 900 cd\n\
         light right spot at  1, 0, 3 aim 0, 0, 0 beam 30 field 50 900 cd\n\
@@ -37,16 +40,17 @@ fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Playback {
         cue 1 at 0:00 { snap a full b 5 }\n\
         cue 2 at 0:02 { time 4 curve ease a out b full }\n\
         cue 3 at 0:08 { time 3 a 30 b out }\n";
-    let show = Interpreter::from_text("made.lxq", text, Host::default()).unwrap();
+    let engine = Engine::from_text("made.lxq", text, Host::default()).unwrap();
+    let keys = engine.document().keys();
     let image = |key: &Vec<f64>| {
         let channel = |i: u32| light(key, f64::from(i) / 6000.0) as f32;
         Image::from_data(50, 40, (0..6000).map(channel).collect()).unwrap()
     };
-    let images = show.keys().keys().iter().map(image).collect();
-    Playback::of(show.keys(), images).unwrap()
+    let images = keys.keys().iter().map(image).collect();
+    Arc::new(Playback::of(keys, images).unwrap())
 }
 
-fn judged(playback: &Playback, tone: Tone, format: Format) -> Judged {
+fn judged(playback: &Arc<Playback>, tone: Tone, format: Format) -> Judged {
     let player = Player::new(playback, format, tone, Work::silent()).unwrap();
     let mut frame = |time| {
         let mut image = Image::new(0, 0);
@@ -227,19 +231,23 @@ fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
     ] {
         show.execute(line).unwrap();
         let shown = show.execute("picture").unwrap().picture.unwrap().rgb;
-        let whole = show.playback().unwrap();
+        let whole = show.engine_mut().playback().unwrap();
         let exposure = auto_exposure(whole.images().iter());
         let tone = Tone {
             exposure,
             curve: Curve::Filmic,
             dither: false,
         };
-        assert_eq!(shown, tone.encode(&show.preview(time).unwrap()), "{line}");
+        assert_eq!(
+            shown,
+            tone.encode(&show.engine_mut().picture(time).unwrap()),
+            "{line}"
+        );
         exposures.push(exposure);
     }
     assert!(exposures[0] != exposures[1] && exposures[1] != exposures[3]);
-    let setting = show.timeline().evaluate(time);
-    let pool = show.pool().unwrap();
+    let setting = show.engine().levels(time);
+    let pool = show.engine().pool().unwrap();
     let thin = pool.thinned(2).preview(&setting, Work::silent()).unwrap();
     let whole = pool.preview(&setting, Work::silent()).unwrap();
     assert_eq!((thin.width(), thin.height()), (100, 75));

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
+use footlight::repl::{self, Console, Repl};
 
 /// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put
 /// in.
@@ -27,7 +28,7 @@ cue 4 at 0:15 { snap blackout }
 const ROOM: &str = "mtllib room.mtl\nusemtl wall\nv -2 0 0\nv 2 0 0\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n\
                     v -2 0 -2\nv 2 0 -2\nv 2 2 -2\nv -2 2 -2\nf 5 6 7 8\n";
 
-fn open(text: &str) -> (Interpreter, Shelf) {
+fn open(text: &str) -> (Repl, Shelf) {
     let shelf = Shelf::default();
     let host = Host {
         files: Box::new(
@@ -38,12 +39,12 @@ fn open(text: &str) -> (Interpreter, Shelf) {
         store: Box::new(shelf.clone()),
         ..Host::default()
     };
-    let show = Interpreter::from_text("knots.lxq", text.as_bytes(), host);
-    let show = show.map_err(|e| e.report(footlight::diagnostic::Style::Plain));
-    (show.unwrap(), shelf)
+    let engine = Engine::from_text("knots.lxq", text.as_bytes(), host).map_err(repl::Error::from);
+    let engine = engine.map_err(|e| e.report(footlight::diagnostic::Style::Plain));
+    (Repl::new(engine.unwrap(), Console::default()), shelf)
 }
 
-fn drawn(show: &mut Interpreter, shelf: &Shelf, words: &str) -> (String, String) {
+fn drawn(show: &mut Repl, shelf: &Shelf, words: &str) -> (String, String) {
     let said = show
         .execute(&format!("plot {words} -o drawn.svg"))
         .unwrap()
@@ -56,24 +57,24 @@ fn drawn(show: &mut Interpreter, shelf: &Shelf, words: &str) -> (String, String)
 fn moves_begin_and_end_where_they_do() {
     let (show, _) = open(SHOW);
     let moves = |coordinate: usize| -> Vec<(f64, f64)> {
-        let moves = show.timeline().moves(coordinate).iter();
+        let moves = show.engine().document().timeline().moves(coordinate).iter();
         moves.map(|(a, b)| (a.seconds(), b.seconds())).collect()
     };
     assert_eq!(moves(0), [(0.0, 8.0), (9.0, 13.0), (15.0, 15.0)]);
     assert_eq!(moves(1), [(5.0, 10.0), (15.0, 15.0)]);
     // Cue 2 overtakes cue 1.
     assert_eq!(moves(4), [(0.0, 5.0), (5.0, 6.0), (15.0, 15.0)]);
-    assert!(show.timeline().moves(99).is_empty());
+    assert!(show.engine().document().timeline().moves(99).is_empty());
 }
 
 #[test]
 fn a_knot_put_in_is_told_from_the_curves_own() {
     let (show, _) = open(SHOW);
-    let segments = show.keys().segments();
+    let segments = show.engine().document().keys().segments();
     let inserted: Vec<f64> = (segments.iter().filter(|s| s.is_inserted()))
         .map(|s| s.start())
         .collect();
-    assert_eq!(inserted.len(), show.keys().inserted());
+    assert_eq!(inserted.len(), show.engine().document().keys().inserted());
     assert_eq!(inserted.len(), 1);
     assert!((inserted[0] - 0.8).abs() < 1e-6, "{inserted:?}");
 }

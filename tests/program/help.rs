@@ -6,8 +6,9 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use footlight::engine::{Background, Engine, Host};
 use footlight::files::{Folder, Shelf};
-use footlight::interpreter::{Background, Host, Interpreter, VERBS, Verb};
+use footlight::repl::{Console, Repl, VERBS};
 
 /// With all that the examples name.
 const SHOW: &str = r#"show "Examples"
@@ -174,13 +175,14 @@ fn every_verb_does_its_example_at_the_prompt() {
             background: Some(Box::new(AtOnce)),
             ..Host::default()
         };
-        let mut show = Interpreter::open(Path::new("show.lxq"), host).unwrap();
-        let before: &[&str] = match spec.verb {
-            Verb::Goto => &["set lamps 30", "record 2.5 \"Up\" --time 3"],
-            Verb::Release | Verb::Record => &["set lamps 30"],
-            Verb::Undo => &["cue 2 { lamps 10 }"],
-            Verb::Redo => &["cue 2 { lamps 10 }", "undo"],
-            Verb::Back => &["goto 3"],
+        let engine = Engine::open(Path::new("show.lxq"), host).unwrap();
+        let mut show = Repl::new(engine, Console::default());
+        let before: &[&str] = match spec.name {
+            "goto" => &["set lamps 30", "record 2.5 \"Up\" --time 3"],
+            "release" | "record" => &["set lamps 30"],
+            "undo" => &["cue 2 { lamps 10 }"],
+            "redo" => &["cue 2 { lamps 10 }", "undo"],
+            "back" => &["goto 3"],
             _ => &[],
         };
         for line in before.iter().chain([&spec.example]) {

@@ -5,12 +5,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use assert_cmd::Command;
+use footlight::engine::{Ended, Engine, Error, Goal, Host};
 use footlight::files::{Memory, Shelf};
-use footlight::interpreter::{Ended, Error, Goal, Host, Interpreter};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::renderer::Quality;
 use footlight::renderer::outside::{Call, Outside};
+use footlight::repl::{Console, Repl};
 use footlight::work::Progress;
 
 /// What one run of the renderer paints: each coordinate lights its own column, and step of quality
@@ -95,7 +96,7 @@ const SHOW: &str = "stage \"floor.obj\"\nview house from 0, -4, 2 to 0, 0, 0 fov
     bank a = one\nbank b = two\n\
     cue 1 at 0:00 { snap a 100 b 20 }\ncue 2 at 0:02 { a 10 b full time 2 }\n";
 
-fn host(transport: Outside) -> Host {
+fn host(renderer: Outside) -> Host {
     let stage =
         "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
     let wood = "newmtl wood\nKd 0.5 0.4 0.3\n";
@@ -106,13 +107,18 @@ fn host(transport: Outside) -> Host {
                 .with("floor.mtl", wood),
         ),
         store: Box::new(Shelf::default()),
-        transport: Arc::new(transport),
+        renderer: Arc::new(renderer),
         ..Host::default()
     }
 }
 
-fn open(call: Call) -> Interpreter {
-    Interpreter::from_text("show.lxq", SHOW.as_bytes(), host(Outside::new(call))).unwrap()
+fn open(call: Call) -> Repl {
+    open_within(host(Outside::new(call)))
+}
+
+fn open_within(host: Host) -> Repl {
+    let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    Repl::new(engine, Console::default())
 }
 
 #[test]
@@ -132,20 +138,22 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let ran = show.execute("run --until 0.1% --out out").unwrap();
     assert!(ran.text.contains("at quality 3"), "{}", ran.text);
     assert!(ran.notes.is_empty(), "{:?}", ran.notes);
-    assert!(show.refined() > 0 && show.predicted_error().unwrap() < 1e-3);
+    let engine = show.engine_mut();
+    assert!(engine.refined() > 0 && engine.predicted_error().unwrap() < 1e-3);
     let measured = show.execute("plan").unwrap().text;
     assert!(measured.contains("as measured"), "{measured}");
 
     // The pool's picture of the first cue is the renderer's own at its finest step.
-    let start = show.timeline().start();
-    let pool = show.preview(start).unwrap();
-    let setting = show.timeline().evaluate(start);
-    let own = show.render(&setting, Quality(3)).unwrap();
+    let engine = show.engine_mut();
+    let start = engine.document().timeline().start();
+    let pool = engine.picture(start).unwrap();
+    let setting = engine.levels(start);
+    let own = engine.render(&setting, Quality(3)).unwrap();
     for (a, b) in pool.data().iter().zip(own.data()) {
         assert!((a - b).abs() < 1e-5, "{a} {b}");
     }
     // Negative settings are two runs, subtracted.
-    let signed = show.render(&[1.0, -2.0], Quality(1)).unwrap();
+    let signed = engine.render(&[1.0, -2.0], Quality(1)).unwrap();
     assert!((signed.data()[0] - 1.0).abs() < 1e-6);
     assert!((signed.data()[3] - (0.1 - 2.0)).abs() < 1e-6);
 }
@@ -153,8 +161,9 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
 #[test]
 fn a_renderer_without_a_scale_leaves_nothing_to_refine() {
     let mut show = open(call("linear", 1));
-    assert_eq!(show.refine(Goal::default()).unwrap(), Ended::Complete);
-    assert_eq!(show.predicted_error().unwrap(), 0.0);
+    let done = show.engine_mut().refine(Goal::default()).unwrap();
+    assert_eq!(done.ended, Some(Ended::Complete));
+    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
 }
 
 #[test]
@@ -206,10 +215,10 @@ fn a_cancel_ends_a_hanging_renderer() {
         progress: Box::new(Soon(std::time::Instant::now())),
         ..host(Outside::new(call("hang", 1)))
     };
-    let mut show = Interpreter::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    let mut show = open_within(host);
     let error = show.execute("picture").unwrap_err();
     assert!(
-        matches!(&error, Error::Render(_)) && error.exit_code() == 130,
+        matches!(error.engine(), Some(Error::Render(_))) && error.exit_code() == 130,
         "{error}"
     );
 }

@@ -17,7 +17,7 @@ use crate::reference::Case;
 use footlight::geometry::{Vec3, frame};
 use footlight::radiosity::{
     Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
-    camera, colour, irradiance, luminaires,
+    camera, irradiance, luminaires,
 };
 use footlight::scene::Light;
 use footlight::work::Work;
@@ -162,7 +162,7 @@ impl Walker<'_> {
     fn each_part(&self, mut take: impl FnMut(usize, usize, [f64; 3])) {
         for (source, s) in self.case.rig.sources.iter().enumerate() {
             for part in &s.emitters {
-                let colour = colour(&self.case.rig.lights[part.light]);
+                let colour = self.case.rig.lights[part.light].strength().0;
                 take(
                     source,
                     part.light,

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use footlight::diagnostic::Style;
+use footlight::engine::{Engine, Error, Host};
 use footlight::files::{Folder, Memory};
-use footlight::interpreter::{Error, Host, Interpreter};
+use footlight::repl::{Console, Repl};
 use footlight::scene::import::{Options, read};
 
 #[path = "../../examples/hall/model.rs"]
@@ -18,13 +19,14 @@ fn show() -> String {
     std::fs::read_to_string(folder().join("hall.lxq")).unwrap()
 }
 
-fn open(text: &str) -> Result<Interpreter, Error> {
+fn open(text: &str) -> Result<Repl, Error> {
     let files = Memory::default().with("hall.gltf", model::gltf());
     let host = Host {
         files: Box::new(files),
         ..Host::default()
     };
-    Interpreter::from_text("hall.lxq", text.as_bytes(), host)
+    let engine = Engine::from_text("hall.lxq", text.as_bytes(), host)?;
+    Ok(Repl::new(engine, Console::default()))
 }
 
 #[test]
@@ -65,10 +67,10 @@ fn cut_surfaces_are_whole_again() {
 /// third to a half of the picture.)
 #[test]
 fn every_light_lights_the_hall() {
-    let mut interpreter = open(&show()).unwrap();
+    let mut repl = open(&show()).unwrap();
     for bank in ["front", "bulbs", "window"] {
         let line = format!("picture --bank {bank} --quality 1");
-        let picture = interpreter.execute(&line).unwrap().picture.unwrap();
+        let picture = repl.execute(&line).unwrap().picture.unwrap();
         let bright = |p: &&[u8]| p.iter().any(|c| *c > 8);
         let lit = picture.rgb.chunks(3).filter(bright).count();
         assert!(lit * 4 > picture.rgb.len() / 3, "{bank}: {lit}");
@@ -84,8 +86,8 @@ fn the_back_of_the_cloth_is_seen() {
         "view upstage  from 0, 5.5, 1.2  to 0, 4, 1",
     );
     let centre = |text: &str| {
-        let mut interpreter = open(text).unwrap();
-        let shown = interpreter
+        let mut repl = open(text).unwrap();
+        let shown = repl
             .execute("picture --bank window --quality 1")
             .unwrap()
             .picture
@@ -106,7 +108,7 @@ fn the_back_of_the_cloth_is_seen() {
 
 fn refused(text: &str) -> String {
     match open(text).unwrap_err() {
-        Error::Mistakes(report) => report.render(Style::Plain),
+        Error::Show(diagnostics) => diagnostics.render(Style::Plain),
         other => other.to_string(),
     }
 }

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::set;
+use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
-use footlight::interpreter::{Host, Interpreter};
 use footlight::lang;
 use footlight::picture::{Image, png};
 use footlight::plan::{Plan, Weighting};
@@ -25,7 +25,7 @@ fn beside_the_show(name: &str) -> Vec<u8> {
 }
 
 /// The show with pictures of this size.
-fn show(size: &str) -> Interpreter {
+fn show(size: &str) -> Engine {
     let text = String::from_utf8(beside_the_show("turandot.lxq")).unwrap();
     assert!(text.contains("size 640x360"));
     let text = text.replace("640x360", size);
@@ -34,7 +34,7 @@ fn show(size: &str) -> Interpreter {
         threads: 2,
         ..Host::default()
     };
-    Interpreter::from_text("turandot.lxq", text.as_bytes(), host).unwrap()
+    Engine::from_text("turandot.lxq", text.as_bytes(), host).unwrap()
 }
 
 fn outlines() -> Vec<set::Outline> {
@@ -79,7 +79,7 @@ fn the_set_can_be_drawn_and_shows_its_fronts() {
 #[test]
 fn the_text_is_canonical_and_every_light_has_its_bank() {
     let show = show("640x360");
-    assert!(show.warnings().diagnostics.is_empty());
+    assert!(show.document().diagnostics().list.is_empty());
     let text = String::from_utf8(beside_the_show("turandot.lxq")).unwrap();
     assert_eq!(lang::format(&text).unwrap(), text, "run fmt");
     let names: Vec<&str> = model::MATERIALS.iter().map(|m| m.name).collect();
@@ -97,7 +97,7 @@ fn the_text_is_canonical_and_every_light_has_its_bank() {
 #[test]
 fn keys_and_rank_are_those_that_are_told() {
     let show = show("640x360");
-    let keys = show.keys();
+    let keys = show.document().keys();
     assert_eq!((keys.keys().len(), keys.segments().len()), (143, 71));
     let plan = Plan::new(keys, &Weighting::settings(keys.coordinates()), 0.0, None).unwrap();
     // 22 coordinates of banks and one of the fixed light: groups move as one.
@@ -130,8 +130,8 @@ fn mean(image: &Image, rows: std::ops::Range<usize>) -> [f64; 3] {
 fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
     let mut show = show("96x54");
     let sky = |image: &Image| mean(image, 0..9);
-    let at = |show: &mut Interpreter, seconds: f64| {
-        show.preview(Time::from_seconds(seconds).unwrap()).unwrap()
+    let at = |show: &mut Engine, seconds: f64| {
+        show.picture(Time::from_seconds(seconds).unwrap()).unwrap()
     };
     let [red, _, blue] = sky(&at(&mut show, 10.0));
     assert!(red > 1.3 * blue, "at sunset {red} red, {blue} blue");
@@ -157,7 +157,7 @@ fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
 #[test]
 fn pictures_of_this_show_add_up() {
     let mut show = show("48x27");
-    let n = show.keys().coordinates();
+    let n = show.document().keys().coordinates();
     let name = |name: &str| {
         let coordinates = show.show().coordinates();
         coordinates.iter().position(|c| c.name == name).unwrap()

@@ -181,8 +181,14 @@ impl<'a> Lower<'a, '_> {
     }
 }
 
-/// A share of a level. Percents multiply exactly where text has whole numbers of them, so that a
-/// look of 85 at 30 is at the level that `25.5` writes.
+/// A share of a level. What text wrote is multiplied as it was written, since equal looks make one
+/// key only where they are equal to the bit: 85 at 30 is `25.5`. A colour's level has too many
+/// decimals for that.
 fn scaled(level: f64, share: f64) -> f64 {
-    fraction(fraction(percent(level) * percent(share)))
+    let written = percent(level);
+    let exact = match fraction(written) == level {
+        true => written,
+        false => 100.0 * level,
+    };
+    fraction(exact * share)
 }

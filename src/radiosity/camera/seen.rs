@@ -1,8 +1,8 @@
 //! Where the picture shows a light itself, not only what it lights.
 
+use crate::radiosity::Threads;
 use crate::radiosity::camera::eye::{Sampling, Split, fragments};
 use crate::radiosity::geometry::surface::Surfaces;
-use crate::radiosity::pool;
 use crate::renderer::{Setup, TransportError};
 use crate::scene::Light;
 use crate::work::Work;
@@ -20,7 +20,7 @@ pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportErr
         stretched_split: Split::Whole,
         edge_split: Split::Whole,
     };
-    let seen = pool(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
+    let seen = Threads::new(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
     let emits = |material: usize| {
         let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
         rig.lights.iter().any(of)

@@ -1,72 +1,39 @@
 //! The sequence, on a canvas or into files.
 
-use std::path::Path;
-
 use crate::repl::argument::{key_format, target};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::film::{self, Piped};
-use crate::report::target::{Kind, Target};
-use crate::report::{self, layers, page};
+use crate::report::film;
+use crate::report::target::{Sequence, Target};
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let target = call.option("output").map(|path| checked(path, call));
     let target = target.transpose()?;
     let playback = repl.engine.playback()?;
     let (engine, console) = (&repl.engine, &repl.console);
-    let tone = engine.tone_of(playback.images());
-    let format = call.option("keys").map(key_format).transpose()?;
-    let player = || Ok::<_, Error>(engine.player_of(&playback, tone, format)?);
-    let now = repl.live.time();
-    let Some(target) = target else {
-        let player = player()?;
-        return Ok(match &console.canvas {
-            None => {
-                let (picture, text) = film::still(engine, &player, now);
-                Reply {
-                    picture: Some(picture),
-                    ..Reply::text(text)
-                }
-            }
-            Some(canvas) => Reply::text(film::perform(engine, &player, now, canvas.as_ref())),
-        });
+    let sequence = Sequence {
+        engine,
+        tone: engine.tone_of(playback.images()),
+        playback,
+        keys: call.option("keys").map(key_format).transpose()?,
     };
-    match target {
-        Target::Animation(path) => {
-            let (bytes, animation) = film::animate(engine, &player()?)?;
-            repl.written(Some(&path), &bytes, animation.describe())
-        }
-        Target::Video(Some(path), chroma) => {
-            let file = engine.host().store.begin(&path)?;
-            let text = film::video(engine, &player()?, chroma, file, &path)?;
-            Ok(Reply::text(text))
-        }
-        Target::Video(None, chroma) => {
-            let pipe = console.pipe.as_ref().ok_or(report::Error::NoPipe)?;
-            let place = Path::new("standard output");
-            let player = player()?;
-            let file = Box::new(Piped(pipe()));
-            let text = film::video(engine, &player, chroma, file, place)?;
-            Ok(Reply {
-                beside: true,
-                ..Reply::text(text)
-            })
-        }
-        Target::Numbered(names, kind) => {
-            let player = match kind {
-                Kind::Png => player()?,
-                Kind::Exr(_) => film::exact(engine, &playback, tone)?,
-            };
-            Ok(Reply::text(film::numbered(engine, &player, &names, kind)?))
-        }
-        Target::Page(path) => {
-            let (html, text) = page::page(engine, &playback, tone)?;
-            repl.written(Some(&path), html.as_bytes(), text)
-        }
-        Target::Layers(path, which, precision) => {
-            let (bytes, text) = layers::layers(engine, &playback, which, precision)?;
-            repl.written(Some(&path), &bytes, text)
-        }
+    if let Some(target) = target {
+        let (text, piped) = target.write(&sequence, console.pipe.as_ref())?;
+        return Ok(Reply {
+            beside: piped,
+            ..Reply::text(text)
+        });
     }
+    let (player, now) = (sequence.player()?, repl.live.time());
+    Ok(match &console.canvas {
+        None => {
+            let (picture, text) = film::still(engine, &player, now);
+            Reply {
+                picture: Some(picture),
+                ..Reply::text(text)
+            }
+        }
+        Some(canvas) => Reply::text(film::perform(engine, &player, now, canvas.as_ref())),
+    })
 }
 
 /// What to write to `path`; options that this kind of file would silently ignore are refused.

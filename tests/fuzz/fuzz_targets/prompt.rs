@@ -3,8 +3,9 @@
 
 use std::path::Path;
 
+use footlight::engine::{Engine, Host};
 use footlight::files::{Shelf, Store};
-use footlight::interpreter::{Host, Interpreter};
+use footlight::repl::{Console, Repl};
 use libfuzzer_sys::fuzz_target;
 
 /// A show without a stage, so that what renders is refused at once.
@@ -27,14 +28,15 @@ fuzz_target!(|text: &str| {
         store: Box::new(shelf),
         ..Host::default()
     };
-    let opened = Interpreter::open(Path::new("a.lxq"), host);
-    let mut show = opened.expect("the show is well");
+    let opened = Engine::open(Path::new("a.lxq"), host);
+    let engine = opened.expect("the show is well");
+    let mut show = Repl::new(engine, Console::default());
     for line in text.split('\u{1}').take(20) {
-        let before = show.source().to_owned();
+        let before = show.engine().document().text().to_owned();
         match show.execute(line) {
             Ok(reply) if reply.quit => return,
             Ok(_) => {}
-            Err(_) => assert_eq!(show.source(), before, "a refused line changed the show"),
+            Err(_) => assert_eq!(show.engine().document().text(), before, "a refused line changed the show"),
         }
     }
 });
