@@ -95,7 +95,47 @@ pub enum TransportError {
     Scene(String),
 }
 
-/// A light-transport operator, before it knows a scene.
+/// A light-transport operator, before it knows a scene. An embedding program may give its own.
+///
+/// ```
+/// use footlight::{Cost, Image, Prepared, Quality, Setup, Transport, TransportError, Work};
+///
+/// /// Every source lights every pixel alike.
+/// struct Flat;
+/// struct Ready(usize, usize);
+///
+/// impl Transport for Flat {
+///     fn name(&self) -> &str {
+///         "flat"
+///     }
+///     fn finest(&self) -> Quality {
+///         Quality(1)
+///     }
+///     fn prepare(
+///         &self,
+///         setup: &Setup,
+///         _: Quality,
+///         _: Work<'_>,
+///     ) -> Result<Box<dyn Prepared>, TransportError> {
+///         Ok(Box::new(Ready(setup.view.width, setup.view.height)))
+///     }
+///     fn cost(&self, _: &Setup, _: Quality) -> Cost {
+///         Cost::default()
+///     }
+/// }
+///
+/// impl Prepared for Ready {
+///     fn render(&mut self, settings: &[Vec<f64>], _: Work<'_>) -> Result<Vec<Image>, TransportError> {
+///         let light = |setting: &Vec<f64>| setting.iter().sum::<f64>() as f32;
+///         let image = |setting| Image::from_data(self.0, self.1, vec![light(setting); self.0 * self.1 * 3]);
+///         Ok(settings.iter().filter_map(image).collect())
+///     }
+/// }
+/// let _host = footlight::Host {
+///     renderer: std::sync::Arc::new(Flat),
+///     ..footlight::Host::default()
+/// };
+/// ```
 pub trait Transport: Send + Sync {
     /// A short name for reports.
     fn name(&self) -> &str;

@@ -53,7 +53,7 @@ mod tests {
     use super::*;
     use crate::picture::exr::Precision;
     use crate::picture::y4m::Chroma;
-    use crate::report::target::Layers;
+    use crate::report::target::{Kind, Layers};
 
     fn of(words: &str) -> Result<Target, Error> {
         let call = Call::parse(&format!("play {words}"))?;
