@@ -22,15 +22,6 @@ const ROOM: &str = "mtllib room.mtl\nv -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nv 3
     usemtl floor\nf 1 2 3 4\nusemtl wall\nf 4 3 5 6\n";
 const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 0.6\n";
 
-/// Tasks on threads of the standard library.
-struct Threads;
-
-impl Background for Threads {
-    fn start(&self, task: Box<dyn FnOnce() + Send>) {
-        thread::spawn(task);
-    }
-}
-
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Box<dyn error::Error>> {
     let store = Shelf::default();
@@ -43,7 +34,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         Host {
             files: Box::new(files),
             store: Box::new(store.clone()),
-            background: Some(Box::new(Threads)),
+            background: Some(Box::new(|task| drop(thread::spawn(task)))),
             threads: 2,
             memory: 1 << 30,
             time: Some(Duration::from_secs(60)),

@@ -2,36 +2,29 @@
 //! then `curl 'ADDRESS/picture?t=7.5' -o now.png` (finer by and by),
 //! `curl 'ADDRESS/levels?t=7.5'` and `curl ADDRESS/edit -d 'cue 2 at 0:02 { lamp 40  time 3 }'`.
 
-use footlight::{Background, Edit, Engine, Error, Folder, Goal, Host, LiveControl, Style, Time};
-use std::{collections::BTreeMap, io, path::Path, process, thread, time::Duration};
+use footlight::{Edit, Engine, Folder, Goal, Host, Style, Time, encode_png};
+use std::io::{self, Read as _};
+use std::{collections::BTreeMap, path::Path, process, thread, time::Duration};
 use tiny_http::{Header, Method, Request, Response, Server};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 type Reply = Result<Response<io::Cursor<Vec<u8>>>, Failure>;
 
-struct Threads;
-impl Background for Threads {
-    fn start(&self, task: Box<dyn FnOnce() + Send>) {
-        thread::spawn(task);
-    }
-}
+/// Most bytes of an edit.
+const EDIT: u64 = 1 << 20;
 
 #[allow(clippy::print_stdout, reason = "the address, or why there is none")]
 fn main() -> Result<(), Failure> {
-    let explain = |failure: Failure| match failure.downcast_ref() {
-        Some(Error::Show(diagnostics)) => diagnostics.render(Style::Plain),
-        _ => failure.to_string(),
-    };
     let show = std::env::args().nth(1).ok_or("usage: server SHOW [PORT]")?;
     let port = std::env::args().nth(2).map_or(Ok(0), |port| port.parse())?;
-    let folder = Path::new(".").join(&show).with_file_name("");
+    let folder = Path::new(&show).parent().unwrap_or(Path::new(""));
     let host = Host {
         files: Box::new(Folder::new(folder, 64 << 20)),
-        background: Some(Box::new(Threads)),
+        background: Some(Box::new(|task| drop(thread::spawn(task)))),
         ..Host::default()
     };
     let mut engine = Engine::open(show.as_ref(), host).unwrap_or_else(|error| {
-        println!("{}", explain(error.into()));
+        println!("{error}");
         process::exit(1)
     });
     engine.start(Goal::until(0.0))?; // to the end of the plan
@@ -40,38 +33,44 @@ fn main() -> Result<(), Failure> {
     loop {
         engine.poll(); // takes in what was rendered meanwhile
         if let Some(mut request) = server.recv_timeout(Duration::from_millis(20))? {
+            let refuse = |failure: Failure| Response::from_string(failure.to_string());
             let reply = answer(&mut engine, &mut request);
-            let refuse = |failure| Response::from_string(explain(failure)).with_status_code(400);
-            let _gone = request.respond(reply.unwrap_or_else(refuse));
+            let reply = reply.unwrap_or_else(|failure| refuse(failure).with_status_code(400));
+            let _gone = request.respond(reply);
         }
     }
 }
 
 fn answer(engine: &mut Engine, request: &mut Request) -> Reply {
     if (request.method(), request.url()) == (&Method::Post, "/edit") {
-        let edited = engine.edit(&Edit::Declare(io::read_to_string(request.as_reader())?))?;
-        let _busy = engine.start(Goal::until(0.0)); // one that still runs plans anew by itself
-        let mut text = edited.warnings.render(Style::Plain);
-        for change in edited.changes {
-            text += &format!("{:?}: {} {}\n", change.action, change.kind, change.name);
+        let text = io::read_to_string(request.as_reader().take(EDIT))?;
+        let edited = engine.edit(&Edit::Declare(text))?;
+        if !engine.is_busy() {
+            engine.start(Goal::until(0.0))?; // one that still runs plans anew by itself
         }
-        return Ok(Response::from_string(text));
+        let changes = edited.changes.iter().map(|change| format!("{change}\n"));
+        let text: String = changes.collect();
+        return Ok(Response::from_string(
+            text + &edited.warnings.render(Style::Plain),
+        ));
     }
     let (path, seconds) = request.url().split_once("?t=").ok_or("no ?t=SECONDS")?;
     let time = Time::from_seconds(seconds.parse()?).ok_or("no time of a show")?;
-    let mut live = LiveControl::new(engine.document());
-    live.move_to(engine.document(), time)?; // refuses times outside the show
+    let timeline = engine.document().timeline();
+    if !(timeline.start()..=timeline.end()).contains(&time) {
+        return Err(format!("the show ends at {}", timeline.end()).into());
+    }
     match path {
         "/picture" => {
             let image = engine.picture(time)?;
             let rgb = engine.tone()?.encode(&image);
-            let png = footlight::encode_png(image.width(), image.height(), &rgb)?;
+            let png = encode_png(image.width(), image.height(), &rgb)?;
             let kind = Header::from_bytes("Content-Type", "image/png").map_err(|()| "no header")?;
             Ok(Response::from_data(png).with_header(kind))
         }
         "/levels" => {
-            let banks = engine.show().coordinates().into_iter().map(|it| it.name);
-            let levels: BTreeMap<_, _> = banks.zip(live.levels(engine.document())).collect();
+            let names = engine.show().coordinates().into_iter().map(|it| it.name);
+            let levels: BTreeMap<_, _> = names.zip(engine.levels(time)).collect();
             Ok(Response::from_string(serde_json::to_string(&levels)?))
         }
         _ => Err("there are /picture, /levels and POST /edit".into()),

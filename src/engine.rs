@@ -107,7 +107,8 @@ impl Engine {
         Ok(Engine::new(document, host))
     }
 
-    /// An engine for the show in a file, read through the host's store.
+    /// An engine for the show in a file, read through the host's store; the stage and other files
+    /// that it names are read from [`Host::files`], such as a [`Folder`](crate::files::Folder).
     ///
     /// # Errors
     /// [`Error::File`] when it cannot be read, else as [`Document::new`].
@@ -243,14 +244,17 @@ impl Engine {
         std::mem::take(&mut self.events)
     }
 
-    /// The light of each coordinate at a time, relative to full: one for each bank, three for an
-    /// rgb bank, then one for the fixed lights if there are any.
+    /// The light of each coordinate at a time, behind the dimmers and relative to full: one for each
+    /// bank, three for an rgb bank, then one for the fixed lights if there are any
+    /// ([`Show::coordinates`] names them). Before the show's start it is that of the start, after its
+    /// end that of the end ([`Timeline::start`](crate::timeline::Timeline::start),
+    /// [`end`](crate::timeline::Timeline::end)).
     pub fn levels(&self, time: Time) -> Vec<f64> {
         self.document.timeline().evaluate(time)
     }
 
-    /// The image of a moment from the pool as it stands; coarse images are rendered if they are not
-    /// there. Linear light, in cd/m² for shows whose lights are measured; values may lie a little
+    /// The image of a moment from the pool as it stands; coarse images are rendered first if they are
+    /// not there. Times as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights are measured; values may lie a little
     /// below zero.
     ///
     /// # Errors

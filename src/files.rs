@@ -122,10 +122,12 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Reads below `root`, files of at most `limit` bytes.
+    /// Reads below `root` (the empty path is the current folder), files of at most `limit` bytes.
     pub fn new(root: impl Into<PathBuf>, limit: u64) -> Folder {
+        let root = root.into();
+        let current = root.as_os_str().is_empty();
         Folder {
-            root: root.into(),
+            root: if current { PathBuf::from(".") } else { root },
             limit,
             read: Arc::default(),
         }

@@ -187,7 +187,7 @@ pub use engine::{
     Method, Moves, PlanOptions, PoolPlace, Refined, Status,
 };
 pub use files::{Clock, Disk, Entry, FileError, Files, Folder, Growing, Memory, Shelf, Store};
-pub use lang::edit::{CueMove, CueText, Edit};
+pub use lang::edit::{Change, CueMove, CueText, Edit};
 pub use picture::Image;
 pub use picture::png::encode as encode_png;
 pub use picture::tone::Tone;
@@ -199,5 +199,6 @@ pub use renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 pub use repl::{Console, Error as ReplError, Repl, Reply};
 pub use report::film::{Canvas, Shown};
 pub use show::Show;
+pub use timeline::{KeySequence, Timeline};
 pub use units::{CueNumber, Time};
 pub use work::{Progress, Work};

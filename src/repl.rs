@@ -141,6 +141,13 @@ impl std::fmt::Debug for Repl {
     }
 }
 
+impl From<Engine> for Repl {
+    /// A prompt in plain text, without pipe and canvas.
+    fn from(engine: Engine) -> Repl {
+        Repl::new(engine, Console::default())
+    }
+}
+
 impl Repl {
     /// A prompt for an engine.
     pub fn new(engine: Engine, console: Console) -> Repl {

@@ -22,10 +22,23 @@ use crate::work::{Progress, Work};
 /// How long a wait goes on before it looks at progress and cancel again.
 const GLANCE: Duration = Duration::from_millis(40);
 
-/// Runs tasks in the background, such as on threads.
+/// Runs tasks in the background, such as on threads. A closure is one:
+///
+/// ```
+/// let host = footlight::Host {
+///     background: Some(Box::new(|task| drop(std::thread::spawn(task)))),
+///     ..footlight::Host::default()
+/// };
+/// ```
 pub trait Background: Send {
     /// Starts a task and comes back; [`Engine::poll`] should be called once it is done.
     fn start(&self, task: Box<dyn FnOnce() + Send>);
+}
+
+impl<F: Fn(Box<dyn FnOnce() + Send>) + Send> Background for F {
+    fn start(&self, task: Box<dyn FnOnce() + Send>) {
+        self(task);
+    }
 }
 
 /// How far a job is, and the way to stop it.
@@ -60,7 +73,7 @@ impl Progress for JobProgress {
 /// A job that is at work elsewhere. Dropped, it is given up.
 struct PendingJob {
     /// `None` once its images were taken.
-    ticket: Option<Ticket>,
+    ticket: Option<Box<Ticket>>,
     progress: Arc<JobProgress>,
     /// In a mutex only so that the engine can be shared; nothing else waits for it.
     from: Mutex<Receiver<Rendered>>,
@@ -172,8 +185,22 @@ impl Engine {
         }
     }
 
-    /// Begins a refinement in the background; call [`Engine::poll`] now and then, which takes in
-    /// what is finished and starts what is next.
+    /// Begins a refinement in the background, coarse images included where there are none yet; call
+    /// [`Engine::poll`] now and then (some ten times a second), which takes in what is finished and
+    /// starts what is next. An edit does not end it: what follows is planned from the show as it is
+    /// then. [`Engine::picture`] waits only while coarse images are still to come.
+    ///
+    /// ```
+    /// # use footlight::{Engine, Goal, Host};
+    /// # fn refine(engine: &mut Engine) -> Result<(), footlight::Error> {
+    /// engine.start(Goal::until(0.0))?; // to the end of the plan
+    /// while engine.is_busy() {
+    ///     std::thread::sleep(std::time::Duration::from_millis(20)); // or whatever the program does
+    ///     engine.poll();
+    /// }
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`Error::Busy`] when one is running already, [`Error::NoBackground`] when the host runs
@@ -257,14 +284,14 @@ impl Engine {
         let (Some(ticket), Some(rendered)) = (job.ticket.take(), job.rendered.take()) else {
             return Ok(());
         };
-        match background.refiner.collect(self, ticket, rendered) {
+        match background.refiner.collect(self, *ticket, rendered) {
             Err(error) if error.is_cancel() => Ok(()),
             other => other,
         }
     }
 
     /// Starts a job on the host's threads.
-    fn launch(&self, job: Job, ticket: Ticket) -> Result<PendingJob, Error> {
+    fn launch(&self, job: Job, ticket: Box<Ticket>) -> Result<PendingJob, Error> {
         let background = self.host.background.as_ref().ok_or(Error::NoBackground)?;
         let progress = Arc::new(JobProgress::default());
         let (send, from) = channel();

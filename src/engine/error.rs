@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostics, Style};
 use crate::files::FileError;
 use crate::picture::PictureError;
 use crate::plan::PlanError;
@@ -18,8 +18,8 @@ use crate::work::Cancelled;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The show, its stage files or an edit has errors.
-    #[error("the show has errors")]
+    /// The show, its stage files or an edit has errors; [`Diagnostics::render`] writes them.
+    #[error("{}", .0.render(Style::Plain).trim_end())]
     Show(Diagnostics),
     /// The show has more key settings than memory is meant for.
     #[error("the show is too large: {0}")]

@@ -38,8 +38,8 @@ pub struct Host {
     pub progress: Box<dyn Progress>,
     /// The operator G.
     pub renderer: Arc<dyn Transport>,
-    /// Threads for rendering, which end with the call that used them; with 1 the engine starts
-    /// none. Results do not depend on it.
+    /// Threads for rendering, started for one call of the operator and ended with it; on platforms
+    /// without threads it runs on the caller's. Results do not depend on it.
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,

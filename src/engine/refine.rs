@@ -28,7 +28,7 @@ impl Goal {
         }
     }
 
-    /// A relative error of the sequence.
+    /// A relative error of the sequence; 0 refines to the end of the plan.
     pub fn until(error: f64) -> Goal {
         Goal {
             until: Some(error),
@@ -182,7 +182,7 @@ impl Engine {
                 Next::Render(job, ticket) => {
                     let refined = ticket.refined;
                     let rendered = self.run_job(job, refined);
-                    refiner.collect(self, ticket, rendered)?;
+                    refiner.collect(self, *ticket, rendered)?;
                     if !refined {
                         continue;
                     }

@@ -18,7 +18,7 @@ use crate::renderer::{Quality, Setup};
 /// What is to be done next.
 pub(super) enum Next {
     /// Render, and give the images back by [`Refiner::collect`].
-    Render(Job, Ticket),
+    Render(Job, Box<Ticket>),
     /// Images that were at hand were added.
     Added,
     /// Nothing more.
@@ -128,7 +128,7 @@ impl Refiner {
     fn plan(&mut self, engine: &mut Engine) -> Result<Next, Error> {
         if engine.pool().is_none() {
             if let Some((job, ticket)) = self.next_coarse(engine)? {
-                return Ok(Next::Render(job, ticket));
+                return Ok(Next::Render(job, Box::new(ticket)));
             }
             self.make_pool(engine)?;
         }
@@ -195,10 +195,8 @@ impl Refiner {
             self.add(engine, ticket, Vec::new())?;
             return Ok(Next::Added);
         }
-        Ok(Next::Render(
-            rendering.lend(quality, missing.settings),
-            ticket,
-        ))
+        let job = rendering.lend(quality, missing.settings);
+        Ok(Next::Render(job, Box::new(ticket)))
     }
 
     /// The next job for coarse images; `None` once all of them are there.

@@ -16,14 +16,16 @@ const SHOWS: [&str; 3] = [
      group warm = lamps late\nlook night { lamps 8  sky 3 }\ncurve lin = linear 0 0, 1 100\n",
 ];
 
-/// What a cue with the moves sets at the end of the show: the naive way, by writing it there.
+/// What a cue with the moves sets at the end of the show: the naive way, by writing it there. Places
+/// elsewhere in the text, such as where a name is declared, are no places of what was typed.
 fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> {
-    let opening = "cue 9999.999 { snap  ";
-    let statement = Edit::Declare(format!("{opening}{typed} }}"));
+    let (opening, closing) = ("cue 9999.999 { snap  ", " }");
+    let statement = Edit::Declare(format!("{opening}{typed}{closing}"));
     let shifted = |found: Vec<Diagnostic>, start: usize| {
         let shift = |mut one: Diagnostic| {
             one.labels.retain_mut(|label| {
-                let own = label.file == 0 && label.span.start >= start;
+                let behind = start + typed.len() + closing.len();
+                let own = label.file == 0 && (start..=behind).contains(&label.span.start);
                 let moved = |at: usize| at.saturating_sub(start).min(typed.len());
                 label.span = moved(label.span.start)..moved(label.span.end);
                 own

@@ -3,6 +3,7 @@
 //! Invariants: splices are in order, do not touch each other, lie on character boundaries of the
 //! old text, and begin and end with a character that differs, as far as both sides have one.
 
+use std::fmt;
 use std::ops::Range;
 
 /// A text after an edit.
@@ -56,6 +57,20 @@ impl Change {
     /// The declaration by kind and name: `cue 2.5`, `bank lamps`, `preview`.
     pub fn what(&self) -> String {
         format!("{} {}", self.kind, self.name).trim_end().to_owned()
+    }
+}
+
+/// As a line: `cue 2.5: replaced`.
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let what = self.what();
+        match &self.action {
+            Action::Added => write!(f, "{what}: added"),
+            Action::Replaced => write!(f, "{what}: replaced"),
+            Action::Updated => write!(f, "{what}: updated"),
+            Action::Renamed(name) => write!(f, "{what}: renamed to {name}"),
+            Action::Removed => write!(f, "{what}: removed"),
+        }
     }
 }
 

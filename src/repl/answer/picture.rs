@@ -42,7 +42,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     let text = format!("{what}: {}{below}", made_of(repl, call));
     let path = call.option("output").map(Path::new);
-    if call.has("float") && !path.is_some_and(|p| ending(p) == "exr") {
+    if call.has("float") && path.is_none_or(|p| ending(p) != "exr") {
         return usage("`--float` is for an .exr");
     }
     match path {
