@@ -59,7 +59,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let mut live = LiveControl::new(engine.document());
     live.go(engine.document())?;
     let moves = Moves::read(engine.document(), "warm full", engine.host().files.as_ref())?;
-    live.set(engine.document(), moves);
+    live.set(engine.document(), moves)?;
     let tried = engine.picture_of(&live.setting(engine.document()))?;
     let brightest = tried.data().iter().copied().fold(0.0, f32::max);
     println!("with warm at full the brightest channel is {brightest:.1} cd/m2");

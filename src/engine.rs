@@ -54,6 +54,9 @@ pub use self::versions::{Serving, Version};
 
 pub(crate) use self::limit::TimedCall;
 
+/// Events that are kept for the next [`Engine::poll`].
+const EVENTS: usize = 64;
+
 /// A document with a renderer and the images made of it.
 ///
 /// ```
@@ -119,7 +122,8 @@ impl Engine {
     }
 
     /// An engine for a document, which must have been read from the host's files.
-    pub fn new(document: Document, host: Host) -> Engine {
+    pub fn new(mut document: Document, host: Host) -> Engine {
+        document.allow(host.memory);
         let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
             archive: host.archive(),
@@ -191,6 +195,9 @@ impl Engine {
     /// [`Error::NoSuchView`]; [`Error::Show`] when a file that the show names has become
     /// unreadable.
     pub fn look_from(&mut self, view: &str) -> Result<Edited, Error> {
+        if self.document.view() == Some(view) {
+            return Ok(Edited::default());
+        }
         self.change(|document, host| document.look_from(view, host.files.as_ref()))
     }
 
@@ -216,7 +223,7 @@ impl Engine {
     ) -> Result<Edited, Error> {
         let edited = change(&mut self.document, &self.host)?;
         if edited.reread {
-            self.events.push(Event::FilesReread);
+            self.tell(Event::FilesReread);
         }
         self.renew_rendering();
         self.drop_useless_job();
@@ -238,18 +245,31 @@ impl Engine {
             setup.map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
     }
 
-    /// What happened since this was called last: refinements that ended in the background, files
-    /// that were read again.
-    pub fn take_events(&mut self) -> Vec<Event> {
+    /// Keeps an event for the next [`Engine::poll`]; where nobody polls the oldest go first.
+    fn tell(&mut self, event: Event) {
+        if self.events.len() >= EVENTS {
+            self.events.remove(0);
+        }
+        self.events.push(event);
+    }
+
+    /// What happened since this or [`Engine::poll`] was called last.
+    pub(crate) fn take_events(&mut self) -> Vec<Event> {
         std::mem::take(&mut self.events)
     }
 
-    /// The light of each coordinate at a time, behind the dimmers and relative to full: one for each
+    /// The level of each coordinate at a time, before the dimmers, as a fraction of full: one for each
     /// bank, three for an rgb bank, then one for the fixed lights if there are any
     /// ([`Show::coordinates`] names them). Before the show's start it is that of the start, after its
     /// end that of the end ([`Timeline::start`](crate::timeline::Timeline::start),
     /// [`end`](crate::timeline::Timeline::end)).
     pub fn levels(&self, time: Time) -> Vec<f64> {
+        self.document.timeline().levels(time)
+    }
+
+    /// The light of each coordinate at a time, behind the dimmers and relative to full: what
+    /// [`Engine::picture_of`] takes. Times as in [`Engine::levels`].
+    pub fn setting(&self, time: Time) -> Vec<f64> {
         self.document.timeline().evaluate(time)
     }
 
@@ -260,7 +280,7 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn picture(&mut self, time: Time) -> Result<Image, Error> {
-        let setting = self.levels(time);
+        let setting = self.setting(time);
         self.picture_of(&setting)
     }
 
@@ -357,7 +377,7 @@ impl Engine {
         (self.host.renderer.remarks(), self.archive.notes())
     }
 
-    /// How the images of this session were come by so far.
+    /// How the images of this session were obtained so far.
     pub fn tally(&self) -> Tally {
         self.archive.tally()
     }

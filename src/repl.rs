@@ -18,7 +18,7 @@ use serde::Serialize;
 
 use crate::chart::Drawing;
 use crate::diagnostic::Style;
-use crate::engine::{Edited, Engine, LiveControl};
+use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::lang;
 use crate::report::film::{Canvas, Pipe, Shown};
 use crate::report::sheet::Difference;
@@ -237,7 +237,7 @@ impl Repl {
         self.unheard.extend(events);
         let mut reply = done.map_err(|error| match exceeded {
             Some(seconds) => error.late(seconds),
-            None => error,
+            None => error.busy(self.background()),
         })?;
         if let Some(seconds) = exceeded.filter(|_| reply.stopped) {
             let limit = format!("the limit of time ({seconds} s) is reached");
@@ -251,15 +251,29 @@ impl Repl {
     /// Takes in what was rendered in the background and starts what comes next; what there is to
     /// tell of it. Cheap while nothing is finished; every verb does it first.
     pub fn poll(&mut self) -> Vec<String> {
-        self.engine.poll();
-        self.told_events()
+        let events = self.engine.poll();
+        self.in_words(&events)
+    }
+
+    /// How the refinement in the background was asked for.
+    fn background(&self) -> &str {
+        match self.refining.as_str() {
+            "" => "refine &",
+            words => words,
+        }
     }
 
     /// What happened, in words.
     fn told_events(&mut self) -> Vec<String> {
-        let events = self.engine.take_events().into_iter();
+        let events = self.engine.take_events();
+        self.in_words(&events)
+    }
+
+    fn in_words(&self, events: &[Event]) -> Vec<String> {
+        let words = self.background();
         events
-            .flat_map(|event| refine::event(&event, &self.refining))
+            .iter()
+            .flat_map(|event| refine::event(event, words))
             .collect()
     }
 

@@ -160,7 +160,7 @@ impl Scene {
     }
 
     /// Adds a shape as polygons of a black material of this name, behind all others; its light is
-    /// the rig's. The error of [`shape::TOLERANCE`] is kept.
+    /// the rig's. The error that shapes are allowed is kept.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
         self.materials.push(Material {

@@ -96,7 +96,7 @@ pub fn watch(
         };
         match changed {
             Ok(()) => {}
-            Err(error) if error.exit_code() <= 2 => {
+            Err(error) if error.diagnostics().is_some() || error.exit_code() == 2 => {
                 screen.fail(&error);
                 if show.is_some() {
                     complain("the last good show is kept\n");

@@ -7,7 +7,7 @@
 //! Images are rendered one at a time: a job of several would keep the first waiting for the last.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -75,8 +75,7 @@ struct PendingJob {
     /// `None` once its images were taken.
     ticket: Option<Box<Ticket>>,
     progress: Arc<JobProgress>,
-    /// In a mutex only so that the engine can be shared; nothing else waits for it.
-    from: Mutex<Receiver<Rendered>>,
+    from: Receiver<Rendered>,
     /// What came back before it was asked for.
     rendered: Option<Rendered>,
 }
@@ -85,11 +84,18 @@ impl PendingJob {
     /// Waits at most `patience` for it; `Some(false)` where it will never come back.
     fn wait(&mut self, patience: Duration) -> Option<bool> {
         if self.rendered.is_none() {
-            let from = self.from.get_mut().unwrap_or_else(PoisonError::into_inner);
-            match from.recv_timeout(patience) {
+            // A look reads no clock: some platforms have none.
+            let received = match patience.is_zero() {
+                true => self.from.try_recv().map_err(|e| e == TryRecvError::Empty),
+                false => self
+                    .from
+                    .recv_timeout(patience)
+                    .map_err(|e| e == RecvTimeoutError::Timeout),
+            };
+            match received {
                 Ok(rendered) => self.rendered = Some(rendered),
-                Err(RecvTimeoutError::Timeout) => return None,
-                Err(RecvTimeoutError::Disconnected) => return Some(false),
+                Err(true) => return None,
+                Err(false) => return Some(false),
             }
         }
         Some(true)
@@ -151,7 +157,7 @@ pub struct Ahead {
     pub error: f64,
 }
 
-/// What happened that nobody asked for at that moment.
+/// What happened without a call that returned it.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Event {
@@ -217,13 +223,19 @@ impl Engine {
             refiner: Refiner::new(goal, self.method, false, self.now()),
             job: None,
         });
-        self.poll();
+        self.go_on();
         Ok(())
     }
 
-    /// Takes in what was rendered in the background and starts what comes next. Cheap while nothing
-    /// is finished. What there is to tell is among [`Engine::take_events`].
-    pub fn poll(&mut self) {
+    /// Takes in what was rendered in the background and starts what comes next; what happened since
+    /// it was called last. Cheap while nothing is finished.
+    pub fn poll(&mut self) -> Vec<Event> {
+        self.go_on();
+        self.take_events()
+    }
+
+    /// Takes in what is finished and starts what is next.
+    fn go_on(&mut self) {
         let Some(mut background) = self.background.take() else {
             return;
         };
@@ -238,12 +250,13 @@ impl Engine {
             }
             Err(error) => Some(error),
         };
-        self.events.push(Event::RefinementEnded {
+        let event = Event::RefinementEnded {
             done: std::mem::take(&mut background.refiner.done),
             failed,
             error: self.predicted_error().ok(),
             refined: self.refined(),
-        });
+        };
+        self.tell(event);
     }
 
     /// As far as it goes without waiting.
@@ -310,7 +323,7 @@ impl Engine {
         Ok(PendingJob {
             ticket: Some(ticket),
             progress,
-            from: Mutex::new(from),
+            from,
             rendered: None,
         })
     }
@@ -331,14 +344,22 @@ impl Engine {
     /// Waits while the refinement in the background is at work and `enough` is not true, reporting
     /// its progress as that of the foreground.
     pub(super) fn wait_until(&mut self, enough: impl Fn(&Engine) -> bool) -> Result<(), Error> {
-        self.poll();
+        self.go_on();
         while !enough(self) {
             let Some(job) = self.background.as_mut().and_then(|b| b.job.as_mut()) else {
                 break;
             };
-            if job.wait(GLANCE).is_some() {
-                self.poll();
+            // Where the platform cannot wait, whoever called looks again later.
+            let patience = match cfg!(target_family = "wasm") {
+                true => Duration::ZERO,
+                false => GLANCE,
+            };
+            if job.wait(patience).is_some() {
+                self.go_on();
                 continue;
+            }
+            if patience.is_zero() {
+                break;
             }
             let (task, done, total) = job.progress.at();
             if total > 0 {
@@ -349,7 +370,8 @@ impl Engine {
         Ok(())
     }
 
-    /// Waits until the refinement in the background has ended.
+    /// Waits until the refinement in the background has ended. On platforms without threads it only
+    /// looks whether it has.
     ///
     /// # Errors
     /// [`Error::Cancelled`] when the host's progress says so, [`Error::OutOfTime`]; the refinement
@@ -366,12 +388,17 @@ impl Engine {
                 job.progress.stop();
             }
         }
-        self.poll();
+        self.go_on();
     }
 
     /// Gives up the refinement in the background with what it is rendering.
     pub fn abandon(&mut self) {
-        self.background = None;
+        let Some(mut background) = self.background.take() else {
+            return;
+        };
+        if let Some(ticket) = background.job.as_ref().and_then(|j| j.ticket.as_ref()) {
+            background.refiner.abandon(self, ticket);
+        }
     }
 
     /// How far the refinement in the background is, if there is one.

@@ -136,6 +136,11 @@ impl Document {
         Ok(document)
     }
 
+    /// Sets the bytes that images given as banks may hold, from the next edit on.
+    pub(super) fn allow(&mut self, memory: usize) {
+        self.memory = memory;
+    }
+
     /// What diagnostics call it.
     pub fn name(&self) -> &str {
         &self.name
@@ -353,7 +358,7 @@ impl Document {
         let old = self.compiled.loaded.as_ref().filter(|_| !reread);
         let compiled = compile::compile(source, &mut self.cache, old)?;
         let warnings = compiled.diagnostics.new_since(&self.compiled.diagnostics);
-        if text != self.text {
+        if text != self.text || reread {
             self.revision += 1;
         }
         self.view = view;

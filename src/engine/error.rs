@@ -79,6 +79,9 @@ pub enum Error {
     /// Moves that set no level.
     #[error("that sets no level")]
     NoLevels,
+    /// Levels to try were read before an edit, and may belong to other banks now.
+    #[error("the levels were read before an edit")]
+    StaleMoves,
     /// No level is being tried, so that none can be recorded.
     #[error("no level is being tried")]
     NothingTried,

@@ -43,9 +43,11 @@ pub struct Host {
     pub threads: usize,
     /// Bytes that rendering may hold.
     pub memory: usize,
-    /// The longest that a call may take. Then it ends as if cancelled twice, with
-    /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`:
-    /// no limit. A refinement in the background is not limited by it.
+    /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
+    /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any line
+    /// of a [`Repl`](crate::repl::Repl). Then it ends as if cancelled twice, with
+    /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`: no
+    /// limit. A refinement in the background is not limited by it.
     pub time: Option<Duration>,
     /// The processor's name, for the records of measurements; `None` leaves it out.
     pub processor: Option<String>,

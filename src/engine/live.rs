@@ -15,6 +15,8 @@ use crate::units::{CueNumber, Time};
 pub struct Moves {
     text: String,
     levels: Vec<SetLevel>,
+    /// The document's, whose coordinates these are.
+    revision: u64,
 }
 
 impl Moves {
@@ -31,6 +33,7 @@ impl Moves {
             false => Ok(Moves {
                 text: text.to_owned(),
                 levels,
+                revision: document.revision(),
             }),
         }
     }
@@ -69,7 +72,7 @@ struct Tried {
 /// let mut live = LiveControl::new(&document);
 /// live.go(&document)?;
 /// assert!((live.levels(&document)[0] - 0.8).abs() < 1e-12);
-/// live.set(&document, Moves::read(&document, "a 30", &files)?);
+/// live.set(&document, Moves::read(&document, "a 30", &files)?)?;
 /// assert!((live.levels(&document)[0] - 0.3).abs() < 1e-12);
 /// # Ok(())
 /// # }
@@ -156,8 +159,8 @@ impl LiveControl {
         Ok(self.go_to(time.ok_or(Error::FirstCue)?))
     }
 
-    /// To the end of a cue, or to where a share of its time, 0 to 1, has gone by; what is let go
-    /// of.
+    /// To the end of a cue, or to where a share of its time, held within 0 to 1, has gone by; what
+    /// is let go of.
     ///
     /// # Errors
     /// [`Error::NoSuchCue`].
@@ -169,7 +172,7 @@ impl LiveControl {
     ) -> Result<Vec<String>, Error> {
         let index = index_of(document, cue)?;
         let time = match (document.timeline().cues().get(index), share) {
-            (Some(cue), Some(share)) => Some(part_of(cue, share)),
+            (Some(cue), Some(share)) => Some(part_of(cue, share.clamp(0.0, 1.0))),
             _ => settled(document, index),
         };
         Ok(self.go_to(time.unwrap_or(self.now)))
@@ -177,7 +180,13 @@ impl LiveControl {
 
     /// Tries levels on top of what the cues say at this moment. What is set again takes the place
     /// of what was.
-    pub fn set(&mut self, document: &Document, moves: Moves) {
+    ///
+    /// # Errors
+    /// [`Error::StaleMoves`] for moves that were read before an edit.
+    pub fn set(&mut self, document: &Document, moves: Moves) -> Result<(), Error> {
+        if moves.revision != document.revision() {
+            return Err(Error::StaleMoves);
+        }
         self.follow(document);
         let show = document.show();
         let tried: Vec<Tried> = moves
@@ -195,6 +204,14 @@ impl LiveControl {
         };
         self.tried.retain(|tried| !again(tried));
         self.tried.push((moves.text, tried));
+        Ok(())
+    }
+
+    /// What is being tried in a show of this meaning.
+    fn trying(&self, document: &Document) -> impl Iterator<Item = &Tried> {
+        let same = self.revision == document.revision();
+        let tried = self.tried.iter().filter(move |_| same);
+        tried.flat_map(|(_, tried)| tried)
     }
 
     /// Lets go of the levels being tried; false where there are none.
@@ -217,7 +234,7 @@ impl LiveControl {
     /// The light of each coordinate at this moment, relative to full, with the levels being tried.
     pub fn setting(&self, document: &Document) -> Vec<f64> {
         let mut setting = document.timeline().evaluate(self.now);
-        for tried in self.tried.iter().flat_map(|(_, tried)| tried) {
+        for tried in self.trying(document) {
             if let Some(slot) = setting.get_mut(tried.coordinate) {
                 *slot = tried.light;
             }
@@ -229,7 +246,7 @@ impl LiveControl {
     /// the levels being tried.
     pub fn levels(&self, document: &Document) -> Vec<f64> {
         let mut levels = document.timeline().levels(self.now);
-        for tried in self.tried.iter().flat_map(|(_, tried)| tried) {
+        for tried in self.trying(document) {
             if let Some(slot) = levels.get_mut(tried.coordinate) {
                 *slot = tried.level;
             }

@@ -126,14 +126,14 @@ impl Refiner {
     }
 
     fn plan(&mut self, engine: &mut Engine) -> Result<Next, Error> {
+        if self.stopping {
+            return Ok(Next::Ended(Ended::Stopped));
+        }
         if engine.pool().is_none() {
             if let Some((job, ticket)) = self.next_coarse(engine)? {
                 return Ok(Next::Render(job, Box::new(ticket)));
             }
             self.make_pool(engine)?;
-        }
-        if self.stopping {
-            return Ok(Next::Ended(Ended::Stopped));
         }
         if let Some(ended) = engine.ended(&self.goal, &self.done)? {
             return Ok(Next::Ended(ended));
@@ -211,6 +211,9 @@ impl Refiner {
                 ..Coarse::default()
             };
         }
+        // An edit may have asked for other steps since the last job.
+        let sets = &mut self.coarse.sets;
+        sets.retain(|(quality, _)| [cheap, fine].contains(quality));
         let units = rendering.units();
         let cheaper = Some(cheap).filter(|c| *c < fine);
         for quality in cheaper.into_iter().chain([fine]) {
@@ -247,7 +250,8 @@ impl Refiner {
     /// earlier ones left.
     fn make_pool(&mut self, engine: &mut Engine) -> Result<(), Error> {
         let begin = engine.now();
-        let coarse = std::mem::take(&mut self.coarse);
+        let mut coarse = std::mem::take(&mut self.coarse);
+        coarse.sets.sort_by_key(|(quality, _)| *quality);
         let mut sets = coarse.sets.into_iter().map(|(_, images)| images);
         let (first, second) = (sets.next().unwrap_or_default(), sets.next());
         let (coarser, images) = match second {
@@ -258,8 +262,8 @@ impl Refiner {
         rendering.pool = Some(Pool::new(images, coarser, engine.host.work()));
         rendering::trim(&mut engine.archive, engine.host.memory);
         engine.steps.clear();
-        // What was found says nothing of what rendering takes.
-        if !coarse.found {
+        // What was found says nothing of what rendering takes; the background learns job by job.
+        if self.batches && !coarse.found {
             let [predicted, measured] = coarse.seconds;
             let measured = measured + engine.now() - begin;
             engine.pace.learn(predicted, measured);
@@ -292,6 +296,9 @@ impl Refiner {
         rendering::trim(archive, engine.host.memory);
         let seconds = engine.now() - ticket.started;
         if !ticket.refined {
+            if !self.batches && ticket.found.iter().all(Option::is_none) {
+                engine.pace.learn(ticket.predicted, seconds);
+            }
             self.coarse.seconds[0] += ticket.predicted;
             self.coarse.seconds[1] += seconds;
             if self.coarse.setup.as_ref() == Some(&ticket.setup) {

@@ -58,14 +58,18 @@ impl Rendering {
         steps: [u8; 2],
         results: Option<&str>,
     ) -> Rendering {
-        let (operators, lent, pool) = match old {
-            Some(old) if old.setup == *setup => {
-                // A pool's coarse images are of one step; operators are kept by step anyway.
-                let pool = old.pool.filter(|_| old.steps == steps);
-                (old.operators, old.lent, pool)
+        if let Some(mut old) = old.filter(|old| old.setup == *setup) {
+            // A pool's coarse images are of one step; operators are kept by step anyway.
+            if old.steps != steps {
+                old.pool = None;
             }
-            _ => (BTreeMap::new(), None, None),
-        };
+            return Rendering {
+                setup: setup.clone(),
+                steps,
+                near_copies: 0,
+                ..old
+            };
+        }
         // Banks given as images are images already: nothing is gained by keeping them twice.
         let results = results.filter(|_| !only_images(&setup.rig));
         Rendering {
@@ -73,10 +77,10 @@ impl Rendering {
             scene_key: results.map(|r| Ground::new(r, &setup.scene, &setup.view)),
             setup: setup.clone(),
             steps,
-            operators,
-            lent,
+            operators: BTreeMap::new(),
+            lent: None,
             near_copies: 0,
-            pool,
+            pool: None,
         }
     }
 

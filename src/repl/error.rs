@@ -95,6 +95,27 @@ impl Error {
         }
     }
 
+    /// What to say while a refinement runs in the background, which was asked for by these words.
+    pub(super) fn busy(self, words: &str) -> Error {
+        match self {
+            Error::Session {
+                path,
+                line,
+                cause,
+                before,
+            } => Error::Session {
+                path,
+                line,
+                cause: Box::new(cause.busy(words)),
+                before,
+            },
+            error if matches!(error.engine(), Some(engine::Error::Busy)) => {
+                Error::Usage(format!("`{words}` is at work: `wait` for it, or `stop` it"))
+            }
+            other => other,
+        }
+    }
+
     /// 1 the show has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped.
     pub fn exit_code(&self) -> u8 {
         match self {

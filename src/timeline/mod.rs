@@ -72,7 +72,7 @@ impl Timeline {
     /// Compiles a show.
     ///
     /// The sequence runs from the first cue's GO to the last completion. The rules of timing are
-    /// [`CueTime`]'s; those of motion: at any time the latest cue (in order of the list) whose move
+    /// `CueTime`'s; those of motion: at any time the latest cue (in order of the list) whose move
     /// of a coordinate has started rules it, from the level it had at that start; so a move
     /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target
     /// with part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what

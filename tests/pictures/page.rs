@@ -290,7 +290,7 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     engine.coarse().unwrap();
     let time = Time::from_seconds(seconds).unwrap();
     let model = engine.show();
-    let mut settings = engine.levels(time);
+    let mut settings = engine.setting(time);
     for (setting, coordinate) in settings.iter_mut().zip(model.coordinates()) {
         if let Some((_, level)) = HELD.iter().find(|(name, _)| *name == coordinate.name) {
             let dimmer = model.banks[coordinate.bank.unwrap()].dimmer;

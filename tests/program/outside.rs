@@ -147,7 +147,7 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let engine = show.engine_mut();
     let start = engine.document().timeline().start();
     let pool = engine.picture(start).unwrap();
-    let setting = engine.levels(start);
+    let setting = engine.setting(start);
     let own = engine.render(&setting, Quality(3)).unwrap();
     for (a, b) in pool.data().iter().zip(own.data()) {
         assert!((a - b).abs() < 1e-5, "{a} {b}");

@@ -203,6 +203,55 @@ fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
 }
 
 #[test]
+fn stop_ends_it_among_coarse_pictures_too() {
+    for word in ["stop", "stop now"] {
+        let (mut show, queue) = open();
+        say(&mut show, "refine &");
+        say(&mut show, word);
+        assert!(queue.run());
+        let notes = show.poll();
+        assert!(
+            notes[0].ends_with("stopped; what is finished is kept"),
+            "{notes:?}"
+        );
+        assert!(!show.engine().is_busy() && queue.waiting() == 0, "{word}");
+        // Nothing is lost with it.
+        say(&mut show, "refine 1");
+        assert_eq!(show.engine().refined(), 1);
+    }
+}
+
+#[test]
+fn an_edit_of_the_coarse_step_meanwhile_makes_the_pool_of_that_step() {
+    for (before, after) in [(1, 2), (2, 1)] {
+        let preview = |coarse| format!("preview {{ tolerance 1%  coarse {coarse}  refined 4 }}");
+        let (mut show, queue) = open();
+        say(&mut show, &preview(before));
+        say(&mut show, "refine 1 &");
+        assert!(queue.run());
+        show.poll();
+        say(&mut show, &preview(after));
+        finish(&mut show, &queue);
+        let (mut twin, _) = open();
+        say(&mut twin, &preview(after));
+        say(&mut twin, "refine 1");
+        assert_eq!(settings(&show), settings(&twin), "{before} to {after}");
+        assert_eq!(picture(&mut show), picture(&mut twin));
+        let error = |show: &Repl| show.engine().predicted_error().unwrap();
+        assert_eq!(error(&show), error(&twin));
+    }
+}
+
+#[test]
+fn a_view_that_is_looked_from_already_changes_nothing() {
+    let (mut show, _) = open();
+    show.engine_mut().coarse().unwrap();
+    let steps = show.engine().steps().to_vec();
+    say(&mut show, "view house");
+    assert_eq!(show.engine().steps(), steps);
+}
+
+#[test]
 fn two_at_once_and_a_host_without_threads_are_refused() {
     let (mut show, queue) = open();
     say(&mut show, "refine &");

@@ -83,7 +83,7 @@ pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let files = repl.engine.host().files.as_ref();
     let moves = Moves::read(document, &call.words.join(" "), files)?;
-    repl.live.set(document, moves);
+    repl.live.set(document, moves)?;
     let mut reply = pictured_moment(repl)?;
     reply
         .text

@@ -23,7 +23,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let setting = match call.option("bank") {
         Some(name) => repl.engine.alone(name)?,
         None if moment == now => repl.live.setting(repl.engine.document()),
-        None => repl.engine.levels(moment),
+        None => repl.engine.setting(moment),
     };
     let image = match call.option("quality") {
         Some(text) => {

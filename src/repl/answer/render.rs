@@ -86,7 +86,7 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let mut call = call.clone();
     if let Some(words) = in_background(&mut call) {
-        repl.engine.idle().map_err(|_| busy(repl))?;
+        repl.engine.idle()?;
         repl.engine.start(goal(&call)?)?;
         repl.refining = words;
         let notes = repl.told_events();
@@ -96,7 +96,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         }));
     }
     let goal = goal(&call)?;
-    repl.engine.idle().map_err(|_| busy(repl))?;
+    repl.engine.idle()?;
     repl.engine.coarse()?;
     let before = repl.engine.steps().len();
     let done = repl.engine.refine(goal)?;
@@ -105,14 +105,6 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         stopped: done.ended == Some(Ended::Stopped),
         ..Reply::text(text)
     })
-}
-
-/// What to say while a refinement runs in the background.
-fn busy(repl: &Repl) -> Error {
-    Error::Usage(format!(
-        "`{}` is at work: `wait` for it, or `stop` it",
-        repl.refining
-    ))
 }
 
 /// Takes the `&` off that asks for work in the background; the line without its options, if it was
@@ -130,7 +122,7 @@ fn in_background(call: &mut Call) -> Option<String> {
 
 pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     Ok(Reply::text(match repl.engine.status() {
-        Some(status) => words::status(&status, &repl.refining),
+        Some(status) => words::status(&status, repl.background()),
         None => words::idle(&repl.engine),
     }))
 }
@@ -174,7 +166,7 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let folder = call.option("out").map(PathBuf::from);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
-    repl.engine.idle().map_err(|_| busy(repl))?;
+    repl.engine.idle()?;
     let summary = whole_loop::run(&mut repl.engine, goal, &folder)?;
     Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
 }
