@@ -63,7 +63,7 @@ const EVENTS: usize = 64;
 /// use footlight::{Engine, Host, Memory};
 ///
 /// # fn main() -> Result<(), footlight::Error> {
-/// let show = b"show \"S\"\nsurface floor reflectance 0.5 { box from -2,-2,-1 to 2,2,0 }\n\
+/// let show = b"show \"S\"\nsurface floor reflectance 0.5 box from -2,-2,-1 to 2,2,0\n\
 ///     view house from 0,-5,2 to 0,0,0 fov 40 size 32x18\n\
 ///     light key spot at 0,-2,3 aim 0,0,0 beam 30 field 60 900 cd\nbank front = key\n\
 ///     cue 1 at 0:00 { snap  front 100 }\n";

@@ -218,7 +218,7 @@ fn a_cancel_ends_a_hanging_renderer() {
     let mut show = open_within(host);
     let error = show.execute("picture").unwrap_err();
     assert!(
-        matches!(error.engine(), Some(Error::Render(_))) && error.exit_code() == 130,
+        matches!(error.engine(), Some(Error::Cancelled(_))) && error.exit_code() == 130,
         "{error}"
     );
 }

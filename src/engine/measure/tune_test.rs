@@ -12,7 +12,7 @@ use crate::radiosity::Radiosity;
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::study::random_show;
 use crate::study::session::sequence_error;
-use crate::study::tune::{Candidate, Tuner};
+use crate::study::tune::{Candidate, Expense, Tuner};
 use crate::work::Work;
 
 fn engine(steps: Option<(u8, u8)>) -> Engine {
@@ -114,7 +114,9 @@ fn a_tighter_tolerance_costs_more_and_the_statement_can_be_typed() {
 fn pictures_at_hand_are_not_rendered_again_and_their_seconds_are_said_to_be_predicted() {
     let mut engine = engine(None);
     let first = engine.tune(0.02, None).unwrap();
-    assert!(first.steps.iter().all(|s| s.measured && s.fixed > 0.0));
+    // What a small scene takes beyond its pictures may be lost in the clock's noise.
+    let seconds = |s: &Expense| s.fixed >= 0.0 && s.picture > 0.0;
+    assert!(first.steps.iter().all(|s| s.measured && seconds(s)));
     let errors: Vec<f64> = first.steps.iter().map(|s| s.error).collect();
     assert!(errors.iter().is_sorted_by(|a, b| a > b), "{errors:?}");
     let before = engine.tally();
