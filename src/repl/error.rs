@@ -76,27 +76,26 @@ impl Error {
 
     /// What a cancel that the limit of time asked for is to the user.
     pub(super) fn late(self, seconds: f64) -> Error {
-        match self {
-            Error::Session {
-                path,
-                line,
-                cause,
-                before,
-            } => Error::Session {
-                path,
-                line,
-                cause: Box::new(cause.late(seconds)),
-                before,
+        self.map(
+            &|error| match error.engine().is_some_and(engine::Error::is_cancel) {
+                true => engine::Error::OutOfTime { seconds }.into(),
+                false => error,
             },
-            error if error.engine().is_some_and(engine::Error::is_cancel) => {
-                engine::Error::OutOfTime { seconds }.into()
-            }
-            other => other,
-        }
+        )
     }
 
     /// What to say while a refinement runs in the background, which was asked for by these words.
     pub(super) fn busy(self, words: &str) -> Error {
+        self.map(&|error| match error.engine() {
+            Some(engine::Error::Busy) => {
+                Error::Usage(format!("`{words}` is at work: `wait` for it, or `stop` it"))
+            }
+            _ => error,
+        })
+    }
+
+    /// Another error in its place, or in the place of what ended a session.
+    fn map(self, change: &dyn Fn(Error) -> Error) -> Error {
         match self {
             Error::Session {
                 path,
@@ -106,13 +105,10 @@ impl Error {
             } => Error::Session {
                 path,
                 line,
-                cause: Box::new(cause.busy(words)),
+                cause: Box::new(cause.map(change)),
                 before,
             },
-            error if matches!(error.engine(), Some(engine::Error::Busy)) => {
-                Error::Usage(format!("`{words}` is at work: `wait` for it, or `stop` it"))
-            }
-            other => other,
+            other => change(other),
         }
     }
 
