@@ -85,7 +85,7 @@ impl Vec3 {
     }
 
     /// From Y-up (OBJ, glTF) to Z-up: (x, y, z) becomes (x, -z, y), a proper rotation.
-    pub fn from_y_up(self) -> Vec3 {
+    pub fn y_up_to_z_up(self) -> Vec3 {
         vec3(self.x, -self.z, self.y)
     }
 }
@@ -230,7 +230,7 @@ mod tests {
             vec3(0.0, 1.0, 0.0),
             vec3(0.0, 0.0, 1.0),
         );
-        assert_eq!(x.from_y_up().cross(y.from_y_up()), z.from_y_up());
-        assert_eq!(y.from_y_up(), z);
+        assert_eq!(x.y_up_to_z_up().cross(y.y_up_to_z_up()), z.y_up_to_z_up());
+        assert_eq!(y.y_up_to_z_up(), z);
     }
 }

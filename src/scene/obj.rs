@@ -242,7 +242,7 @@ fn add<'f>(
 }
 
 fn turned(vertex: Vec3, z_up: bool) -> Vec3 {
-    if z_up { vertex } else { vertex.from_y_up() }
+    if z_up { vertex } else { vertex.y_up_to_z_up() }
 }
 
 #[cfg(test)]

@@ -72,7 +72,7 @@ fn case(
             filter: Rgb::WHITE,
         }],
     });
-    let [from, to] = eye.map(|[x, y, z]| vec3(x, y, z).from_y_up());
+    let [from, to] = eye.map(|[x, y, z]| vec3(x, y, z).y_up_to_z_up());
     let (fov, width, height) = lens;
     Case {
         name,

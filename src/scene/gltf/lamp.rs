@@ -48,7 +48,7 @@ pub fn add(
         }
         to.cameras.push(Camera {
             name,
-            from: placed.transform.point(vec3(0.0, 0.0, 0.0)).from_y_up(),
+            from: placed.transform.point(vec3(0.0, 0.0, 0.0)).y_up_to_z_up(),
             direction: ahead(placed).map_err(|e| Fault::new(placed.place(), e))?,
             fov,
         });
@@ -59,7 +59,7 @@ pub fn add(
 /// Lights and cameras look along their own -Z.
 fn ahead(placed: &Placed<'_>) -> Result<crate::geometry::Vec3, PartError> {
     let ahead = placed.transform.direction(vec3(0.0, 0.0, -1.0));
-    let ahead = ahead.from_y_up().normalized();
+    let ahead = ahead.y_up_to_z_up().normalized();
     if ahead.length() > 0.5 && ahead.is_finite() {
         Ok(ahead)
     } else {
@@ -92,7 +92,7 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartEr
     Ok(Lamp {
         name: named.unwrap_or_else(|| format!("light.{count}")),
         shape,
-        position: placed.transform.point(vec3(0.0, 0.0, 0.0)).from_y_up(),
+        position: placed.transform.point(vec3(0.0, 0.0, 0.0)).y_up_to_z_up(),
         direction: ahead(placed)?,
         colour: Rgb(colour),
         peak,

@@ -63,7 +63,7 @@ impl<'d> Meshes<'d> {
                 let corner = |i: u32| drawn.positions.get(i as usize).copied();
                 let [a, b, c] = triangle.map(|i| corner(i).unwrap_or_default());
                 let corners = if mirrors { [a, c, b] } else { [a, b, c] };
-                let vertices = corners.map(|v| placed.transform.point(v).from_y_up());
+                let vertices = corners.map(|v| placed.transform.point(v).y_up_to_z_up());
                 let near = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) <= FAR;
                 if !vertices.iter().all(|v| v.is_finite() && near(v)) {
                     return Err(Fault::new(placed.place(), PartError::Far));
