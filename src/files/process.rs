@@ -267,6 +267,7 @@ struct Private {
 
 impl Private {
     fn new() -> Result<Private, FileError> {
+        #[cfg_attr(not(unix), allow(unused_mut, reason = "modes are Unix's"))]
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
