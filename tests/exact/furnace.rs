@@ -33,13 +33,9 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
 /// solver and what is lost at edges.
 #[test]
 fn every_wall_emits_and_reflects() {
-    for rho in [0.5, 0.9, 0.99, 0.999] {
-        // The cheaper steps at low reflectances: see the next test.
-        let finest = *qualities().end();
-        for quality in qualities().filter(|q| *q == finest || rho > 0.95) {
-            let off = off_in_a_furnace(rho, quality);
-            assert!(off < 1e-3, "{rho}, quality {quality}: {off}");
-        }
+    for quality in qualities() {
+        let off = off_in_a_furnace(0.999, quality);
+        assert!(off < 1e-3, "quality {quality}: {off}");
     }
 }
 
@@ -48,12 +44,10 @@ fn every_wall_emits_and_reflects() {
 /// reflectance of 0.5.
 #[test]
 fn cheap_steps_are_off_by_what_they_interpolate() {
-    for rho in [0.5, 0.9] {
-        let off: Vec<f64> = qualities().map(|q| off_in_a_furnace(rho, q)).collect();
-        let bounds = [1e-2, 1.5e-2, 1.5e-2, 5e-3, 1e-3];
-        let within = off.iter().zip(bounds).all(|(off, bound)| *off < bound);
-        assert!(within && off.len() == bounds.len(), "{rho}: {off:?}");
-    }
+    let off: Vec<f64> = qualities().map(|q| off_in_a_furnace(0.5, q)).collect();
+    let bounds = [1e-2, 1.5e-2, 1.5e-2, 5e-3, 1e-3];
+    let within = off.iter().zip(bounds).all(|(off, bound)| *off < bound);
+    assert!(within && off.len() == bounds.len(), "{off:?}");
 }
 
 /// Pixels without an edge between walls in them or beside them: the references are values at the
@@ -121,9 +115,9 @@ fn integrating_sphere() {
         .map(|t| (t[1] - t[0]).cross(t[2] - t[0]).length() * 0.5)
         .sum();
     let exact = flux / area * rho / (1.0 - rho);
-    // The finest step costs as much as all others and tells no more: the triangles are the limit.
+    // The finest step costs as much as all others and shows no more: the triangles are the limit.
     let finest = *qualities().end();
-    for quality in 1..finest {
+    for quality in [1, finest - 1] {
         let lit = room(rho).radiances(&view, quality);
         let direct = room(GREY).radiances(&view, quality);
         let all = lit
