@@ -87,6 +87,33 @@
     )
 )]
 
+/// The manual. Each page answers one question.
+///
+/// - [`language`](manual::language): how do I write a cue sheet?
+/// - [`commands`](manual::commands): what can I type?
+/// - [`files`](manual::files): which files go in and come out?
+/// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
+/// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
+/// - [`security`](manual::security): can I open a show that a stranger sent me?
+/// - [`embedding`](manual::embedding): how do I call it from my own program?
+#[cfg(doc)]
+pub mod manual {
+    #[doc = include_str!("../grammar/README.md")]
+    pub mod language {}
+    #[doc = include_str!("manual/commands.md")]
+    pub mod commands {}
+    #[doc = include_str!("manual/files.md")]
+    pub mod files {}
+    #[doc = include_str!("manual/accuracy.md")]
+    pub mod accuracy {}
+    #[doc = include_str!("manual/farm.md")]
+    pub mod farm {}
+    #[doc = include_str!("manual/security.md")]
+    pub mod security {}
+    #[doc = include_str!("manual/embedding.md")]
+    pub mod embedding {}
+}
+
 #[cfg(feature = "internals")]
 pub mod chart;
 #[cfg(not(feature = "internals"))]
