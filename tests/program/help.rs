@@ -32,7 +32,7 @@ cue 3 at 1:30 { time 4  lamps 5  sky #403010 }
 
 const SESSION: &str = "refine 1\ncue 2 at 0:10 { time 3  lamps 60 }\nrefine 1\n";
 
-fn root() -> PathBuf {
+fn project() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
@@ -47,7 +47,7 @@ impl Place {
         write("old.lxq", &SHOW.replace("lamps 80", "lamps 60"));
         write("session.txt", SESSION);
         for name in ["outside.lxq", "set.obj", "set.mtl", "render.py"] {
-            let from = root().join("examples/outside").join(name);
+            let from = project().join("examples/outside").join(name);
             fs::copy(from, folder.path().join(name)).unwrap();
         }
         fs::create_dir(folder.path().join("refs")).unwrap();
@@ -115,7 +115,7 @@ fn every_example_of_the_help_runs() {
     let python = Command::new("python3").args(["-c", "0"]).output();
     let has_python = python.is_ok_and(|output| output.status.success());
     let before = examples.len();
-    for page in fs::read_dir(root().join("src/manual")).unwrap() {
+    for page in fs::read_dir(project().join("src/manual")).unwrap() {
         let page = fs::read_to_string(page.unwrap().path()).unwrap();
         let lines = page.lines().filter_map(|l| l.strip_prefix("footlight "));
         let lines = lines.filter(|l| !l.contains("ffmpeg"));

@@ -88,16 +88,18 @@ fn sessions_go_as_written() {
 fn sessions_of_the_manual_go_as_written() {
     let mut pages = files_of("src/manual", "md");
     pages.extend(["README.md", "grammar/README.md"].map(|name| root().join(name)));
-    let path = root().join("examples/first.lxq");
+    let first = root().join("examples/first.lxq");
     let mut count = 0;
     for page in pages {
         let written = fs::read_to_string(&page).unwrap();
+        let mut path = first.clone();
         let mut show = fs::read_to_string(&path).unwrap();
         let mut pieces: Vec<String> = written.split("```").map(str::to_owned).collect();
         // Every second piece is a block of code, its language in front.
         for block in pieces.iter_mut().skip(1).step_by(2) {
             if let Some(text) = block.strip_prefix("lxq\n") {
                 show = text.to_owned();
+                path = first.with_file_name("show.lxq");
             } else if block.starts_with("text\nlxq> ") {
                 *block = format!("text\n{}", replay(block, &path, show.as_bytes()));
                 count += 1;
