@@ -22,6 +22,8 @@
 //! decomposition orders the few settings worth rendering well, a linear light-transport operator
 //! G renders them, and any frame is at most three linear blends of key images.
 //!
+//! The [`manual`] has the language, the commands, the files, and how exact and fast it is.
+//!
 //! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
 //!   change of the text.
 //! - [`Engine`] is a document with a renderer and the images made of it: levels, pictures, plan,
