@@ -22,6 +22,8 @@
 //! decomposition orders the few settings worth rendering well, a linear light-transport operator
 //! G renders them, and any frame is at most three linear blends of key images.
 //!
+//! The [`manual`] has the language, the commands, the files, and how exact and fast it is.
+//!
 //! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
 //!   change of the text.
 //! - [`Engine`] is a document with a renderer and the images made of it: levels, pictures, plan,
@@ -86,6 +88,33 @@
         reason = "modules are also the ground of this project's tests and studies"
     )
 )]
+
+/// The manual. Each page answers one question.
+///
+/// - [`language`](manual::language): how do I write a cue sheet?
+/// - [`commands`](manual::commands): what can I type?
+/// - [`files`](manual::files): which files go in and come out?
+/// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
+/// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
+/// - [`security`](manual::security): can I open a show that a stranger sent me?
+/// - [`embedding`](manual::embedding): how do I call it from my own program?
+#[cfg(doc)]
+pub mod manual {
+    #[doc = include_str!("../grammar/README.md")]
+    pub mod language {}
+    #[doc = include_str!("manual/commands.md")]
+    pub mod commands {}
+    #[doc = include_str!("manual/files.md")]
+    pub mod files {}
+    #[doc = include_str!("manual/accuracy.md")]
+    pub mod accuracy {}
+    #[doc = include_str!("manual/farm.md")]
+    pub mod farm {}
+    #[doc = include_str!("manual/security.md")]
+    pub mod security {}
+    #[doc = include_str!("manual/embedding.md")]
+    pub mod embedding {}
+}
 
 #[cfg(feature = "internals")]
 pub mod chart;

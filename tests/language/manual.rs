@@ -1,5 +1,5 @@
-//! Every example of the manual and every show among the examples is read; none has a mistake,
-//! except where the manual names its code (```lxq,E032).
+//! Every example of the manual and every show among the examples is read; none has an error, except
+//! where the manual names its code (```lxq,E032).
 
 use std::fs;
 use std::path::PathBuf;
@@ -25,7 +25,10 @@ fn complaints(files: &dyn Files, name: &str, text: &str) -> (Vec<&'static str>, 
 
 #[test]
 fn the_manuals_examples_are_shows() {
-    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    let mut manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    for page in fs::read_dir(root().join("src/manual")).unwrap() {
+        manual += &fs::read_to_string(page.unwrap().path()).unwrap();
+    }
     let rig = "light key spot at 0, -3, 4  aim 0, 0, 1  beam 24  field 40  1200 cd\n";
     let files = Memory::default().with("rig.lxq", rig);
     let mut count = 0;

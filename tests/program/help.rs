@@ -1,9 +1,10 @@
-//! The help keeps its word: every example of every `--help`, and every line of the README that
+//! The help keeps its word: every example of every `--help`, and every line of the manual that
 //! calls the program, runs in a shell, and every verb's example at the prompt.
 #![cfg(unix)]
 
+use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use footlight::engine::{Background, Engine, Host};
@@ -31,6 +32,10 @@ cue 3 at 1:30 { time 4  lamps 5  sky #403010 }
 
 const SESSION: &str = "refine 1\ncue 2 at 0:10 { time 3  lamps 60 }\nrefine 1\n";
 
+fn project() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
 /// The program in a folder that has all the examples name.
 struct Place(tempfile::TempDir);
 
@@ -41,6 +46,10 @@ impl Place {
         write("show.lxq", SHOW);
         write("old.lxq", &SHOW.replace("lamps 80", "lamps 60"));
         write("session.txt", SESSION);
+        for name in ["outside.lxq", "set.obj", "set.mtl", "render.py"] {
+            let from = project().join("examples/outside").join(name);
+            fs::copy(from, folder.path().join(name)).unwrap();
+        }
         fs::create_dir(folder.path().join("refs")).unwrap();
         let place = Place(folder);
         assert!(place.shell("footlight fmt old.lxq").status.success());
@@ -102,17 +111,23 @@ fn every_example_of_the_help_runs() {
     }
     let shown = root.split("Examples:").nth(1).unwrap().lines();
     examples.extend(shown.filter_map(|l| l.strip_prefix("  footlight ").map(str::to_owned)));
-    // Those of the README too, but for the one that needs another program.
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md");
-    let readme = fs::read_to_string(readme).unwrap();
+    // Those of the manual too, but for the one that needs another program.
+    let python = Command::new("python3").args(["-c", "0"]).output();
+    let has_python = python.is_ok_and(|output| output.status.success());
     let before = examples.len();
-    let lines = readme.lines().filter_map(|l| l.strip_prefix("footlight "));
-    let lines = lines.filter(|l| !l.contains("ffmpeg"));
-    examples.extend(lines.map(|l| l.split(" #").next().unwrap().trim_end().to_owned()));
+    for page in fs::read_dir(project().join("src/manual")).unwrap() {
+        let page = fs::read_to_string(page.unwrap().path()).unwrap();
+        let lines = page.lines().filter_map(|l| l.strip_prefix("footlight "));
+        let lines = lines.filter(|l| !l.contains("ffmpeg"));
+        let lines = lines.filter(|l| has_python || !l.contains("python3"));
+        examples.extend(lines.map(str::to_owned));
+    }
     assert!(
         before >= 20 && examples.len() >= before + 10,
         "{examples:?}"
     );
+    let mut seen = BTreeSet::new();
+    examples.retain(|example| seen.insert(example.clone()));
     for example in examples {
         // It goes on until it is stopped; `watch.rs` is its test.
         if example.starts_with("watch") {

@@ -10,7 +10,7 @@ use footlight::files::{Memory, Shelf};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::renderer::Quality;
-use footlight::renderer::outside::{Call, Outside};
+use footlight::renderer::outside::{Call, Camera, Coordinate, Outside, Request};
 use footlight::repl::{Console, Repl};
 use footlight::work::Progress;
 
@@ -294,4 +294,42 @@ fn the_example_renders() {
     );
     assert!(code == 0 && !said.contains("not linear"), "{code} {said}");
     assert!(picture.exists());
+}
+
+/// The settings that the manual shows can be rendered, and have the fields that a renderer reads.
+#[test]
+fn the_manual_shows_the_settings() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/farm.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let shown = page.split("```json\n").nth(1).unwrap();
+    let shown = shown.split("```").next().unwrap();
+    let shown: serde_json::Value = serde_json::from_str(shown).unwrap();
+    let image = painted(&shown);
+    assert_eq!((image.width(), image.height()), (160, 90));
+    let request = Request {
+        schema: 0,
+        show: None,
+        view: Camera {
+            from: [0.0; 3],
+            to: [0.0; 3],
+            fov: 32.0,
+            width: 160,
+            height: 90,
+        },
+        quality: 1,
+        steps: 1,
+        coordinates: vec![Coordinate {
+            name: "day",
+            value: 1.0,
+        }],
+    };
+    let request = serde_json::to_value(request).unwrap();
+    let fields = |value: &serde_json::Value| -> Vec<String> {
+        value.as_object().unwrap().keys().cloned().collect()
+    };
+    assert_eq!(shown["schema"], request["schema"]);
+    for part in ["", "/view", "/coordinates/0"] {
+        let of = |value: &serde_json::Value| fields(value.pointer(part).unwrap());
+        assert_eq!(of(&shown), of(&request), "{part}");
+    }
 }

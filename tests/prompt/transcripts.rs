@@ -1,5 +1,5 @@
 //! Golden transcripts: sessions at the prompt, compared as a whole. `FOOTLIGHT_BLESS=1 cargo test
-//! --test prompt transcripts` writes them anew.
+//! --test prompt transcripts` writes them again.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,21 +9,26 @@ use footlight::engine::Host;
 use footlight::files::{Folder, Shelf, Store};
 use footlight::repl::finished;
 
-fn folder() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/transcripts")
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on the show
-/// that its first line names (`// on sketch/sketch.lxq`), or the first one, and returns it with the
-/// answers as they are now.
-fn replay(transcript: &str) -> String {
-    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+/// The files of a folder whose names have this ending, in order.
+fn files_of(folder: &str, ending: &str) -> Vec<PathBuf> {
+    let entries = fs::read_dir(root().join(folder)).unwrap();
+    let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|e| e == ending));
+    paths.sort();
+    assert!(!paths.is_empty());
+    paths
+}
+
+/// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on a show at
+/// `path`, and returns it with the answers as they are now.
+fn replay(transcript: &str, path: &Path, show: &[u8]) -> String {
     let shelf = Shelf::default();
-    let first = transcript.lines().next().unwrap_or_default();
-    let named = first.strip_prefix("// on ");
-    let path = examples.join(named.unwrap_or("first.lxq"));
     let name = Path::new(path.file_name().unwrap());
-    shelf.write(name, &fs::read(&path).unwrap()).unwrap();
+    shelf.write(name, show).unwrap();
     let host = Host {
         files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
         store: Box::new(shelf),
@@ -31,7 +36,7 @@ fn replay(transcript: &str) -> String {
         ..Host::default()
     };
     let mut show = crate::open(name, host);
-    let mut out = named.map_or_else(String::new, |_| format!("{first}\n"));
+    let mut out = String::new();
     let mut pending = String::new();
     for line in transcript.lines() {
         let Some(command) = line.strip_prefix("lxq> ").or(line.strip_prefix("...> ")) else {
@@ -54,21 +59,53 @@ fn replay(transcript: &str) -> String {
     out
 }
 
+fn compare(path: &Path, written: &str, now: &str) {
+    if std::env::var_os("FOOTLIGHT_BLESS").is_some() {
+        fs::write(path, now).unwrap();
+    } else {
+        assert!(now == written, "{} now goes:\n{now}", path.display());
+    }
+}
+
+/// A transcript's show is the one that its first line names (`// on sketch/sketch.lxq`), or the
+/// first one.
 #[test]
 fn sessions_go_as_written() {
-    let mut names: Vec<PathBuf> = fs::read_dir(folder())
-        .unwrap()
-        .map(|e| e.unwrap().path())
-        .collect();
-    names.sort();
-    assert!(!names.is_empty());
-    for path in names {
+    for path in files_of("tests/transcripts", "txt") {
         let written = fs::read_to_string(&path).unwrap();
-        let now = replay(&written);
-        if std::env::var_os("FOOTLIGHT_BLESS").is_some() {
-            fs::write(&path, &now).unwrap();
-        } else {
-            assert!(now == written, "{} now goes:\n{now}", path.display());
-        }
+        let first = written.lines().next().unwrap_or_default();
+        let named = first.strip_prefix("// on ");
+        let show = root().join("examples").join(named.unwrap_or("first.lxq"));
+        let head = named.map_or_else(String::new, |_| format!("{first}\n"));
+        let now = head + &replay(&written, &show, &fs::read(&show).unwrap());
+        compare(&path, &written, &now);
     }
+}
+
+/// The transcripts of the README and the manual, each on the show above it in the page, or on the
+/// first one.
+#[test]
+fn sessions_of_the_manual_go_as_written() {
+    let mut pages = files_of("src/manual", "md");
+    pages.extend(["README.md", "grammar/README.md"].map(|name| root().join(name)));
+    let first = root().join("examples/first.lxq");
+    let mut count = 0;
+    for page in pages {
+        let written = fs::read_to_string(&page).unwrap();
+        let mut path = first.clone();
+        let mut show = fs::read_to_string(&path).unwrap();
+        let mut pieces: Vec<String> = written.split("```").map(str::to_owned).collect();
+        // Every second piece is a block of code, its language in front.
+        for block in pieces.iter_mut().skip(1).step_by(2) {
+            if let Some(text) = block.strip_prefix("lxq\n") {
+                show = text.to_owned();
+                path = first.with_file_name("show.lxq");
+            } else if block.starts_with("text\nlxq> ") {
+                *block = format!("text\n{}", replay(block, &path, show.as_bytes()));
+                count += 1;
+            }
+        }
+        compare(&page, &written, &pieces.join("```"));
+    }
+    assert!(count >= 5);
 }
