@@ -5,6 +5,7 @@
 //! and number of iterations depend on setup and quality, never on settings. Results are
 //! bit-equal for any number of threads.
 
+pub mod contract;
 pub mod layered;
 pub mod outside;
 mod setup;

@@ -8,7 +8,7 @@ use crate::engine::{self, Engine};
 use crate::picture::Image;
 use crate::picture::exr::{Precision, stack};
 use crate::playback::Playback;
-use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::show::{Coordinate, Show};
 
 /// What does not fit, and the way out.
@@ -23,7 +23,7 @@ type Layer<'i> = (String, String, &'i Image);
 /// and its description.
 ///
 /// # Errors
-/// [`TransportError::Memory`]; what rendering and encoding say.
+/// [`TransportError::Memory`](crate::renderer::TransportError::Memory); what rendering and encoding say.
 pub fn layers(
     engine: &Engine,
     playback: &Playback,
@@ -78,17 +78,8 @@ fn check_memory(
     let (width, height) = playback.size();
     let each = (keys + made) * size_of::<f32>() + written * channel;
     let needed = width.saturating_mul(height).saturating_mul(3 * each);
-    let budget = engine.host().memory;
-    if needed > budget {
-        let what = ALL_AT_ONCE;
-        let error = TransportError::Memory {
-            what,
-            needed,
-            budget,
-        };
-        return Err(engine::Error::from(error).into());
-    }
-    Ok(())
+    let checked = check_memory(ALL_AT_ONCE, needed, engine.host().memory);
+    Ok(checked.map_err(engine::Error::from)?)
 }
 
 fn key_layers<'i>(engine: &Engine, playback: &'i Playback) -> Vec<Layer<'i>> {
