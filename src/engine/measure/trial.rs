@@ -5,8 +5,7 @@ use crate::picture::Image;
 use crate::plan::{Metric, PlanError};
 use crate::pool::Pool;
 use crate::renderer::contract::check_memory;
-use crate::renderer::layered::Layered;
-use crate::renderer::{Cost, Quality, Transport as _};
+use crate::renderer::{Cost, Quality};
 use crate::study::Trial;
 use crate::study::refinement::{Refinement, Seconds};
 
@@ -103,8 +102,7 @@ impl Engine {
     fn predict(&self, seconds: &mut Seconds) -> Result<(), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let renderer = self.host.renderer.as_ref();
-        let clock = || self.now();
-        let pace = Layered::new(&rendering.setup.rig, renderer).pace(&clock, self.host.work())?;
+        let pace = self.measure_pace()?;
         let sources = rendering.setup.rig.sources.len() as f64;
         let of = |quality: Quality| {
             let cost = rendering.cost(renderer, quality);
