@@ -239,10 +239,9 @@ impl Engine {
         let results = self.host.renderer.results();
         let old = self.rendering.take();
         let preview = &self.document.show().preview;
-        let steps = [preview.coarse, preview.refined];
         let setup = self.document.setup();
         self.rendering =
-            setup.map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
+            setup.map(|setup| rendering::Rendering::renew(old, setup, preview, results.as_deref()));
     }
 
     /// Keeps an event for the next [`Engine::poll`]; where nobody polls the oldest go first.
@@ -409,7 +408,7 @@ impl Engine {
 
     /// The step of quality of refined images.
     pub fn refined_step(&self) -> Quality {
-        Quality(self.show().preview.refined.clamp(1, self.finest().0))
+        rendering::refined_step(self.show().preview.refined, self.finest())
     }
 
     /// True when the first images are as good as any: the scale has one step, so that nothing is

@@ -19,6 +19,7 @@ use crate::pool::archive::{Archive, Wanted};
 use crate::pool::depot::Place;
 use crate::renderer::layered::{Layered, only_images};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use crate::show::Preview;
 use crate::work::Work;
 
 /// The share of the memory budget for images that the pool does not use at present.
@@ -56,9 +57,10 @@ impl Rendering {
     pub fn renew(
         old: Option<Rendering>,
         setup: &Setup,
-        steps: [u8; 2],
+        preview: &Preview,
         results: Option<&str>,
     ) -> Rendering {
+        let steps = [preview.coarse, preview.refined];
         if let Some(mut old) = old.filter(|old| old.setup == *setup) {
             // A pool's coarse images are of one step; operators are kept by step anyway.
             if old.steps != steps {
@@ -277,6 +279,11 @@ impl Rendering {
 pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [Quality; 2] {
     let cheap = coarse.clamp(1, finest.0);
     [cheap, cheap.saturating_add(1).min(finest.0)].map(Quality)
+}
+
+/// The step of quality for refined images: `refined`, or the nearest one on the scale.
+pub(super) fn refined_step(refined: u8, finest: Quality) -> Quality {
+    Quality(refined.clamp(1, finest.0))
 }
 
 /// Keeps images that were rendered, where they have addresses.

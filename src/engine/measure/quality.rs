@@ -169,7 +169,7 @@ impl Engine {
             },
             without_emitters: left_out,
             coarse: self.coarse_steps()[1].0,
-            refined: self.show().preview.refined.clamp(1, finest),
+            refined: self.refined_step().0,
             steps,
         })
     }
