@@ -257,9 +257,6 @@ impl Document {
                 known: names.cloned().collect(),
             });
         }
-        if self.view() == Some(name) {
-            return Ok(Edited::default());
-        }
         let text = self.text.clone();
         self.compile(&text, Some(name.to_owned()), files)
     }
