@@ -30,7 +30,7 @@ pub fn layers(
     layers: Layers,
     precision: Precision,
 ) -> Result<(Vec<u8>, String), Error> {
-    check_memory(engine, playback, layers, precision)?;
+    check_size(engine, playback, layers, precision)?;
     let show = engine.show();
     let banks = match layers {
         Layers::Banks => engine.bank_images()?,
@@ -58,7 +58,7 @@ pub fn layers(
 
 /// Refuses what would not fit into memory: the key images, which are there, images that are yet to
 /// be made, and the file, taken as uncompressed.
-fn check_memory(
+fn check_size(
     engine: &Engine,
     playback: &Playback,
     layers: Layers,
