@@ -16,6 +16,7 @@ use crate::lang::edit::{self, Change, Edit, Splice};
 use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeySequence, Timeline};
+use crate::units::Time;
 
 /// The largest text that is read, in bytes.
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -174,6 +175,18 @@ impl Document {
     /// Its curves.
     pub fn timeline(&self) -> &Timeline {
         &self.compiled.timeline
+    }
+
+    /// Checks that a time is within the show.
+    ///
+    /// # Errors
+    /// [`Error::OutsideShow`] if not.
+    pub(crate) fn check_time(&self, time: Time) -> Result<(), Error> {
+        let (start, end) = (self.timeline().start(), self.timeline().end());
+        match (start..=end).contains(&time) {
+            true => Ok(()),
+            false => Err(Error::OutsideShow { time, start, end }),
+        }
     }
 
     /// Its key settings.

@@ -100,11 +100,7 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     match call.option("output").map(Path::new) {
         None => Ok(Reply::text(text)),
-        Some(path) => {
-            repl.write(path, &compared.chart(path)?)?;
-            let wrote = path.display();
-            Ok(Reply::text(format!("{}\nwrote {wrote}", text.trim_end())))
-        }
+        Some(path) => repl.written(path, &compared.chart(path)?, &text),
     }
 }
 
@@ -124,8 +120,8 @@ fn table(repl: &Repl, call: &Call, table: &Table, plain: &Table) -> Result<Reply
     let Some(path) = call.option("output").map(Path::new) else {
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
-    repl.write(path, format::table(table, plain, path)?.as_bytes())?;
-    Ok(Reply::text(format!("wrote {}", path.display())))
+    let written = format::table(table, plain, path)?;
+    repl.written(path, written.as_bytes(), "")
 }
 
 pub fn explain(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
