@@ -4,8 +4,8 @@
 //! its prediction. A call has a fixed part (the operator's preparation, sources lit for the first
 //! time) and a part for each image. Rendering several images at once spares the planning between
 //! them, but the first may show that the others were not needed; so the others together are given
-//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what was
-//! needed.
+//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what
+//! was needed.
 
 use serde::Serialize;
 

@@ -18,9 +18,9 @@ use crate::work::Work;
 /// Seconds to add one number of a picture to another, measured on an ordinary core.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
-/// The same in yardsticks of some 0.1 s each, for beside another operator. Of one whose unit is
-/// longer it is a small part anyway.
-const YARDSTICKS_PER_NUMBER: f64 = 1.5e-8;
+/// The same in units of another operator's cost, taken as 0.1 s each. Where its unit is longer the
+/// share of images is small anyway.
+const UNITS_PER_NUMBER: f64 = 1.5e-8;
 
 /// Images on top of another operator, or alone.
 #[derive(Clone, Copy)]
@@ -111,7 +111,7 @@ impl Transport for Layered<'_> {
             .inner
             .map_or(Cost::default(), |inner| inner.cost(&parted.rest, quality));
         let each = match self.inner {
-            Some(_) => YARDSTICKS_PER_NUMBER,
+            Some(_) => UNITS_PER_NUMBER,
             None => SECONDS_PER_NUMBER,
         };
         let (rig, view) = (&setup.rig, &setup.view);

@@ -23,7 +23,8 @@ type Layer<'i> = (String, String, &'i Image);
 /// and its description.
 ///
 /// # Errors
-/// [`TransportError::Memory`](crate::renderer::TransportError::Memory); what rendering and encoding say.
+/// [`TransportError::Memory`](crate::renderer::TransportError::Memory); what rendering and encoding
+/// say.
 pub fn layers(
     engine: &Engine,
     playback: &Playback,

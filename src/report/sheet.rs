@@ -1,8 +1,7 @@
 //! The show on paper: what each cue does, what each bank holds, what changed between two versions.
 //!
 //! Everything here is read off the model and its timeline; nothing is rendered, and no file is
-//! touched. Tables come out as data ([`Table`](super::table::Table)) with three ways to be written: for a terminal, in
-//! Markdown, as CSV.
+//! touched. Sheets are data: a [`Table`](super::table::Table), written as text, Markdown or CSV.
 
 mod cue;
 mod difference;
