@@ -1,9 +1,9 @@
 //! Fits the unit costs of `src/radiosity/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release --example cost`.
 //!
-//! `--check` only prints, `--quick` leaves out the two finest steps. Times are in yardsticks, laid
-//! on anew before each scene, so the machine's speed and what else runs on it matter little; run it
-//! on an idle machine all the same. The fit minimizes the squares of relative errors over costs
+//! `--check` only prints, `--quick` leaves out the two finest steps. Times are in units of cost,
+//! measured again before each step, so the machine's speed and what else runs on it matter little;
+//! run it on an idle machine all the same. The fit minimizes the squares of relative errors over costs
 //! that are not negative.
 
 #![allow(
@@ -27,7 +27,7 @@ use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};
 use std::time::Instant;
 
-/// A step on a scene: its counts, and what it took in yardsticks.
+/// A step on a scene: its counts, and what it took in units of cost.
 struct Sample {
     name: String,
     counts: Counts,
@@ -58,7 +58,7 @@ fn main() {
     ];
     let mut samples = Vec::new();
     println!(
-        "scene   step   yardstick ms   seconds: prepare  banks  picture   predicted/measured: prepare  banks  together  picture"
+        "scene   step   unit of cost ms   seconds: prepare  banks  picture   predicted/measured: prepare  banks  together  picture"
     );
     for case in &cases {
         for quality in 1..=Radiosity.finest().0 - 2 * u8::from(quick) {
@@ -201,6 +201,6 @@ fn fitted(name: &str, names: &[&str], rows: &[(Vec<f64>, f64)], samples: &[Sampl
         low.0, low.1, high.0, high.1
     );
     for (unit, name) in units.iter().zip(names) {
-        println!("  {unit:.3e} yardsticks for {name}");
+        println!("  {unit:.3e} units of cost for {name}");
     }
 }

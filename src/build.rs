@@ -11,9 +11,9 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The rooms that decide what a picture looks like: `radiosity` and all that it may import, by the
-/// table of `lib.rs`; `tests/layering.rs` holds the two against each other.
-pub const ROOMS: [&str; 8] = [
+/// The modules that decide what a picture looks like: `radiosity` and all that it may import, by
+/// the table of `lib.rs`; `tests/layering.rs` compares the two.
+pub const MODULES: [&str; 8] = [
     "files",
     "geometry",
     "picture",
@@ -32,8 +32,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let root = PathBuf::from(std::env::var("CARGO_MANIFEST_DIR")?);
     let digest = digest(&root)?;
     println!("cargo::rustc-env=FOOTLIGHT_OPERATOR={digest}");
-    for room in ROOMS {
-        for path in [format!("src/{room}"), format!("src/{room}.rs")] {
+    for module in MODULES {
+        for path in [format!("src/{module}"), format!("src/{module}.rs")] {
             // A path that is missing would make cargo build anew each time.
             if root.join(&path).exists() {
                 println!("cargo::rerun-if-changed={path}");
@@ -53,9 +53,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// When a file cannot be read.
 pub fn digest(root: &Path) -> Result<String, Box<dyn Error>> {
     let mut files = Vec::new();
-    for room in ROOMS {
-        collect(&root.join("src").join(room), &mut files)?;
-        files.push(root.join("src").join(format!("{room}.rs")));
+    for module in MODULES {
+        collect(&root.join("src").join(module), &mut files)?;
+        files.push(root.join("src").join(format!("{module}.rs")));
     }
     files.push(root.join("Cargo.lock"));
     files.sort();

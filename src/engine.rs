@@ -239,10 +239,9 @@ impl Engine {
         let results = self.host.renderer.results();
         let old = self.rendering.take();
         let preview = &self.document.show().preview;
-        let steps = [preview.coarse, preview.refined];
         let setup = self.document.setup();
         self.rendering =
-            setup.map(|setup| rendering::Rendering::renew(old, setup, steps, results.as_deref()));
+            setup.map(|setup| rendering::Rendering::renew(old, setup, preview, results.as_deref()));
     }
 
     /// Keeps an event for the next [`Engine::poll`]; where nobody polls the oldest go first.
@@ -258,10 +257,10 @@ impl Engine {
         std::mem::take(&mut self.events)
     }
 
-    /// The level of each coordinate at a time, before the dimmers, as a fraction of full: one for each
-    /// bank, three for an rgb bank, then one for the fixed lights if there are any
-    /// ([`Show::coordinates`] names them). Before the show's start it is that of the start, after its
-    /// end that of the end ([`Timeline::start`](crate::timeline::Timeline::start),
+    /// The level of each coordinate at a time, before the dimmers, as a fraction of full: one for
+    /// each bank, three for an rgb bank, then one for the fixed lights if there are any
+    /// ([`Show::coordinates`] names them). Before the show's start it is that of the start, after
+    /// its end that of the end ([`Timeline::start`](crate::timeline::Timeline::start),
     /// [`end`](crate::timeline::Timeline::end)).
     pub fn levels(&self, time: Time) -> Vec<f64> {
         self.document.timeline().levels(time)
@@ -273,9 +272,9 @@ impl Engine {
         self.document.timeline().evaluate(time)
     }
 
-    /// The image of a moment from the pool as it stands; coarse images are rendered first if they are
-    /// not there. Times as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights are measured; values may lie a little
-    /// below zero.
+    /// The image of a moment from the pool as it stands; coarse images are rendered first if they
+    /// are not there. Times as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights
+    /// are measured; values may lie a little below zero.
     ///
     /// # Errors
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
@@ -409,7 +408,7 @@ impl Engine {
 
     /// The step of quality of refined images.
     pub fn refined_step(&self) -> Quality {
-        Quality(self.show().preview.refined.clamp(1, self.finest().0))
+        rendering::refined_step(self.show().preview.refined, self.finest())
     }
 
     /// True when the first images are as good as any: the scale has one step, so that nothing is

@@ -40,10 +40,11 @@ pub use visibility::raster::Camera;
 
 use crate::geometry::Vec3;
 use crate::picture::Image;
+use crate::renderer::contract::{check_memory, check_settings};
 use crate::renderer::{Cost, Expense, Prepared, Quality, Setup, Transport, TransportError};
 use crate::scene::{Light, Rig};
 use crate::work::Work;
-use account::{Account, within};
+use account::Account;
 use camera::eye::{Fragment, Fragments, fragments};
 use compose::Taken;
 use cost::Counts;
@@ -297,13 +298,7 @@ impl Prepared for Operator {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        let expected = self.rig.sources.len();
-        if settings
-            .iter()
-            .any(|s| s.len() != expected || !s.iter().all(|x| x.is_finite()))
-        {
-            return Err(TransportError::Setting { expected });
-        }
+        check_settings(settings, self.rig.sources.len())?;
         let strengths: Vec<Vec<[f64; 3]>> = settings.iter().map(|s| self.strengths(s)).collect();
         let wanted: Vec<usize> = (0..self.lights.len())
             .filter(|&l| strengths.iter().any(|s| s[l].iter().any(|x| *x != 0.0)))
@@ -313,7 +308,7 @@ impl Prepared for Operator {
             memory: work.memory.saturating_sub(self.held),
             ..work
         };
-        within("the pictures", settings.len() * pixels * 12, work.memory)?;
+        check_memory("the pictures", settings.len() * pixels * 12, work.memory)?;
         Threads::new(work)?.install(|| {
             self.solve(&wanted, work)?;
             let mut images = Vec::with_capacity(settings.len());

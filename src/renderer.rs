@@ -1,10 +1,11 @@
 //! The operator G: light settings to pictures, at a quality, exactly linear.
 //!
-//! A [`Transport`] prepares a [`Setup`] (scene, rig and view) once; the [`Prepared`] operator then turns any
-//! settings, of either sign, into pictures. At one quality G is one linear operator: mesh, order
-//! and number of iterations depend on setup and quality, never on settings. Results are
+//! A [`Transport`] prepares a [`Setup`] (scene, rig and view) once; the [`Prepared`] operator then
+//! turns any settings, of either sign, into pictures. At one quality G is one linear operator: mesh,
+//! order and number of iterations depend on setup and quality, never on settings. Results are
 //! bit-equal for any number of threads.
 
+pub mod contract;
 pub mod layered;
 pub mod outside;
 mod setup;
@@ -19,8 +20,8 @@ use crate::work::{Cancelled, Work};
 pub struct Quality(pub u8);
 
 /// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
-/// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of the operator's own; [`Transport::pace`] tells how many
-/// seconds one of them takes.
+/// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of
+/// the operator's own; [`Transport::pace`] returns the seconds of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Meshing, visibility, form factors.
@@ -125,9 +126,15 @@ pub enum TransportError {
 /// }
 ///
 /// impl Prepared for Ready {
-///     fn render(&mut self, settings: &[Vec<f64>], _: Work<'_>) -> Result<Vec<Image>, TransportError> {
+///     fn render(
+///         &mut self,
+///         settings: &[Vec<f64>],
+///         _: Work<'_>,
+///     ) -> Result<Vec<Image>, TransportError> {
+///         let Ready(width, height) = *self;
 ///         let light = |setting: &Vec<f64>| setting.iter().sum::<f64>() as f32;
-///         let image = |setting| Image::from_data(self.0, self.1, vec![light(setting); self.0 * self.1 * 3]);
+///         let pixels = |setting| vec![light(setting); width * height * 3];
+///         let image = |setting| Image::from_data(width, height, pixels(setting));
 ///         Ok(settings.iter().filter_map(image).collect())
 ///     }
 /// }

@@ -78,10 +78,15 @@ impl Reply {
     fn drawn(drawing: &Drawing, text: String) -> Result<Reply, Error> {
         let (width, height, rgb) = drawing.rgb8().map_err(report::Error::from)?;
         let size = (width, height);
-        Ok(Reply {
-            picture: Some(Shown { size, rgb }),
+        Ok(Reply::pictured(Shown { size, rgb }, text))
+    }
+
+    /// A picture with words.
+    fn pictured(picture: Shown, text: String) -> Reply {
+        Reply {
+            picture: Some(picture),
             ..Reply::text(text)
-        })
+        }
     }
 
     fn text(text: impl Into<String>) -> Reply {

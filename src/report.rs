@@ -30,6 +30,7 @@ pub mod run;
 pub mod session;
 pub mod sheet;
 pub mod stability;
+pub mod table;
 pub mod target;
 pub mod tradeoff;
 pub mod tune;

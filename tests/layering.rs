@@ -210,14 +210,14 @@ fn every_module_keeps_to_its_row() {
 #[test]
 fn the_operators_version_covers_all_that_it_may_import() {
     let table = table();
-    let mut rooms = BTreeSet::new();
+    let mut modules = BTreeSet::new();
     let mut open = vec!["radiosity".to_owned()];
-    while let Some(room) = open.pop() {
-        open.extend(table[&room].imports.iter().cloned());
-        rooms.insert(room);
+    while let Some(module) = open.pop() {
+        open.extend(table[&module].imports.iter().cloned());
+        modules.insert(module);
     }
-    let covered = build::ROOMS.map(str::to_owned);
-    assert_eq!(rooms, BTreeSet::from(covered));
+    let covered = build::MODULES.map(str::to_owned);
+    assert_eq!(modules, BTreeSet::from(covered));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use crate::lang::edit::{self, Change, Edit, Splice};
 use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeySequence, Timeline};
+use crate::units::Time;
 
 /// The largest text that is read, in bytes.
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -176,6 +177,18 @@ impl Document {
         &self.compiled.timeline
     }
 
+    /// Checks that a time is within the show.
+    ///
+    /// # Errors
+    /// [`Error::OutsideShow`] if not.
+    pub(crate) fn check_time(&self, time: Time) -> Result<(), Error> {
+        let (start, end) = (self.timeline().start(), self.timeline().end());
+        match (start..=end).contains(&time) {
+            true => Ok(()),
+            false => Err(Error::OutsideShow { time, start, end }),
+        }
+    }
+
     /// Its key settings.
     pub fn keys(&self) -> &KeySequence {
         &self.compiled.keys
@@ -256,9 +269,6 @@ impl Document {
                 name: name.to_owned(),
                 known: names.cloned().collect(),
             });
-        }
-        if self.view() == Some(name) {
-            return Ok(Edited::default());
         }
         let text = self.text.clone();
         self.compile(&text, Some(name.to_owned()), files)

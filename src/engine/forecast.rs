@@ -4,8 +4,8 @@
 //! its prediction. A call has a fixed part (the operator's preparation, sources lit for the first
 //! time) and a part for each image. Rendering several images at once spares the planning between
 //! them, but the first may show that the others were not needed; so the others together are given
-//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what was
-//! needed.
+//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what
+//! was needed.
 
 use serde::Serialize;
 
@@ -13,7 +13,6 @@ use super::refine::{Goal, Remark};
 use super::{Engine, Error};
 use crate::pool::is_within;
 use crate::renderer::Transport as _;
-use crate::renderer::layered::Layered;
 use crate::renderer::{Cost, Quality};
 
 /// Most images of one call: what is known after them is better than what is predicted before.
@@ -198,12 +197,16 @@ impl Engine {
         if self.pace.is_known() {
             return Ok(());
         }
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let clock = || self.host.clock.seconds();
-        let operator = Layered::new(&rendering.setup.rig, self.host.renderer.as_ref());
-        let seconds = operator.pace(&clock, self.host.work())?;
+        let seconds = self.measure_pace()?;
         self.pace.learn(self.pace.seconds(), seconds);
         Ok(())
+    }
+
+    /// Seconds that a unit of the operator's cost takes here now, by the operator's own small task.
+    pub(super) fn measure_pace(&self) -> Result<f64, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let operator = rendering.layered(self.host.renderer.as_ref());
+        Ok(operator.pace(&|| self.now(), self.host.work())?)
     }
 
     /// Predicted cost of refined images, in the operator's units.

@@ -125,7 +125,7 @@ impl LiveControl {
     /// # Errors
     /// [`Error::OutsideShow`].
     pub fn move_to(&mut self, document: &Document, time: Time) -> Result<Vec<String>, Error> {
-        within(document, time)?;
+        document.check_time(time)?;
         Ok(self.go_to(time))
     }
 
@@ -323,15 +323,6 @@ impl LiveControl {
         self.blind = None;
         self.follow(engine.document());
         Ok(())
-    }
-}
-
-/// Refuses a time outside the show.
-fn within(document: &Document, time: Time) -> Result<(), Error> {
-    let (start, end) = (document.timeline().start(), document.timeline().end());
-    match (start..=end).contains(&time) {
-        true => Ok(()),
-        false => Err(Error::OutsideShow { time, start, end }),
     }
 }
 

@@ -6,6 +6,7 @@ mod reuse;
 pub(super) use self::job::{Job, Rendered};
 pub(super) use self::reuse::Reused;
 
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -18,6 +19,7 @@ use crate::pool::archive::{Archive, Wanted};
 use crate::pool::depot::Place;
 use crate::renderer::layered::{Layered, only_images};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use crate::show::Preview;
 use crate::work::Work;
 
 /// The share of the memory budget for images that the pool does not use at present.
@@ -55,9 +57,10 @@ impl Rendering {
     pub fn renew(
         old: Option<Rendering>,
         setup: &Setup,
-        steps: [u8; 2],
+        preview: &Preview,
         results: Option<&str>,
     ) -> Rendering {
+        let steps = [preview.coarse, preview.refined];
         if let Some(mut old) = old.filter(|old| old.setup == *setup) {
             // A pool's coarse images are of one step; operators are kept by step anyway.
             if old.steps != steps {
@@ -94,9 +97,14 @@ impl Rendering {
         Pool::unit_settings(self.sources())
     }
 
+    /// The rig's operator: images, and `renderer` for other lights.
+    pub fn layered<'t>(&self, renderer: &'t dyn Transport) -> Layered<'t> {
+        Layered::new(&self.setup.rig, renderer)
+    }
+
     /// The finest step of quality that the rig's operator has.
     pub fn finest(&self, renderer: &dyn Transport) -> Quality {
-        Layered::new(&self.setup.rig, renderer).finest()
+        self.layered(renderer).finest()
     }
 
     /// A new operator at a step of quality.
@@ -106,12 +114,12 @@ impl Rendering {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        Layered::new(&self.setup.rig, renderer).prepare(&self.setup, quality, work)
+        self.layered(renderer).prepare(&self.setup, quality, work)
     }
 
     /// Predicted cost of the rig's operator.
     pub fn cost(&self, renderer: &dyn Transport, quality: Quality) -> Cost {
-        Layered::new(&self.setup.rig, renderer).cost(&self.setup, quality)
+        self.layered(renderer).cost(&self.setup, quality)
     }
 
     /// True when the operator of this step of quality is at hand, or will be given back.
@@ -131,15 +139,12 @@ impl Rendering {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<&mut dyn Prepared, TransportError> {
-        let finest = self.finest(renderer).0;
-        if !self.operators.contains_key(&quality.0) {
-            let prepared = self.prepare(renderer, quality, work)?;
-            self.operators.insert(quality.0, prepared);
-        }
-        match self.operators.get_mut(&quality.0) {
-            Some(operator) => Ok(operator.as_mut()),
-            None => Err(TransportError::Quality(quality.0, finest)),
-        }
+        let layered = self.layered(renderer);
+        let operator = match self.operators.entry(quality.0) {
+            Entry::Occupied(prepared) => prepared.into_mut(),
+            Entry::Vacant(place) => place.insert(layered.prepare(&self.setup, quality, work)?),
+        };
+        Ok(operator.as_mut())
     }
 
     /// An image of each setting at a step of quality, found or rendered here.
@@ -274,6 +279,11 @@ impl Rendering {
 pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [Quality; 2] {
     let cheap = coarse.clamp(1, finest.0);
     [cheap, cheap.saturating_add(1).min(finest.0)].map(Quality)
+}
+
+/// The step of quality for refined images: `refined`, or the nearest one on the scale.
+pub(super) fn refined_step(refined: u8, finest: Quality) -> Quality {
+    Quality(refined.clamp(1, finest.0))
 }
 
 /// Keeps images that were rendered, where they have addresses.

@@ -3,14 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::compile::{self, Parsed, Source};
-use super::rendering::Rendering;
+use super::rendering::{Rendering, refined_step};
 use super::setup::{self, Loaded};
 use super::{Engine, Error, Host, decode};
 use crate::files::Files;
 use crate::lang;
 use crate::pool::address::Digest;
 use crate::pool::archive::Archive;
-use crate::renderer::Quality;
 use crate::show::Show;
 use crate::timeline::Timeline;
 
@@ -65,10 +64,9 @@ impl Version {
             return BTreeSet::new();
         };
         let results = host.renderer.results();
-        let steps = [show.preview.coarse, show.preview.refined];
-        let rendering = Rendering::renew(None, &loaded.setup, steps, results.as_deref());
-        let finest = rendering.finest(host.renderer.as_ref()).0;
-        let least = Quality(show.preview.refined.clamp(1, finest));
+        let rendering = Rendering::renew(None, &loaded.setup, &show.preview, results.as_deref());
+        let finest = rendering.finest(host.renderer.as_ref());
+        let least = refined_step(show.preview.refined, finest);
         rendering.serving(archive, least, host.store.as_ref())
     }
 }

@@ -15,10 +15,8 @@ pub use change::{Action, Change, Edited, Splice};
 pub use cue::{CueMove, CueText};
 pub use place::{locate, name};
 
-use super::read;
-use super::report::Report;
 use super::scan::{self, Scan};
-use super::{codes, limits};
+use super::{codes, read};
 use crate::diagnostic::Diagnostic;
 use crate::units::CueNumber;
 use change::Draft;
@@ -103,16 +101,7 @@ pub fn apply(source: &str, edit: &Edit) -> Result<Edited, Vec<Diagnostic>> {
 }
 
 fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
-    let mut report = Report::default();
-    if statements.len() > limits::STATEMENT {
-        let message = format!("more than {} bytes at once", limits::STATEMENT);
-        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
-    }
-    let scan = scan::scan(statements);
-    let typed = read::read(statements, 0, &scan, None, &mut report);
-    if report.failed() {
-        return Err(report.finish());
-    }
+    let (scan, typed, _) = read::typed(statements)?;
     if typed.statements.is_empty() {
         let message = "there is no declaration in this";
         return Err(vec![Diagnostic::error(codes::EMPTY, message)]);
@@ -140,11 +129,7 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
 
 fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
-    let key = Key::of(what);
-    let found = key.and_then(|key| Some((place::find(source, &scan.cuts, &key)?, key)));
-    let Some((cut, key)) = found else {
-        return Err(vec![place::not_found(source, &scan.cuts, what)]);
-    };
+    let (cut, key) = place::resolve(source, &scan.cuts, what)?;
     let splice = Splice {
         range: place::with_line(source, cut.span.clone()),
         text: String::new(),

@@ -5,9 +5,8 @@
 
 use super::lower::{self, Lowering};
 use super::read::{self, Read};
-use super::report::Report;
-use super::scan::{self, first_word};
-use super::{codes, include, limits};
+use super::scan::first_word;
+use super::{codes, include};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::Files;
 use crate::show::{Cue, Motion};
@@ -64,16 +63,9 @@ fn cue(
     typed: &str,
 ) -> Result<Cue, Vec<Diagnostic>> {
     let text = format!("{OPENING}{typed}{CLOSING}");
-    if text.len() > limits::STATEMENT {
-        let message = format!("more than {} bytes at once", limits::STATEMENT);
-        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
-    }
-    let (mut report, mut sources) = (Report::default(), Sources::default());
-    let file = sources.add("typed", text.as_str()) as u32;
-    let moves = read::read(&text, file, &scan::scan(&text), None, &mut report);
-    if report.failed() {
-        return Err(report.finish());
-    }
+    let (_, moves, mut report) = read::typed(&text)?;
+    let mut sources = Sources::default();
+    sources.add("typed", text.as_str());
     if moves.statements.len() != 1 {
         let message = "moves stand side by side, without declarations";
         return Err(vec![Diagnostic::error(codes::MISPLACED, message)]);

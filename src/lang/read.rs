@@ -7,7 +7,7 @@ use super::build::Builder;
 use super::known::Known;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
-use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word};
+use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -50,6 +50,25 @@ pub fn read<'a>(
         reader.statement(cut);
     }
     reader.out
+}
+
+/// Reads declarations that were typed, as file 0: their scan, what was read, and the report, which
+/// has no errors.
+///
+/// # Errors
+/// Diagnostics for a text that is too large or does not parse.
+pub fn typed(text: &str) -> Result<(Scan, Read<'_>, Report), Vec<Diagnostic>> {
+    if text.len() > limits::STATEMENT {
+        let message = format!("more than {} bytes at once", limits::STATEMENT);
+        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
+    }
+    let mut report = Report::default();
+    let scan = scan(text);
+    let read = read(text, 0, &scan, None, &mut report);
+    if report.failed() {
+        return Err(report.finish());
+    }
+    Ok((scan, read, report))
 }
 
 /// All statements that are no cues, one after the other, added to `out`.

@@ -1,6 +1,7 @@
 //! What an operator holds of a budget of memory, step by step: each asks for what the others leave.
 
 use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::work::Work;
 
 /// What one step after the other holds of a budget of memory.
@@ -33,7 +34,7 @@ impl Account {
     /// # Errors
     /// [`TransportError::Memory`] if not.
     pub fn check(&self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
-        within(what, self.held.saturating_add(bytes), self.budget)
+        check_memory(what, self.held.saturating_add(bytes), self.budget)
     }
 
     /// Holds so much more.
@@ -44,20 +45,5 @@ impl Account {
         self.check(what, bytes)?;
         self.held += bytes;
         Ok(())
-    }
-}
-
-/// Is so much within a budget?
-///
-/// # Errors
-/// [`TransportError::Memory`] if not.
-pub fn within(what: &'static str, needed: usize, budget: usize) -> Result<(), TransportError> {
-    match needed <= budget {
-        true => Ok(()),
-        false => Err(TransportError::Memory {
-            what,
-            needed,
-            budget,
-        }),
     }
 }

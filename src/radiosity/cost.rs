@@ -4,8 +4,8 @@
 //! coefficients of the exchange. The counts come from the same layouts that the operator uses and
 //! from one rasterization of the view at one sample a pixel; no form factor and no shadow is
 //! computed. Each count has a unit cost, fitted to measurements of shipped scenes
-//! (`cargo run --release --example cost` tells which). Units are in yardsticks: the time that one small fixed
-//! task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
+//! (`cargo run --release --example cost` lists them). The unit of cost is the time that one small
+//! fixed task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
 //! written here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped
 //! scene from nothing prepared are told within factors of 0.74 to 1.35, of a bare room of 200 or
 //! 1,000 faces of 0.72 to 1.01; a change of the operator asks for a new fit.
@@ -42,14 +42,14 @@ pub const LIGHTS: [&str; 5] = [
 /// Names of the counts of [`Counts::picture`].
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
-/// Yardsticks for each of [`PREPARE`].
+/// Units of cost for each of [`PREPARE`].
 const OF_PREPARE: [f64; 6] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6];
-/// Yardsticks for each of [`LIGHTS`].
+/// Units of cost for each of [`LIGHTS`].
 const OF_LIGHTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
-/// Yardsticks for each of [`PICTURE`].
+/// Units of cost for each of [`PICTURE`].
 const OF_PICTURE: [f64; 2] = [4.0e-8, 3.0e-9];
 
-/// How often the yardstick is laid on; the shortest time counts, as delays only add.
+/// How often the fixed task is run; the shortest time counts, as delays only add.
 const REPEATS: usize = 3;
 
 /// The work that a step is, in countable pieces.
@@ -142,7 +142,7 @@ impl Counts {
         })
     }
 
-    /// In yardsticks.
+    /// In units of [`pace`].
     pub fn cost(&self, sources: usize) -> Cost {
         let sum = |counts: &[f64], units: &[f64]| -> f64 {
             counts.iter().zip(units).map(|(c, u)| c * u).sum()
@@ -295,12 +295,12 @@ const CHANGE: f64 = 0.3;
 /// Reaches from a joint beyond which one node of 4, of 16 and of 64 looks.
 const DENSITIES: [f64; 3] = [1.0, 2.0, 4.0];
 
-/// Seconds that the yardstick takes here and now: a small room prepared and rendered.
+/// Seconds of a unit of cost here and now: a small room is prepared and rendered.
 ///
 /// # Errors
 /// Those of the operator; on cancel.
 pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
-    let setup = yardstick();
+    let setup = calibration_setup();
     let settings: Vec<Vec<f64>> = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
     let mut best = f64::INFINITY;
     for _ in 0..REPEATS {
@@ -313,7 +313,7 @@ pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportErr
 }
 
 /// A closed room of 4 x 4 x 3 m with nine boxes, a panel and a spot.
-fn yardstick() -> Setup {
+fn calibration_setup() -> Setup {
     let walls = [vec3(-2.0, -2.0, 0.0), vec3(2.0, 2.0, 3.0)];
     let mut polygons: Vec<Polygon> = Polygon::block(walls, true, 0).collect();
     for i in 0..9 {

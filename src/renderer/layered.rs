@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
+use crate::renderer::contract::{check_memory, check_quality, check_settings};
 use crate::renderer::{Cost, Expense, Prepared, Quality, Remark, Setup, Transport, TransportError};
 use crate::scene::{Light, Rig};
 use crate::units::Rgb;
@@ -17,9 +18,9 @@ use crate::work::Work;
 /// Seconds to add one number of a picture to another, measured on an ordinary core.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
-/// The same in yardsticks of some 0.1 s each, for beside another operator. Of one whose unit is
-/// longer it is a small part anyway.
-const YARDSTICKS_PER_NUMBER: f64 = 1.5e-8;
+/// The same in units of another operator's cost, taken as 0.1 s each. Where its unit is longer the
+/// share of images is small anyway.
+const UNITS_PER_NUMBER: f64 = 1.5e-8;
 
 /// Images on top of another operator, or alone.
 #[derive(Clone, Copy)]
@@ -58,9 +59,7 @@ impl Transport for Layered<'_> {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        if !(1..=self.finest().0).contains(&quality.0) {
-            return Err(TransportError::Quality(quality.0, self.finest().0));
-        }
+        check_quality(quality, self.finest())?;
         let parted = Parted::new(setup)?;
         if let (Some(inner), true) = (self.inner, parted.images.is_empty()) {
             return inner.prepare(setup, quality, work);
@@ -112,7 +111,7 @@ impl Transport for Layered<'_> {
             .inner
             .map_or(Cost::default(), |inner| inner.cost(&parted.rest, quality));
         let each = match self.inner {
-            Some(_) => YARDSTICKS_PER_NUMBER,
+            Some(_) => UNITS_PER_NUMBER,
             None => SECONDS_PER_NUMBER,
         };
         let (rig, view) = (&setup.rig, &setup.view);
@@ -245,23 +244,11 @@ impl Prepared for Sum {
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
         work.check()?;
-        let expected = self.parted.own.len();
-        if settings
-            .iter()
-            .any(|s| s.len() != expected || !s.iter().all(|x| x.is_finite()))
-        {
-            return Err(TransportError::Setting { expected });
-        }
+        check_settings(settings, self.parted.own.len())?;
         let needed = settings
             .len()
             .saturating_mul(self.size.0 * self.size.1 * 3 * size_of::<f32>());
-        if needed > work.memory {
-            return Err(TransportError::Memory {
-                what: "the pictures of all settings",
-                needed,
-                budget: work.memory,
-            });
-        }
+        check_memory("the pictures of all settings", needed, work.memory)?;
         let mut out = self.beneath(settings, work)?;
         for (done, (image, setting)) in out.iter_mut().zip(settings).enumerate() {
             work.check()?;

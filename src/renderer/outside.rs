@@ -18,6 +18,7 @@ use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, 
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
+use crate::renderer::contract::{check_memory, check_quality, check_settings};
 use crate::renderer::{Cost, Prepared, Quality, Remark, Setup, Transport, TransportError};
 use crate::scene::View;
 use crate::work::Work;
@@ -207,9 +208,7 @@ impl Transport for Outside {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        if !(1..=self.finest().0).contains(&quality.0) {
-            return Err(TransportError::Quality(quality.0, self.finest().0));
-        }
+        check_quality(quality, self.finest())?;
         let view = Seen {
             renderer: Arc::clone(&self.0),
             names: setup.rig.sources.iter().map(|s| s.name.clone()).collect(),
@@ -402,21 +401,11 @@ impl Prepared for Seen {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        let expected = self.names.len();
-        let fits = |s: &Vec<f64>| s.len() == expected && s.iter().all(|x| x.is_finite());
-        if !settings.iter().all(fits) {
-            return Err(TransportError::Setting { expected });
-        }
+        check_settings(settings, self.names.len())?;
         let (width, height) = self.size();
         // Beside the results two parts of a mixed setting.
         let needed = (settings.len() + 2).saturating_mul(width * height * 3 * size_of::<f32>());
-        if needed > work.memory {
-            return Err(TransportError::Memory {
-                what: "the pictures of all settings",
-                needed,
-                budget: work.memory,
-            });
-        }
+        check_memory("the pictures of all settings", needed, work.memory)?;
         let mut images = Vec::with_capacity(settings.len());
         for setting in settings {
             images.push(self.signed(setting, work)?);

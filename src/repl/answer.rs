@@ -18,17 +18,12 @@ use crate::report::record::Record;
 use crate::report::{self, format};
 
 impl Repl {
-    /// Words alone, or bytes into a file and words that say so.
-    fn written(&self, path: Option<&Path>, bytes: &[u8], text: String) -> Result<Reply, Error> {
-        let Some(path) = path else {
-            return Ok(Reply::text(text));
-        };
-        self.write(path, bytes)?;
-        Ok(Reply::text(format!("{text}\nwrote {}", path.display())))
-    }
-
-    fn write(&self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
-        Ok(self.engine.host().store.write(path, bytes)?)
+    /// Writes a file; the reply is `text` and a line that names the file.
+    fn written(&self, path: &Path, bytes: &[u8], text: &str) -> Result<Reply, Error> {
+        self.engine.host().store.write(path, bytes)?;
+        let mut reply = Reply::text(text);
+        reply.text.push_str(&format!("wrote {}\n", path.display()));
+        Ok(reply)
     }
 
     /// A drawing with words, or into a file.
@@ -40,7 +35,7 @@ impl Repl {
     ) -> Result<Reply, Error> {
         match path {
             None => Reply::drawn(drawing, text),
-            Some(p) => self.written(path, &format::drawing(drawing, 2.0, p)?, text),
+            Some(path) => self.written(path, &format::drawing(drawing, 2.0, path)?, &text),
         }
     }
 
@@ -57,8 +52,7 @@ impl Repl {
             return Reply::drawn(&drawn(Theme::Dark), text);
         };
         let bytes = format::record(&record(), drawn, theme, path)?;
-        self.write(path, &bytes)?;
-        Ok(Reply::text(format!("{text}wrote {}", path.display())))
+        self.written(path, &bytes, &text)
     }
 
     fn headline(&self) -> String {

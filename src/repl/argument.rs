@@ -46,12 +46,8 @@ pub fn whole(text: &str) -> Result<usize, Error> {
 /// A time within the show.
 pub fn time(engine: &Engine, text: &str) -> Result<Time, Error> {
     let time = duration(text)?;
-    let timeline = engine.document().timeline();
-    let (start, end) = (timeline.start(), timeline.end());
-    match (start..=end).contains(&time) {
-        true => Ok(time),
-        false => Err(crate::engine::Error::OutsideShow { time, start, end }.into()),
-    }
+    engine.document().check_time(time)?;
+    Ok(time)
 }
 
 /// A step of quality.

@@ -38,7 +38,7 @@ pub fn curves(
         start: timeline.start().seconds(),
         end: timeline.end().seconds(),
         rows: wanted.iter().filter_map(row).collect(),
-        cues: cues_in_time(document),
+        cues: cues_in_time(show, timeline),
         playhead: playhead.map(Time::seconds),
         knots: knots(document.keys()),
     };
@@ -53,8 +53,8 @@ pub fn moving(show: &Show) -> Vec<usize> {
 }
 
 /// Seconds and number of each cue.
-pub fn cues_in_time(document: &Document) -> Vec<(f64, String)> {
-    let cues = document.show().cues.iter().zip(document.timeline().cues());
+pub fn cues_in_time(show: &Show, timeline: &Timeline) -> Vec<(f64, String)> {
+    let cues = show.cues.iter().zip(timeline.cues());
     cues.map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
         .collect()
 }

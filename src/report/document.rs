@@ -6,7 +6,7 @@ use super::words::{count, label};
 use crate::diagnostic::Style;
 use crate::engine::{Document, Edited, LiveControl};
 use crate::lang::{self, edit::Action};
-use crate::show::{Link, Show};
+use crate::show::{Cue, Link, Show};
 use crate::units::percent;
 
 /// Title, banks, cues and length, in a line.
@@ -155,8 +155,7 @@ fn started_instead(show: &Show, number: &str) -> String {
 /// The moment, its cue and its levels, with what is not in the text yet.
 pub fn moment(document: &Document, live: &LiveControl) -> String {
     let mut text = format!("at {}", live.time());
-    let cue = live.cue(document).and_then(|i| document.show().cues.get(i));
-    if let Some(cue) = cue {
+    if let Some(cue) = current_cue(document, live) {
         let _ = write!(text, ", cue {} {}", cue.number, label(cue));
     }
     text.push('\n');
@@ -199,12 +198,16 @@ fn levels(document: &Document, live: &LiveControl) -> String {
 
 /// Where the show is, for a prompt: the cue's number and label; empty before the first.
 pub fn place(document: &Document, live: &LiveControl) -> String {
-    let cue = live.cue(document).and_then(|i| document.show().cues.get(i));
-    cue.map_or_else(String::new, |cue| {
+    current_cue(document, live).map_or_else(String::new, |cue| {
         format!("{} {}", cue.number, label(cue))
             .trim_end()
             .to_owned()
     })
+}
+
+/// The cue that has started last.
+fn current_cue<'d>(document: &'d Document, live: &LiveControl) -> Option<&'d Cue> {
+    document.show().cues.get(live.cue(document)?)
 }
 
 /// The views, the current one marked.

@@ -6,6 +6,7 @@ use super::tune;
 use super::words::{count, percent};
 use crate::chart::ChartError;
 use crate::engine;
+use crate::files::FileError;
 use crate::lang::nearest;
 use crate::picture::PictureError;
 use crate::playback::page::PageError;
@@ -43,8 +44,8 @@ pub enum Error {
     NoSuchCode(String),
 }
 
-impl From<crate::files::FileError> for Error {
-    fn from(error: crate::files::FileError) -> Error {
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Error {
         engine::Error::from(error).into()
     }
 }

@@ -1,5 +1,6 @@
 //! What each step of quality sets and costs, as a table.
 
+use super::table::set_right;
 use super::words::{self, figure};
 use crate::study::forecast::{Forecast, Seconds, Step};
 
@@ -27,7 +28,7 @@ pub fn describe(forecast: &Forecast) -> String {
         rows.push(row);
     }
     let machine = words::machine(&forecast.machine);
-    format!("{} on {machine}\n{}", forecast.operator, table(&rows))
+    format!("{} on {machine}\n{}", forecast.operator, set_right(&rows))
 }
 
 /// What any step sets, in the order of the first that does.
@@ -49,24 +50,6 @@ fn amount(step: &Step, name: &str) -> String {
         Some(share) if name == "tolerance" => format!("{} %", figure(share)),
         Some(number) => number.to_string(),
     }
-}
-
-/// Columns as wide as their widest cell, to the right.
-fn table(rows: &[Vec<String>]) -> String {
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
-    let width = |column: usize| {
-        let cells = rows.iter().filter_map(|row| row.get(column));
-        cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..columns).map(width).collect();
-    let line = |row: &Vec<String>| {
-        let cells = row
-            .iter()
-            .zip(&widths)
-            .map(|(cell, w)| format!("{cell:>w$}"));
-        format!("  {}\n", cells.collect::<Vec<_>>().join("  "))
-    };
-    rows.iter().map(line).collect()
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Error;
 use super::record::Record;
-use super::sheet::Table;
+use super::table::Table;
 use crate::chart::{Drawing, Theme};
 use crate::picture::exr::{self, Precision};
 use crate::picture::tone::Tone;

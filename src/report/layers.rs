@@ -8,7 +8,7 @@ use crate::engine::{self, Engine};
 use crate::picture::Image;
 use crate::picture::exr::{Precision, stack};
 use crate::playback::Playback;
-use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::show::{Coordinate, Show};
 
 /// What does not fit, and the way out.
@@ -23,14 +23,15 @@ type Layer<'i> = (String, String, &'i Image);
 /// and its description.
 ///
 /// # Errors
-/// [`TransportError::Memory`]; what rendering and encoding say.
+/// [`TransportError::Memory`](crate::renderer::TransportError::Memory); what rendering and encoding
+/// say.
 pub fn layers(
     engine: &Engine,
     playback: &Playback,
     layers: Layers,
     precision: Precision,
 ) -> Result<(Vec<u8>, String), Error> {
-    check_memory(engine, playback, layers, precision)?;
+    check_size(engine, playback, layers, precision)?;
     let show = engine.show();
     let banks = match layers {
         Layers::Banks => engine.bank_images()?,
@@ -58,7 +59,7 @@ pub fn layers(
 
 /// Refuses what would not fit into memory: the key images, which are there, images that are yet to
 /// be made, and the file, taken as uncompressed.
-fn check_memory(
+fn check_size(
     engine: &Engine,
     playback: &Playback,
     layers: Layers,
@@ -78,17 +79,8 @@ fn check_memory(
     let (width, height) = playback.size();
     let each = (keys + made) * size_of::<f32>() + written * channel;
     let needed = width.saturating_mul(height).saturating_mul(3 * each);
-    let budget = engine.host().memory;
-    if needed > budget {
-        let what = ALL_AT_ONCE;
-        let error = TransportError::Memory {
-            what,
-            needed,
-            budget,
-        };
-        return Err(engine::Error::from(error).into());
-    }
-    Ok(())
+    let checked = check_memory(ALL_AT_ONCE, needed, engine.host().memory);
+    Ok(checked.map_err(engine::Error::from)?)
 }
 
 fn key_layers<'i>(engine: &Engine, playback: &'i Playback) -> Vec<Layer<'i>> {

@@ -30,7 +30,7 @@ pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
         ties: ties(keys),
         start: document.timeline().start().seconds(),
         end: document.timeline().end().seconds(),
-        cues: cues_in_time(document),
+        cues: cues_in_time(show, document.timeline()),
     };
     (chart::grid(&data, theme), format!("{counted}, {inserted}"))
 }

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
+use super::table::csv_line;
 use super::words;
 use crate::study::{Machine, Origin};
 
@@ -176,7 +177,7 @@ impl Record {
         }
         let mut header = vec!["series".to_owned(), "label".to_owned(), "marks".to_owned()];
         header.extend(self.quantities.iter().map(Quantity::heading));
-        row(&mut out, &header);
+        let _ = writeln!(out, "{}", csv_line(&header));
         for series in &self.series {
             for point in &series.points {
                 let mut fields = vec![
@@ -186,20 +187,11 @@ impl Record {
                 ];
                 let shown = |v: &Option<f64>| v.map_or(String::new(), |v| v.to_string());
                 fields.extend(point.values.iter().map(shown));
-                row(&mut out, &fields);
+                let _ = writeln!(out, "{}", csv_line(&fields));
             }
         }
         out
     }
-}
-
-fn row(out: &mut String, fields: &[String]) {
-    let quoted = |field: &String| match field.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", field.replace('"', "\"\"")),
-        false => field.clone(),
-    };
-    let fields: Vec<String> = fields.iter().map(quoted).collect();
-    let _ = writeln!(out, "{}", fields.join(","));
 }
 
 #[cfg(test)]

@@ -128,9 +128,6 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
 pub fn describe(engine: &Engine, done: &Summary) -> String {
     let [coarse, plan, refine, keys, write] = done.seconds;
     let mut text = headline(engine.document()) + "\n";
-    let mut line = |what: &str, words: String, seconds: f64| {
-        let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
-    };
     let sources = engine.show().coordinates().len();
     let [cheap, fine] = engine.coarse_steps().map(|q| q.0);
     let at = match cheap == fine {
@@ -138,15 +135,15 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         false => format!("at quality {cheap} and {fine}"),
     };
     let coarse_words = format!("{} {at}", count(sources, "picture"));
-    line("coarse", coarse_words, coarse);
+    text += &line("coarse", &coarse_words, coarse);
     let plan_words = format!(
         "{}, {}, rank {}",
         count(done.plan.segments.len(), "segment"),
         count(done.plan.keys.len(), "key"),
         done.plan.rank
     );
-    line("plan", plan_words, plan);
-    line("refine", refinement(engine, done.ended), refine);
+    text += &line("plan", &plan_words, plan);
+    text += &line("refine", &refinement(engine, done.ended), refine);
     let Tally {
         rendered, summed, ..
     } = done.tally;
@@ -160,15 +157,9 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         "  {:<9} from the pool: {from_pool}, rendered: {rendered}",
         "pictures"
     );
-    let mut line = |what: &str, words: String, seconds: f64| {
-        let _ = writeln!(text, "  {what:<9} {words:<66} {seconds:>6.1} s");
-    };
-    line("keys", count(done.plan.keys.len(), "key image"), keys);
-    line(
-        "write",
-        "results, most of it the animated sequence".to_owned(),
-        write,
-    );
+    text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
+    let results = "results, most of it the animated sequence";
+    text += &line("write", results, write);
     let _ = writeln!(
         text,
         "  playback reaches {:.0} frames/s, at most three blends a frame, keys in {}",
@@ -182,6 +173,11 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         done.folder.display()
     );
     text
+}
+
+/// A step of the run: what was done, and the seconds that it took.
+fn line(step: &str, done: &str, seconds: f64) -> String {
+    format!("  {step:<9} {done:<66} {seconds:>6.1} s\n")
 }
 
 fn refinement(engine: &Engine, ended: Ended) -> String {

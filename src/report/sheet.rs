@@ -1,18 +1,15 @@
 //! The show on paper: what each cue does, what each bank holds, what changed between two versions.
 //!
 //! Everything here is read off the model and its timeline; nothing is rendered, and no file is
-//! touched. Tables come out as data ([`Table`]) with three ways to be written: for a terminal, in
-//! Markdown, as CSV.
+//! touched. Sheets are data: a [`Table`](super::table::Table), written as text, Markdown or CSV.
 
 mod cue;
 mod difference;
 mod level;
-mod table;
 mod track;
 
 pub use cue::cue_sheet;
 pub use difference::{Change, CurveChange, Difference, Version, difference};
-pub use table::Table;
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

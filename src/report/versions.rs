@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use super::curves::{hue, points};
+use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, Difference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
 use crate::engine::{Compiled, Serving, Version};
+use crate::show::Show;
+use crate::timeline::Timeline;
 
 /// Two versions of a show, and what changed from the first to the second.
 pub struct Comparison {
@@ -22,7 +24,10 @@ impl Comparison {
     /// Compares two versions.
     pub fn new(old: Version, new: Version) -> Comparison {
         let (a, b) = (old.text(), new.text());
-        let difference = sheet::difference(view(&a, &old), view(&b, &new));
+        let difference = sheet::difference(
+            version(&a, old.show(), old.timeline()),
+            version(&b, new.show(), new.timeline()),
+        );
         Comparison {
             difference,
             old,
@@ -62,15 +67,12 @@ impl Comparison {
             }
         }
         let (a, b) = (self.old.timeline(), self.new.timeline());
-        let cues = self.new.show().cues.iter().zip(b.cues());
         let curves = chart::Curves {
             title: format!("{}: what changed (before: dashed)", self.new.show().title),
             start: a.start().min(b.start()).seconds(),
             end: a.end().max(b.end()).seconds(),
             rows,
-            cues: cues
-                .map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
-                .collect(),
+            cues: cues_in_time(self.new.show(), b),
             ..chart::Curves::default()
         };
         format::drawing(&chart::curves(&curves, Theme::Dark), 1.0, path)
@@ -83,25 +85,20 @@ impl std::fmt::Debug for Comparison {
     }
 }
 
-fn view<'v>(text: &'v str, version: &'v Version) -> sheet::Version<'v> {
-    sheet::Version {
-        text,
-        show: version.show(),
-        timeline: version.timeline(),
-    }
-}
-
 /// What changed from one state of a document to another.
 pub fn difference(old: &Compiled, new: &Compiled) -> Difference {
     let (before, after) = (old.text(), new.text());
-    sheet::difference(state(&before, old), state(&after, new))
+    sheet::difference(
+        version(&before, &old.show, &old.timeline),
+        version(&after, &new.show, &new.timeline),
+    )
 }
 
-fn state<'v>(text: &'v str, compiled: &'v Compiled) -> sheet::Version<'v> {
+fn version<'v>(text: &'v str, show: &'v Show, timeline: &'v Timeline) -> sheet::Version<'v> {
     sheet::Version {
         text,
-        show: &compiled.show,
-        timeline: &compiled.timeline,
+        show,
+        timeline,
     }
 }
 

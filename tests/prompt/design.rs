@@ -3,44 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::operator::Altered;
 use crate::{Stopped, prompt};
 use footlight::diagnostic::Style;
 use footlight::engine::Host;
 use footlight::files::{Folder, Shelf, Store};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::renderer::{Cost, Quality};
 use footlight::repl::Repl;
 use footlight::report::{Point, Record};
 use footlight::units::Time;
-use footlight::work::Work;
-
-/// Radiosity with costs of its own choice.
-struct Priced(Cost);
-
-impl Transport for Priced {
-    fn name(&self) -> &str {
-        "priced"
-    }
-
-    fn finest(&self) -> Quality {
-        Radiosity.finest()
-    }
-
-    fn prepare(
-        &self,
-        setup: &Setup,
-        quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(setup, quality, work)
-    }
-
-    fn cost(&self, _: &Setup, _: Quality) -> Cost {
-        self.0
-    }
-}
 
 const SHARED: Cost = Cost {
     prepare: 2.0,
@@ -66,7 +39,10 @@ fn first(cost: Cost) -> (Repl, Shelf) {
         files: Box::new(Folder::new(&examples, 1 << 20)),
         store: Box::new(shelf.clone()),
         clock: Box::new(Stopped),
-        renderer: Arc::new(Priced(cost)),
+        renderer: Arc::new(Altered {
+            cost: Some(cost),
+            ..Altered::default()
+        }),
         ..Host::default()
     };
     let show = prompt("first.lxq", text.as_bytes(), host).unwrap();

@@ -11,6 +11,7 @@ mod beside;
 mod design;
 mod files;
 mod image_banks;
+mod operator;
 mod session;
 mod store;
 mod study;
@@ -18,6 +19,7 @@ mod transcripts;
 mod tune;
 
 use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use footlight::engine::{self, Engine, Host};
 use footlight::repl::{Console, Repl};
@@ -45,5 +47,24 @@ struct Stopped;
 impl footlight::files::Clock for Stopped {
     fn seconds(&self) -> f64 {
         0.0
+    }
+}
+
+/// A clock that goes on by so many seconds whenever it is read.
+struct Ticking {
+    reads: AtomicUsize,
+    seconds: f64,
+}
+
+impl Ticking {
+    fn by(seconds: f64) -> Ticking {
+        let reads = AtomicUsize::new(0);
+        Ticking { reads, seconds }
+    }
+}
+
+impl footlight::files::Clock for Ticking {
+    fn seconds(&self) -> f64 {
+        self.reads.fetch_add(1, Ordering::Relaxed) as f64 * self.seconds
     }
 }

@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::prompt;
+use crate::operator::Altered;
+use crate::{Ticking, prompt};
 use footlight::engine::{Goal, Host, NextImage, PoolPlace};
-use footlight::files::{Clock, Entry, FileError, Memory, Shelf, Store};
+use footlight::files::{Entry, FileError, Memory, Shelf, Store};
 use footlight::picture::Image;
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::repl::Repl;
 use footlight::work::Work;
 
@@ -43,59 +42,6 @@ const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 
 
 const POOL: &str = "pool";
 
-/// Radiosity that counts the pictures it renders.
-struct Counting(Arc<AtomicUsize>);
-
-struct CountingPrepared(Box<dyn Prepared>, Arc<AtomicUsize>);
-
-impl Transport for Counting {
-    fn name(&self) -> &str {
-        Radiosity.name()
-    }
-
-    fn results(&self) -> Option<String> {
-        Radiosity.results()
-    }
-
-    fn finest(&self) -> Quality {
-        Radiosity.finest()
-    }
-
-    fn prepare(
-        &self,
-        setup: &Setup,
-        quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        let inner = Radiosity.prepare(setup, quality, work)?;
-        Ok(Box::new(CountingPrepared(inner, Arc::clone(&self.0))))
-    }
-
-    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
-        Radiosity.cost(setup, quality)
-    }
-}
-
-impl Prepared for CountingPrepared {
-    fn render(
-        &mut self,
-        settings: &[Vec<f64>],
-        work: Work<'_>,
-    ) -> Result<Vec<Image>, TransportError> {
-        self.1.fetch_add(settings.len(), Ordering::Relaxed);
-        self.0.render(settings, work)
-    }
-}
-
-/// A clock that goes on by so many seconds whenever it is read.
-struct Ticking(AtomicUsize, f64);
-
-impl Clock for Ticking {
-    fn seconds(&self) -> f64 {
-        self.0.fetch_add(1, Ordering::Relaxed) as f64 * self.1
-    }
-}
-
 /// A show, and how many pictures were rendered for it.
 struct Session {
     show: Repl,
@@ -114,8 +60,12 @@ impl Session {
         let host = Host {
             files: Box::new(files.with("room.mtl", MATERIALS)),
             store: Box::new(store),
-            clock: Box::new(Ticking(AtomicUsize::new(0), seconds)),
-            renderer: Arc::new(Counting(Arc::clone(&rendered))),
+            clock: Box::new(Ticking::by(seconds)),
+            renderer: Arc::new(Altered {
+                is_stored: true,
+                rendered: Arc::clone(&rendered),
+                ..Altered::default()
+            }),
             pool: limit.map(|limit| PoolPlace {
                 folder: PathBuf::from(POOL),
                 limit,

@@ -2,29 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::prompt;
+use crate::operator::Altered;
+use crate::{Ticking, prompt};
 use footlight::diagnostic::Style;
 use footlight::engine::{Ended, Goal, Host};
-use footlight::files::{Clock, Disk, Folder, Shelf, Store};
+use footlight::files::{Disk, Folder, Shelf, Store};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::renderer::Quality;
 use footlight::repl::{Call, Repl, find};
 use footlight::report::{Kind, Record};
-use footlight::work::Work;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU32, Ordering};
-
-/// Time that passes by a quarter of a second whenever someone looks.
-#[derive(Default)]
-struct Ticking(AtomicU32);
-
-impl Clock for Ticking {
-    fn seconds(&self) -> f64 {
-        f64::from(self.0.fetch_add(1, Ordering::Relaxed)) * 0.25
-    }
-}
 
 /// The furnace, small, with a store of its own.
 fn furnace(shelf: &Shelf) -> Repl {
@@ -33,7 +21,7 @@ fn furnace(shelf: &Shelf) -> Repl {
     let host = Host {
         files: Box::new(Folder::new(&folder, 1 << 20)),
         store: Box::new(shelf.clone()),
-        clock: Box::new(Ticking::default()),
+        clock: Box::new(Ticking::by(0.25)),
         ..Host::default()
     };
     let text = text.replace("size 128x128", "size 32x32");
@@ -243,7 +231,7 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
 /// A random show, small, in a file of its own on the shelf.
 fn random(shelf: &Shelf) -> Repl {
     let host = Host {
-        clock: Box::new(Ticking::default()),
+        clock: Box::new(Ticking::by(0.25)),
         ..Host::default()
     };
     random_of("size 32x18", shelf, host)
@@ -338,35 +326,14 @@ fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
     assert!(error.contains("every source at three qualities"), "{error}");
 }
 
-/// Radiosity at its cheapest whatever it is asked for.
-struct Stubborn;
-
-impl Transport for Stubborn {
-    fn name(&self) -> &str {
-        "stubborn"
-    }
-
-    fn finest(&self) -> Quality {
-        Quality(4)
-    }
-
-    fn prepare(
-        &self,
-        setup: &Setup,
-        _quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(setup, Quality(1), work)
-    }
-
-    fn cost(&self, setup: &Setup, _quality: Quality) -> Cost {
-        Radiosity.cost(setup, Quality(1))
-    }
-}
-
+/// With a renderer that ignores quality.
 fn stubborn() -> Repl {
     let host = Host {
-        renderer: Arc::new(Stubborn),
+        renderer: Arc::new(Altered {
+            finest: Some(Quality(4)),
+            quality: Some(Quality(1)),
+            ..Altered::default()
+        }),
         ..Host::default()
     };
     random_of("size 16x9", &Shelf::default(), host)

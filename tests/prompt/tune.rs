@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
+use crate::operator::Altered;
 use crate::prompt;
 use footlight::engine::Host;
 use footlight::files::Memory;
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::renderer::Quality;
 use footlight::repl::Repl;
 use footlight::study::random_show;
-use footlight::work::Work;
 
 /// A random show, small, with other means.
 fn random(host: Host) -> Repl {
@@ -44,32 +43,6 @@ fn what_is_out_of_reach_says_what_to_ask_for() {
     assert!(text.contains("seconds predicted"), "{text}");
 }
 
-/// Radiosity with a scale of two steps.
-struct Short;
-
-impl Transport for Short {
-    fn name(&self) -> &str {
-        "short"
-    }
-
-    fn finest(&self) -> Quality {
-        Quality(2)
-    }
-
-    fn prepare(
-        &self,
-        setup: &Setup,
-        quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        Radiosity.prepare(setup, quality, work)
-    }
-
-    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
-        Radiosity.cost(setup, quality)
-    }
-}
-
 #[test]
 fn a_show_that_cannot_be_tuned_says_why() {
     let mut empty = crate::empty(Host::default());
@@ -78,7 +51,10 @@ fn a_show_that_cannot_be_tuned_says_why() {
     let said = refused(&mut random(Host::default()), "tune 2%");
     assert!(said.contains("tune --until 2%"), "{said}");
     let short = Host {
-        renderer: Arc::new(Short),
+        renderer: Arc::new(Altered {
+            finest: Some(Quality(2)),
+            ..Altered::default()
+        }),
         ..Host::default()
     };
     let said = refused(&mut random(short), "tune");

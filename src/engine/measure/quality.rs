@@ -5,7 +5,6 @@ use std::path::Path;
 use crate::engine::{Engine, Error};
 use crate::picture::Image;
 use crate::radiosity::seen;
-use crate::renderer::layered::Layered;
 use crate::renderer::{Quality, Transport as _};
 use crate::study::forecast::{Forecast, Seconds, Step};
 use crate::study::tradeoff::{Against, Measured, Tradeoff};
@@ -39,10 +38,8 @@ impl Engine {
         // Three for an rgb bank; the fixed lights are a source that no bank lights.
         let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let operator = Layered::new(&rendering.setup.rig, self.host.renderer.as_ref());
-        let work = self.host.work();
-        let clock = || self.now();
-        let pace = operator.pace(&clock, work)?;
+        let operator = rendering.layered(self.host.renderer.as_ref());
+        let pace = self.measure_pace()?;
         let mut out = Forecast {
             show: self.show().title.clone(),
             operator: operator.name().to_owned(),
@@ -172,7 +169,7 @@ impl Engine {
             },
             without_emitters: left_out,
             coarse: self.coarse_steps()[1].0,
-            refined: self.show().preview.refined.clamp(1, finest),
+            refined: self.refined_step().0,
             steps,
         })
     }

@@ -4,8 +4,8 @@ use crate::engine::{Engine, Error};
 use crate::picture::Image;
 use crate::plan::{Metric, PlanError};
 use crate::pool::Pool;
-use crate::renderer::layered::Layered;
-use crate::renderer::{Cost, Quality, Transport as _, TransportError};
+use crate::renderer::contract::check_memory;
+use crate::renderer::{Cost, Quality};
 use crate::study::Trial;
 use crate::study::refinement::{Refinement, Seconds};
 
@@ -17,7 +17,7 @@ impl Engine {
     ///
     /// # Errors
     /// [`Error::NoSetup`]; [`Error::OneQuality`] where there is nothing to try;
-    /// [`TransportError::Memory`] where all these images do not fit; else what rendering says.
+    /// [`Error::Render`] where all these images do not fit; else what rendering says.
     pub fn trial(&self) -> Result<Trial, Error> {
         Ok(self.tried()?.0)
     }
@@ -54,13 +54,7 @@ impl Engine {
             .width
             .saturating_mul(rendering.setup.view.height);
         let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
-        if needed > self.host.memory {
-            return Err(Error::Render(TransportError::Memory {
-                what: "every source at three qualities",
-                needed,
-                budget: self.host.memory,
-            }));
-        }
+        check_memory("every source at three qualities", needed, self.host.memory)?;
         let mut seconds = Seconds::default();
         let mut coarse = Vec::new();
         for quality in [cheap, fine] {
@@ -108,8 +102,7 @@ impl Engine {
     fn predict(&self, seconds: &mut Seconds) -> Result<(), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let renderer = self.host.renderer.as_ref();
-        let clock = || self.now();
-        let pace = Layered::new(&rendering.setup.rig, renderer).pace(&clock, self.host.work())?;
+        let pace = self.measure_pace()?;
         let sources = rendering.setup.rig.sources.len() as f64;
         let of = |quality: Quality| {
             let cost = rendering.cost(renderer, quality);

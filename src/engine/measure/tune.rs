@@ -131,10 +131,7 @@ impl Engine {
         let scale = match pace {
             [measured, predicted] if predicted > 0.0 => measured / predicted,
             // Nothing was measured: the operator's own small task tells.
-            _ => {
-                let clock = || self.now();
-                self.host.renderer.pace(&clock, self.host.work())?
-            }
+            _ => self.measure_pace()?,
         };
         for step in steps.iter_mut().filter(|s| !s.measured) {
             step.fixed *= scale;

@@ -36,16 +36,14 @@ fn error(
 pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Diagnostic {
     let named;
     let help = match cause {
-        SceneError::File(crate::files::FileError::Missing(path)) if *path != stage.path => {
+        SceneError::File(FileError::Missing(path)) if *path != stage.path => {
             named = format!("`{}` names it, by a path from its own folder", stage.path);
             named.as_str()
         }
-        SceneError::File(crate::files::FileError::Outside(_)) => {
+        SceneError::File(FileError::Outside(_)) => {
             "a show reads files only from its own folder downwards; copy the file there"
         }
-        SceneError::File(crate::files::FileError::Missing(_)) => {
-            "the path is taken from the show's own folder"
-        }
+        SceneError::File(FileError::Missing(_)) => "the path is taken from the show's own folder",
         SceneError::Part {
             reason: PartError::Extension(_),
             ..

@@ -6,9 +6,7 @@ use super::place::{self, Key};
 use super::sound;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::Declaration;
-use crate::lang::report::Report;
-use crate::lang::scan::scan;
-use crate::lang::{codes, format, limits, quoted, read};
+use crate::lang::{codes, format, quoted, read};
 use crate::units::{CueNumber, Time};
 
 /// A cue to be written.
@@ -86,16 +84,7 @@ fn without_places(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
 
 /// That a text is one cue that parses, and nothing behind it.
 fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
-    if text.len() > limits::STATEMENT {
-        let message = format!("more than {} bytes at once", limits::STATEMENT);
-        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
-    }
-    let mut report = Report::default();
-    let scan = scan(text);
-    let read = read::read(text, 0, &scan, None, &mut report);
-    if report.failed() {
-        return Err(report.finish());
-    }
+    let (_, read, _) = read::typed(text)?;
     match read.statements.as_slice() {
         [one] if matches!(one.item, Declaration::Cue(_)) => Ok(()),
         _ => {
@@ -108,10 +97,7 @@ fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
 /// The text of the cue `from` once more under the number `to`.
 pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
-    let Some(cut) = place::find(source, &scan.cuts, &Key::cue(from)) else {
-        let what = format!("cue {from}");
-        return Err(vec![place::not_found(source, &scan.cuts, &what)]);
-    };
+    let (cut, _) = place::resolve(source, &scan.cuts, &format!("cue {from}"))?;
     let key = Key::cue(to);
     if place::find(source, &scan.cuts, &key).is_some() {
         let message = format!("there is a cue {to} already");

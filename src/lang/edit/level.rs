@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::change::{Action, Edited, Splice};
-use super::place::{self, Key};
+use super::place;
 use super::sound;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{Body, Cue, Declaration, Motion, Move, Span, Statement, Target, Word};
@@ -45,11 +45,7 @@ pub fn update(
 ) -> Result<Edited, Vec<Diagnostic>> {
     let (written, percent) = (movement(target, level)?, percent(level)?);
     let scan = sound(source)?;
-    let key = Key::cue(number);
-    let Some(found) = place::find(source, &scan.cuts, &key) else {
-        let what = format!("cue {number}");
-        return Err(vec![place::not_found(source, &scan.cuts, &what)]);
-    };
+    let (found, key) = place::resolve(source, &scan.cuts, &format!("cue {number}"))?;
     let mut report = Report::default();
     let read = only(source, scan.clone(), &mut report, |cut| cut == found);
     let cue = match read.statements.as_slice() {

@@ -94,8 +94,20 @@ pub fn locate(source: &str, what: &str) -> Option<Range<usize>> {
     find(source, &cuts, &wanted).map(|cut| cut.span.clone())
 }
 
-/// The error for a declaration that the text does not have.
-pub fn not_found(source: &str, cuts: &[Cut], what: &str) -> Diagnostic {
+/// The statement that `what` names, such as `cue 2.5`, and what it declares.
+///
+/// # Errors
+/// The one diagnostic of a declaration that the text does not have.
+pub fn resolve<'c>(
+    source: &str,
+    cuts: &'c [Cut],
+    what: &str,
+) -> Result<(&'c Cut, Key), Vec<Diagnostic>> {
+    let found = Key::of(what).and_then(|key| Some((find(source, cuts, &key)?, key)));
+    found.ok_or_else(|| vec![not_found(source, cuts, what)])
+}
+
+fn not_found(source: &str, cuts: &[Cut], what: &str) -> Diagnostic {
     let keys: Vec<String> = keys(source, cuts).map(|(key, _)| key.text()).collect();
     let message = format!("there is no `{}` in the show", what.trim());
     let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, message);

@@ -142,7 +142,7 @@ impl<'a> Lower<'a, '_> {
             self.show.lights.push(Light {
                 id,
                 name: light.name.text.to_owned(),
-                // A placeholder: there is an error, so that the show never leaves this room.
+                // A placeholder: there is an error, so that lowering returns no show.
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
                     strength: Strength::Own,

@@ -8,7 +8,7 @@
 use super::between::Between;
 use super::links::Links;
 use crate::geometry::Vec3;
-use crate::radiosity::account::within;
+
 use crate::radiosity::camera::eye::Fragments;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::indirect::form::{BLOCK, Block, Rows};
@@ -17,6 +17,7 @@ use crate::radiosity::mesh::{Layout, Mesh, Wish};
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::panorama::Outline;
 use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -73,7 +74,7 @@ impl Nodes {
             pixels[f.facet] += f64::from(f.weight);
         }
         let layout = Layout::of_nodes(setting.surfaces, step.nodes, &pixels);
-        within(
+        check_memory(
             "the nodes",
             layout.cells().saturating_mul(OF_A_NODE),
             work.memory,
@@ -268,7 +269,7 @@ pub fn form_factors(
                 block.trim();
                 let own = block.bytes();
                 let all = meter.bytes.fetch_add(own, count) + own;
-                within("form factors", all, work.memory)?;
+                check_memory("form factors", all, work.memory)?;
                 blocks.push((block, outlooks));
                 let so_far = meter.done.fetch_add(which.len(), count) + which.len();
                 work.progress.report(meter.task, so_far, meter.total);

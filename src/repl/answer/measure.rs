@@ -83,11 +83,9 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     let drawing = comparison::drawing(&repl.engine.show().title, &compared);
     let drawing = drawing.map_err(report::Error::from)?;
-    repl.write(path, &format::drawing(&drawing, 1.0, path)?)?;
-    Ok(match json {
-        true => reply,
-        false => Reply::text(format!("{}wrote {}", reply.text, path.display())),
-    })
+    let bytes = format::drawing(&drawing, 1.0, path)?;
+    let written = repl.written(path, &bytes, &reply.text)?;
+    Ok(if json { reply } else { written })
 }
 
 pub fn tune(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
@@ -204,10 +202,7 @@ fn where_off(repl: &mut Repl, way: &str, path: Option<&Path>) -> Result<Reply, E
     );
     let size = (width, height);
     match path {
-        None => Ok(Reply {
-            picture: Some(Shown { size, rgb }),
-            ..Reply::text(text)
-        }),
-        Some(p) => repl.written(path, &format::displayed(size, &rgb, p)?, text),
+        None => Ok(Reply::pictured(Shown { size, rgb }, text)),
+        Some(path) => repl.written(path, &format::displayed(size, &rgb, path)?, &text),
     }
 }

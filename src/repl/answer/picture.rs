@@ -50,15 +50,13 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             PICTURE.check(p)?;
             let about = (precision(call), text.as_str());
             let bytes = format::picture(&image, || exposed(repl, &image), about, p)?;
-            repl.written(path, &bytes, text)
+            repl.written(p, &bytes, &text)
         }
-        None => Ok(Reply {
-            picture: Some(Shown {
-                size: (image.width(), image.height()),
-                rgb: exposed(repl, &image)?.encode(&image),
-            }),
-            ..Reply::text(text)
-        }),
+        None => {
+            let size = (image.width(), image.height());
+            let rgb = exposed(repl, &image)?.encode(&image);
+            Ok(Reply::pictured(Shown { size, rgb }, text))
+        }
     }
 }
 

@@ -27,10 +27,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(match &console.canvas {
         None => {
             let (picture, text) = film::still(engine, &player, now);
-            Reply {
-                picture: Some(picture),
-                ..Reply::text(text)
-            }
+            Reply::pictured(picture, text)
         }
         Some(canvas) => Reply::text(film::perform(engine, &player, now, canvas.as_ref())),
     })

@@ -8,8 +8,8 @@ use crate::engine::{self, Command, Session, TEXT_LIMIT};
 use crate::lang;
 use crate::repl::argument::goal;
 use crate::repl::{Call, Error, Repl, Reply, finished};
+use crate::report;
 use crate::report::format::RECORD;
-use crate::report::{self};
 use crate::study::session as study;
 
 /// A command of the file.

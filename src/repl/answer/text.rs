@@ -6,7 +6,8 @@ use super::usage;
 use crate::engine::{self, Version};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
-use crate::report::sheet::{self, Table};
+use crate::report::sheet;
+use crate::report::table::Table;
 use crate::report::versions::{self, Comparison};
 use crate::report::words::count;
 use crate::report::{self, document};
@@ -100,11 +101,7 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     match call.option("output").map(Path::new) {
         None => Ok(Reply::text(text)),
-        Some(path) => {
-            repl.write(path, &compared.chart(path)?)?;
-            let wrote = path.display();
-            Ok(Reply::text(format!("{}\nwrote {wrote}", text.trim_end())))
-        }
+        Some(path) => repl.written(path, &compared.chart(path)?, &text),
     }
 }
 
@@ -124,8 +121,8 @@ fn table(repl: &Repl, call: &Call, table: &Table, plain: &Table) -> Result<Reply
     let Some(path) = call.option("output").map(Path::new) else {
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
-    repl.write(path, format::table(table, plain, path)?.as_bytes())?;
-    Ok(Reply::text(format!("wrote {}", path.display())))
+    let written = format::table(table, plain, path)?;
+    repl.written(path, written.as_bytes(), "")
 }
 
 pub fn explain(_: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -1,7 +1,7 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
 use super::level::{by_bank, clock, first_coordinates, motion, time};
-use super::table::Table;
+use crate::report::table::Table;
 use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
 use crate::timeline::{CueTime, Timeline};
 

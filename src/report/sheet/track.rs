@@ -1,7 +1,7 @@
 //! The track sheet: what every bank holds when every cue is complete, and how it came to.
 
 use super::level;
-use super::table::Table;
+use crate::report::table::Table;
 use crate::show::Show;
 
 /// How a bank comes to its level in a cue.

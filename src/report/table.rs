@@ -1,4 +1,4 @@
-//! Rows and columns of words.
+//! Rows and columns of words: text in aligned columns, Markdown, comma-separated values.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ impl Table {
     /// For a terminal of `width` characters: the first `fixed` columns again before each group of
     /// the others that fits, the groups under each other.
     pub fn text(&self, fixed: usize, width: usize) -> String {
-        let widths: Vec<usize> = (0..self.columns.len()).map(|c| self.width(c)).collect();
+        let widths = widths(self.lines());
         let size = |c: usize| widths.get(c).map_or(0, |w| w + 2);
         let head: usize = (0..fixed).map(size).sum();
         let mut out = String::new();
@@ -33,7 +33,7 @@ impl Table {
             if !out.is_empty() {
                 out.push('\n');
             }
-            for row in std::iter::once(&self.columns).chain(&self.rows) {
+            for row in self.lines() {
                 line(row, &shown, &widths, &mut out);
             }
             if next >= self.columns.len() {
@@ -70,35 +70,55 @@ impl Table {
                 || text.starts_with('-')
                     && text.len() > 1
                     && !text[1..].starts_with(|c: char| c.is_ascii_digit());
-            let text = if formula {
-                format!("'{text}")
-            } else {
-                text.clone()
-            };
-            if text.contains([',', '"', '\n', '\r']) {
-                format!("\"{}\"", text.replace('"', "\"\""))
-            } else {
-                text
+            match formula {
+                true => format!("'{text}"),
+                false => text.clone(),
             }
         };
         let row = |cells: &Vec<String>| {
             let cells: Vec<String> = cells.iter().map(cell).collect();
-            format!("{}\r\n", cells.join(","))
+            csv_line(&cells) + "\r\n"
         };
-        std::iter::once(&self.columns)
-            .chain(&self.rows)
-            .map(row)
-            .collect()
+        self.lines().map(row).collect()
     }
 
-    fn width(&self, column: usize) -> usize {
-        let cells = std::iter::once(&self.columns).chain(&self.rows);
-        cells
-            .filter_map(|row| row.get(column))
-            .map(|cell| cell.chars().count())
-            .max()
-            .unwrap_or(0)
+    /// The columns' names, then the rows.
+    fn lines(&self) -> impl Iterator<Item = &Vec<String>> {
+        std::iter::once(&self.columns).chain(&self.rows)
     }
+}
+
+/// Rows as text, indented, each column as wide as its widest cell and set to the right.
+pub fn set_right(rows: &[Vec<String>]) -> String {
+    let widths = widths(rows.iter());
+    let line = |row: &Vec<String>| {
+        let cells = row.iter().zip(&widths);
+        let cells: Vec<String> = cells.map(|(cell, w)| format!("{cell:>w$}")).collect();
+        format!("  {}\n", cells.join("  "))
+    };
+    rows.iter().map(line).collect()
+}
+
+/// Cells as a line of comma-separated values (RFC 4180) without its end.
+pub fn csv_line(cells: &[String]) -> String {
+    let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
+        true => format!("\"{}\"", cell.replace('"', "\"\"")),
+        false => cell.clone(),
+    };
+    let cells: Vec<String> = cells.iter().map(quoted).collect();
+    cells.join(",")
+}
+
+/// Characters of the widest cell of each column.
+fn widths<'r>(rows: impl Iterator<Item = &'r Vec<String>>) -> Vec<usize> {
+    let mut widths: Vec<usize> = Vec::new();
+    for row in rows {
+        widths.resize(widths.len().max(row.len()), 0);
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = cell.chars().count().max(*width);
+        }
+    }
+    widths
 }
 
 fn line(row: &[String], shown: &[usize], widths: &[usize], out: &mut String) {

@@ -1,0 +1,45 @@
+//! What every operator checks before it prepares or renders.
+
+use super::{Quality, TransportError};
+
+/// Checks that a quality is on the scale from 1 to `finest`.
+///
+/// # Errors
+/// [`TransportError::Quality`] if not.
+pub fn check_quality(quality: Quality, finest: Quality) -> Result<(), TransportError> {
+    match (1..=finest.0).contains(&quality.0) {
+        true => Ok(()),
+        false => Err(TransportError::Quality(quality.0, finest.0)),
+    }
+}
+
+/// Checks that each setting has as many numbers as the rig has sources, all of them finite.
+///
+/// # Errors
+/// [`TransportError::Setting`] if not.
+pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), TransportError> {
+    let fits = |s: &Vec<f64>| s.len() == sources && s.iter().all(|x| x.is_finite());
+    match settings.iter().all(fits) {
+        true => Ok(()),
+        false => Err(TransportError::Setting { expected: sources }),
+    }
+}
+
+/// Checks that `needed` bytes for `what` are within a budget, bytes.
+///
+/// # Errors
+/// [`TransportError::Memory`] if not.
+pub fn check_memory(
+    what: &'static str,
+    needed: usize,
+    budget: usize,
+) -> Result<(), TransportError> {
+    match needed <= budget {
+        true => Ok(()),
+        false => Err(TransportError::Memory {
+            what,
+            needed,
+            budget,
+        }),
+    }
+}
