@@ -11,6 +11,10 @@
 //! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
 //! at one.
 
+#[path = "trial/projection.rs"]
+#[allow(dead_code, reason = "not all of it is wanted here")]
+mod projection;
+
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -18,10 +22,10 @@ use std::path::Path;
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
 use footlight::plan::Metric;
-use footlight::pool::Projection;
 use footlight::report::{Kind, Quantity, Record, words};
 use footlight::study::forecast::Seconds;
 use footlight::study::{Machine, Origin, Shown, Trial};
+use projection::keys_alike;
 
 /// Shares of the start's error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
@@ -166,18 +170,16 @@ fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error
 
 fn methods(trial: &Trial) -> Result<Vec<Method>, Box<dyn Error>> {
     let plain = trial.weighting(Metric::Settings)?;
-    let influence = trial.weighting(Metric::Influence)?.timeless();
+    let influence = trial.weighting(Metric::Influence)?;
     let error = trial.weighting(Metric::Error)?;
     Ok(vec![
         Method::new("one a bank", trial, trial.banks_in_best_order(), |s| {
             trial.shown_in(&plain, s)
         })?,
-        Method::new("the paper's", trial, trial.order(&influence)?, |s| {
+        Method::new("the paper's", trial, keys_alike(trial, &influence)?, |s| {
             trial.shown_in(&influence, s)
         })?,
-        Method::new("ours", trial, trial.order(&error)?, |s| {
-            trial.shown(Projection::default(), s)
-        })?,
+        Method::new("ours", trial, trial.order(&error)?, |s| trial.shown(s))?,
     ])
 }
 

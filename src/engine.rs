@@ -32,6 +32,7 @@ use std::sync::Arc;
 use crate::files::{Stamp, Store};
 use crate::lang::edit::Edit;
 use crate::picture::Image;
+use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::archive::{Archive, Tally};
 use crate::pool::depot::Note;
@@ -46,7 +47,7 @@ pub use self::error::Error;
 pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
-pub use self::plan::{Method, PlanOptions};
+pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, Refined, Remark, Step};
 pub use self::session::{Command, Session};
@@ -81,7 +82,8 @@ pub struct Engine {
     archive: Archive,
     /// Operators and pool of the document's setup; `None` where it has none.
     rendering: Option<rendering::Rendering>,
-    method: Method,
+    /// What orders the images that are refined; `None`: the best that the images allow.
+    metric: Option<Metric>,
     background: Option<background::BackgroundRefinement>,
     steps: Vec<Step>,
     /// How long things take here against what the operator predicts.
@@ -131,7 +133,7 @@ impl Engine {
             deadline,
             document,
             rendering: None,
-            method: Method::default(),
+            metric: None,
             background: None,
             steps: Vec::new(),
             pace: forecast::CostScale::default(),
@@ -289,7 +291,7 @@ impl Engine {
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
         self.coarse()?;
-        Ok(self.projected()?.preview(setting, self.host.work())?)
+        Ok(self.rendered()?.preview(setting, self.host.work())?)
     }
 
     /// Renders a setting at a step of quality, without the pool.
@@ -335,12 +337,12 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
     pub fn bank_images(&self) -> Result<Vec<Image>, Error> {
-        let projected = self.projected()?;
+        let pool = self.rendered()?;
         let units = Pool::unit_settings(self.show().coordinates().len());
         let mut images = Vec::with_capacity(units.len());
         for (i, unit) in units.iter().enumerate() {
             self.host.work().check()?;
-            images.push(projected.preview(unit, self.host.work())?);
+            images.push(pool.preview(unit, self.host.work())?);
             self.host.progress.report("banks", i + 1, units.len());
         }
         Ok(images)

@@ -15,7 +15,7 @@ pub use self::player::Player;
 use self::kernel::{Factors, Keys, Target};
 use crate::picture::Image;
 use crate::plan::PlanError;
-use crate::pool::Projected;
+use crate::pool::Pool;
 use crate::timeline::{KeySequence, Segment, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
@@ -40,15 +40,11 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Makes every key image from a pool as it stands, by a projection.
+    /// Makes every key image from a pool as it stands.
     ///
     /// # Errors
     /// [`PlaybackError`] on cancel, or when the keys do not fit the pool.
-    pub fn new(
-        keys: &KeySequence,
-        pool: &Projected<'_>,
-        work: Work<'_>,
-    ) -> Result<Playback, PlaybackError> {
+    pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
         let mut images = Vec::with_capacity(keys.keys().len());
         for (i, key) in keys.keys().iter().enumerate() {
             work.check()?;

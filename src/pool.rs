@@ -24,12 +24,12 @@ pub mod span;
 
 use std::sync::{Arc, OnceLock};
 
-pub use self::rule::{Evidence, Fit, Products, Projection, is_within};
+pub use self::rule::{Evidence, Fit, is_within};
 
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{add, combine, dot, extrapolate};
-use crate::plan::{Metric, PlanError, Weighting};
+use crate::plan::{self, Metric, PlanError, Weighting};
 use crate::renderer::{Prepared, Quality, TransportError};
 use crate::work::Work;
 
@@ -141,8 +141,7 @@ impl Pool {
     }
 
     /// The pool with every `step`-th column and row of its pictures, and with what is known of the
-    /// whole ones: by a projection that looks at no picture its previews are those pixels of whole
-    /// previews.
+    /// whole ones: its previews are those pixels of whole previews.
     pub fn thinned(&self, step: usize) -> Pool {
         let thin = |image: &Arc<Image>| match step {
             0 | 1 => image.clone(),
@@ -280,146 +279,33 @@ impl Pool {
     /// # Errors
     /// [`PlanError`] for a setting of another number of coordinates.
     pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
-        self.projected(Projection::default(), work)
-            .preview(setting, work)
-    }
-
-    /// The pool as seen by a projection of one's own choice.
-    pub fn projected(&self, projection: Projection, work: Work<'_>) -> Projected<'_> {
-        Projected {
-            pool: self,
-            projection,
-            known: self.products(projection, work),
-            settings: self.settings(),
-        }
-    }
-
-    /// What a projection needs to know; what it does not look at is left empty.
-    fn products(&self, projection: Projection, work: Work<'_>) -> Products {
-        let unit = |i: usize| -> Vec<f64> {
-            let n = self.coarse.len();
-            (0..n).map(|j| f64::from(u8::from(i == j))).collect()
-        };
-        let all = |wanted: bool| match wanted {
-            true => (0..self.coarse.len())
-                .map(|i| self.difference(&unit(i), work))
-                .collect(),
-            false => Vec::new(),
-        };
-        let full = projection == Projection::FullError;
-        let nearest = projection == Projection::Corrections;
-        let differences: Vec<Image> = all(full || nearest);
-        let corrections: Vec<Image> = match nearest {
-            true => self
-                .refined
-                .iter()
-                .map(|r| self.correction(r, work))
-                .collect(),
-            false => Vec::new(),
-        };
-        Products {
-            norms: self.norms(),
-            weighting: self.weighting(),
-            differences: if full {
-                between(&differences, &differences)
-            } else {
-                Matrix::zeros(0, 0)
-            },
-            corrections: between(&corrections, &corrections),
-            mixed: between(&corrections, &differences),
-        }
-    }
-
-    /// K = R - C·s of a refined picture.
-    fn correction(&self, refined: &Refined, work: Work<'_>) -> Image {
-        let mut terms = vec![(1.0, refined.image.as_ref())];
-        terms.extend(negative(&refined.setting).zip(images(&self.coarse)));
-        combine(self.size, &terms, work.threads)
-    }
-}
-
-/// A pool with one projection, whose scalar products are made once: for `full-error` and
-/// `corrections` those of all pictures.
-#[derive(Debug)]
-pub struct Projected<'a> {
-    pool: &'a Pool,
-    projection: Projection,
-    known: Products,
-    settings: Vec<Vec<f64>>,
-}
-
-impl Projected<'_> {
-    /// Width and height of every picture.
-    pub fn size(&self) -> (usize, usize) {
-        self.pool.size
-    }
-
-    /// The best picture of a setting by this projection; may hold slightly negative pixels.
-    ///
-    /// # Errors
-    /// [`PlanError`] for a setting of another number of coordinates.
-    pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
-        let pool = self.pool;
         let (c, rest) = self.parts(setting)?;
-        let refined = pool.refined.iter().map(|r| r.image.as_ref());
+        let refined = self.refined.iter().map(|r| r.image.as_ref());
         let mut terms: Vec<(f64, &Image)> = c.into_iter().zip(refined).collect();
-        let extrapolates = self.projection == Projection::Extrapolated
-            && !pool.coarser.is_empty()
-            && pool.fit.extrapolation != 0.0;
+        let extrapolates = !self.coarser.is_empty() && self.fit.extrapolation != 0.0;
         if !extrapolates {
-            terms.extend(rest.iter().copied().zip(images(&pool.coarse)));
+            terms.extend(rest.iter().copied().zip(images(&self.coarse)));
         }
-        let mut out = combine(pool.size, &terms, work.threads);
+        let mut out = combine(self.size, &terms, work.threads);
         if extrapolates {
-            pool.add_extrapolated(&mut out, &rest, work);
+            self.add_extrapolated(&mut out, &rest, work);
         }
         Ok(out)
     }
 
-    /// Coefficients c of the refined pictures at a setting L, and L - S·c, which is left to the
-    /// coarse ones.
+    /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the coarse
+    /// ones.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
-        let c = self
-            .projection
-            .coefficients(&self.known, &self.settings, &looks)?;
-        let c = c.concat();
+        let c = plan::projection(&self.settings(), &self.weighting(), &looks)?.concat();
         let mut rest = setting.to_vec();
-        for (refined, c) in self.settings.iter().zip(&c) {
-            for (r, s) in rest.iter_mut().zip(refined) {
+        for (refined, c) in self.refined.iter().zip(&c) {
+            for (r, s) in rest.iter_mut().zip(&refined.setting) {
                 *r -= c * s;
             }
         }
         Ok((c, rest))
     }
-
-    /// Predicted error of the sequence, before calibration: the root of what coarse pictures are
-    /// estimated to err by in ∫ ‖W (L - S·c)‖² dt, over `norm`. `moment` is ∫ L Lᵀ dt (see
-    /// [`crate::plan::second_moment`]). No projection foretells less than those in the metric of
-    /// the errors, which make it least; others may rise with a new picture.
-    ///
-    /// # Errors
-    /// [`PlanError`] when `moment` has another number of coordinates.
-    pub fn forecast(&self, moment: &Matrix, norm: f64) -> Result<f64, PlanError> {
-        let mut rests = Vec::new();
-        for unit in Pool::unit_settings(moment.ncols()) {
-            rests.push(self.parts(&unit)?.1);
-        }
-        // Row i: what is left in coordinate i of each coordinate's light.
-        let mut sum = 0.0;
-        for (i, w) in self.known.weighting.weights().iter().enumerate() {
-            let row: Vec<f64> = rests.iter().map(|r| r[i]).collect();
-            let along = |a: usize| -> f64 { (0..row.len()).map(|b| moment[(a, b)] * row[b]).sum() };
-            let square: f64 = row.iter().enumerate().map(|(a, x)| x * along(a)).sum();
-            sum += w * w * square.max(0.0);
-        }
-        Ok(if norm > 0.0 { sum.sqrt() / norm } else { 0.0 })
-    }
-}
-
-/// Scalar products of all pictures of one list with all of another.
-pub fn between(rows: &[Image], columns: &[Image]) -> Matrix {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
 }
 
 fn images(shared: &[Arc<Image>]) -> impl Iterator<Item = &Image> {

@@ -301,19 +301,18 @@ impl Repl {
         all
     }
 
-    /// Options of a verb that say how images are chosen and made, and from where, hold for that
-    /// verb alone.
+    /// Options of a verb that say what is refined first, and from where images are seen, hold for
+    /// that verb alone.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
         if let Some(path) = call.option("output") {
             self.spare(Path::new(path))?;
         }
-        let usual = self.engine.method();
-        let chosen = argument::method(usual, call)?;
-        self.engine.set_method(chosen);
-        let reply = self.answer_from_view(call);
-        if self.engine.method() == chosen {
-            self.engine.set_method(usual);
+        let usual = self.engine.metric();
+        if let Some(name) = call.option("metric") {
+            self.engine.set_metric(Some(argument::metric(name)?));
         }
+        let reply = self.answer_from_view(call);
+        self.engine.set_metric(usual);
         reply
     }
 

@@ -220,7 +220,7 @@ impl Engine {
             return Err(Error::NoSetup);
         }
         self.background = Some(BackgroundRefinement {
-            refiner: Refiner::new(goal, self.method, false, self.now()),
+            refiner: Refiner::new(goal, self.metric, false, self.now()),
             job: None,
         });
         self.go_on();

@@ -12,34 +12,31 @@ use std::sync::Arc;
 use super::{Engine, Error};
 use crate::picture::Image;
 use crate::picture::tone::{self, Curve, Tone};
-use crate::pool::{Pool, Projection};
+use crate::pool::Pool;
 use crate::show::ToneCurve;
 
 /// What is known of the key images of one pool.
 struct Brightness {
     /// The pool's images, to know it again; being held here, no other can take their place.
     pictures: Vec<Arc<Image>>,
-    projection: Projection,
     thin: Pool,
     /// Bright light by the bits of a key's setting.
     known: BTreeMap<Vec<u64>, f64>,
 }
 
 impl Brightness {
-    fn new(pool: &Pool, projection: Projection) -> Brightness {
+    fn new(pool: &Pool) -> Brightness {
         let (width, height) = pool.size();
         Brightness {
             pictures: pool.pictures().cloned().collect(),
-            projection,
             thin: pool.thinned(tone::sampling(width, height)),
             known: BTreeMap::new(),
         }
     }
 
-    fn is_of(&self, pool: &Pool, projection: Projection) -> bool {
+    fn is_of(&self, pool: &Pool) -> bool {
         let same = |(a, b): (&Arc<Image>, &Arc<Image>)| Arc::ptr_eq(a, b);
-        self.projection == projection
-            && self.pictures.len() == pool.pictures().count()
+        self.pictures.len() == pool.pictures().count()
             && self.pictures.iter().zip(pool.pictures()).all(same)
     }
 }
@@ -47,9 +44,8 @@ impl Brightness {
 /// The exposure of a sequence, and what finding it again takes.
 #[derive(Default)]
 pub(super) struct Exposure {
-    /// In stops, with the number of refined images that it was found with and how: finding it takes
-    /// every key image.
-    found: Option<(f64, (usize, Projection))>,
+    /// In stops, with the number of refined images that it was found with.
+    found: Option<(f64, usize)>,
     /// How bright each key is, from before the last edit.
     brightness: Option<Brightness>,
 }
@@ -71,14 +67,14 @@ impl Engine {
         if let Some(exposure) = self.show().preview.exposure {
             return Ok(self.tone_at(exposure));
         }
-        let made_by = (self.refined(), self.method.projection);
+        let refined = self.refined();
         if let Some((exposure, at)) = self.exposure.found
-            && at == made_by
+            && at == refined
         {
             return Ok(self.tone_at(exposure));
         }
         let exposure = self.auto_exposure()?;
-        self.exposure.found = Some((exposure, made_by));
+        self.exposure.found = Some((exposure, refined));
         Ok(self.tone_at(exposure))
     }
 
@@ -103,26 +99,19 @@ impl Engine {
 
     /// The exposure, in stops, of the whole sequence as the pool shows it.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
-        let projection = self.method.projection;
-        // These look at scalar products of whole images.
-        if matches!(projection, Projection::FullError | Projection::Corrections) {
-            let playback = self.playback()?;
-            return Ok(tone::auto_exposure(playback.images().iter()));
-        }
         self.coarse()?;
         let old = self.exposure.brightness.take();
         let pool = self.rendered()?;
-        let kept = old.filter(|b| b.is_of(pool, projection));
-        let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool, projection));
+        let kept = old.filter(|b| b.is_of(pool));
+        let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool));
         let work = self.host.work();
-        let thin = brightness.thin.projected(projection, work);
         let mut known = BTreeMap::new();
         for key in self.document.keys().keys() {
             work.check()?;
             let bits: Vec<u64> = key.iter().map(|level| level.to_bits()).collect();
             let light = match brightness.known.get(&bits) {
                 Some(light) => *light,
-                None => tone::bright_light(&thin.preview(key, work)?),
+                None => tone::bright_light(&brightness.thin.preview(key, work)?),
             };
             known.insert(bits, light);
         }

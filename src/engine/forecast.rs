@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::refine::{Goal, Remark};
 use super::{Engine, Error};
+use crate::plan::Metric;
 use crate::pool::is_within;
 use crate::renderer::Transport as _;
 use crate::renderer::{Cost, Quality};
@@ -136,6 +137,11 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
     pub fn forecast(&self) -> Result<Forecast, Error> {
+        self.forecast_by(self.metric)
+    }
+
+    /// The same in the order of a metric.
+    pub(super) fn forecast_by(&self, metric: Option<Metric>) -> Result<Forecast, Error> {
         let quality = self.refined_step();
         let mut out = Forecast {
             quality: quality.0,
@@ -150,7 +156,7 @@ impl Engine {
         if pool.flawless() {
             return Ok(out);
         }
-        let next = self.directions(pool)?;
+        let next = self.directions(pool, metric)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = self.refined_cost()?;
         let ready = rendering.is_prepared(quality);

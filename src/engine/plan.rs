@@ -1,18 +1,9 @@
-//! The plan of a show, and how refined images are chosen and previews made of them.
+//! The plan of a show, and the order in which images are refined.
 
 use super::{Engine, Error};
 use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
-use crate::pool::{Pool, Projected, Projection};
+use crate::pool::Pool;
 use crate::timeline::{KeyOptions, KeySequence};
-
-/// How refined images are chosen, and previews made of coarse and refined ones.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Method {
-    /// What makes an image worth refining; `None`: the best that the images allow.
-    pub metric: Option<Metric>,
-    /// How a preview is made up of coarse and refined images.
-    pub projection: Projection,
-}
 
 /// What a plan is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,20 +54,15 @@ impl Engine {
         })
     }
 
-    /// How images are chosen and previews made at present.
-    pub fn method(&self) -> Method {
-        self.method
+    /// The metric chosen to order what is refined; `None` where it is the best that the images
+    /// allow.
+    pub fn metric(&self) -> Option<Metric> {
+        self.metric
     }
 
-    /// Chooses and makes them by another method from now on; images that are there are kept.
-    pub fn set_method(&mut self, method: Method) {
-        self.method = method;
-    }
-
-    /// The pool as the chosen projection sees it.
-    pub(crate) fn projected(&self) -> Result<Projected<'_>, Error> {
-        let pool = self.rendered()?;
-        Ok(pool.projected(self.method.projection, self.host.work()))
+    /// Refines in the order of another metric from now on; images that are there are kept.
+    pub fn set_metric(&mut self, metric: Option<Metric>) {
+        self.metric = metric;
     }
 
     /// The metric that orders what is to be refined.
@@ -84,24 +70,28 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; [`Error::Plan`].
     pub fn plan_metric(&self) -> Result<Metric, Error> {
-        Ok(self.plan_weighting(self.rendered()?)?.metric())
+        Ok(self.weighting(self.rendered()?, self.metric)?.metric())
     }
 
     /// The weights that order what is to be refined.
-    fn plan_weighting(&self, pool: &Pool) -> Result<Weighting, Error> {
+    fn weighting(&self, pool: &Pool, metric: Option<Metric>) -> Result<Weighting, Error> {
         let keys = self.document.keys();
-        Ok(match self.method.metric {
+        Ok(match metric {
             None | Some(Metric::Error) => pool.weighting(),
             Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
             Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
         })
     }
 
-    /// What is left to refine in the order of the chosen metric, with the errors, before
-    /// calibration, that the shipped projection is predicted to leave.
-    pub(super) fn directions(&self, pool: &Pool) -> Result<Vec<Direction>, Error> {
+    /// What is left to refine in the order of a metric, with the errors, before calibration, that
+    /// previews are predicted to have then.
+    pub(super) fn directions(
+        &self,
+        pool: &Pool,
+        metric: Option<Metric>,
+    ) -> Result<Vec<Direction>, Error> {
         let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
-        let weighting = self.plan_weighting(pool)?;
+        let weighting = self.weighting(pool, metric)?;
         let mut known = pool.settings();
         let mut out = plan::next(keys, &known, &weighting, norm)?.directions;
         let own = pool.weighting();

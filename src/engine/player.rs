@@ -21,8 +21,8 @@ impl Engine {
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
         self.coarse()?;
-        let pool = self.projected()?;
-        let playback = Playback::new(self.document.keys(), &pool, self.host.work())?;
+        let pool = self.rendered()?;
+        let playback = Playback::new(self.document.keys(), pool, self.host.work())?;
         Ok(Arc::new(playback))
     }
 
@@ -53,11 +53,7 @@ impl Engine {
     /// Half precision where its error stays under half a step of 8 bits, as it does unless a light
     /// in sight is a hundred million times brighter than what is to be seen next to it; else single.
     /// 8 bits are never the default: they err by more, and take longer to decode than to read.
-    pub(super) fn default_player(
-        &self,
-        playback: &Arc<Playback>,
-        tone: Tone,
-    ) -> Result<Player, Error> {
+    fn default_player(&self, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
         let half = Player::new(playback, Format::Half, tone, self.host.work())?;
         if self.sampled(playback, tone, &half)? < UNSEEN {
             return Ok(half);
@@ -93,7 +89,7 @@ impl Engine {
     }
 
     /// How far a player's frames are off, of every `stride`-th channel.
-    pub(super) fn judge(
+    fn judge(
         &self,
         playback: &Playback,
         tone: Tone,
@@ -126,7 +122,7 @@ impl Engine {
 
     /// The `n`-th moment of a measurement: a stride that is no simple fraction visits all kinds of
     /// segments.
-    pub(super) fn visited(&self, n: usize) -> Time {
+    fn visited(&self, n: usize) -> Time {
         let timeline = self.document.timeline();
         let (start, end) = (timeline.start(), timeline.end());
         start + (end - start).scaled((n as f64 * 0.618_033_988_75).fract())

@@ -4,7 +4,7 @@ use super::refiner::{Next, Refiner};
 use super::rendering::{Job, Rendered, Reused};
 use super::{Engine, Error};
 use crate::plan::forecast as predicted_error;
-use crate::pool::{Projection, is_within};
+use crate::pool::is_within;
 use crate::work::Patient;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
@@ -124,7 +124,7 @@ impl Engine {
                 return Ok(());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
-            let mut refiner = Refiner::new(Goal::count(0), engine.method, true, engine.now());
+            let mut refiner = Refiner::new(Goal::count(0), engine.metric, true, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
             Ok(())
         })
@@ -158,7 +158,7 @@ impl Engine {
         self.timed(|engine| {
             engine.idle()?;
             engine.coarse()?;
-            let mut refiner = Refiner::new(goal, engine.method, true, engine.now());
+            let mut refiner = Refiner::new(goal, engine.metric, true, engine.now());
             let ended = engine.drive(&mut refiner, watch)?;
             let mut done = refiner.done;
             done.ended = Some(ended);
@@ -277,15 +277,12 @@ impl Engine {
         if self.is_final() || pool.flawless() {
             return Ok(0.0);
         }
-        let norm = self.sequence_norm(pool);
-        let keys = self.document.keys();
-        Ok(match self.method.projection {
-            Projection::Error | Projection::Extrapolated => {
-                predicted_error(keys, &pool.settings(), &pool.weighting(), Some(norm))?
-            }
-            _ => self
-                .projected()?
-                .forecast(&crate::plan::second_moment(keys), norm)?,
-        })
+        let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
+        Ok(predicted_error(
+            keys,
+            &pool.settings(),
+            &pool.weighting(),
+            norm,
+        )?)
     }
 }

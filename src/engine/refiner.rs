@@ -9,8 +9,9 @@ use std::sync::Arc;
 use super::forecast::{self, NextImage};
 use super::refine::{Ended, Goal, Refined, Remark};
 use super::rendering::{self, Job, Rendered, Reused};
-use super::{Engine, Error, Method};
+use super::{Engine, Error};
 use crate::picture::Image;
+use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::archive::Wanted;
 use crate::renderer::{Quality, Setup};
@@ -68,8 +69,8 @@ struct Coarse {
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
     goal: Goal,
-    /// How images are chosen and previews made, as it was when the refinement began.
-    method: Method,
+    /// What orders the images, as it was when the refinement began.
+    metric: Option<Metric>,
     /// Several images in one job where that pays, as whoever waits needs none of them by itself.
     batches: bool,
     coarse: Coarse,
@@ -81,10 +82,10 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, method: Method, batches: bool, now: f64) -> Refiner {
+    pub fn new(goal: Goal, metric: Option<Metric>, batches: bool, now: f64) -> Refiner {
         Refiner {
             goal: goal.or_one(),
-            method,
+            metric,
             batches,
             coarse: Coarse::default(),
             done: Refined::default(),
@@ -110,22 +111,6 @@ impl Refiner {
 
     /// What is to be rendered next, planned from the show and the pool as they are now.
     pub fn next(&mut self, engine: &mut Engine) -> Result<Next, Error> {
-        self.by_own_method(engine, Refiner::plan)
-    }
-
-    /// Does something by the method that the refinement began with.
-    fn by_own_method<T>(
-        &mut self,
-        engine: &mut Engine,
-        something: impl FnOnce(&mut Refiner, &mut Engine) -> T,
-    ) -> T {
-        let usual = std::mem::replace(&mut engine.method, self.method);
-        let done = something(self, engine);
-        engine.method = usual;
-        done
-    }
-
-    fn plan(&mut self, engine: &mut Engine) -> Result<Next, Error> {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
@@ -142,7 +127,7 @@ impl Refiner {
             engine.calibrate_cost()?;
         }
         let begin = engine.now();
-        let forecast = engine.forecast()?;
+        let forecast = engine.forecast_by(self.metric)?;
         let left = self.goal.budget.map(|s| s - self.done.seconds);
         let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
         if !self.batches {
@@ -316,7 +301,7 @@ impl Refiner {
             self.done.seconds += seconds;
             return Ok(());
         }
-        self.by_own_method(engine, |refiner, engine| refiner.add(engine, ticket, kept))
+        self.add(engine, ticket, kept)
     }
 
     /// Adds refined images to the pool, in the order of their settings.

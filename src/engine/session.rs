@@ -157,11 +157,10 @@ fn true_errors(engine: &Engine, known: &mut Option<Truth>) -> Result<Errors, Err
     let truth = known.as_ref().map_or(&[][..], |t| t.images.as_slice());
     // The preview is linear: what it shows of each source alone is all of it.
     let work = engine.host.work();
-    let projected = engine.projected()?;
     let mut shown = Vec::new();
     for unit in &units {
         work.check()?;
-        shown.push(projected.preview(unit, work)?);
+        shown.push(pool.preview(unit, work)?);
     }
     let moment = plan::second_moment(engine.document.keys());
     let threads = engine.host.threads;

@@ -45,6 +45,9 @@ pub enum Metric {
 }
 
 impl Metric {
+    /// All of them.
+    pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
+
     /// As reports write it.
     pub fn name(self) -> &'static str {
         match self {
@@ -98,7 +101,6 @@ const RANK: f64 = 8.0 * f64::EPSILON;
 pub struct Weighting {
     metric: Metric,
     weights: Vec<f64>,
-    timeless: bool,
 }
 
 impl Weighting {
@@ -115,11 +117,7 @@ impl Weighting {
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
         }
-        Ok(Weighting {
-            metric,
-            weights,
-            timeless: false,
-        })
+        Ok(Weighting { metric, weights })
     }
 
     /// The metric `settings` for this many coordinates.
@@ -127,7 +125,6 @@ impl Weighting {
         Weighting {
             metric: Metric::Settings,
             weights: vec![1.0; coordinates],
-            timeless: false,
         }
     }
 
@@ -141,14 +138,6 @@ impl Weighting {
         let means = moment::means(keys);
         let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
         Weighting::new(Metric::Influence, weights.collect())
-    }
-
-    /// The same weights with every key counting alike however long it lasts, as in the paper.
-    pub fn timeless(self) -> Weighting {
-        Weighting {
-            timeless: true,
-            ..self
-        }
     }
 
     /// What the weights mean.
@@ -212,7 +201,7 @@ impl Plan {
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
-        let a = moment::factor(keys, weighting.timeless, &w);
+        let a = moment::factor(keys, &w);
         let total = a.lower.norm();
         let found = svd(&a.lower)?;
         let count = found.rank(RANK * w.len().max(a.columns) as f64);
@@ -233,7 +222,7 @@ impl Plan {
         Ok(Plan {
             metric: weighting.metric,
             tolerance,
-            time_weighted: keys.duration() > 0.0 && !weighting.timeless,
+            time_weighted: keys.duration() > 0.0,
             singular_values: sigma,
             basis,
             weights,
@@ -258,7 +247,7 @@ impl Plan {
         self.tolerance
     }
 
-    /// False where all looks count alike: asked for, or the sequence has no length.
+    /// False where the sequence has no length and all looks count alike.
     pub fn time_weighted(&self) -> bool {
         self.time_weighted
     }

@@ -43,23 +43,14 @@ pub(super) struct Factor {
     pub columns: usize,
 }
 
-/// What is decomposed: the weighted control points by time, or the weighted keys themselves, each
-/// once.
-pub(super) fn factor(keys: &KeySequence, timeless: bool, w: &[f64]) -> Factor {
+/// What is decomposed: the weighted control points by time.
+pub(super) fn factor(keys: &KeySequence, w: &[f64]) -> Factor {
     let mut triangle = Triangle::new(keys.coordinates());
     let mut columns = 0;
-    let mut take = |column: &[f64]| {
+    weighted(keys, w, |column| {
         columns += 1;
         triangle.push(column);
-    };
-    if timeless {
-        for key in keys.keys() {
-            let weighted: Vec<f64> = key.iter().zip(w).map(|(x, w)| w * x).collect();
-            take(&weighted);
-        }
-    } else {
-        weighted(keys, w, take);
-    }
+    });
     Factor {
         lower: triangle.lower(),
         columns,

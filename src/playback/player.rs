@@ -66,11 +66,6 @@ impl Player {
         self.format
     }
 
-    /// The same frames by another number of threads.
-    pub fn set_threads(&mut self, threads: usize) {
-        self.threads = threads.max(1);
-    }
-
     /// Bytes that the key images take.
     pub fn bytes(&self) -> usize {
         let exact = |images: &[Image]| images.iter().map(|i| size_of_val(i.data())).sum();

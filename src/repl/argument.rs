@@ -1,13 +1,12 @@
 //! Words behind a verb as values.
 
 use super::{Call, Error};
-use crate::engine::{Engine, Goal, Method};
-use crate::lang::{self, nearest};
+use crate::engine::{Engine, Goal};
+use crate::lang;
 use crate::picture::exr::Precision;
 use crate::picture::y4m::Chroma;
 use crate::plan::Metric;
 use crate::playback::key::Format;
-use crate::pool::Projection;
 use crate::renderer::Quality;
 use crate::report::target::{Layers, TargetOptions};
 use crate::units::{CueNumber, Time};
@@ -103,53 +102,13 @@ pub fn goal(call: &Call) -> Result<Goal, Error> {
     })
 }
 
-/// A method with what a call's options say.
-pub fn method(usual: Method, call: &Call) -> Result<Method, Error> {
-    let mut out = usual;
-    for name in ["metric", "projection"] {
-        if let Some(value) = call.option(name) {
-            set_method(&mut out, name, value)?;
-        }
-    }
-    Ok(out)
-}
-
-pub const METHOD: &str = "method [metric M | projection P | default]";
-
-/// Sets the metric or the projection by name.
-pub fn set_method(method: &mut Method, what: &str, name: &str) -> Result<(), Error> {
-    match what {
-        "metric" => method.metric = Some(metric(name)?),
-        "projection" => method.projection = projection(name)?,
-        _ => {
-            return Err(Error::Usage(format!(
-                "`{what}` is neither `metric` nor `projection`: {METHOD}"
-            )));
-        }
-    }
-    Ok(())
-}
-
-fn metric(name: &str) -> Result<Metric, Error> {
-    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
-    metrics
-        .into_iter()
-        .find(|m| m.name() == name)
-        .ok_or_else(|| {
-            Error::Usage(format!(
-                "there is no metric `{name}`; it is settings, influence or error"
-            ))
-        })
-}
-
-fn projection(name: &str) -> Result<Projection, Error> {
-    Projection::named(name).ok_or_else(|| {
-        let names = Projection::ALL.map(Projection::name);
-        let hint = match nearest(name, names.into_iter()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("it is one of {}", names.join(", ")),
-        };
-        Error::Usage(format!("there is no projection `{name}`; {hint}"))
+/// The metric that a word names.
+pub fn metric(name: &str) -> Result<Metric, Error> {
+    let known = |m: &Metric| m.name() == name;
+    Metric::ALL.into_iter().find(known).ok_or_else(|| {
+        Error::Usage(format!(
+            "there is no metric `{name}`; it is settings, influence or error"
+        ))
     })
 }
 

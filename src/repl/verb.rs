@@ -45,8 +45,6 @@ pub enum Complete {
     Verbs,
     /// Codes of messages.
     Codes,
-    /// Metrics and projections, and these words.
-    Methods(&'static [&'static str]),
     /// Files.
     Files,
 }

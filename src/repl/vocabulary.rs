@@ -10,7 +10,6 @@ use super::Repl;
 use super::verb::{self, Complete, VERBS, VerbSpec};
 use crate::lang::{self, codes};
 use crate::plan::Metric;
-use crate::pool::Projection;
 use crate::show::FADES;
 
 /// The names of a show.
@@ -180,7 +179,6 @@ impl Vocabulary {
                 let banks = strings(&self.banks).chain(strings(&self.groups));
                 Offer::of(banks.chain(words.iter().copied()))
             }
-            Complete::Methods(words) => Offer::of(words.iter().copied().chain(methods())),
             Complete::Files => Offer::files(),
         }
     }
@@ -189,7 +187,7 @@ impl Vocabulary {
         match (name, value) {
             ("bank", _) => Offer::of(strings(&self.banks)),
             ("view", _) => Offer::of(strings(&self.views)),
-            ("metric" | "projection", _) => Offer::of(methods()),
+            ("metric", _) => Offer::of(Metric::ALL.map(Metric::name)),
             (_, "FILE" | "DIR") => Offer::files(),
             _ => Offer::default(),
         }
@@ -239,13 +237,6 @@ impl Vocabulary {
 
 fn strings(names: &[String]) -> impl Iterator<Item = &str> {
     names.iter().map(String::as_str)
-}
-
-fn methods() -> impl Iterator<Item = &'static str> {
-    let metrics = [Metric::Settings, Metric::Influence, Metric::Error].map(Metric::name);
-    metrics
-        .into_iter()
-        .chain(Projection::ALL.map(Projection::name))
 }
 
 /// A number that goes on with a unit.

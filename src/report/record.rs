@@ -20,15 +20,13 @@ use crate::study::{Machine, Origin};
 pub enum Kind {
     /// The operator G: error against time over its scale of quality.
     Transport,
-    /// Formats of key images: error against time a frame.
-    Playback,
     /// Time and memory against the size of the task.
     Scale,
     /// A design session: error against computing time, edits in between.
     Session,
     /// Metrics, previews and predictions against the truth.
     Trial,
-    /// Refinement: the sequence's error against pictures and time, by order and preview.
+    /// Refinement: the sequence's error against images and time, by order.
     Plan,
     /// Where methods fail: one against another on hard inputs.
     Stability,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
-use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Method, Refined, Remark, Status};
+use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Refined, Remark, Status};
 use crate::renderer::Cost;
 
 /// Coordinates named for a step.
@@ -239,17 +239,4 @@ pub fn clamped(engine: &Engine) -> Option<String> {
              {name} ends at {finest}: that is taken instead"
         )
     })
-}
-
-/// A method in two lines.
-pub fn method(method: Method) -> String {
-    let metric = method
-        .metric
-        .map_or("error, or influence where quality has one step", |m| {
-            m.name()
-        });
-    format!(
-        "pictures are refined by the metric: {metric}\npreviews are made by the projection: {}",
-        method.projection.name()
-    )
 }

@@ -1,4 +1,4 @@
-//! What refining brings: errors against refined pictures and seconds, by order and by preview.
+//! What refining brings: errors against refined pictures and seconds, by order.
 
 use std::fmt::Write as _;
 
@@ -6,7 +6,6 @@ use super::words::drawn;
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use crate::plan::Metric;
-use crate::pool::Projection;
 use crate::study::Order;
 use crate::study::refinement::{OrderCurve, OrderPoint, Refinement};
 
@@ -25,17 +24,13 @@ const METHOD: &str = "the truth: every source at the refined quality; real time:
     qualities and of each refined picture, rendered one by one in the shipped order and for each \
     source alone; the other orders of mixed pictures are given the seconds of the shipped one";
 
-/// The table: a series for each order, for each preview, and for each preview of random looks.
+/// The table: a series for each order.
 pub fn record(refinement: &Refinement) -> Record {
     let quantities = [
         (REFINED, ""),
         ("true error of the sequence", "%"),
         ("predicted time", "s"),
         ("real time", "s"),
-        ("looks worse than coarse", "%"),
-        ("worst look over coarse", ""),
-        ("median look over coarse", ""),
-        ("sequence over coarse", ""),
     ];
     let quantities = quantities.map(|(n, u)| Quantity::new(n, u)).into();
     let mut out = Record::new(Kind::Plan, &refinement.origin, METHOD, quantities);
@@ -46,25 +41,12 @@ pub fn record(refinement: &Refinement) -> Record {
             out.add(&series, &format!("{m} refined"), &[], &values.map(Some));
         }
     }
-    for curve in &refinement.previews {
-        let series = format!("preview: {}", preview(curve.projection));
-        for (m, error) in curve.errors.iter().enumerate() {
-            let values = [m as f64, 100.0 * error].map(Some);
-            out.add(&series, &format!("{m} refined"), &[], &values);
-        }
-    }
-    for row in &refinement.looks {
-        let mut values = vec![None; 4];
-        values.extend([100.0 * row.worse, row.worst, row.look, row.sequence].map(Some));
-        let series = format!("looks: {}", preview(row.projection));
-        out.add(&series, "looks of 3 banks, 4 refined", &[], &values);
-    }
     out
 }
 
 fn order(order: Order) -> &'static str {
     match order {
-        Order::Metric { metric, .. } => match metric {
+        Order::Metric(metric) => match metric {
             Metric::Error => "estimated error (shipped)",
             Metric::Settings => "settings",
             Metric::Influence => "influence, the paper's",
@@ -72,12 +54,6 @@ fn order(order: Order) -> &'static str {
         Order::BankByBank => "one picture for each bank",
         Order::Oracle => "true error: an oracle",
     }
-}
-
-fn preview(by: Projection) -> String {
-    let shipped = by == Projection::default();
-    let mark = if shipped { " (shipped)" } else { "" };
-    format!("{}{mark}", by.name())
 }
 
 /// A line of a panel: x and the error in percent.
@@ -94,7 +70,7 @@ const MARKERS: [Marker; 4] = [
     Marker::Circle,
 ];
 
-/// The chart: the error by order against pictures and against seconds, and by preview.
+/// The chart: the error by order against pictures and against seconds.
 pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
     let needed = |order: Order| {
         let found = refinement.orders.iter().find(|c| c.order == order);
@@ -124,11 +100,6 @@ pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
             "How long was it foretold to take?",
             (seconds, Scale::Linear),
         ),
-        panel(
-            previews(refinement),
-            "What do six previews make of the same pictures?",
-            (REFINED, Scale::Whole),
-        ),
     ];
     let title = format!(
         "{}: what does refining bring, and for how long?",
@@ -145,19 +116,6 @@ fn order_line(curve: &OrderCurve, x: &dyn Fn(usize, &OrderPoint) -> f64) -> Line
         shipped: curve.order == Order::SHIPPED,
         points: points.map(point).collect(),
     }
-}
-
-fn previews(refinement: &Refinement) -> Vec<Line> {
-    let curves = refinement.previews.iter();
-    let line = curves.map(|curve| {
-        let points = curve.errors.iter().enumerate();
-        Line {
-            name: preview(curve.projection),
-            shipped: curve.projection == Projection::default(),
-            points: points.map(|(m, e)| (m as f64, error(*e))).collect(),
-        }
-    });
-    line.collect()
 }
 
 /// In percent.
@@ -192,7 +150,7 @@ fn panel(mut lines: Vec<Line>, title: &str, (label, scale): (&str, Scale)) -> Pa
     }
 }
 
-/// A line for each order, then one for each preview.
+/// A line for each order.
 pub fn describe(refinement: &Refinement) -> String {
     let mut out = format!(
         "{:<28} {:>14} {:>14} {:>12}\n",
@@ -217,19 +175,5 @@ pub fn describe(refinement: &Refinement) -> String {
         );
     }
     let _ = writeln!(out, "{TIMED_ONCE}");
-    let _ = writeln!(
-        out,
-        "\n{:<28} {:>14} {:>14} {:>12} {:>10}",
-        "preview, 4 refined", "looks worse %", "worst look", "median look", "sequence"
-    );
-    for row in &refinement.looks {
-        let [worse, worst, look, sequence] =
-            [100.0 * row.worse, row.worst, row.look, row.sequence].map(|v| drawn(Some(v)));
-        let _ = writeln!(
-            out,
-            "{:<28} {worse:>14.1} {worst:>14.2} {look:>12.2} {sequence:>10.3}",
-            preview(row.projection),
-        );
-    }
     out
 }

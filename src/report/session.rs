@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::words::{self, drawn, figure};
+use super::words::{drawn, figure};
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use crate::study::session::{Errors, Event, Moment, Session};
@@ -42,7 +42,10 @@ fn method(session: &Session) -> String {
         Some(step) => format!("every source at quality {step} is the truth"),
         None => "predicted alone".to_owned(),
     };
-    truth + &words::method(session.metric, session.projection)
+    match session.metric {
+        Some(metric) => format!("{truth} (metric {})", metric.name()),
+        None => truth,
+    }
 }
 
 fn event(event: Event) -> &'static str {

@@ -1,7 +1,5 @@
 //! Numbers and small things in words, the same in every report.
 
-use crate::plan::Metric;
-use crate::pool::Projection;
 use crate::show::{Cue, Show};
 use crate::study::Machine;
 use crate::units::Time;
@@ -73,19 +71,6 @@ pub fn machine(machine: &Machine) -> String {
     match &machine.processor {
         Some(name) => format!("{threads}, {name}, {}", machine.system),
         None => format!("{threads}, {}", machine.system),
-    }
-}
-
-/// The metric and projection that are not the shipped ones, in brackets to follow other words;
-/// empty where both are.
-pub fn method(metric: Option<Metric>, projection: Projection) -> String {
-    let metric = metric.map(|m| format!("metric {}", m.name()));
-    let own = projection != Projection::default();
-    let projection = own.then(|| format!("projection {}", projection.name()));
-    let said: Vec<String> = metric.into_iter().chain(projection).collect();
-    match said.is_empty() {
-        true => String::new(),
-        false => format!(" ({})", said.join(", ")),
     }
 }
 

@@ -1,19 +1,15 @@
-//! Formats of key images: how far their frames are off, held against the same blend in double
-//! precision, and how fast they are made.
+//! Formats of key images: how far their frames are off, compared with the same blend in double
+//! precision.
 //!
 //! Errors are in steps of the display's 8 bits and of values that are not rounded to them yet:
-//! rounding is the display's own, half a step at most, whatever the keys. Beside the formats of
-//! [`crate::playback::key`] stands the way of the paper's hardware: keys coded for the display,
-//! blended as they are. It is wrong wherever keys differ, since the code is no measure of light.
+//! rounding is the display's own, half a step at most, whatever the keys.
 
 use serde::Serialize;
 
-use super::Origin;
 use crate::picture::Image;
 use crate::picture::tone::{ByteTable, Tone};
 use crate::playback::Playback;
-use crate::playback::key::Format;
-use crate::timeline::{Blend, KeySequence, blend};
+use crate::timeline::blend;
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
 
@@ -165,92 +161,6 @@ impl<'a> Exact<'a> {
         let terms = self.terms.iter();
         terms.map(|(w, image)| w * value(image, channel)).sum()
     }
-}
-
-/// The paper's hardware: keys coded for the display, blended as they are, each blend rounded to 8
-/// bits.
-#[derive(Debug)]
-pub struct Displayed<'a> {
-    keys: &'a KeySequence,
-    codes: Vec<Vec<u8>>,
-}
-
-impl<'a> Displayed<'a> {
-    /// Codes every key.
-    pub fn new(playback: &'a Playback, tone: Tone) -> Displayed<'a> {
-        let code = |image| tone.encode(image);
-        Displayed {
-            keys: playback.keys(),
-            codes: playback.images().iter().map(code).collect(),
-        }
-    }
-
-    /// Bytes that the keys take.
-    pub fn bytes(&self) -> usize {
-        self.codes.iter().map(Vec::len).sum()
-    }
-
-    /// The frame at a time.
-    pub fn show(&self, time: Time, out: &mut Vec<u8>) {
-        let (index, t) = self.keys.segment_at(time);
-        let Some(segment) = self.keys.segments().get(index) else {
-            return;
-        };
-        let key = |i: usize| -> &[u8] {
-            let key = segment.keys.get(i).and_then(|k| self.codes.get(*k));
-            key.map_or(&[], Vec::as_slice)
-        };
-        out.clear();
-        out.extend_from_slice(key(0));
-        match blend(segment.degree, t) {
-            Blend::Hold => {}
-            Blend::Linear(a) => lerp(out, key(1), a),
-            Blend::Quadratic([a, b]) => {
-                lerp(out, key(1), a);
-                lerp(out, key(2), b);
-            }
-            Blend::Cubic([a, b, c]) => {
-                lerp(out, key(1), a);
-                let mut other = key(2).to_vec();
-                lerp(&mut other, key(3), b);
-                lerp(out, &other, c);
-            }
-        }
-    }
-}
-
-fn lerp(out: &mut [u8], other: &[u8], t: f64) {
-    let t = t as f32;
-    for (out, other) in out.iter_mut().zip(other) {
-        let (a, b) = (f32::from(*out), f32::from(*other));
-        *out = (a + t * (b - a) + 0.5) as u8;
-    }
-}
-
-/// A way of playing, judged and timed.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Timed {
-    /// Seconds a frame, on average over the sequence, by number of threads.
-    pub seconds: Vec<(usize, f64)>,
-    /// Bytes that its key images take.
-    pub bytes: usize,
-    /// How far its frames are off, with any number of threads.
-    pub judged: Judged,
-    /// The format; `None` for the paper's hardware.
-    pub format: Option<Format>,
-}
-
-/// Every way of playing a show's keys.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FormatTradeoff {
-    /// The show and the machine.
-    pub origin: Origin,
-    /// Width and height of a frame.
-    pub size: (usize, usize),
-    /// What `play` takes by itself, with the threads of the machine as it is given.
-    pub chosen: Format,
-    /// The ways.
-    pub ways: Vec<Timed>,
 }
 
 /// What keeping the keys in a format takes and loses.

@@ -1,43 +1,30 @@
-//! What refining brings: the sequence's true error against refined pictures and against seconds, in
-//! every order that was thought of, and as every preview shows it.
+//! What refining brings: the sequence's true error against refined images and against seconds, by
+//! the order in which images are refined.
 //!
 //! The truth is every source at the refined quality; the mathematics is [`Trial`]'s. All orders are
-//! shown by the shipped preview, so that they differ in their pictures alone; all previews show the
-//! pictures of the shipped order. Two bounds stand beside the metrics: a picture for each source,
-//! the best first, and an oracle that knows the true errors.
+//! shown by the shipped preview, so that they differ in their images alone. Two bounds are given
+//! with the metrics: an image for each source, the best first, and the order by the true errors.
 
-use super::verdict::{Previewed, previewed};
 use super::{Order, Origin, Trial};
 use crate::plan::{Metric, PlanError};
-use crate::pool::Projection;
 use crate::renderer::Cost;
 
 /// The orders that are compared.
 const ORDERS: [Order; 5] = [
     Order::SHIPPED,
-    Order::Metric {
-        metric: Metric::Settings,
-        time_weighted: true,
-    },
-    Order::Metric {
-        metric: Metric::Influence,
-        time_weighted: true,
-    },
+    Order::Metric(Metric::Settings),
+    Order::Metric(Metric::Influence),
     Order::BankByBank,
     Order::Oracle,
 ];
 
-/// Errors and seconds by order and by preview.
+/// Errors and seconds by order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refinement {
     /// The show and the machine.
     pub origin: Origin,
     /// A curve for each order of pictures, as the shipped preview shows them.
     pub orders: Vec<OrderCurve>,
-    /// A curve for each preview, of the pictures in the shipped order.
-    pub previews: Vec<PreviewCurve>,
-    /// How each preview does on looks that nobody planned.
-    pub looks: Vec<Previewed>,
 }
 
 /// An order of pictures.
@@ -60,15 +47,6 @@ pub struct OrderPoint {
     pub real: f64,
 }
 
-/// A preview of pictures in the shipped order.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PreviewCurve {
-    /// Which.
-    pub projection: Projection,
-    /// True errors of the sequence, relative, after no refined picture, after one, and so on.
-    pub errors: Vec<f64>,
-}
-
 /// Seconds of everything, as predicted and as they were.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Seconds {
@@ -86,26 +64,16 @@ pub struct Seconds {
 }
 
 impl Refinement {
-    /// All curves; `seed` draws the looks that previews are tried on.
+    /// All curves.
     ///
     /// # Errors
     /// [`PlanError`]
-    pub fn new(
-        origin: Origin,
-        trial: &Trial,
-        seconds: &Seconds,
-        seed: u64,
-    ) -> Result<Refinement, PlanError> {
+    pub fn new(origin: Origin, trial: &Trial, seconds: &Seconds) -> Result<Refinement, PlanError> {
         let curve = |order: Order| order_curve(trial, seconds, order);
         let orders: Result<_, PlanError> = ORDERS.into_iter().map(curve).collect();
-        let shipped = trial.ordered(Order::SHIPPED)?;
-        let curve = |projection: Projection| preview_curve(trial, &shipped, projection);
-        let previews: Result<_, PlanError> = Projection::ALL.into_iter().map(curve).collect();
         Ok(Refinement {
             origin,
             orders: orders?,
-            previews: previews?,
-            looks: previewed(trial, seed)?,
         })
     }
 }
@@ -124,25 +92,12 @@ fn order_curve(trial: &Trial, seconds: &Seconds, order: Order) -> Result<OrderCu
     for m in 0..=settings.len() {
         let taken = settings.get(..m).unwrap_or(&settings);
         points.push(OrderPoint {
-            error: trial.error(&trial.shown(Projection::default(), taken)?),
+            error: trial.error(&trial.shown(taken)?),
             predicted: seconds.predicted(taken),
             real: seconds.real(order, taken),
         });
     }
     Ok(OrderCurve { order, points })
-}
-
-fn preview_curve(
-    trial: &Trial,
-    settings: &[Vec<f64>],
-    projection: Projection,
-) -> Result<PreviewCurve, PlanError> {
-    let mut errors = Vec::new();
-    for m in 0..=settings.len() {
-        let taken = settings.get(..m).unwrap_or(settings);
-        errors.push(trial.error(&trial.shown(projection, taken)?));
-    }
-    Ok(PreviewCurve { projection, errors })
 }
 
 impl Seconds {

@@ -10,7 +10,6 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::Metric;
-use crate::pool::Projection;
 
 /// Every moment of a session.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,8 +20,6 @@ pub struct Session {
     pub truth: Option<u8>,
     /// What chose the pictures, where it was not the best that they allow.
     pub metric: Option<Metric>,
-    /// How previews were made.
-    pub projection: Projection,
     /// In the order of time.
     pub moments: Vec<Moment>,
 }

@@ -1,55 +1,11 @@
-//! Metrics and previews on trial: errors of whole sequences, exactly, without rendering a frame.
+//! Orders of refined images and their predictions against the truth: errors of whole sequences,
+//! exactly, without rendering a frame.
 //!
-//! With pictures of every source at both coarse qualities and at the refined one, whatever a pool
-//! would show is known beforehand: G is linear, so the refined picture of any setting is the sum of
-//! the sources', and every error is a quadratic form in the scalar products of D_i = C_i - X_i
-//! (finer minus cheaper coarse picture) and K_i = R_i - C_i (refined minus coarse). The rules on
-//! trial are the pool's own ([`Projection`], [`Fit`]).
-//!
-//! On 20 random shows ([`super::random_show`], 12 to 24 banks, 96 x 54) and, in brackets, on the
-//! tavern at its full 640 x 360, by `cargo run --release --example trial full` (the tavern's are of
-//! an operator before the last changes of its steps). Refined pictures until the true error of the
-//! sequence is 5 and 1 % of its start, medians, projected in the order's own metric, then by the
-//! pool's preview:
-//!
-//! | order | own, 5 % | own, 1 % | pool's, 5 % | pool's, 1 % |
-//! |---|---|---|---|---|
-//! | settings | 10.5 (8) | 15 (13) | 8.5 (7) | 13 (11) |
-//! | influence, the paper's | 11 (9) | 14 (10) | 9 (8) | 13 (10) |
-//! | influence, weighted by time | 10 (9) | 13.5 (10) | 8 (8) | 12 (10) |
-//! | error, weighted by time | 7 (7) | 12 (10) | 7 (7) | 12 (10) |
-//! | true error, weighted by time | 7 (7) | 12 (10) | 7 (7) | 12 (10) |
-//! | one picture for each bank | 13 (13) | 16.5 (16) | 13 (13) | 16.5 (16) |
-//!
-//! The median show needs 0.64 of what the paper's way (influence, its own projection, no time)
-//! needs for 5 %, the tavern 0.78. Some of that is the preview's doing: with the pool's preview the
-//! medians of both orders are 7 and 9.
-//!
-//! Previews with 4 refined pictures on looks of 3 banks, error over that of coarse alone: share of
-//! looks worse (mean), worst of all, median look, designed sequence:
-//!
-//! | preview | worse | worst | look | sequence |
-//! |---|---|---|---|---|
-//! | settings, the paper's | 28 % (40 %) | 12 (44) | 0.81 (0.91) | 0.120 (0.237) |
-//! | influence | 42 % (20 %) | 54 (8.3) | 0.96 (0.80) | 0.196 (0.142) |
-//! | full-error | 7 % (0 %) | 1.96 (1.00) | 0.74 (0.72) | 0.106 (0.139) |
-//! | error | 6 % (0 %) | 1.43 (1.00) | 0.78 (0.73) | 0.110 (0.139) |
-//! | extrapolated, shipped | 6 % (4 %) | 1.45 (1.01) | 0.77 (0.69) | 0.109 (0.139) |
-//! | corrections | 24 % (80 %) | 1.6 (1.4) | 0.91 (1.10) | 0.766 (1.178) |
-//!
-//! The three metrics of error are close: `full-error` is a little better but needs the scalar
-//! products of all pairs of pictures.
-//!
-//! Predicted over true error after each picture (see [`Fit`]): within a factor of 1.5 in 139 of the
-//! 162 steps of the odd shows, by which the rule was chosen, in 166 of the 188 of the even ones and
-//! in all 14 of the tavern. The 45 exceptions (`steps` prints them):
-//!
-//! - 13 have at most three refined pictures, and ten of these foretell too much, by 1.5 to 2.8. The
-//!   first pictures mix all the banks of the show, so that their corrections speak for the worst bank;
-//!   it is refined by then, and what is left errs less than they say. The worst that foretells too
-//!   little is the start of show 17, with no picture refined: three tenths of the truth.
-//! - 32 are later: five foretell too much, by 1.5 to 2.05, two of them in show 17, and 27 too little,
-//!   when all but a few banks are refined, the worst two fifths of the truth.
+//! With images of every source at both coarse qualities and at the refined one, what a pool would
+//! show is determined: G is linear, so the refined image of any setting is the sum of the sources',
+//! and every error is a quadratic form in the scalar products of D_i = C_i - X_i (finer minus
+//! cheaper coarse image) and K_i = R_i - C_i (refined minus coarse). The rules are the pool's own
+//! ([`Fit`]). `examples/trial` compares them with others on random shows.
 
 #![allow(
     clippy::indexing_slicing,
@@ -58,21 +14,25 @@
 
 use crate::linalg::Matrix;
 use crate::picture::Image;
-use crate::picture::combine::combine;
+use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError, Weighting};
-use crate::pool::{Evidence, Fit, Products, Projection, between};
+use crate::pool::{Evidence, Fit, Pool};
 use crate::timeline::KeySequence;
 
-/// What is known of a show's sources.
+/// Scalar products of the images of a show's n sources, with its keys.
 #[derive(Clone, Debug)]
 pub struct Trial {
     keys: KeySequence,
     moment: Matrix,
     norm: f64,
-    norms: Vec<f64>,
-    dd: Matrix,
-    kd: Matrix,
-    kk: Matrix,
+    /// Norms of the finer coarse images, ‖C_i‖.
+    pub norms: Vec<f64>,
+    /// D_i·D_j, n x n.
+    pub dd: Matrix,
+    /// K_i·D_j, n x n.
+    pub kd: Matrix,
+    /// K_i·K_j, n x n.
+    pub kk: Matrix,
 }
 
 /// What is shown instead of the truth: the error of light L is (K - a·D)·H·L.
@@ -83,6 +43,18 @@ pub struct Shown {
 }
 
 impl Shown {
+    /// Where refined images of `settings` are taken with coefficients `c`, a row for each source,
+    /// and coarse images extrapolated by `extrapolation`.
+    pub fn new(settings: &[Vec<f64>], c: &[Vec<f64>], extrapolation: f64) -> Shown {
+        let n = c.len();
+        let s = Matrix::from_fn(n, settings.len(), |i, j| settings[j][i]);
+        let c = Matrix::from_fn(settings.len(), n, |j, i| c[i][j]);
+        Shown {
+            rest: Matrix::identity(n, n) - s * c,
+            extrapolation,
+        }
+    }
+
     /// H: what coarse pictures show of each source's light.
     pub(super) fn rest(&self) -> &Matrix {
         &self.rest
@@ -97,25 +69,17 @@ impl Shown {
 /// What decides which picture is refined first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// The directions that a metric finds.
-    Metric {
-        /// Which.
-        metric: Metric,
-        /// Light counts by how long it lasts.
-        time_weighted: bool,
-    },
-    /// The directions of one who knows the true errors.
+    /// The directions of a metric, [`Trial::weighting`].
+    Metric(Metric),
+    /// The directions of the true errors, [`Trial::oracle`].
     Oracle,
-    /// One picture for each bank, the most useful first.
+    /// One image for each bank, the most useful first.
     BankByBank,
 }
 
 impl Order {
     /// The pool's own.
-    pub const SHIPPED: Order = Order::Metric {
-        metric: Metric::Error,
-        time_weighted: true,
-    };
+    pub const SHIPPED: Order = Order::Metric(Metric::Error);
 }
 
 /// Predicted and true error of a sequence, relative.
@@ -205,30 +169,17 @@ impl Trial {
     /// # Errors
     /// [`PlanError`]
     pub fn ordered(&self, by: Order) -> Result<Vec<Vec<f64>>, PlanError> {
-        match self.weighting_of(by)? {
-            Some(weighting) => self.order(&weighting),
-            None => Ok(self.banks_in_best_order()),
+        match by {
+            Order::Metric(metric) => self.order(&self.weighting(metric)?),
+            Order::Oracle => self.order(&self.oracle()?),
+            Order::BankByBank => Ok(self.banks_in_best_order()),
         }
-    }
-
-    /// The weighting that makes an order; `None` for [`Order::BankByBank`].
-    pub(super) fn weighting_of(&self, order: Order) -> Result<Option<Weighting>, PlanError> {
-        Ok(match order {
-            Order::Metric {
-                metric,
-                time_weighted: true,
-            } => Some(self.weighting(metric)?),
-            Order::Metric { metric, .. } => Some(self.weighting(metric)?.timeless()),
-            Order::Oracle => Some(self.oracle()?),
-            Order::BankByBank => None,
-        })
     }
 
     /// One picture per bank, each time the one that takes most of the true error away.
     pub fn banks_in_best_order(&self) -> Vec<Vec<f64>> {
-        let n = self.norms.len();
-        let unit = |i: usize| -> Vec<f64> { (0..n).map(|j| f64::from(u8::from(i == j))).collect() };
-        let mut left: Vec<usize> = (0..n).collect();
+        let mut units = Pool::unit_settings(self.norms.len());
+        let mut left: Vec<usize> = (0..units.len()).collect();
         let mut out = Vec::new();
         let pair = |i: usize, j: usize| self.kk[(i, j)] * self.moment[(i, j)];
         while !left.is_empty() {
@@ -236,48 +187,32 @@ impl Trial {
             let gain = |i: usize| 2.0 * left.iter().map(|j| pair(i, *j)).sum::<f64>() - pair(i, i);
             let best = (0..left.len()).max_by(|a, b| gain(left[*a]).total_cmp(&gain(left[*b])));
             let Some(best) = best else { break };
-            out.push(unit(left.remove(best)));
+            out.push(std::mem::take(&mut units[left.remove(best)]));
         }
         out
     }
 
-    /// What a pool with refined pictures of `settings` shows by a projection.
+    /// What a pool with refined images of `settings` shows.
     ///
     /// # Errors
     /// [`PlanError`]
-    pub fn shown(&self, by: Projection, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
-        let a = match by {
-            Projection::Extrapolated => self.fit(settings)?.extrapolation,
-            _ => 0.0,
-        };
-        let known = self.products(settings)?;
-        let c = by.coefficients(&known, settings, &self.units())?;
-        Ok(self.composed(settings, &c, a))
+    pub fn shown(&self, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
+        let extrapolation = self.fit(settings)?.extrapolation;
+        let plain = self.shown_in(&self.weighting(Metric::Error)?, settings)?;
+        Ok(Shown {
+            extrapolation,
+            ..plain
+        })
     }
 
-    /// The same by the projection in a metric of one's own, on coarse pictures as they are.
+    /// What the projection in another metric shows on coarse images that are not extrapolated.
     ///
     /// # Errors
     /// [`PlanError`]
     pub fn shown_in(&self, w: &Weighting, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
-        let c = plan::projection(settings, w, &self.units())?;
-        Ok(self.composed(settings, &c, 0.0))
-    }
-
-    fn composed(&self, settings: &[Vec<f64>], c: &[Vec<f64>], extrapolation: f64) -> Shown {
-        let n = self.norms.len();
-        let s = Matrix::from_fn(n, settings.len(), |i, j| settings[j][i]);
-        let c = Matrix::from_fn(settings.len(), n, |j, i| c[i][j]);
-        Shown {
-            rest: Matrix::identity(n, n) - s * c,
-            extrapolation,
-        }
-    }
-
-    fn units(&self) -> Vec<Vec<f64>> {
-        let n = self.norms.len();
-        let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();
-        (0..n).map(unit).collect()
+        let units = Pool::unit_settings(self.norms.len());
+        let c = plan::projection(settings, w, &units)?;
+        Ok(Shown::new(settings, &c, 0.0))
     }
 
     /// Scalar products of (K - a·D).
@@ -337,21 +272,14 @@ impl Trial {
         let forecast = plan::forecast(&self.keys, settings, &weighting, Some(self.norm))?;
         Ok(Foretold {
             predicted: forecast * self.fit(settings)?.calibration,
-            truth: self.error(&self.shown(Projection::default(), settings)?),
+            truth: self.error(&self.shown(settings)?),
         })
     }
+}
 
-    fn products(&self, settings: &[Vec<f64>]) -> Result<Products, PlanError> {
-        let (m, n) = (settings.len(), self.norms.len());
-        let s = Matrix::from_fn(n, m, |i, j| settings[j][i]);
-        Ok(Products {
-            norms: self.norms.clone(),
-            weighting: self.weighting(Metric::Error)?,
-            differences: self.dd.clone(),
-            corrections: s.transpose() * &self.kk * &s,
-            mixed: s.transpose() * &self.kd,
-        })
-    }
+/// Scalar products of all images of one list with all of another.
+fn between(rows: &[Image], columns: &[Image]) -> Matrix {
+    Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
 }
 
 /// Square roots of a Gram matrix's diagonal.

@@ -28,7 +28,7 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
-use crate::pool::{Projection, is_within};
+use crate::pool::is_within;
 use crate::study::playback::KeyFormat;
 use crate::study::{Machine, Trial};
 use crate::timeline::KeySequence;
@@ -323,7 +323,7 @@ impl Tuner {
 
     fn error(&self, way: &Way, settings: &[Vec<f64>]) -> Result<f64, PlanError> {
         let [cheap, fine, refined] = way.steps;
-        let shown = way.trial.shown(Projection::default(), settings)?;
+        let shown = way.trial.shown(settings)?;
         let (rest, a) = (shown.rest(), shown.extrapolation());
         let n = self.sources();
         let taken = Matrix::identity(n, n) - rest;

@@ -3,7 +3,11 @@
 
 use std::fmt::Write as _;
 
-use footlight::study::Dice;
+#[path = "../../examples/trial/dice.rs"]
+#[allow(dead_code, reason = "not all of it is wanted here")]
+mod dice;
+
+use dice::Dice;
 
 /// How large a show is.
 #[derive(Clone, Copy, Debug)]

@@ -8,6 +8,7 @@
     reason = "a test stops at its first surprise, and says what it skips"
 )]
 
+mod displayed;
 mod output;
 mod page;
 mod playback;

@@ -1,17 +1,17 @@
-//! Formats of key images on a show of its own: their errors, their default, and the chart of them.
+//! Formats of key images: their errors, and the default.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::displayed::Displayed;
 use footlight::engine::{Engine, Host};
-use footlight::files::{Folder, Shelf, Store};
+use footlight::files::{Folder, Shelf};
 use footlight::picture::Image;
 use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
 use footlight::playback::{Playback, Player};
 use footlight::repl::{Console, Repl};
-use footlight::report::{Kind, Record};
-use footlight::study::playback::{Displayed, Frame, Judged, UNSEEN, judge};
+use footlight::study::playback::{Frame, Judged, UNSEEN, judge};
 use footlight::units::Time;
 use footlight::work::Work;
 
@@ -60,6 +60,13 @@ fn judged(playback: &Arc<Playback>, tone: Tone, format: Format) -> Judged {
     judge(playback, tone, 1, &mut frame, Work::silent()).unwrap()
 }
 
+/// The paper's hardware, [`Displayed`].
+fn as_displayed(playback: &Playback, tone: Tone) -> Judged {
+    let displayed = Displayed::new(playback, tone);
+    let mut frame = |time| Frame::Bytes(displayed.show(time));
+    judge(playback, tone, 1, &mut frame, Work::silent()).unwrap()
+}
+
 #[test]
 fn each_format_errs_as_much_as_it_must() {
     for curve in [Curve::Filmic, Curve::Plain] {
@@ -84,13 +91,7 @@ fn each_format_errs_as_much_as_it_must() {
         assert!((0.3..1.5).contains(&byte.most), "{}", byte.most);
         assert!(byte.rms < 0.35 && byte.rms > half.rms);
         // Blended as displayed: wrong where the keys differ, by a great deal.
-        let displayed = Displayed::new(&playback, tone);
-        let mut frame = |time| {
-            let mut bytes = Vec::new();
-            displayed.show(time, &mut bytes);
-            Frame::Bytes(bytes)
-        };
-        let paper = judge(&playback, tone, 1, &mut frame, Work::silent()).unwrap();
+        let paper = as_displayed(&playback, tone);
         assert!(
             paper.most > 20.0 && paper.rms > 5.0,
             "{} {}",
@@ -141,60 +142,19 @@ fn a_player_shows_what_the_thresholds_say() {
 }
 
 #[test]
-fn the_chart_tells_speed_error_and_default() {
-    let shelf = Shelf::default();
-    let mut show = first(&shelf, "96x54");
-    let said = show.execute("chart playback -o chart.json").unwrap().text;
-    let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
-    let record: Record = serde_json::from_slice(&bytes).unwrap();
-    assert_eq!(record.kind, Kind::Playback);
-    let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
-    assert_eq!(
-        names,
-        ["f32", "f16", "8-bit", "8-bit, blended as displayed"]
-    );
-    // The keys by one thread and by the two of the host; the paper's hardware had one.
-    let threads = [0, 1, 2, 3].map(|way| {
-        let curve = record.curve(&record.series[way], "threads", "largest error");
-        assert!(curve.iter().all(|(_, error)| *error == curve[0].1));
-        curve.iter().map(|(n, _)| *n).collect::<Vec<_>>()
-    });
-    assert_eq!(threads, [&[1.0, 2.0][..], &[1.0, 2.0], &[1.0, 2.0], &[1.0]]);
-    let of = |way: usize, what: &str| record.curve(&record.series[way], "time a frame", what)[0];
-    assert!(of(0, "largest error").1 < 1e-3 && of(1, "largest error").1 < 0.1);
-    assert!(of(2, "largest error").1 < of(3, "largest error").1);
-    assert!((0..4).all(|way| of(way, "RMS error").0 > 0.0));
-    let sizes = [0, 1, 2].map(|way| of(way, "key images").1);
+fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
+    let mut show = first(&Shelf::default(), "96x54");
+    let playback = show.engine_mut().playback().unwrap();
+    let tone = show.engine().tone_of(playback.images());
+    let [float, half, byte] = Format::ALL.map(|format| judged(&playback, tone, format));
+    assert!(float.most < 1e-3 && half.most < 0.1);
+    assert!(byte.most < as_displayed(&playback, tone).most);
+    let bytes = |format| {
+        let player = Player::new(&playback, format, tone, Work::silent()).unwrap();
+        player.bytes() as f64
+    };
+    let sizes = Format::ALL.map(bytes);
     assert!((sizes[0] / sizes[1] - 2.0).abs() < 1e-9 && sizes[1] / sizes[2] > 1.7);
-    let marks: Vec<&[String]> = record.series[1]
-        .points
-        .iter()
-        .map(|p| &p.marks[..])
-        .collect();
-    assert!(marks[0].is_empty() && marks[1] == ["default"]);
-    assert!(said.contains("(default)"), "{said}");
-    for file in ["chart.svg", "chart.png", "chart.csv"] {
-        show.execute(&format!("chart playback -o {file}")).unwrap();
-        assert!(!shelf.read(Path::new(file), 1 << 22).unwrap().is_empty());
-    }
-    let told = show
-        .execute("chart playback --where displayed -o where.png")
-        .unwrap();
-    assert!(told.text.contains("full amber is"), "{}", told.text);
-    assert!(
-        shelf
-            .read(Path::new("where.png"), 1 << 20)
-            .unwrap()
-            .starts_with(b"\x89PNG")
-    );
-    assert_eq!(
-        show.execute("chart playback --where f16")
-            .unwrap()
-            .picture
-            .unwrap()
-            .size,
-        (96, 54)
-    );
     assert!(show.execute("play").unwrap().text.contains("in f16"));
     assert!(
         show.execute("play --keys 8-bit")
@@ -202,15 +162,8 @@ fn the_chart_tells_speed_error_and_default() {
             .text
             .contains("in 8-bit")
     );
-    for wrong in [
-        "play --keys u8",
-        "chart playback --where f64",
-        "chart playback --where f16 -o where.svg",
-        "chart playback --reference refs",
-        "chart transport --where f16",
-    ] {
-        assert_eq!(show.execute(wrong).unwrap_err().exit_code(), 2, "{wrong}");
-    }
+    let error = show.execute("play --keys u8").unwrap_err();
+    assert_eq!(error.exit_code(), 2);
 }
 
 /// A picture after an edit looks at a part of the pixels of the changed keys alone; it must be the
@@ -227,7 +180,6 @@ fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
         "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 40 }",
         "refine 1",
         "cue 3 \"Dawn\" at 0:06 { time 8  curve ease  day 90 }",
-        "method projection corrections",
     ] {
         show.execute(line).unwrap();
         let shown = show.execute("picture").unwrap().picture.unwrap().rgb;

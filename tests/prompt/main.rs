@@ -7,6 +7,11 @@
     reason = "a test stops at its first surprise"
 )]
 
+#[path = "../../examples/trial/dice.rs"]
+mod dice;
+#[path = "../../examples/trial/random_show.rs"]
+mod random_show;
+
 mod beside;
 mod design;
 mod files;

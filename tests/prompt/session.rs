@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::prompt;
 use footlight::diagnostic::Style;
-use footlight::engine::{self, Ended, Goal, Host, Method, PlanOptions, Version};
+use footlight::engine::{self, Ended, Goal, Host, PlanOptions, Version};
 use footlight::files::{Clock, Memory, Shelf, Store};
 use footlight::plan::Metric;
 use footlight::repl::{self, Repl};
@@ -490,72 +490,25 @@ fn every_verb_has_help_and_an_example_that_is_understood() {
 }
 
 #[test]
-fn another_way_holds_for_a_call_or_from_now_on() {
-    let (mut show, shelf) = open();
-    show.execute("refine 2").unwrap();
-    let picture = |show: &mut Repl, words: &str| {
-        let line = format!("picture 0:06 {words} -o p.exr");
-        let text = show.execute(&line).unwrap().text;
-        (text, shelf.read(Path::new("p.exr"), 1 << 24).unwrap())
-    };
-    let (words, shipped) = picture(&mut show, "");
-    assert!(!words.contains("projection"), "{words}");
-    // Two refined pictures span this look in part only: every projection fills in otherwise.
-    for name in [
-        "settings",
-        "influence",
-        "full-error",
-        "error",
-        "corrections",
-    ] {
-        let (words, other) = picture(&mut show, &format!("--projection {name}"));
-        assert!(words.contains(&format!("projection {name}")), "{words}");
-        assert!(other != shipped, "{name}");
-    }
-    let (_, named) = picture(&mut show, "--projection extrapolated");
-    assert!(named == shipped, "by its name");
-    assert!(picture(&mut show, "").1 == shipped, "only for that call");
-
-    let words = show.execute("method projection settings metric influence");
-    let words = words.unwrap().text;
-    assert!(words.contains("metric: influence"), "{words}");
-    assert!(picture(&mut show, "").1 == picture(&mut show, "--projection settings").1);
-    assert!(
-        show.execute("plan")
-            .unwrap()
-            .text
-            .contains("metric influence")
-    );
-    show.execute("method default").unwrap();
-    assert!(picture(&mut show, "").1 == shipped);
-    for (line, words) in [
-        ("picture --projection eror", "did you mean `error`?"),
-        (
-            "picture --projection best",
-            "it is one of settings, influence",
-        ),
-        ("refine --metric light", "settings, influence or error"),
-        ("method metric", "usage: method"),
-        ("method colour red", "neither `metric` nor `projection`"),
-    ] {
-        let error = show.execute(line).unwrap_err().to_string();
-        assert!(error.contains(words), "{error}");
-    }
-    assert_eq!(
-        show.engine().method(),
-        Method::default(),
-        "a mistake changes nothing"
-    );
+fn a_metric_holds_for_a_call() {
+    let (mut show, _) = open();
+    let said = |show: &mut Repl, line: &str| show.execute(line).unwrap().text;
+    assert!(said(&mut show, "plan --metric influence").contains("metric influence"));
+    assert!(said(&mut show, "plan").contains("metric settings"));
+    let error = show.execute("refine --metric light").unwrap_err();
+    let error = error.to_string();
+    assert!(error.contains("settings, influence or error"), "{error}");
+    assert_eq!(show.engine().metric(), None, "a mistake changes nothing");
 }
 
 /// The order of refinement follows the metric; what is foretold is always the error, so orders can
 /// be compared.
 #[test]
 fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
-    let ahead = |metric: &str| {
+    let ahead = |metric: Metric| {
         let (mut show, _) = open();
         show.engine_mut().coarse().unwrap();
-        show.execute(&format!("method metric {metric}")).unwrap();
+        show.engine_mut().set_metric(Some(metric));
         let outlook = show.engine().forecast().unwrap();
         show.execute("refine").unwrap();
         assert_eq!(
@@ -564,7 +517,7 @@ fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
         );
         outlook
     };
-    let (ours, plain) = (ahead("error"), ahead("settings"));
+    let (ours, plain) = (ahead(Metric::Error), ahead(Metric::Settings));
     assert_eq!(ours.error, plain.error);
     assert_ne!(ours.steps[0].setting, plain.steps[0].setting);
     for (ours, plain) in ours.steps.iter().zip(&plain.steps) {

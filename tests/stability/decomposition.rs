@@ -1,11 +1,9 @@
 //! Singular values and orthogonal bases where the usual methods fail.
 
+use crate::methods::decomposition::{nalgebra, ours};
+use crate::methods::hard::{Hard, Verdict, judge, list};
+use crate::methods::orthogonality::{Way, condition, families, loss, near_copies, shipped};
 use footlight::linalg::svd;
-use footlight::study::stability::decomposition::{nalgebra, ours};
-use footlight::study::stability::hard::{Hard, Verdict, judge, list};
-use footlight::study::stability::orthogonality::{
-    Way, condition, families, loss, near_copies, shipped,
-};
 
 #[test]
 fn every_hard_matrix_is_decomposed_to_rounding() {

@@ -1,5 +1,7 @@
 //! Reflected light: hemicubes, rows of form factors, bounces, memory.
 
+pub use crate::methods::furnace::scene;
+use crate::methods::furnace::{self, Furnace, room, rows};
 use crate::reference::{Case, render, stage};
 use footlight::geometry::vec3;
 use footlight::picture::Image;
@@ -9,8 +11,6 @@ use footlight::radiosity::{
     Bounces, Hemicube, Hierarchy, Mesh, Outline, Radiosity, Row, Setting, Surfaces, Table, scatter,
 };
 use footlight::renderer::{Quality, Transport, TransportError};
-pub use footlight::study::stability::furnace::scene;
-use footlight::study::stability::furnace::{self, Furnace, room, rows};
 use footlight::work::{Progress, Work};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -3,14 +3,13 @@
 
 use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
+use crate::methods::lamp::Lamp;
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
     Beam, Hemicube, Hierarchy, Outline, Setting, Surfaces, Table, camera, kept_inside, scatter,
 };
 use footlight::scene::{Light, Spot, View};
-use footlight::study::stability::lamp::Lamp;
 use footlight::units::Rgb;
-use footlight::work::Work;
 use std::f64::consts::PI;
 
 /// A rectangle around (0, 0, z) that looks down.
@@ -39,7 +38,7 @@ fn errors_of_a_lamp([width, depth, height]: [f64; 3], resolution: usize) -> [f64
         depth,
         height,
     };
-    let seen = lamp.seen(resolution, 3.0, 200, Work::silent()).unwrap();
+    let seen = lamp.seen(resolution, 3.0, 200).unwrap();
     [seen.hemicube, seen.ours]
 }
 

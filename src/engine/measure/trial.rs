@@ -9,9 +9,6 @@ use crate::renderer::{Cost, Quality};
 use crate::study::Trial;
 use crate::study::refinement::{Refinement, Seconds};
 
-/// The looks that previews are tried on are drawn by this.
-const SEED: u64 = 0;
-
 impl Engine {
     /// Renders every source alone at both coarse qualities and the refined one.
     ///
@@ -22,7 +19,7 @@ impl Engine {
         Ok(self.tried()?.0)
     }
 
-    /// The true error of the sequence against refined pictures and seconds, by order and preview.
+    /// The true error of the sequence against refined pictures and seconds, by order.
     ///
     /// # Errors
     /// As [`Engine::trial`]; [`Error::AlikeCoarse`] and [`Error::AlikeRefined`] where there is no
@@ -36,7 +33,7 @@ impl Engine {
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
         self.predict(&mut seconds)?;
-        Ok(Refinement::new(self.origin(), &trial, &seconds, SEED)?)
+        Ok(Refinement::new(self.origin(), &trial, &seconds)?)
     }
 
     /// The trial, and the real seconds of its pictures.
@@ -127,7 +124,3 @@ fn or_no_weight(instead: Error) -> impl FnOnce(PlanError) -> Error {
         other => other.into(),
     }
 }
-
-#[cfg(test)]
-#[path = "trial_test.rs"]
-mod tests;

@@ -196,7 +196,3 @@ fn out_of_reach(candidates: &[Candidate], until: f64, reference: u8) -> Error {
         best: best.copied(),
     }
 }
-
-#[cfg(test)]
-#[path = "tune_test.rs"]
-mod tests;

@@ -4,40 +4,31 @@ use std::path::{Path, PathBuf};
 
 use super::{session, usage};
 use crate::chart::Theme;
-use crate::picture::{Image, signed};
-use crate::repl::argument::{duration, fraction, key_format, quality as step};
+use crate::repl::argument::{duration, fraction, quality as step};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::film::Shown;
 use crate::report::format::{self, DRAWING, RECORD};
-use crate::report::{self, comparison, playback, refinement, stability, tradeoff};
-use crate::study;
-
-/// What the paper's hardware did, as `--where` calls it.
-const DISPLAYED: &str = "displayed";
+use crate::report::{self, comparison, refinement, tradeoff};
 
 /// The file of commands that `chart session` replays unless it is told another, next to the show.
 const COMMANDS: &str = "session.txt";
 
-/// Options that belong to some kinds only, with those and what to say else.
-const PARTIAL: [(&str, &[&str], &str); 4] = [
+/// Options that belong to one kind only, with that and what to say else.
+const PARTIAL: [(&str, &str, &str); 3] = [
     (
         "reference",
-        &["transport"],
-        "playback is held against its own blends in double precision, all else against what the \
-         show itself can render",
+        "transport",
+        "all else is held against what the show itself can render",
     ),
-    ("where", &["playback"], "it shows where keys are off"),
-    ("commands", &["session"], "it names the file to replay"),
+    ("commands", "session", "it names the file to replay"),
     (
         "truth",
-        &["session"],
+        "session",
         "every other chart has the truth in it where there is one",
     ),
 ];
 
 const USAGE: &str = "say what to draw: `chart transport` draws error against time over the scale of \
-    quality, `chart playback` over the formats of key images, `chart plan` over refined pictures, \
-    `chart session` over a session of edits, `chart stability` where methods fail";
+    quality, `chart plan` over refined pictures, `chart session` over a session of edits";
 
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if let Some(word) = call.words.first() {
@@ -115,10 +106,9 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if let Some(path) = path {
         RECORD.check(path)?;
     }
-    for (option, kinds, why) in PARTIAL {
-        if call.has(option) && !kinds.contains(&kind) {
-            let kinds = kinds.join("`, `chart ");
-            let message = format!("`--{option}` is for `chart {kinds}`: {why}");
+    for (option, own, why) in PARTIAL {
+        if call.has(option) && kind != own {
+            let message = format!("`--{option}` is for `chart {own}`: {why}");
             return Err(Error::Usage(message));
         }
     }
@@ -134,7 +124,6 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
             repl.deliver(text, &record, &|theme| tradeoff::drawing(&found, theme), to)
         }
-        "playback" => chart_playback(repl, call, to),
         "session" => {
             let commands = call.option("commands").map(PathBuf::from);
             let commands = commands.unwrap_or_else(|| usual_commands(repl));
@@ -150,18 +139,6 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
                 to,
             )
         }
-        "stability" => {
-            let (machine, work) = (repl.engine.machine(), repl.engine.host().work());
-            let found = study::stability::study(machine, work);
-            let found = found.map_err(crate::engine::Error::from)?;
-            let (text, record) = (stability::describe(&found), || stability::record(&found));
-            repl.deliver(
-                text,
-                &record,
-                &|theme| stability::drawing(&found, theme),
-                to,
-            )
-        }
         _ => usage(USAGE),
     }
 }
@@ -170,39 +147,4 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 fn usual_commands(repl: &Repl) -> PathBuf {
     let folder = repl.engine.document().path().and_then(Path::parent);
     folder.unwrap_or(Path::new("")).join(COMMANDS)
-}
-
-fn chart_playback(
-    repl: &mut Repl,
-    call: &Call,
-    to: (Option<&Path>, Theme),
-) -> Result<Reply, Error> {
-    if let Some(way) = call.option("where") {
-        return where_off(repl, way, to.0);
-    }
-    let found = repl.engine.measure_playback()?;
-    let (text, record) = (playback::describe(&found), || playback::record(&found));
-    repl.deliver(text, &record, &|theme| playback::drawing(&found, theme), to)
-}
-
-/// A picture of where a way of playing is off: the largest error of each channel.
-fn where_off(repl: &mut Repl, way: &str, path: Option<&Path>) -> Result<Reply, Error> {
-    let format = match way {
-        DISPLAYED => None,
-        named => Some(key_format(named)?),
-    };
-    let (judged, (width, height)) = repl.engine.measure_format(format)?;
-    let worst = Image::from_data(width, height, judged.worst);
-    let worst = worst.unwrap_or_else(|| Image::new(width, height));
-    let scale = signed::scale(&worst);
-    let rgb = signed::encode(&worst, scale);
-    let text = format!(
-        "keys {way}: at most {:.2} steps of 8 bits, RMS {:.3}; full amber is {scale:.2} steps",
-        judged.most, judged.rms
-    );
-    let size = (width, height);
-    match path {
-        None => Ok(Reply::pictured(Shown { size, rgb }, text)),
-        Some(path) => repl.written(path, &format::displayed(size, &rgb, path)?, &text),
-    }
 }

@@ -9,7 +9,7 @@ use crate::repl::argument::{precision, quality, time};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film::Shown;
 use crate::report::format::{self, PICTURE, ending};
-use crate::report::words::{self, count};
+use crate::report::words::count;
 
 pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.words.len() + usize::from(call.has("at")) > 1 {
@@ -68,15 +68,10 @@ fn made_of(repl: &Repl, call: &Call) -> String {
     if repl.engine.is_final() {
         return "the sum of the banks".to_owned();
     }
-    let refined = match repl.engine.refined() {
+    match repl.engine.refined() {
         0 => "coarse alone, nothing refined yet".to_owned(),
         n => format!("coarse, and {}", count(n, "refined picture")),
-    };
-    let method = repl.engine.method();
-    format!(
-        "{refined}{}",
-        words::method(method.metric, method.projection)
-    )
+    }
 }
 
 /// The exposure of the whole sequence, so that pictures of different moments compare; a show without

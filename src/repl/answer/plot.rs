@@ -101,7 +101,7 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
 fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
     let tolerance = call.option("tolerance").map(fraction).transpose()?;
     let plan = repl.engine.plan(PlanOptions {
-        metric: repl.engine.method().metric.unwrap_or(Metric::Settings),
+        metric: repl.engine.metric().unwrap_or(Metric::Settings),
         tolerance: tolerance.unwrap_or(repl.engine.show().preview.tolerance),
         signed_keys: false,
     })?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::usage;
 use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
-use crate::repl::argument::{self, METHOD, duration, fraction, goal, whole};
+use crate::repl::argument::{duration, fraction, goal, whole};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::{self, refine as words, run as whole_loop};
 
@@ -25,7 +25,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         Some(text) => fraction(text)?,
         None => repl.engine.show().preview.tolerance,
     };
-    let metric = repl.engine.method().metric.unwrap_or(Metric::Settings);
+    let metric = repl.engine.metric().unwrap_or(Metric::Settings);
     let plan = repl.engine.plan(PlanOptions {
         metric,
         tolerance,
@@ -189,23 +189,4 @@ pub fn pool(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     let freed = repl.engine.drop_images(all)?;
     Ok(Reply::text(report::pool::freed(&freed)))
-}
-
-pub fn method(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let mut chosen = repl.engine.method();
-    let said = call.words();
-    match said.as_slice() {
-        [] => {}
-        ["default"] => chosen = crate::engine::Method::default(),
-        pairs => {
-            for pair in pairs.chunks(2) {
-                let [what, name] = pair else {
-                    return Err(Error::Usage(format!("usage: {METHOD}")));
-                };
-                argument::set_method(&mut chosen, what, name)?;
-            }
-        }
-    }
-    repl.engine.set_method(chosen);
-    Ok(Reply::text(words::method(chosen)))
 }

@@ -94,12 +94,10 @@ fn reply(
     truth: bool,
     to: (Option<&Path>, Theme),
 ) -> Result<Reply, Error> {
-    let method = repl.engine.method();
     let session = study::Session {
         origin: repl.engine.origin(),
         truth: truth.then(|| repl.engine.refined_step().0),
-        metric: method.metric,
-        projection: method.projection,
+        metric: repl.engine.metric(),
         moments,
     };
     let text = report::session::describe(&session);

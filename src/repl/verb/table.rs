@@ -43,13 +43,6 @@ const METRIC: OptionSpec = value(
     "what makes a picture worth refining: settings, influence or error (default: error)",
 );
 
-const PROJECTION: OptionSpec = value(
-    "projection",
-    "P",
-    "how previews are made: settings, influence, full-error, error, extrapolated (default), \
-     corrections",
-);
-
 const DARK: OptionSpec = OptionSpec {
     name: "dark",
     letter: None,
@@ -74,7 +67,7 @@ const KEYS: OptionSpec = value(
 );
 
 /// What can be charted.
-const CHARTS: &[&str] = &["plan", "session", "transport", "playback", "stability"];
+const CHARTS: &[&str] = &["plan", "session", "transport"];
 
 const QUALITY: OptionSpec = value(
     "quality",
@@ -198,7 +191,6 @@ pub const VERBS: &[VerbSpec] = &[
                 "render anew at this step of the scale, 1 to 5",
             ),
             VIEW,
-            PROJECTION,
             FLOAT,
             output("write a .png (as displayed) or an .exr (linear)"),
         ])
@@ -210,7 +202,7 @@ pub const VERBS: &[VerbSpec] = &[
         "refine until 2%",
     )
     .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
-    .options(&[VIEW, METRIC, PROJECTION]),
+    .options(&[VIEW, METRIC]),
     verb(
         "status",
         render::status,
@@ -238,7 +230,6 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .options(&[
             VIEW,
-            PROJECTION,
             KEYS,
             value(
                 "layers",
@@ -297,7 +288,6 @@ pub const VERBS: &[VerbSpec] = &[
             value("budget", "TIME", "stop refining when this time is used up"),
             VIEW,
             METRIC,
-            PROJECTION,
             value(
                 "out",
                 "DIR",
@@ -341,7 +331,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "chart",
         measure::chart,
-        "draw error against time by plan, session, quality or key format; or where methods fail",
+        "draw error against time by plan, session or quality",
         "chart transport -o transport.png",
     )
     .kinds(CHARTS)
@@ -351,12 +341,6 @@ pub const VERBS: &[VerbSpec] = &[
                 "DIR",
                 "of transport, the folder of reference pictures (default: the finest step is the \
                  reference)",
-            ),
-            value(
-                "where",
-                "KEYS",
-                "of playback, a picture of where keys of this format are off: f32, f16, 8-bit, or \
-                 displayed (8 bits blended as displayed)",
             ),
             value(
                 "commands",
@@ -410,7 +394,6 @@ pub const VERBS: &[VerbSpec] = &[
                 about: "measure against every source at the refined quality, rendered beside",
             },
             METRIC,
-            PROJECTION,
             output("write a .png or an .svg, or the data as .csv or .json"),
         ])
     .command(),
@@ -422,13 +405,6 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[drop [unused | all]]", Complete::Words(&["drop", "unused", "all"]))
     .command(),
-    verb(
-        "method",
-        render::method,
-        "how refined pictures are chosen and previews made of them, from now on",
-        "method projection settings",
-    )
-    .words("[metric M | projection P | default]", Complete::Methods(&["metric", "projection", "default"])),
     verb(
         "view",
         text::view,

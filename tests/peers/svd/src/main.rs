@@ -9,13 +9,19 @@
     reason = "a program that reports to its reader"
 )]
 
+#[path = "../../../../examples/trial/dice.rs"]
+mod dice;
 #[path = "../../../reference/results.rs"]
 mod results;
+#[path = "../../../stability/methods/mod.rs"]
+#[allow(dead_code, reason = "the tests use the rest")]
+mod methods;
 
 use footlight::linalg::Matrix;
-use footlight::report;
-use footlight::study::stability::decomposition::{Solver, failures, nalgebra, ours};
-use footlight::study::stability::hard::Found;
+use footlight::report::{Kind, Quantity, Record};
+use footlight::study::{Machine, Origin};
+use methods::decomposition::{Failures, Solver, failures, nalgebra, ours};
+use methods::hard::Found;
 use std::path::Path;
 
 fn main() {
@@ -24,7 +30,7 @@ fn main() {
         ("nalgebra", nalgebra),
         ("faer", faer),
     ];
-    let record = report::stability::failures(&solvers.map(|(name, solve)| (name, failures(solve))));
+    let record = table(&solvers.map(|(name, solve)| (name, failures(solve))));
     println!("{}", record.csv());
     if let Some(folder) = std::env::args().nth(1) {
         results::write(Path::new(&folder), "svd_peers", &record, None);
@@ -45,4 +51,35 @@ fn faer(a: &Matrix) -> Option<Found> {
         sigma: (0..sigma.nrows()).map(|i| sigma[i]).collect(),
         v: dense(found.V()),
     })
+}
+
+/// What solvers make of the hard matrices: a series for each, a point for each family.
+fn table(solvers: &[(&str, Vec<Failures>)]) -> Record {
+    let mut quantities = vec![Quantity::new("matrices", "")];
+    let counted = [
+        "no answer",
+        "residual",
+        "sum of squares",
+        "orthogonality",
+        "values",
+        "small values",
+    ];
+    quantities.extend(counted.map(|name| Quantity::new(name, "failures")));
+    quantities.push(Quantity::new("worst residual", ""));
+    quantities.push(Quantity::new("worst value", "of the largest"));
+    let origin = Origin {
+        subject: "Hard matrices".to_owned(),
+        machine: Machine::here(1, None),
+    };
+    let method = "failure: beyond 16 eps sqrt(mn); truth planted or in double-double arithmetic";
+    let mut out = Record::new(Kind::Stability, &origin, method, quantities);
+    for (solver, families) in solvers {
+        for row in families {
+            let mut values = vec![Some(row.matrices as f64)];
+            values.extend(row.counts.map(|n| Some(n as f64)));
+            values.extend([Some(row.residual), Some(row.value)]);
+            out.add(solver, row.family, &[], &values);
+        }
+    }
+    out
 }

@@ -1,14 +1,17 @@
-//! Two random shows with the real G.
+//! The paper's order and its "refined first" against what is done here, on two random shows with
+//! the real G.
 
-use crate::engine::{Engine, Host};
-use crate::files::Memory;
-use crate::picture::Image;
-use crate::picture::combine::{combine, dot};
-use crate::plan::{self, Metric};
-use crate::pool::{Pool, Projection};
-use crate::study::verdict::Verdict;
-use crate::study::{Order, Trial, random_show};
-use crate::work::Work;
+use crate::evaluation::{Rule, Verdict};
+use crate::projection::Projection;
+use crate::random_show::random_show;
+use footlight::engine::{Engine, Host};
+use footlight::files::Memory;
+use footlight::picture::Image;
+use footlight::picture::combine::{combine, dot};
+use footlight::plan::{self, Metric};
+use footlight::pool::Pool;
+use footlight::study::Trial;
+use footlight::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
 
@@ -42,9 +45,9 @@ fn refined_settings_are_exact_and_the_forecast_never_rises() {
         let trial = trial(seed);
         let weighting = trial.weighting(Metric::Error).unwrap();
         let order = trial.order(&weighting).unwrap();
-        let coarse = trial.shown(Projection::Settings, &[]).unwrap();
+        let coarse = trial.shown(&[]).unwrap();
         for by in Projection::ALL {
-            let shown = trial.shown(by, &order[..4]).unwrap();
+            let shown = by.shown(&trial, &order[..4]).unwrap();
             let off = |s: &Vec<f64>| trial.look_error(&shown, s) / trial.look_error(&coarse, s);
             let worst = order[..4].iter().map(off).fold(0.0, f64::max);
             let exact = by != Projection::Corrections;
@@ -70,19 +73,15 @@ fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not(
             .find(|p| p.projection == by)
             .unwrap()
     };
-    let (paper, ours) = (of(Projection::Settings), of(Projection::default()));
+    let (paper, ours) = (of(Projection::Settings), of(Projection::Extrapolated));
     assert!(paper.worst > 2.5 && paper.worse > 0.1, "{paper:?}");
     assert!(ours.worst < 0.5 * paper.worst, "{ours:?}");
     assert!(
         ours.worse < paper.worse && ours.look < paper.look,
         "{ours:?}"
     );
-    let pictures = |order: Order| verdict.needed.iter().find(|n| n.order == order).unwrap();
-    let influence = Order::Metric {
-        metric: Metric::Influence,
-        time_weighted: false,
-    };
-    let (error, influence) = (pictures(Order::SHIPPED), pictures(influence));
+    let pictures = |rule: Rule| verdict.needed.iter().find(|n| n.rule == rule).unwrap();
+    let (error, influence) = (pictures(Rule::SHIPPED), pictures(Rule::PAPER));
     assert!(error.own[0] < influence.own[0], "{error:?} {influence:?}");
 }
 
@@ -104,16 +103,22 @@ fn the_trial_foretells_what_the_pool_shows() {
         .collect();
     let truth = render(&look);
     let mut pool: Pool = engine.pool().unwrap().clone();
-    for (setting, image) in settings.iter().zip(pictures) {
-        assert!(pool.add(setting.clone(), image, refined, Work::silent()));
+    for (setting, image) in settings.iter().zip(&pictures) {
+        assert!(pool.add(setting.clone(), image.clone(), refined, Work::silent()));
     }
     let fit = trial.fit(settings).unwrap();
     assert!((pool.calibration() / fit.calibration - 1.0).abs() < 1e-3);
     for by in Projection::ALL {
-        let image = pool.projected(by, Work::silent());
-        let image = image.preview(&look, Work::silent()).unwrap();
+        let image = match by {
+            Projection::Extrapolated => pool.preview(&look, Work::silent()).unwrap(),
+            _ => {
+                let looks = [look.clone()];
+                let c = by.coefficients(&trial, settings, &looks).unwrap().concat();
+                composed(&pool, &c, &look)
+            }
+        };
         let off = combine(pool.size(), &[(1.0, &image), (-1.0, &truth)], 1);
-        let told = trial.look_error(&trial.shown(by, settings).unwrap(), &look);
+        let told = trial.look_error(&by.shown(&trial, settings).unwrap(), &look);
         let found = dot(&off, &off).sqrt();
         assert!(
             (found / told - 1.0).abs() < 1e-2,
@@ -121,4 +126,19 @@ fn the_trial_foretells_what_the_pool_shows() {
             by.name()
         );
     }
+}
+
+/// C·L + sum c_j (R_j - C·s_j) for the pool's refined images and a look L.
+fn composed(pool: &Pool, c: &[f64], look: &[f64]) -> Image {
+    let mut terms: Vec<(f64, &Image)> = Vec::new();
+    let mut rest = look.to_vec();
+    for (c, refined) in c.iter().zip(pool.refined()) {
+        terms.push((*c, &refined.image));
+        for (rest, s) in rest.iter_mut().zip(&refined.setting) {
+            *rest -= c * s;
+        }
+    }
+    let coarse = pool.coarse().iter().map(AsRef::as_ref);
+    terms.extend(rest.into_iter().zip(coarse));
+    combine(pool.size(), &terms, 1)
 }

@@ -8,8 +8,8 @@
 
 use super::hard::{hilbert, lauchli};
 use super::wide::singular_values;
-use crate::linalg::{Matrix, Orthonormal};
-use crate::study::Dice;
+use crate::dice::Dice;
+use footlight::linalg::{Matrix, Orthonormal};
 
 /// A way to make the columns of a matrix orthonormal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

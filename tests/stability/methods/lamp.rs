@@ -4,13 +4,13 @@
 use std::f64::consts::{PI, TAU};
 
 use super::furnace::{mesh, scene};
-use crate::geometry::{Vec3, vec3};
-use crate::radiosity::{
+use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::{
     Hemicube, Hierarchy, Luminaire, Outline, Precision, Receiver, Receivers, Setting, Shining,
     Surfaces, Table, irradiance, scatter,
 };
-use crate::renderer::TransportError;
-use crate::work::Work;
+use footlight::renderer::TransportError;
+use footlight::work::Work;
 
 /// A lamp's rectangle, parallel to the floor and looking down.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,17 +75,11 @@ impl Lamp {
     /// Errors at `count` points within `reach` of below the lamp's middle.
     ///
     /// # Errors
-    /// None in practice but cancel.
-    pub fn seen(
-        &self,
-        resolution: usize,
-        reach: f64,
-        count: u64,
-        work: Work<'_>,
-    ) -> Result<Seen, TransportError> {
+    /// None in practice.
+    pub fn seen(&self, resolution: usize, reach: f64, count: u64) -> Result<Seen, TransportError> {
         let room = self.room(reach)?;
         let points = points(reach, count);
-        let closed = room.closed(&points, work)?;
+        let closed = room.closed(&points)?;
         let cubes = room.hemicubes(&points, resolution, &scatter)?;
         let (mut square, mut errors) = (0.0, [0.0; 3]);
         for ((p, closed), cube) in points.iter().zip(closed).zip(cubes) {
@@ -158,7 +152,7 @@ impl Room {
         }
     }
 
-    fn closed(&self, points: &[Vec3], work: Work<'_>) -> Result<Vec<f64>, TransportError> {
+    fn closed(&self, points: &[Vec3]) -> Result<Vec<f64>, TransportError> {
         let hierarchy = Hierarchy::new(&self.surfaces);
         let setting = self.setting(&hierarchy);
         let receiver = |point: &Vec3| Receiver {
@@ -171,7 +165,14 @@ impl Room {
         let pieces = lamp.map(|f| f.pieces.clone().collect());
         let light = Luminaire::Panel(pieces.unwrap_or_default());
         let light = Shining::new(&self.surfaces, &light);
-        let lit = irradiance(setting, &light, &receivers, None, Precision::EXACT, work)?;
+        let lit = irradiance(
+            setting,
+            &light,
+            &receivers,
+            None,
+            Precision::EXACT,
+            Work::silent(),
+        )?;
         Ok(lit.into_iter().map(|e| f64::from(e) / PI).collect())
     }
 

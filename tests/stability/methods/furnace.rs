@@ -1,15 +1,15 @@
 //! Light between equal walls, where every solver's error is known: in a closed room of reflectance
 //! ρ that gives off 1 everywhere, radiosity is 1 / (1 − ρ) everywhere.
 
-use crate::geometry::{Vec3, vec3};
-use crate::radiosity::{
+use footlight::geometry::{Vec3, vec3};
+use footlight::radiosity::{
     BLOCK, Block, Bounces, Hemicube, Hierarchy, Layout, Mesh, Outline, Rows, Setting, Surfaces,
     Table, Wish, scatter,
 };
-use crate::renderer::TransportError;
-use crate::scene::{Material, Polygon, Scene};
-use crate::units::Rgb;
-use crate::work::{Cancelled, Work};
+use footlight::renderer::TransportError;
+use footlight::scene::{Material, Polygon, Scene};
+use footlight::units::Rgb;
+use footlight::work::{Cancelled, Work};
 
 /// Reflectances, up to where light is met a thousand times.
 pub const REFLECTANCES: [f32; 9] = [0.3, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999];
@@ -133,11 +133,11 @@ impl Furnace {
     ///
     /// # Errors
     /// Cancel.
-    pub fn solve(&self, reflectance: f32, work: Work<'_>) -> Result<Solved, Cancelled> {
+    pub fn solve(&self, reflectance: f32) -> Result<Solved, Cancelled> {
         let walls = vec![[reflectance; 3]; self.elements];
         let bounces = Bounces::new(&self.rows, &walls);
         let first = vec![1.0; self.elements];
-        let ours = bounces.interreflect(&self.rows, &first, &walls, 1, work)?;
+        let ours = bounces.interreflect(&self.rows, &first, &walls, 1, Work::silent())?;
         let products = bounces.steps();
         let off = |b: &[f32]| worst(b, reflectance);
         Ok(Solved {

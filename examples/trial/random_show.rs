@@ -1,10 +1,12 @@
-//! Random shows for trials: a room with boxes, spots, panels and cues, as text.
+//! Random shows: a room with boxes, spots, panels and cues, as text.
 //!
-//! The same seed gives the same show for ever: the generator is written here, its numbers are
-//! printed with fixed digits. Shows are small (a picture of 96 x 54), yet of the kind that desks
-//! run: banks of one to three lights with hard shadows or soft, fades that overlap, splines.
+//! The same seed gives the same show on every machine: the generator is written here, its numbers
+//! are printed with fixed digits. Shows are small (a picture of 96 x 54) but of the usual kind:
+//! banks of one to three lights with hard or soft shadows, fades that overlap, splines.
 
 use std::fmt::Write as _;
+
+use crate::dice::Dice;
 
 /// A show and the stage it names.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -15,39 +17,6 @@ pub struct RandomShow {
     pub stage: String,
     /// `room.mtl`
     pub materials: String,
-}
-
-/// Vigna's splitmix64: any seed is as good as another.
-#[derive(Clone, Debug)]
-pub struct Dice(u64);
-
-impl Dice {
-    /// Dice that fall alike for the same seed.
-    pub fn new(seed: u64) -> Dice {
-        Dice(seed)
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number from `from` (possible) to `to` (not).
-    pub fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    /// A whole number from `from` to `to`, both possible.
-    pub fn whole(&mut self, from: usize, to: usize) -> usize {
-        from + (self.next() >> 11) as usize % (to - from + 1)
-    }
-
-    /// True in this share of all throws.
-    pub fn chance(&mut self, share: f64) -> bool {
-        self.between(0.0, 1.0) < share
-    }
 }
 
 /// Half the width, depth and height of a room, metres.

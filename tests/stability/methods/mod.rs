@@ -1,7 +1,8 @@
-//! Where methods fail, and what is shipped instead: one against the other on inputs made hard.
+//! Where the usual methods fail, and what is shipped instead: one against the other on hard inputs.
 //!
-//! Every figure is computed here and now by the shipped code and by the naive methods beside it;
-//! nothing is read from a file, and every run gives the same. Some seconds in all.
+//! The tests of `stability` assert on these figures and `examples/stability` draws them. All are
+//! computed by the shipped code and by the naive methods next to it; every run gives the same, in
+//! some seconds.
 
 pub mod decomposition;
 pub mod furnace;
@@ -15,9 +16,7 @@ use self::furnace::{Furnace, REFLECTANCES, Solved};
 use self::knot::Knots;
 use self::lamp::{Aliasing, Lamp, Seen};
 use self::orthogonality::{Family, Way};
-use super::Machine;
-use crate::renderer::TransportError;
-use crate::work::Work;
+use footlight::renderer::TransportError;
 
 /// Random matrices of each random kind.
 const RANDOM: usize = 60;
@@ -43,8 +42,6 @@ const LID: Lamp = Lamp {
 /// What every study found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
-    /// The machine.
-    pub machine: Machine,
     /// Columns made orthonormal, matrix by matrix, each in every way.
     pub orthogonality: Vec<Orthogonality>,
     /// Residuals of this project's decomposition over the hard list.
@@ -127,42 +124,24 @@ pub struct Resolution {
 /// Every study, one after the other.
 ///
 /// # Errors
-/// Cancel; else none in practice.
-pub fn study(machine: Machine, work: Work<'_>) -> Result<Stability, TransportError> {
-    const PARTS: usize = 6;
-    let begin = |part: usize| -> Result<(), TransportError> {
-        work.check()?;
-        work.progress.report("studies", part, PARTS);
-        Ok(())
-    };
-    begin(0)?;
-    let orthogonality = orthogonality(work)?;
-    begin(1)?;
-    let [ours, nalgebra] = decompositions(work)?;
-    begin(2)?;
-    let furnace = reflected(work)?;
-    begin(3)?;
-    let distances = distances(work)?;
-    begin(4)?;
-    let resolutions = resolutions(work)?;
-    begin(5)?;
+/// None in practice.
+pub fn study() -> Result<Stability, TransportError> {
+    let [ours, nalgebra] = decompositions();
     let knots = knot::counted();
     Ok(Stability {
-        machine,
-        orthogonality,
+        orthogonality: orthogonality(),
         ours,
         nalgebra,
-        furnace,
-        distances,
-        resolutions,
+        furnace: reflected()?,
+        distances: distances()?,
+        resolutions: resolutions()?,
         knots: knots.iter().map(|(n, c)| knot::summary(*n, c)).collect(),
     })
 }
 
-fn orthogonality(work: Work<'_>) -> Result<Vec<Orthogonality>, TransportError> {
+fn orthogonality() -> Vec<Orthogonality> {
     let mut out = Vec::new();
     for (family, matrices) in orthogonality::families() {
-        work.check()?;
         for a in &matrices {
             let condition = orthogonality::condition(a);
             out.extend(Way::ALL.map(|way| Orthogonality {
@@ -173,36 +152,32 @@ fn orthogonality(work: Work<'_>) -> Result<Vec<Orthogonality>, TransportError> {
             }));
         }
     }
-    Ok(out)
+    out
 }
 
 /// Of this project's solver and of nalgebra's.
-fn decompositions(work: Work<'_>) -> Result<[Residuals; 2], TransportError> {
-    let all = hard::list(RANDOM);
-    // nalgebra takes empty matrices for a fault.
-    let full: Vec<hard::Hard> = all.into_iter().filter(|h| !h.matrix.is_empty()).collect();
-    let of = |solve: decomposition::Solver| -> Result<Residuals, TransportError> {
-        work.check()?;
-        Ok(Residuals(decomposition::residuals(&full, solve)))
-    };
-    Ok([of(decomposition::ours)?, of(decomposition::nalgebra)?])
+fn decompositions() -> [Residuals; 2] {
+    let mut all = hard::list(RANDOM);
+    // nalgebra panics on empty matrices.
+    all.retain(|hard| !hard.matrix.is_empty());
+    let solvers: [decomposition::Solver; 2] = [decomposition::ours, decomposition::nalgebra];
+    solvers.map(|solve| Residuals(decomposition::residuals(&all, solve)))
 }
 
-fn reflected(work: Work<'_>) -> Result<Vec<Reflected>, TransportError> {
+fn reflected() -> Result<Vec<Reflected>, TransportError> {
     let furnace = Furnace::new(ELEMENTS)?;
     let mut out = Vec::new();
     for reflectance in REFLECTANCES {
         out.push(Reflected {
-            solved: furnace.solve(reflectance, work)?,
+            solved: furnace.solve(reflectance)?,
             jacobi: furnace.sweeps(reflectance, false),
             seidel: furnace.sweeps(reflectance, true),
         });
-        work.check()?;
     }
     Ok(out)
 }
 
-fn distances(work: Work<'_>) -> Result<Vec<Distance>, TransportError> {
+fn distances() -> Result<Vec<Distance>, TransportError> {
     let mut out = Vec::new();
     for height in DISTANCES {
         let lamp = Lamp {
@@ -210,10 +185,7 @@ fn distances(work: Work<'_>) -> Result<Vec<Distance>, TransportError> {
             depth: SIDE,
             height,
         };
-        let seen = |resolution| {
-            work.check()?;
-            lamp.seen(resolution, height.max(SIDE), POINTS, work)
-        };
+        let seen = |resolution| lamp.seen(resolution, height.max(SIDE), POINTS);
         let [coarse, fine] = CUBES;
         let (coarse, fine) = (seen(coarse)?, seen(fine)?);
         out.push(Distance {
@@ -226,13 +198,12 @@ fn distances(work: Work<'_>) -> Result<Vec<Distance>, TransportError> {
     Ok(out)
 }
 
-fn resolutions(work: Work<'_>) -> Result<Vec<Resolution>, TransportError> {
+fn resolutions() -> Result<Vec<Resolution>, TransportError> {
     let mut out = Vec::new();
     for pixels in RESOLUTIONS {
-        work.check()?;
         out.push(Resolution {
             pixels,
-            seen: LID.seen(pixels, LID.height, POINTS, work)?,
+            seen: LID.seen(pixels, LID.height, POINTS)?,
             mean: LID.aliasing(pixels, POINTS)?,
         });
     }

@@ -1,8 +1,8 @@
 //! Verdicts on metrics, previews and predictions as one table.
 
-use super::{Kind, Quantity, Record};
-use crate::study::verdict::Verdict;
-use crate::study::{Machine, Order, Origin};
+use crate::evaluation::Verdict;
+use footlight::report::{Kind, Quantity, Record};
+use footlight::study::{Machine, Origin};
 
 /// The table: a series for each order, preview and prediction, a point for each row of each show.
 pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
@@ -29,7 +29,7 @@ pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
         for row in &verdict.needed {
             let counts = [row.own, row.pool].concat();
             let values: Vec<Option<f64>> = counts.iter().map(|c| Some(*c as f64)).collect();
-            let series = format!("metric {}", order(row.order));
+            let series = format!("metric {}", row.rule.name());
             out.add(&series, &verdict.name, &[], &values);
         }
         for row in &verdict.previewed {
@@ -45,20 +45,4 @@ pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
         }
     }
     out
-}
-
-/// What an order is called: `error, time`.
-pub fn order(order: Order) -> String {
-    match order {
-        Order::Metric {
-            metric,
-            time_weighted,
-        } => format!(
-            "{}{}",
-            metric.name(),
-            if time_weighted { ", time" } else { "" }
-        ),
-        Order::Oracle => "true error, time".to_owned(),
-        Order::BankByBank => "one bank each".to_owned(),
-    }
 }

@@ -1,8 +1,9 @@
 //! What a [`Trial`] says of metrics, previews and predictions.
 
-use super::{Dice, Order, Shown, Trial};
-use crate::plan::{Metric, PlanError};
-use crate::pool::Projection;
+use crate::dice::Dice;
+use crate::projection::{Projection, keys_alike};
+use footlight::plan::{Metric, PlanError, Weighting};
+use footlight::study::{Order, Shown, Trial};
 
 /// Refined pictures that previews are tried with.
 const REFINED: usize = 4;
@@ -13,18 +14,61 @@ const LIT: usize = 3;
 /// Errors below this share of the start's are rounding.
 const ROUNDING: f64 = 1e-4;
 
-/// How many refined pictures an order needed.
+/// What decides which image is refined first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// One that Footlight has or is measured against.
+    Order(Order),
+    /// A metric, every key counting alike however long it lasts.
+    KeysAlike(Metric),
+}
+
+impl Rule {
+    /// The paper's.
+    pub const PAPER: Rule = Rule::KeysAlike(Metric::Influence);
+    /// Footlight's.
+    pub const SHIPPED: Rule = Rule::Order(Order::SHIPPED);
+
+    /// As tables write it: `error, time`.
+    pub fn name(self) -> String {
+        match self {
+            Rule::Order(Order::Metric(metric)) => format!("{}, time", metric.name()),
+            Rule::Order(Order::Oracle) => "true error, time".to_owned(),
+            Rule::Order(Order::BankByBank) => "one bank each".to_owned(),
+            Rule::KeysAlike(metric) => metric.name().to_owned(),
+        }
+    }
+
+    /// The settings in its order.
+    fn settings(self, trial: &Trial) -> Result<Vec<Vec<f64>>, PlanError> {
+        match self {
+            Rule::Order(order) => trial.ordered(order),
+            Rule::KeysAlike(metric) => keys_alike(trial, &trial.weighting(metric)?),
+        }
+    }
+
+    /// The metric of its own projection.
+    fn weighting(self, trial: &Trial) -> Result<Weighting, PlanError> {
+        match self {
+            Rule::Order(Order::Metric(metric)) | Rule::KeysAlike(metric) => trial.weighting(metric),
+            Rule::Order(Order::Oracle) => trial.oracle(),
+            Rule::Order(Order::BankByBank) => trial.weighting(Metric::Settings),
+        }
+    }
+}
+
+/// How many refined pictures a rule needed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Needed {
-    /// The order.
-    pub order: Order,
+    /// The rule.
+    pub rule: Rule,
     /// Pictures until 5 % and 1 % of the start's error, shown by the projection in that metric.
     pub own: [usize; 2],
     /// The same shown by the pool's projection.
     pub pool: [usize; 2],
 }
 
-/// How a preview did on looks that nobody planned.
+/// How a preview did on looks that are not in the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Previewed {
     /// The projection.
@@ -39,7 +83,7 @@ pub struct Previewed {
     pub sequence: f64,
 }
 
-/// A step of refinement: what was foretold over what is true.
+/// A step of refinement: predicted over true error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Refined pictures.
@@ -50,7 +94,7 @@ pub struct Step {
     pub truth: f64,
 }
 
-/// All that a show says.
+/// All measures of a show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The show.
@@ -98,25 +142,19 @@ fn count(
 }
 
 fn needed(trial: &Trial) -> Result<Vec<Needed>, PlanError> {
-    let metrics = [Metric::Settings, Metric::Influence, Metric::Error];
-    let orders = metrics.into_iter().flat_map(|metric| {
-        [false, true].map(|time_weighted| Order::Metric {
-            metric,
-            time_weighted,
-        })
-    });
-    let pool = |settings: &[Vec<f64>]| trial.shown(Projection::default(), settings);
+    let mut rules = Vec::new();
+    for metric in Metric::ALL {
+        rules.push(Rule::KeysAlike(metric));
+        rules.push(Rule::Order(Order::Metric(metric)));
+    }
+    rules.extend([Order::Oracle, Order::BankByBank].map(Rule::Order));
     let mut out = Vec::new();
-    for order in orders.chain([Order::Oracle, Order::BankByBank]) {
-        let settings = trial.ordered(order)?;
-        let weighting = match trial.weighting_of(order)? {
-            Some(weighting) => weighting,
-            None => trial.weighting(Metric::Settings)?,
-        };
+    for rule in rules {
+        let (settings, weighting) = (rule.settings(trial)?, rule.weighting(trial)?);
         out.push(Needed {
-            order,
+            rule,
             own: count(trial, &settings, |s| trial.shown_in(&weighting, s))?,
-            pool: count(trial, &settings, pool)?,
+            pool: count(trial, &settings, |s| trial.shown(s))?,
         });
     }
     Ok(out)
@@ -134,15 +172,15 @@ fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
 }
 
 /// Every preview of [`REFINED`] pictures in the shipped order, on random looks.
-pub(super) fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
+fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
     let order = trial.order(&trial.weighting(Metric::Error)?)?;
     let settings = order.get(..REFINED).unwrap_or(&order);
     let dice = &mut Dice::new(seed);
     let n = trial.keys().coordinates();
     let looks: Vec<Vec<f64>> = (0..LOOKS).map(|_| look(dice, n)).collect();
-    let coarse = trial.shown(Projection::Settings, &[])?;
+    let coarse = trial.shown(&[])?;
     let of = |projection: Projection| {
-        let shown = trial.shown(projection, settings)?;
+        let shown = projection.shown(trial, settings)?;
         let factor = |l: &Vec<f64>| trial.look_error(&shown, l) / trial.look_error(&coarse, l);
         // A look of unseen banks has no error to compare.
         let factors: Vec<f64> = looks.iter().map(factor).filter(|f| f.is_finite()).collect();

@@ -8,8 +8,8 @@
 )]
 
 use super::wide::singular_values;
-use crate::linalg::{Matrix, Orthonormal};
-use crate::study::Dice;
+use crate::dice::Dice;
+use footlight::linalg::{Matrix, Orthonormal};
 
 /// A matrix and its singular values.
 #[derive(Clone, Debug)]
