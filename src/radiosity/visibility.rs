@@ -15,7 +15,9 @@ pub mod panorama;
 pub mod raster;
 pub mod shadow;
 
-use crate::geometry::{Vec3, greater, smaller};
+use std::borrow::Borrow;
+
+use crate::geometry::{Vec3, bounds, greater, smaller};
 #[cfg(doc)]
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
@@ -30,23 +32,9 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
-        let empty = Bounds {
-            low: Vec3 {
-                x: f64::INFINITY,
-                y: f64::INFINITY,
-                z: f64::INFINITY,
-            },
-            high: Vec3 {
-                x: f64::NEG_INFINITY,
-                y: f64::NEG_INFINITY,
-                z: f64::NEG_INFINITY,
-            },
-        };
-        points.into_iter().fold(empty, |b, p| Bounds {
-            low: b.low.min(p),
-            high: b.high.max(p),
-        })
+    fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
+        let [low, high] = bounds(points);
+        Bounds { low, high }
     }
 
     fn union(self, o: Bounds) -> Bounds {
@@ -148,7 +136,7 @@ impl<'a> Shaft<'a> {
             receiver,
             emitter,
             walls,
-            bounds: Bounds::of(receiver.iter().chain(emitter).copied()),
+            bounds: Bounds::of(receiver.iter().chain(emitter)),
         }
     }
 
@@ -234,7 +222,7 @@ impl Hierarchy {
         let bounds: Vec<Bounds> = surfaces
             .pieces
             .iter()
-            .map(|p| Bounds::of(p.vertices.iter().copied()))
+            .map(|p| Bounds::of(&p.vertices))
             .collect();
         let mut hierarchy = Hierarchy {
             nodes: Vec::new(),

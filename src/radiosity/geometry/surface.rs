@@ -10,7 +10,7 @@
     reason = "indices of vertices come from the polygon's own length"
 )]
 
-use crate::geometry::{Vec3, newell};
+use crate::geometry::{Vec3, diameter, newell};
 use crate::radiosity::geometry::solid::Solids;
 use crate::renderer::TransportError;
 use crate::scene::Scene;
@@ -152,14 +152,11 @@ impl Surfaces {
             );
             f.pieces = start..pieces.len();
         }
-        let mut corners = facets.iter().flat_map(|f| f.vertices.iter().copied());
-        let first = corners.next().unwrap_or_default();
-        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
         Ok(Surfaces {
+            size: diameter(facets.iter().flat_map(|f| &f.vertices)),
             facets,
             pieces,
             solids: OnceLock::new(),
-            size: (high - low).length(),
         })
     }
 
