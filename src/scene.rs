@@ -22,7 +22,7 @@ pub mod still;
 
 use std::collections::BTreeMap;
 
-use crate::geometry::{Vec3, block, newell};
+use crate::geometry::{Vec3, block, diameter, newell};
 use crate::units::Rgb;
 
 pub use self::light::{Light, Measured, Projection, Spot};
@@ -133,7 +133,8 @@ impl Scene {
     /// Gives the polygons at these indices a back: the same outline the other way round, a hair
     /// behind.
     pub fn add_backs(&mut self, fronts: &[usize]) {
-        let thickness = self.size() * THICKNESS;
+        let corners = self.polygons.iter().flat_map(|p| &p.vertices);
+        let thickness = diameter(corners) * THICKNESS;
         for index in fronts {
             let Some(front) = self.polygons.get(*index) else {
                 continue;
@@ -146,17 +147,6 @@ impl Scene {
             };
             self.polygons.push(back);
         }
-    }
-
-    /// The diagonal of the box that holds all corners, metres.
-    fn size(&self) -> f64 {
-        let mut corners = self
-            .polygons
-            .iter()
-            .flat_map(|p| p.vertices.iter().copied());
-        let first = corners.next().unwrap_or_default();
-        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
-        (high - low).length()
     }
 
     /// Adds a shape as polygons of a black material of this name, behind all others; its light is
@@ -186,16 +176,6 @@ impl Scene {
         }
         found
     }
-}
-
-/// Lights and cameras that a stage's file brings along. Nothing shines or looks until a show says
-/// so, by name.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Inventory {
-    /// In the order of the file.
-    pub lamps: Vec<Lamp>,
-    /// In the order of the file.
-    pub cameras: Vec<Camera>,
 }
 
 /// A light of a stage's file.
@@ -229,19 +209,6 @@ pub enum LampShape {
     },
     /// From infinitely far, in its direction.
     Distant,
-}
-
-/// A camera of a stage's file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
-    /// Its name in the file.
-    pub name: String,
-    /// The eye.
-    pub from: Vec3,
-    /// Where it looks: a unit vector.
-    pub direction: Vec3,
-    /// Vertical field of view, full angle, degrees; `None` for a parallel projection.
-    pub fov: Option<f64>,
 }
 
 /// A part of a source: one light, seen through a colour.

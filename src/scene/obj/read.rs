@@ -1,212 +1,200 @@
-//! The gate before tobj: reads every line of an OBJ or MTL file, refuses what is wrong with the
-//! line's number, and writes the lines that matter here anew, in a form that cannot surprise tobj.
+//! Lines of OBJ and MTL files to vertices, faces and materials; what is wrong is refused with the
+//! number of its line.
 
-use std::collections::BTreeSet;
-use std::fmt::Write;
+use std::collections::BTreeMap;
 
+use super::super::Material;
 use super::super::import::FAR;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
-
-/// Names of materials.
-pub(super) type Names = BTreeSet<String>;
+use crate::geometry::{Vec3, vec3};
+use crate::units::Rgb;
 
 /// A face of the OBJ file.
 pub(super) struct Face {
     /// Its line, counted from 1.
     pub(super) line: usize,
+    /// Its corners, in the coordinates of the file.
+    pub(super) corners: Vec<Vec3>,
 }
 
-/// An OBJ file that passed.
+/// A `usemtl` with its faces, in the order of the file.
+pub(super) struct Group {
+    pub(super) material: String,
+    /// Its line, counted from 1.
+    pub(super) line: usize,
+    pub(super) faces: Vec<Face>,
+}
+
+/// An OBJ file.
 #[derive(Default)]
 pub(super) struct Obj {
-    /// For tobj: libraries first, then vertices, materials and faces in the order of the file.
-    pub(super) plain: String,
-    /// One for each face, in the order of the file.
-    pub(super) faces: Vec<Face>,
-    /// Each `usemtl` and its line.
-    used: Vec<(String, usize)>,
-    libraries: String,
-    vertices: usize,
+    /// In the order of the file.
+    pub(super) groups: Vec<Group>,
+    /// Each `mtllib`.
+    pub(super) libraries: Vec<String>,
+    vertices: Vec<Vec3>,
+    faces: usize,
+    /// Of all faces together.
     corners: usize,
 }
 
 impl Obj {
-    /// Refuses the first `usemtl` of a material that is not `known`.
-    pub(super) fn require_materials(&self, path: &str, known: &Names) -> Result<(), SceneError> {
-        match self.used.iter().find(|(name, _)| !known.contains(name)) {
-            None => Ok(()),
-            Some((name, line)) => Err(SceneError::Line {
-                path: path.to_owned(),
-                line: *line,
-                reason: LineError::UnknownMaterial(name.clone()),
-            }),
-        }
+    /// Reads an OBJ file.
+    pub(super) fn new(path: &str, bytes: &[u8]) -> Result<Obj, SceneError> {
+        let mut obj = Obj::default();
+        each_line(path, bytes, |text, line| obj.line(text, line))?;
+        Ok(obj)
     }
 
     fn line(&mut self, text: &str, line: usize) -> Result<(), LineError> {
         let (keyword, rest) = split(text);
         match keyword {
-            "v" => self.vertex(rest),
-            "f" => self.face(rest, line),
-            "usemtl" => {
-                let name = named("usemtl", rest)?;
-                plain(&mut self.plain, format_args!("usemtl {name}"));
-                self.used.push((name.to_owned(), line));
-                Ok(())
-            }
-            "mtllib" => {
-                let name = named("mtllib", rest)?;
-                plain(&mut self.libraries, format_args!("mtllib {name}"));
-                Ok(())
-            }
-            _ => Ok(()),
+            "v" => self.vertex(rest)?,
+            "f" => self.face(rest, line)?,
+            "usemtl" => self.groups.push(Group {
+                material: named("usemtl", rest)?.to_owned(),
+                line,
+                faces: Vec::new(),
+            }),
+            "mtllib" => self.libraries.push(named("mtllib", rest)?.to_owned()),
+            _ => {}
         }
+        Ok(())
     }
 
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
     fn vertex(&mut self, rest: &str) -> Result<(), LineError> {
         let found = rest.split_whitespace().count();
         let [x, y, z] = numbers("v", rest, found.clamp(3, 7))?;
-        if self.vertices == VERTEX_LIMIT {
+        if self.vertices.len() == VERTEX_LIMIT {
             return Err(limit("vertices", VERTEX_LIMIT));
         }
         if let Some(far) = [x, y, z].into_iter().find(|c| c.abs() > FAR) {
             return Err(LineError::Far(far));
         }
-        self.vertices += 1;
-        plain(&mut self.plain, format_args!("v {x:e} {y:e} {z:e}"));
+        self.vertices.push(vec3(x, y, z));
         Ok(())
     }
 
     fn face(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
-        let corners = rest.split_whitespace().count();
-        if corners < 3 {
-            return Err(LineError::Corners(corners));
+        let count = rest.split_whitespace().count();
+        if count < 3 {
+            return Err(LineError::Corners(count));
         }
-        self.corners += corners;
+        self.corners += count;
+        self.faces += 1;
         for (found, most, what) in [
-            (corners, CORNER_LIMIT, "corners of a face"),
+            (count, CORNER_LIMIT, "corners of a face"),
             (self.corners, VERTEX_LIMIT, "corners"),
-            (self.faces.len() + 1, POLYGON_LIMIT, "faces"),
+            (self.faces, POLYGON_LIMIT, "faces"),
         ] {
             if found > most {
                 return Err(limit(what, most));
             }
         }
-        if self.used.is_empty() {
-            return Err(LineError::NoMaterial);
-        }
-        self.plain.push('f');
-        for corner in rest.split_whitespace() {
-            let index = self.index(corner)?;
-            // Writing to a string cannot fail.
-            let _ = write!(self.plain, " {index}");
-        }
-        self.plain.push('\n');
-        self.faces.push(Face { line });
+        let group = self.groups.last_mut().ok_or(LineError::NoMaterial)?;
+        let corners = rest.split_whitespace().map(|w| corner(w, &self.vertices));
+        let corners = corners.collect::<Result<_, _>>()?;
+        group.faces.push(Face { line, corners });
         Ok(())
     }
+}
 
-    /// The vertex of a corner (`7`, `7/1`, `7//2`, `-1/…`), counted from 1.
-    fn index(&self, corner: &str) -> Result<i64, LineError> {
-        let mut parts = corner.split('/');
-        let mut first = None;
-        for (place, part) in parts.by_ref().take(3).enumerate() {
-            match part.parse::<i64>() {
-                Ok(index) if place == 0 => first = Some(index),
-                Ok(_) => {}
-                Err(_) if place > 0 && part.is_empty() => {}
-                Err(_) => return Err(LineError::Corner(cut(corner))),
-            }
-        }
-        let (Some(index), None) = (first, parts.next()) else {
-            return Err(LineError::Corner(cut(corner)));
-        };
-        let defined = self.vertices as i64;
-        let absolute = match index {
-            i if i < 0 => i.saturating_add(defined + 1),
-            i => i,
-        };
-        if (1..=defined).contains(&absolute) {
-            Ok(absolute)
-        } else {
-            Err(LineError::Index {
-                index,
-                defined: self.vertices,
-            })
-        }
+/// The vertex of a corner: `7`, `7/1`, `7//2`, or `-1/…`, which counts from the last.
+fn corner(word: &str, vertices: &[Vec3]) -> Result<Vec3, LineError> {
+    let (first, others) = word.split_once('/').unwrap_or((word, ""));
+    let is_index = |part: &str| part.is_empty() || part.parse::<i64>().is_ok();
+    let well_formed = others.split('/').count() <= 2 && others.split('/').all(is_index);
+    let index = first.parse::<i64>().ok().filter(|_| well_formed);
+    let index = index.ok_or_else(|| LineError::Corner(cut(word)))?;
+    let defined = vertices.len();
+    let place = if index < 0 {
+        index.saturating_add(defined as i64)
+    } else {
+        index - 1
+    };
+    let vertex = usize::try_from(place).ok().and_then(|i| vertices.get(i));
+    vertex.copied().ok_or(LineError::Index { index, defined })
+}
+
+/// The materials of all MTL files.
+#[derive(Default)]
+pub(super) struct Materials {
+    /// In the order of the files.
+    pub(super) list: Vec<Material>,
+    /// Indices into `list`.
+    pub(super) by_name: BTreeMap<String, usize>,
+}
+
+impl Materials {
+    /// Adds the materials of an MTL file.
+    pub(super) fn read(&mut self, path: &str, bytes: &[u8]) -> Result<(), SceneError> {
+        let first = self.list.len();
+        each_line(path, bytes, |text, _| self.line(text, first))
     }
-}
 
-/// Passes an OBJ file.
-pub(super) fn obj(path: &str, bytes: &[u8]) -> Result<Obj, SceneError> {
-    let mut obj = Obj::default();
-    each_line(path, bytes, |text, line| obj.line(text, line))?;
-    obj.plain.insert_str(0, &obj.libraries);
-    Ok(obj)
-}
-
-/// Passes an MTL file: its text for tobj; its materials' names are added to `known`.
-pub(super) fn mtl(path: &str, bytes: &[u8], known: &mut Names) -> Result<String, SceneError> {
-    let mut text = String::new();
-    let mut open = false;
-    each_line(path, bytes, |line, _| {
-        let (keyword, rest) = split(line);
-        match keyword {
-            "newmtl" => {
-                let name = named("newmtl", rest)?;
-                if !known.insert(name.to_owned()) {
-                    return Err(LineError::TwiceMaterial(cut(name)));
+    /// Reads a line of the file whose materials begin at `first`.
+    fn line(&mut self, text: &str, first: usize) -> Result<(), LineError> {
+        let (keyword, rest) = split(text);
+        let open = self.list.iter_mut().skip(first).next_back();
+        match (keyword, open) {
+            ("newmtl", _) => {
+                let name = named("newmtl", rest)?.to_owned();
+                if self.by_name.insert(name.clone(), self.list.len()).is_some() {
+                    return Err(LineError::TwiceMaterial(cut(&name)));
                 }
-                open = true;
-                plain(&mut text, format_args!("newmtl {name}"));
+                self.list.push(Material {
+                    name,
+                    reflectance: Rgb::default(),
+                    emission: Rgb::default(),
+                });
             }
-            "Kd" | "Ke" if !open => return Err(LineError::Name("newmtl")),
-            "Kd" => {
+            ("Kd" | "Ke", None) => return Err(LineError::Name("newmtl")),
+            ("Kd", Some(material)) => {
                 let kd = colour("Kd", rest)?;
                 if let Some(bad) = kd.iter().find(|v| !(0.0..=1.0).contains(*v)) {
                     return Err(LineError::Reflectance(*bad));
                 }
-                let [r, g, b] = kd;
-                plain(&mut text, format_args!("Kd {r:e} {g:e} {b:e}"));
+                material.reflectance = Rgb(kd);
             }
-            "Ke" => {
+            ("Ke", Some(material)) => {
                 let ke = colour("Ke", rest)?;
                 if let Some(bad) = ke.iter().find(|v| **v < 0.0) {
                     return Err(LineError::Emission(*bad));
                 }
-                let [r, g, b] = ke;
-                plain(&mut text, format_args!("Ke {r:e} {g:e} {b:e}"));
+                material.emission = Rgb(ke);
             }
             _ => {}
         }
         Ok(())
-    })?;
-    Ok(text)
+    }
 }
 
-/// Calls `read` for every line, comments and a byte order mark taken off, lines that end in a
-/// backslash joined with the next, and says where it failed.
+/// Calls `read` for every line, without comments and byte order mark, lines that end in a backslash
+/// joined with the next. Errors get the line's number.
 fn each_line(
     path: &str,
     bytes: &[u8],
     mut read: impl FnMut(&str, usize) -> Result<(), LineError>,
 ) -> Result<(), SceneError> {
+    let refuse = |line, reason| SceneError::Line {
+        path: path.to_owned(),
+        line,
+        reason,
+    };
+    let mut read = |text: &str, line| {
+        read(without_comment(text).trim(), line).map_err(|reason| refuse(line, reason))
+    };
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let mut joined = String::new();
     let mut first = 1;
-    for (at, line) in bytes.split(|b| *b == b'\n').enumerate() {
-        let refuse = |line, reason| SceneError::Line {
-            path: path.to_owned(),
-            line,
-            reason,
-        };
-        let text = std::str::from_utf8(line).map_err(|_| refuse(at + 1, LineError::NotText))?;
+    for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
+        let text = std::str::from_utf8(text).map_err(|_| refuse(line, LineError::NotText))?;
         if text.contains('\0') {
-            return Err(refuse(at + 1, LineError::NotText));
+            return Err(refuse(line, LineError::NotText));
         }
         if joined.is_empty() {
-            first = at + 1;
+            first = line;
         }
         let text = text.trim_end();
         if let Some(open) = text.strip_suffix('\\') {
@@ -215,14 +203,10 @@ fn each_line(
             continue;
         }
         joined.push_str(text);
-        read(without_comment(&joined).trim(), first).map_err(|reason| refuse(first, reason))?;
+        read(&joined, first)?;
         joined.clear();
     }
-    read(without_comment(&joined).trim(), first).map_err(|reason| SceneError::Line {
-        path: path.to_owned(),
-        line: first,
-        reason,
-    })
+    read(&joined, first)
 }
 
 /// A comment starts with a `#` at the start of a word: names such as `Wood#2` are whole.
@@ -231,11 +215,6 @@ fn without_comment(line: &str) -> &str {
     marks
         .find(|before| before.chars().next_back().is_none_or(char::is_whitespace))
         .unwrap_or(line)
-}
-
-/// Appends a line. (Writing to a string cannot fail.)
-fn plain(to: &mut String, line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(to, "{line}");
 }
 
 /// The first word and what follows it.
@@ -283,6 +262,7 @@ fn numbers(keyword: &'static str, rest: &str, expected: usize) -> Result<[f64; 3
     }
 }
 
+/// The error of too many of `what`.
 pub(super) fn limit(what: &'static str, limit: usize) -> LineError {
     LineError::Limit { what, limit }
 }
