@@ -5,7 +5,6 @@
 //! knows nothing of lights or shows.
 
 pub mod apng;
-pub mod base64;
 pub mod combine;
 pub mod exr;
 pub mod png;

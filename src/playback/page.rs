@@ -6,12 +6,13 @@
 //! smaller pictures if it must. This room does not know how a desk looks: that is the page's own
 //! text (`page/`), which knows nothing of Rust.
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
 
 use super::key::{Format, KeyImage, Samples};
 use crate::picture::shrink::shrink;
 use crate::picture::tone::{Curve, Tone};
-use crate::picture::{Image, PictureError, base64, png};
+use crate::picture::{Image, PictureError, png};
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
@@ -213,7 +214,7 @@ fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
     };
     let file = |codes: &[u8]| -> Result<String, PictureError> {
         let bytes = png::encode(image.width(), image.height(), codes)?;
-        Ok(base64::encode(&bytes))
+        Ok(BASE64_STANDARD.encode(&bytes))
     };
     let least = image.data().iter().copied().fold(0.0, f32::min);
     let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
