@@ -82,9 +82,9 @@ fn call(mode: &str, steps: u8) -> Call {
         "{settings}",
         "{output}",
     ];
-    let words = std::iter::once(program.to_str().unwrap()).chain(words);
     Call {
-        words: words.map(str::to_owned).collect(),
+        program: program.to_str().unwrap().to_owned(),
+        arguments: words.map(str::to_owned).to_vec(),
         timeout: 120.0,
         steps,
         show: None,
@@ -198,7 +198,7 @@ fn every_failure_is_an_error_that_says_what_happened() {
     let error = open(hanging).execute("picture").unwrap_err();
     assert!(error.to_string().contains("stopped after 0.5 s"), "{error}");
     let mut missing = call("linear", 1);
-    missing.words[0] = "/none/such".to_owned();
+    missing.program = "/none/such".to_owned();
     let error = open(missing).execute("picture").unwrap_err();
     assert!(error.to_string().contains("cannot be started"), "{error}");
 }
