@@ -7,8 +7,8 @@ use std::fmt::Write;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 
-use super::tone::{srgb_decode, srgb_encode};
 use super::{PictureError, png};
+use crate::units::{srgb_decode, srgb_encode};
 
 /// The part of a terminal that a picture may take, in characters, which are taken to be twice as
 /// high as wide.
