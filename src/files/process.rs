@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{FileError, read_limited, unique};
+use super::{FileError, io_error, read_limited, unique};
 
 /// Bytes of a program's last complaints that are kept.
 const TAIL: u64 = 2048;
@@ -138,7 +138,7 @@ impl Processes for Programs {
         let mut marks = Vec::new();
         for (mark, name, content) in job.inputs {
             let path = private.path.join(name);
-            fs::write(&path, content).map_err(|e| io(&path, e))?;
+            fs::write(&path, content).map_err(io_error(path.display()))?;
             marks.push((*mark, path));
         }
         let output = private.path.join(job.output.1);
@@ -151,7 +151,7 @@ impl Processes for Programs {
         let seconds = begin.elapsed().as_secs_f64();
         let program = || job.program.to_owned();
         let tail = || tail(&complaints);
-        match watched.map_err(|e| io(&complaints, e))? {
+        match watched.map_err(io_error(complaints.display()))? {
             Watched::Cancelled => Err(ProcessError::Cancelled),
             Watched::Timeout => Err(ProcessError::Timeout {
                 program: program(),
@@ -182,7 +182,7 @@ fn start(
     arguments: impl Iterator<Item = String>,
     complaints: &Path,
 ) -> Result<Child, ProcessError> {
-    let stderr = fs::File::create(complaints).map_err(|e| io(complaints, e))?;
+    let stderr = fs::File::create(complaints).map_err(io_error(complaints.display()))?;
     let mut command = Command::new(program);
     command
         .args(arguments)
@@ -283,7 +283,7 @@ impl Private {
             let path = std::env::temp_dir().join(name);
             match builder.create(&path) {
                 Ok(()) => return Ok(Private { path }),
-                Err(error) => last = Some(io(&path, error)),
+                Err(error) => last = Some(io_error(path.display())(error)),
             }
         }
         Err(last.unwrap_or_else(|| FileError::Missing("a temporary folder".to_owned())))
@@ -294,13 +294,6 @@ impl Drop for Private {
     fn drop(&mut self) {
         // What cannot be removed now is left to the system, which clears its temporary folders.
         let _ = fs::remove_dir_all(&self.path);
-    }
-}
-
-fn io(path: &Path, source: std::io::Error) -> FileError {
-    FileError::Io {
-        path: path.display().to_string(),
-        source,
     }
 }
 
