@@ -39,6 +39,17 @@ pub struct Material {
     pub emission: Rgb,
 }
 
+impl Material {
+    /// A material that emits nothing.
+    pub fn diffuse(name: impl Into<String>, reflectance: Rgb) -> Material {
+        Material {
+            name: name.into(),
+            reflectance,
+            emission: Rgb::default(),
+        }
+    }
+}
+
 /// A planar polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
@@ -119,11 +130,7 @@ impl Scene {
         let known = self.materials.iter().position(|m| m.name == name);
         let material = known.unwrap_or(self.materials.len());
         if known.is_none() {
-            self.materials.push(Material {
-                name: name.to_owned(),
-                reflectance,
-                emission: Rgb::default(),
-            });
+            self.materials.push(Material::diffuse(name, reflectance));
         }
         let faces = solid.polygons().unwrap_or_default().into_iter();
         self.polygons
@@ -153,11 +160,7 @@ impl Scene {
     /// the rig's. The error that shapes are allowed is kept.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
-        self.materials.push(Material {
-            name,
-            reflectance: Rgb::default(),
-            emission: Rgb::default(),
-        });
+        self.materials.push(Material::diffuse(name, Rgb::default()));
         let polygons = shape.polygons(shape::TOLERANCE).into_iter();
         self.polygons
             .extend(polygons.map(|vertices| Polygon { vertices, material }));

@@ -170,11 +170,7 @@ impl Surfaces {
             material: 0,
         };
         let scene = Scene {
-            materials: vec![Material {
-                name: "grey".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
+            materials: vec![Material::diffuse("grey", Rgb([0.5; 3]))],
             polygons: polygons.into_iter().map(polygon).collect(),
         };
         Surfaces::new(&scene).unwrap()

@@ -143,11 +143,7 @@ impl Materials {
                 if self.by_name.insert(name.clone(), self.list.len()).is_some() {
                     return Err(LineError::TwiceMaterial(cut(&name)));
                 }
-                self.list.push(Material {
-                    name,
-                    reflectance: Rgb::default(),
-                    emission: Rgb::default(),
-                });
+                self.list.push(Material::diffuse(name, Rgb::default()));
             }
             ("Kd" | "Ke", None) => return Err(LineError::Name("newmtl")),
             ("Kd", Some(material)) => {
