@@ -30,9 +30,9 @@ mod tests;
 mod trace;
 
 pub use axis::{Axis, Scale};
-pub use colour::{Colour, Theme};
+pub use colour::Theme;
 pub use curves::{Curves, Knot, Row, curves};
-pub use drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
+pub use drawing::Drawing;
 pub use grid::{Grid, Stand, Tie, grid};
 pub use marker::Marker;
 pub use panels::{Panel, Series, panels};

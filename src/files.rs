@@ -6,20 +6,21 @@
 
 pub mod process;
 
-mod entry;
+mod disk;
 mod growing;
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::fs;
 use std::hash::{BuildHasher as _, Hasher as _, RandomState};
-use std::io::{self, Write};
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
-use self::growing::{Beside, Gathered};
+use self::growing::Gathered;
 
-pub use self::entry::Entry;
+pub use self::disk::Disk;
 pub use self::growing::Growing;
 
 /// Why a file could not be read or written.
@@ -141,16 +142,10 @@ impl Folder {
 
 impl Files for Folder {
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
-        let io = |source: io::Error| match source.kind() {
-            io::ErrorKind::NotFound => FileError::Missing(path.to_owned()),
-            _ => FileError::Io {
-                path: path.to_owned(),
-                source,
-            },
-        };
+        let io = read_error(path);
         let relative = inside(path).ok_or_else(|| FileError::Outside(path.to_owned()))?;
-        let root = self.root.canonicalize().map_err(io)?;
-        let full = root.join(relative).canonicalize().map_err(io)?;
+        let root = self.root.canonicalize().map_err(&io)?;
+        let full = root.join(relative).canonicalize().map_err(&io)?;
         if !full.starts_with(&root) {
             return Err(FileError::Outside(path.to_owned()));
         }
@@ -175,26 +170,13 @@ impl Files for Folder {
     }
 }
 
-/// Reads a file that the user named, wherever it lies, up to `limit` bytes. Devices and pipes are
-/// cut at the limit too, so that no read is unbounded.
-fn read_named(path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
-    read_limited(path, &path.display().to_string(), limit)
-}
-
+/// Reads a file up to `limit` bytes. Devices and pipes are cut at the limit too, so that no read is
+/// unbounded.
 fn read_limited(full: &Path, shown: &str, limit: u64) -> Result<Vec<u8>, FileError> {
-    use std::io::Read;
-    let io = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => FileError::Missing(shown.to_owned()),
-        _ => FileError::Io {
-            path: shown.to_owned(),
-            source,
-        },
-    };
-    let file = fs::File::open(full).map_err(io)?;
     let mut bytes = Vec::new();
-    file.take(limit.saturating_add(1))
-        .read_to_end(&mut bytes)
-        .map_err(io)?;
+    fs::File::open(full)
+        .and_then(|file| file.take(limit.saturating_add(1)).read_to_end(&mut bytes))
+        .map_err(read_error(shown))?;
     if bytes.len() as u64 > limit {
         let size = fs::metadata(full).map_or(bytes.len() as u64, |m| m.len());
         return Err(FileError::TooLarge {
@@ -216,8 +198,7 @@ impl Memory {
     /// Adds or replaces a file.
     #[must_use]
     pub fn with(mut self, path: &str, content: impl Into<Vec<u8>>) -> Memory {
-        self.files
-            .insert(inside(path).unwrap_or_default(), content.into());
+        self.files.extend(inside(path).map(|p| (p, content.into())));
         self
     }
 }
@@ -232,10 +213,18 @@ impl Files for Memory {
     }
 }
 
-fn io_error(path: &Path) -> impl Fn(io::Error) -> FileError + '_ {
-    |source| FileError::Io {
-        path: path.display().to_string(),
+fn io_error(path: impl Display) -> impl Fn(io::Error) -> FileError {
+    move |source| FileError::Io {
+        path: path.to_string(),
         source,
+    }
+}
+
+/// The same, but for a missing file [`FileError::Missing`].
+fn read_error(path: impl Display) -> impl Fn(io::Error) -> FileError {
+    move |source| match source.kind() {
+        io::ErrorKind::NotFound => FileError::Missing(path.to_string()),
+        _ => io_error(&path)(source),
     }
 }
 
@@ -247,25 +236,24 @@ fn unique() -> u64 {
 /// A name beside `path` that nobody else uses; the folder is made when it is missing.
 fn beside(path: &Path) -> Result<PathBuf, FileError> {
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(io_error(path))?;
+        fs::create_dir_all(folder).map_err(io_error(path.display()))?;
     }
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}-{:016x}.part", std::process::id(), unique()));
     Ok(path.with_file_name(name))
 }
 
-/// Writes `content` to `path` by way of a temporary file beside it and a rename, so that readers
-/// and crashes see the old file or the new one, never a part. Missing folders are made.
-fn write(path: &Path, content: &[u8]) -> Result<(), FileError> {
-    let beside = beside(path)?;
-    let written = fs::File::create(&beside)
-        .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&beside, path));
-    written.map_err(|source| {
-        // Leaving the part behind would only litter; that it may be gone already is fine.
-        let _ = fs::remove_file(&beside);
-        io_error(path)(source)
-    })
+/// A file or folder as it is listed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its name within the folder.
+    pub name: String,
+    /// Whether it is a folder itself.
+    pub folder: bool,
+    /// Size in bytes.
+    pub bytes: u64,
+    /// When it was last written or touched: rises with time, microseconds on disk.
+    pub used: u64,
 }
 
 /// Where results go.
@@ -328,54 +316,17 @@ pub trait Store: Send + Sync {
     fn remove(&self, path: &Path) -> Result<(), FileError>;
 }
 
-/// The disk, anywhere the program may write.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Disk;
-
-impl Store for Disk {
-    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
-        write(path, content)
-    }
-
-    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
-        Ok(Box::new(Beside::new(path)?))
-    }
-
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
-        clear(folder, ending)
-    }
-
-    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
-        list(folder, ending)
-    }
-
-    fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
-        read_named(path, limit)
-    }
-
-    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
-        entry::read_start(path, bytes)
-    }
-
-    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
-        entry::list(folder)
-    }
-
-    fn touch(&self, path: &Path) -> Result<(), FileError> {
-        entry::touch(path)
-    }
-
-    fn remove(&self, path: &Path) -> Result<(), FileError> {
-        entry::remove(path)
-    }
-}
-
 /// Results kept in memory, for tests and embedding programs. Clones share their content.
 #[derive(Clone, Debug, Default)]
 pub struct Shelf {
-    files: Arc<Mutex<BTreeMap<PathBuf, Vec<u8>>>>,
-    /// When each file was last written or touched, in changes of the shelf.
-    uses: Arc<Mutex<BTreeMap<PathBuf, u64>>>,
+    files: Arc<Mutex<BTreeMap<PathBuf, Shelved>>>,
+}
+
+#[derive(Debug)]
+struct Shelved {
+    content: Vec<u8>,
+    /// When it was last written or touched, in changes of the shelf.
+    used: u64,
 }
 
 impl Shelf {
@@ -384,26 +335,21 @@ impl Shelf {
         self.locked().keys().cloned().collect()
     }
 
-    fn locked(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Vec<u8>>> {
+    fn locked(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Shelved>> {
         // A panic elsewhere cannot leave the map half changed: each change is one call.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn uses(&self) -> MutexGuard<'_, BTreeMap<PathBuf, u64>> {
-        self.uses.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn used(&self, path: &Path) {
-        let mut uses = self.uses();
-        let next = uses.values().max().map_or(1, |last| last + 1);
-        uses.insert(path.to_owned(), next);
     }
 }
 
 impl Store for Shelf {
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
-        self.locked().insert(path.to_owned(), content.to_owned());
-        self.used(path);
+        let mut files = self.locked();
+        let used = files.values().map(|file| file.used + 1).max();
+        let file = Shelved {
+            content: content.to_owned(),
+            used: used.unwrap_or(1),
+        };
+        files.insert(path.to_owned(), file);
         Ok(())
     }
 
@@ -424,7 +370,9 @@ impl Store for Shelf {
 
     fn read(&self, path: &Path, _limit: u64) -> Result<Vec<u8>, FileError> {
         let missing = || FileError::Missing(path.display().to_string());
-        self.locked().get(path).cloned().ok_or_else(missing)
+        let files = self.locked();
+        let content = files.get(path).map(|file| file.content.clone());
+        content.ok_or_else(missing)
     }
 
     fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
@@ -434,9 +382,8 @@ impl Store for Shelf {
     }
 
     fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
-        let (files, uses) = (self.locked(), self.uses());
         let mut out: Vec<Entry> = Vec::new();
-        for (path, content) in files.iter() {
+        for (path, file) in self.locked().iter() {
             let Some(mut inside) = path.strip_prefix(folder).ok().map(Path::components) else {
                 continue;
             };
@@ -447,8 +394,8 @@ impl Store for Shelf {
                 out.push(Entry {
                     name,
                     folder: deeper,
-                    bytes: if deeper { 0 } else { content.len() as u64 },
-                    used: uses.get(path).copied().unwrap_or_default(),
+                    bytes: if deeper { 0 } else { file.content.len() as u64 },
+                    used: file.used,
                 });
             }
         }
@@ -456,59 +403,14 @@ impl Store for Shelf {
     }
 
     fn touch(&self, path: &Path) -> Result<(), FileError> {
-        self.read(path, u64::MAX)?;
-        self.used(path);
-        Ok(())
+        let content = self.read(path, u64::MAX)?;
+        self.write(path, &content)
     }
 
     fn remove(&self, path: &Path) -> Result<(), FileError> {
         self.locked().remove(path);
         Ok(())
     }
-}
-
-/// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
-fn clear(folder: &Path, ending: &str) -> Result<(), FileError> {
-    let io = |source| FileError::Io {
-        path: folder.display().to_string(),
-        source,
-    };
-    let entries = match fs::read_dir(folder) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-        other => other.map_err(io)?,
-    };
-    for entry in entries {
-        let path = entry.map_err(io)?.path();
-        if path.to_string_lossy().ends_with(ending) {
-            fs::remove_file(&path).map_err(io)?;
-        }
-    }
-    Ok(())
-}
-
-/// Names of the files of `folder` that end in `ending`, in order.
-fn list(folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
-    let shown = || folder.display().to_string();
-    let io = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => FileError::Missing(shown()),
-        _ => FileError::Io {
-            path: shown(),
-            source,
-        },
-    };
-    let mut names = Vec::new();
-    for entry in fs::read_dir(folder).map_err(io)? {
-        let name = entry
-            .map_err(io)?
-            .file_name()
-            .to_string_lossy()
-            .into_owned();
-        if name.ends_with(ending) {
-            names.push(name);
-        }
-    }
-    names.sort();
-    Ok(names)
 }
 
 /// The processor's name as the system tells it; `None` where it does not (only Linux does).
@@ -577,21 +479,5 @@ mod tests {
             files.read("big"),
             Err(FileError::TooLarge { size: 11, .. })
         ));
-    }
-
-    #[test]
-    fn writing_replaces_whole_files_and_leaves_no_part() {
-        let dir = tempfile::tempdir().unwrap();
-        let path = dir.path().join("deep/er/file");
-        write(&path, b"one").unwrap();
-        write(&path, b"two").unwrap();
-        assert_eq!(fs::read(&path).unwrap(), b"two");
-        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
-        fs::write(path.with_file_name("a file"), b"x").unwrap();
-        let names = list(path.parent().unwrap(), "ile").unwrap();
-        assert_eq!(names, ["a file", "file"]);
-        clear(path.parent().unwrap(), "ile").unwrap();
-        assert!(!path.exists());
-        clear(&dir.path().join("none"), ".exr").unwrap();
     }
 }

@@ -3,6 +3,7 @@
 //! World coordinates are right-handed with Z up, X to stage left (the right-hand side seen from
 //! the house) and Y upstage. This room knows nothing of materials, lights or pixels.
 
+use std::borrow::Borrow;
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
 /// The smaller of two numbers, the second where one is NaN: a single instruction, where `min` must
@@ -141,6 +142,19 @@ impl Index<usize> for Vec3 {
             _ => &self.z,
         }
     }
+}
+
+/// The least and the greatest coordinates of `points`: zero without any.
+pub fn bounds(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> [Vec3; 2] {
+    let mut points = points.into_iter().map(|p| *p.borrow());
+    let first = points.next().unwrap_or_default();
+    points.fold([first; 2], |[low, high], p| [low.min(p), high.max(p)])
+}
+
+/// The diagonal of the bounding box of `points`: zero without any.
+pub fn diameter(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> f64 {
+    let [low, high] = bounds(points);
+    (high - low).length()
 }
 
 /// Two unit vectors that span the plane of `normal`.

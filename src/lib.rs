@@ -60,11 +60,11 @@
 //! | 0 | `geometry` | points, polygons, transforms: plain three-dimensional mathematics | - | - |
 //! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
 //! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
-//! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix |
+//! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
 //! | 0 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | - | annotate_snippets, serde_json |
-//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | files | exr, image, png |
-//! | 2 | `chart` | axes, series, curves; PNG and SVG | picture | tiny_skia, skrifa |
-//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | tobj, gltf_json |
+//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | units, files | base64, exr, image, png |
+//! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture | base64, tiny_skia, skrifa |
+//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
@@ -73,7 +73,7 @@
 //! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
-//! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | multiversion, serde_json |
+//! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | base64, multiversion, serde_json |
 //! | 8 | `study` | measurements as typed results: the one measure of error, comparisons, orders of refinement | linalg, renderer, pool, plan, playback, timeline, picture, files, units, work | - |
 //! | 9 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, study, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
 //! | 10 | `report` | typed results as text, tables, sheets, charts, files | engine, study, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |

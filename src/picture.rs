@@ -5,7 +5,6 @@
 //! knows nothing of lights or shows.
 
 pub mod apng;
-pub mod base64;
 pub mod combine;
 pub mod exr;
 pub mod png;
@@ -160,8 +159,11 @@ impl Image {
         let rows = (first(self.height)..self.height).step_by(step);
         let (width, height) = (columns().len(), rows.len());
         let pixels = rows.flat_map(|y| columns().filter_map(move |x| self.pixel(x, y)));
-        let data = pixels.flatten().collect();
-        Image::from_data(width, height, data).unwrap_or_else(|| Image::new(0, 0))
+        Image {
+            width,
+            height,
+            data: pixels.flatten().collect(),
+        }
     }
 
     /// The pixel in column `x` of row `y`; `None` outside.

@@ -22,7 +22,7 @@ pub mod still;
 
 use std::collections::BTreeMap;
 
-use crate::geometry::{Vec3, block, newell};
+use crate::geometry::{Vec3, block, diameter, newell};
 use crate::units::Rgb;
 
 pub use self::light::{Light, Measured, Projection, Spot};
@@ -37,6 +37,17 @@ pub struct Material {
     pub reflectance: Rgb,
     /// Emitted radiance at unit setting (cd/m2 or W/m2/sr, as the scene has it); zero for most.
     pub emission: Rgb,
+}
+
+impl Material {
+    /// A material that emits nothing.
+    pub fn diffuse(name: impl Into<String>, reflectance: Rgb) -> Material {
+        Material {
+            name: name.into(),
+            reflectance,
+            emission: Rgb::default(),
+        }
+    }
 }
 
 /// A planar polygon.
@@ -119,11 +130,7 @@ impl Scene {
         let known = self.materials.iter().position(|m| m.name == name);
         let material = known.unwrap_or(self.materials.len());
         if known.is_none() {
-            self.materials.push(Material {
-                name: name.to_owned(),
-                reflectance,
-                emission: Rgb::default(),
-            });
+            self.materials.push(Material::diffuse(name, reflectance));
         }
         let faces = solid.polygons().unwrap_or_default().into_iter();
         self.polygons
@@ -133,7 +140,8 @@ impl Scene {
     /// Gives the polygons at these indices a back: the same outline the other way round, a hair
     /// behind.
     pub fn add_backs(&mut self, fronts: &[usize]) {
-        let thickness = self.size() * THICKNESS;
+        let corners = self.polygons.iter().flat_map(|p| &p.vertices);
+        let thickness = diameter(corners) * THICKNESS;
         for index in fronts {
             let Some(front) = self.polygons.get(*index) else {
                 continue;
@@ -148,26 +156,11 @@ impl Scene {
         }
     }
 
-    /// The diagonal of the box that holds all corners, metres.
-    fn size(&self) -> f64 {
-        let mut corners = self
-            .polygons
-            .iter()
-            .flat_map(|p| p.vertices.iter().copied());
-        let first = corners.next().unwrap_or_default();
-        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
-        (high - low).length()
-    }
-
     /// Adds a shape as polygons of a black material of this name, behind all others; its light is
     /// the rig's. The error that shapes are allowed is kept.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
-        self.materials.push(Material {
-            name,
-            reflectance: Rgb::default(),
-            emission: Rgb::default(),
-        });
+        self.materials.push(Material::diffuse(name, Rgb::default()));
         let polygons = shape.polygons(shape::TOLERANCE).into_iter();
         self.polygons
             .extend(polygons.map(|vertices| Polygon { vertices, material }));
@@ -186,16 +179,6 @@ impl Scene {
         }
         found
     }
-}
-
-/// Lights and cameras that a stage's file brings along. Nothing shines or looks until a show says
-/// so, by name.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Inventory {
-    /// In the order of the file.
-    pub lamps: Vec<Lamp>,
-    /// In the order of the file.
-    pub cameras: Vec<Camera>,
 }
 
 /// A light of a stage's file.
@@ -229,19 +212,6 @@ pub enum LampShape {
     },
     /// From infinitely far, in its direction.
     Distant,
-}
-
-/// A camera of a stage's file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
-    /// Its name in the file.
-    pub name: String,
-    /// The eye.
-    pub from: Vec3,
-    /// Where it looks: a unit vector.
-    pub direction: Vec3,
-    /// Vertical field of view, full angle, degrees; `None` for a parallel projection.
-    pub fov: Option<f64>,
 }
 
 /// A part of a source: one light, seen through a colour.

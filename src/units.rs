@@ -161,6 +161,24 @@ pub fn percent(fraction: f64) -> f64 {
     (fraction * (100.0 * TEN_DECIMALS)).round() / TEN_DECIMALS
 }
 
+/// The sRGB code, 0 to 1, of a linear value (IEC 61966-2-1).
+pub fn srgb_encode(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// The linear value of an sRGB code, 0 to 1.
+pub fn srgb_decode(code: f64) -> f64 {
+    if code <= 0.040_45 {
+        code / 12.92
+    } else {
+        ((code + 0.055) / 1.055).powf(2.4)
+    }
+}
+
 /// Linear light in three channels (no primaries implied in transport; Rec. 709 for display).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rgb(pub [f64; 3]);
@@ -171,28 +189,14 @@ impl Rgb {
 
     /// The linear colour of an sRGB-coded `#rrggbb` (IEC 61966-2-1).
     pub fn from_srgb8(coded: [u8; 3]) -> Rgb {
-        Rgb(coded.map(|c| {
-            let v = f64::from(c) / 255.0;
-            if v <= 0.04045 {
-                v / 12.92
-            } else {
-                ((v + 0.055) / 1.055).powf(2.4)
-            }
-        }))
+        Rgb(coded.map(|c| srgb_decode(f64::from(c) / 255.0)))
     }
 
     /// The nearest sRGB-coded `#rrggbb` (IEC 61966-2-1); channels outside 0 to 1 are held at the
     /// ends.
     pub fn to_srgb8(self) -> [u8; 3] {
-        self.0.map(|v| {
-            let v = v.clamp(0.0, 1.0);
-            let coded = if v <= 0.003_130_8 {
-                12.92 * v
-            } else {
-                1.055 * v.powf(1.0 / 2.4) - 0.055
-            };
-            (255.0 * coded).round() as u8
-        })
+        self.0
+            .map(|v| (255.0 * srgb_encode(v.clamp(0.0, 1.0))).round() as u8)
     }
 
     /// Colour of a black body of `kelvin`, scaled to luminance 1 (Rec. 709 weights), so that a

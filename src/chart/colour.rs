@@ -4,6 +4,8 @@
 //! apart under the common colour vision deficiencies; hues too near the background are left out
 //! of that theme's list.
 
+use crate::units::{srgb_decode, srgb_encode};
+
 /// A display-coded (sRGB) colour with its coverage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Colour {
@@ -65,24 +67,14 @@ impl Colour {
     }
 }
 
-/// The sRGB decoding of one channel (IEC 61966-2-1), to 0..1.
+/// The linear value of a display code, to 0..1.
 pub(super) fn linear(code: u8) -> f32 {
-    let value = f32::from(code) / 255.0;
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        ((value + 0.055) / 1.055).powf(2.4)
-    }
+    srgb_decode(f64::from(code) / 255.0) as f32
 }
 
-/// The sRGB coding of a linear channel in 0..1, rounded to a byte.
+/// The display code of a linear value in 0..1.
 pub(super) fn coded(value: f32) -> u8 {
-    let coded = if value <= 0.003_130_8 {
-        value * 12.92
-    } else {
-        1.055 * value.powf(1.0 / 2.4) - 0.055
-    };
-    (coded * 255.0).round().clamp(0.0, 255.0) as u8
+    (255.0 * srgb_encode(f64::from(value))).round() as u8
 }
 
 /// What a chart lies on: a page, or a dark desk.
@@ -112,8 +104,8 @@ pub(super) struct Palette {
 impl Palette {
     /// The hue of the series with this index; they repeat.
     pub(super) fn hue(&self, index: usize) -> Colour {
-        let turn = index.checked_rem(self.hues.len()).unwrap_or(0);
-        self.hues.get(turn).copied().unwrap_or(self.ink)
+        let mut hues = self.hues.iter().cycle().copied();
+        hues.nth(index).unwrap_or(self.ink)
     }
 }
 

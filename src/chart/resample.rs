@@ -7,27 +7,7 @@
 
 use super::colour::{coded, linear};
 use super::drawing::Picture;
-
-/// The pixels, and their weights (sum 1), that one shown pixel covers along one side.
-type Span = Vec<(usize, f32)>;
-
-fn spans(source: usize, shown: usize) -> Vec<Span> {
-    let ratio = source as f64 / shown as f64;
-    (0..shown)
-        .map(|pixel| {
-            let from = pixel as f64 * ratio;
-            let to = (from + ratio).min(source as f64);
-            let first = (from as usize).min(source - 1);
-            let last = (to.ceil() as usize).clamp(first + 1, source);
-            (first..last)
-                .map(|index| {
-                    let covered = to.min(index as f64 + 1.0) - from.max(index as f64);
-                    (index, (covered.max(0.0) / (to - from)) as f32)
-                })
-                .collect()
-        })
-        .collect()
-}
+use crate::picture::shrink::overlaps;
 
 /// `picture` as RGB8 of `width` x `height`.
 pub(super) fn resampled(picture: &Picture, width: usize, height: usize) -> Vec<u8> {
@@ -36,22 +16,22 @@ pub(super) fn resampled(picture: &Picture, width: usize, height: usize) -> Vec<u
         return picture.rgb().to_vec();
     }
     let table: [f32; 256] = std::array::from_fn(|code| linear(code as u8));
-    let columns = spans(source_width, width);
+    let columns = overlaps(source_width, width);
     let mut bytes = Vec::with_capacity(width * height * 3);
     let mut row = vec![0.0_f32; source_width * 3];
-    for span in spans(source_height, height) {
+    for span in overlaps(source_height, height) {
         row.fill(0.0);
         for (index, weight) in span {
             let source = &picture.rgb()[index * source_width * 3..][..source_width * 3];
             for (sum, &code) in row.iter_mut().zip(source) {
-                *sum += weight * table[usize::from(code)];
+                *sum += weight as f32 * table[usize::from(code)];
             }
         }
         for span in &columns {
             for channel in 0..3 {
                 let mean = span
                     .iter()
-                    .map(|&(index, weight)| weight * row[index * 3 + channel])
+                    .map(|&(index, weight)| weight as f32 * row[index * 3 + channel])
                     .sum();
                 bytes.push(coded(mean));
             }
@@ -63,17 +43,6 @@ pub(super) fn resampled(picture: &Picture, width: usize, height: usize) -> Vec<u
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn weights_of_every_span_sum_to_one_and_stay_inside() {
-        for (source, shown) in [(7, 3), (3, 7), (640, 233), (1, 5), (5, 1), (4, 8)] {
-            for span in spans(source, shown) {
-                let sum: f32 = span.iter().map(|(_, weight)| weight).sum();
-                assert!((sum - 1.0).abs() < 1e-5);
-                assert!(span.iter().all(|&(index, _)| index < source));
-            }
-        }
-    }
 
     #[test]
     fn the_mean_is_taken_in_linear_light() {

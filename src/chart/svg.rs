@@ -5,10 +5,12 @@
 
 use std::fmt::Write;
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+
 use super::colour::Colour;
 use super::drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
 use super::font;
-use crate::picture::{base64, png};
+use crate::picture::png;
 
 /// The whole document.
 pub(super) fn document(drawing: &Drawing) -> String {
@@ -197,7 +199,7 @@ fn embedded(out: &mut String, frame: &Frame, picture: &Picture) {
         "<image {} preserveAspectRatio=\"none\"{rendering} \
          href=\"data:image/png;base64,{}\"/>\n",
         place(frame),
-        base64::encode(&png),
+        BASE64_STANDARD.encode(&png),
     );
 }
 

@@ -1,6 +1,7 @@
 //! Whole layouts: nothing overlaps, nothing is clipped, nothing breaks.
 
 use super::drawing::Frame;
+use super::drawing::Mark;
 use super::*;
 
 /// Every text lies inside the drawing, and no two texts touch.

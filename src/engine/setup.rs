@@ -188,7 +188,7 @@ fn read_scene(
         match import::read(source.files, &stage.path, options(stage)) {
             Ok(read) => {
                 scene.append(read.scene);
-                lamps.extend(read.inventory.lamps);
+                lamps.extend(read.lamps);
             }
             Err(error) => errors.push(diagnostics::of_stage(&error, stage, spans)),
         }

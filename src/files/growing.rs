@@ -62,7 +62,7 @@ pub(super) struct Beside {
 impl Beside {
     pub(super) fn new(path: &Path) -> Result<Beside, FileError> {
         let beside = beside(path)?;
-        let file = fs::File::create(&beside).map_err(io_error(path))?;
+        let file = fs::File::create(&beside).map_err(io_error(path.display()))?;
         Ok(Beside {
             file: Some(BufWriter::new(file)),
             beside,
@@ -93,7 +93,7 @@ impl Growing for Beside {
             this.open()?.get_ref().sync_all()?;
             fs::rename(&this.beside, &this.path)
         };
-        place(&mut self).map_err(io_error(&self.path))?;
+        place(&mut self).map_err(io_error(self.path.display()))?;
         self.file = None;
         Ok(())
     }

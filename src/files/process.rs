@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{FileError, read_limited, unique};
+use super::{FileError, io_error, read_limited, unique};
 
 /// Bytes of a program's last complaints that are kept.
 const TAIL: u64 = 2048;
@@ -22,9 +22,10 @@ const LOOK: (u32, Duration, Duration) = (20, Duration::from_millis(2), Duration:
 
 /// One run of a program.
 pub struct Job<'a> {
-    /// The program and its arguments; [`Job::inputs`]' and [`Job::output`]'s marks in them become
-    /// paths.
-    pub words: &'a [String],
+    /// The program.
+    pub program: &'a str,
+    /// Its arguments; [`Job::inputs`]' and [`Job::output`]'s marks in them become paths.
+    pub arguments: &'a [String],
     /// Files made before: mark (`{settings}`), name and content.
     pub inputs: &'a [(&'a str, &'a str, &'a [u8])],
     /// The file that the program must leave: mark and name.
@@ -52,7 +53,7 @@ pub enum ProcessError {
     /// There is no such program, or it may not be run.
     #[error("`{program}` cannot be started: {source}")]
     Start {
-        /// The first word.
+        /// As the command names it.
         program: String,
         /// What the system said.
         source: std::io::Error,
@@ -60,7 +61,7 @@ pub enum ProcessError {
     /// It ended with a code other than 0, or was killed by somebody else.
     #[error("`{program}` ended with {status}{}", complaint(tail))]
     Exit {
-        /// The first word.
+        /// As the command names it.
         program: String,
         /// `code 3`, or what ended it.
         status: String,
@@ -73,7 +74,7 @@ pub enum ProcessError {
         complaint(tail)
     )]
     Timeout {
-        /// The first word.
+        /// As the command names it.
         program: String,
         /// The time it had.
         seconds: f64,
@@ -83,7 +84,7 @@ pub enum ProcessError {
     /// It ended well but left no output.
     #[error("`{program}` ended well but wrote no file{}", complaint(tail))]
     NoOutput {
-        /// The first word.
+        /// As the command names it.
         program: String,
         /// The end of its standard error.
         tail: String,
@@ -129,7 +130,7 @@ impl Processes for Programs {
     fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError> {
         if cfg!(target_family = "wasm") {
             return Err(ProcessError::Start {
-                program: job.words.first().cloned().unwrap_or_default(),
+                program: job.program.to_owned(),
                 source: std::io::ErrorKind::Unsupported.into(),
             });
         }
@@ -137,20 +138,20 @@ impl Processes for Programs {
         let mut marks = Vec::new();
         for (mark, name, content) in job.inputs {
             let path = private.path.join(name);
-            fs::write(&path, content).map_err(|e| io(&path, e))?;
+            fs::write(&path, content).map_err(io_error(path.display()))?;
             marks.push((*mark, path));
         }
         let output = private.path.join(job.output.1);
         marks.push((job.output.0, output.clone()));
         let complaints = private.path.join("stderr.txt");
-        let words: Vec<String> = job.words.iter().map(|w| filled(w, &marks)).collect();
+        let arguments = job.arguments.iter().map(|a| filled(a, &marks));
         let begin = Instant::now();
-        let mut child = start(&words, &complaints)?;
+        let mut child = start(job.program, arguments, &complaints)?;
         let watched = watch(&mut child, begin, job);
         let seconds = begin.elapsed().as_secs_f64();
-        let program = || job.words.first().cloned().unwrap_or_default();
+        let program = || job.program.to_owned();
         let tail = || tail(&complaints);
-        match watched.map_err(|e| io(&complaints, e))? {
+        match watched.map_err(io_error(complaints.display()))? {
             Watched::Cancelled => Err(ProcessError::Cancelled),
             Watched::Timeout => Err(ProcessError::Timeout {
                 program: program(),
@@ -176,20 +177,24 @@ impl Processes for Programs {
     }
 }
 
-fn start(words: &[String], complaints: &Path) -> Result<Child, ProcessError> {
-    let program = words.first().cloned().unwrap_or_default();
-    let stderr = fs::File::create(complaints).map_err(|e| io(complaints, e))?;
-    let mut command = Command::new(&program);
+fn start(
+    program: &str,
+    arguments: impl Iterator<Item = String>,
+    complaints: &Path,
+) -> Result<Child, ProcessError> {
+    let stderr = fs::File::create(complaints).map_err(io_error(complaints.display()))?;
+    let mut command = Command::new(program);
     command
-        .args(words.iter().skip(1))
+        .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(stderr);
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    command
-        .spawn()
-        .map_err(|source| ProcessError::Start { program, source })
+    command.spawn().map_err(|source| ProcessError::Start {
+        program: program.to_owned(),
+        source,
+    })
 }
 
 enum Watched {
@@ -278,7 +283,7 @@ impl Private {
             let path = std::env::temp_dir().join(name);
             match builder.create(&path) {
                 Ok(()) => return Ok(Private { path }),
-                Err(error) => last = Some(io(&path, error)),
+                Err(error) => last = Some(io_error(path.display())(error)),
             }
         }
         Err(last.unwrap_or_else(|| FileError::Missing("a temporary folder".to_owned())))
@@ -289,13 +294,6 @@ impl Drop for Private {
     fn drop(&mut self) {
         // What cannot be removed now is left to the system, which clears its temporary folders.
         let _ = fs::remove_dir_all(&self.path);
-    }
-}
-
-fn io(path: &Path, source: std::io::Error) -> FileError {
-    FileError::Io {
-        path: path.display().to_string(),
-        source,
     }
 }
 
@@ -310,54 +308,15 @@ pub enum SplitError {
     Empty,
 }
 
-/// Splits a command line into words as a shell does: at blanks; what stands between single quotes
-/// is as it is, between double quotes too but that a backslash keeps its `"` or `\`; outside quotes
-/// a backslash keeps the next character. Nothing else has a meaning: no variables, patterns, pipes.
+/// The program of a command line and its arguments, split as a shell does it: by blanks, with
+/// quotes, backslashes and comments. There are no variables, patterns or pipes.
 ///
 /// # Errors
 /// [`SplitError`].
-pub fn split(line: &str) -> Result<Vec<String>, SplitError> {
-    let mut words = Vec::new();
-    let mut word: Option<String> = None;
-    let mut chars = line.chars();
-    while let Some(c) = chars.next() {
-        if c.is_whitespace() {
-            words.extend(word.take());
-            continue;
-        }
-        let text = word.get_or_insert_default();
-        match c {
-            '\'' | '"' => quoted(&mut chars, c, text)?,
-            '\\' => text.push(chars.next().ok_or(SplitError::Open)?),
-            c => text.push(c),
-        }
-    }
-    words.extend(word);
-    if words.first().is_none_or(String::is_empty) {
-        return Err(SplitError::Empty);
-    }
-    Ok(words)
-}
-
-/// Takes what stands before the closing quote.
-fn quoted(
-    chars: &mut std::str::Chars<'_>,
-    quote: char,
-    text: &mut String,
-) -> Result<(), SplitError> {
-    loop {
-        match chars.next().ok_or(SplitError::Open)? {
-            c if c == quote => return Ok(()),
-            '\\' if quote == '"' => {
-                let next = chars.next().ok_or(SplitError::Open)?;
-                if !matches!(next, '"' | '\\') {
-                    text.push('\\');
-                }
-                text.push(next);
-            }
-            c => text.push(c),
-        }
-    }
+pub fn split(line: &str) -> Result<(String, Vec<String>), SplitError> {
+    let mut words = shlex::split(line).ok_or(SplitError::Open)?.into_iter();
+    let program = words.next().filter(|word| !word.is_empty());
+    Ok((program.ok_or(SplitError::Empty)?, words.collect()))
 }
 
 #[cfg(test)]
@@ -366,7 +325,10 @@ mod tests {
 
     #[test]
     fn lines_are_split_as_a_shell_does() {
-        let split_ok = |line: &str| split(line).unwrap();
+        let split_ok = |line: &str| {
+            let (program, arguments) = split(line).unwrap();
+            [vec![program], arguments].concat()
+        };
         assert_eq!(split_ok("  a  b\tc "), ["a", "b", "c"]);
         assert_eq!(
             split_ok(r#"a 'b "c' "d 'e" f\ g"#),
@@ -389,9 +351,10 @@ mod tests {
         timeout: f64,
         cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Done, ProcessError> {
-        let words = ["sh", "-c", script, "sh", "{in}", "{out}"].map(str::to_owned);
+        let arguments = ["-c", script, "sh", "{in}", "{out}"].map(str::to_owned);
         Programs.run(&Job {
-            words: &words,
+            program: "sh",
+            arguments: &arguments,
             inputs: &[("{in}", "in.txt", b"hello")],
             output: ("{out}", "out.txt"),
             limit: 100,
@@ -437,9 +400,9 @@ mod tests {
             large,
             ProcessError::File(FileError::TooLarge { .. })
         ));
-        let words = ["/none/such".to_owned()];
         let none = Programs.run(&Job {
-            words: &words,
+            program: "/none/such",
+            arguments: &[],
             inputs: &[],
             output: ("{out}", "out.txt"),
             limit: 1,

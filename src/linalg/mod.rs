@@ -12,7 +12,7 @@ mod triangle;
 
 pub use bernstein::{Bernstein, mass, mass_factor, quadratic_roots};
 pub use orthogonal::{Dependent, Orthonormal, least_squares};
-pub use svd::{Svd, SvdError, svd};
+pub use svd::{SvdError, svd};
 pub use triangle::Triangle;
 
 /// A dense matrix of doubles, column by column.

@@ -14,15 +14,6 @@ use self::pace::{Moment, Pace};
 use super::PictureError;
 use super::png::{encoder, refused, require_size};
 
-/// A picture and how long it stays.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
-    /// Interleaved sRGB bytes, rows from the top.
-    pub rgb: Vec<u8>,
-    /// Seconds, as numerator and denominator.
-    pub delay: (u16, u16),
-}
-
 /// What an animation may take.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
@@ -51,18 +42,6 @@ pub struct Animation {
     pub frames: usize,
     /// Frames a second where something moves: what was asked for, or less to keep the limits.
     pub rate: f64,
-}
-
-/// `frames` as an animated PNG file; readers that know no animation show the first.
-///
-/// # Errors
-/// [`PictureError::Size`] when there are no pixels or frames, or a frame's bytes do not fit.
-pub fn encode(width: usize, height: usize, frames: &[Frame]) -> Result<Vec<u8>, PictureError> {
-    let mut file = File::new(width, height, frames.len(), usize::MAX)?;
-    for frame in frames {
-        file.push(&frame.rgb, frame.delay)?;
-    }
-    file.finish()
 }
 
 /// The sequence of `duration` seconds as an animated PNG of `size` (width, height). `frame` draws
@@ -245,20 +224,18 @@ mod tests {
 
     #[test]
     fn frames_come_back_with_their_delays() {
-        let frame = |v: u8, delay| Frame {
-            rgb: vec![v; 12],
-            delay,
-        };
-        let frames = [frame(3, (1, 25)), frame(200, (9, 2)), frame(9, (1, 1))];
-        let back = read(&encode(2, 2, &frames).unwrap());
+        let mut file = File::new(2, 2, 3, usize::MAX).unwrap();
+        for (value, delay) in [(3, (1, 25)), (200, (9, 2)), (9, (1, 1))] {
+            file.push(&[value; 12], delay).unwrap();
+        }
+        assert!(file.push(&[0; 18], (1, 1)).is_err());
         let expected = [
             (vec![3; 12], 0.04),
             (vec![200; 12], 4.5),
             (vec![9; 12], 1.0),
         ];
-        assert_eq!(back, expected);
-        assert!(encode(2, 2, &[]).is_err());
-        assert!(encode(2, 3, &frames).is_err());
+        assert_eq!(read(&file.finish().unwrap()), expected);
+        assert!(File::new(2, 2, 0, usize::MAX).is_err());
     }
 
     #[test]

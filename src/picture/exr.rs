@@ -13,14 +13,12 @@ use std::io::Cursor;
 
 use exr::block::UncompressedBlock;
 use exr::error::Error as ExrError;
-use exr::image::write::WritableImage;
-use exr::image::write::layers::WritableLayers;
-use exr::image::{Encoding, Image as ExrImage, Layer, SpecificChannels};
 use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::f16;
 
+use self::stack::Rows;
 use super::{Image, PictureError};
 
 /// How each number is stored.
@@ -54,38 +52,16 @@ pub fn encode(
         return Err(PictureError::Size("a picture without pixels".to_owned()));
     }
     require_finite(image)?;
-    let layer = layer_attributes(attributes)?;
-    match precision {
-        Precision::Half => {
-            require_half_range(image)?;
-            let pixel = |at: Vec2<usize>| {
-                let [r, g, b] = rgb(image, at).map(f16::from_f32);
-                (r, g, b)
-            };
-            let encoding = Encoding::SMALL_LOSSLESS;
-            let channels = SpecificChannels::rgb(pixel);
-            write(&ExrImage::from_layer(Layer::new(
-                size(image),
-                layer,
-                encoding,
-                channels,
-            )))
-        }
-        Precision::Float => {
-            let pixel = |at: Vec2<usize>| {
-                let [r, g, b] = rgb(image, at);
-                (r, g, b)
-            };
-            let encoding = Encoding::UNCOMPRESSED;
-            let channels = SpecificChannels::rgb(pixel);
-            write(&ExrImage::from_layer(Layer::new(
-                size(image),
-                layer,
-                encoding,
-                channels,
-            )))
-        }
+    if precision == Precision::Half {
+        require_half_range(image)?;
     }
+    let channel = |(name, colour): (&str, usize)| (name.to_owned(), 0, colour);
+    let file = Rows {
+        channels: [("B", 2), ("G", 1), ("R", 0)].map(channel).to_vec(),
+        images: vec![image],
+        precision,
+    };
+    file.encode(size(image), attributes)
 }
 
 /// The R, G and B channels of an OpenEXR file (scan lines or tiles, 16 or 32 bits, first part that
@@ -121,23 +97,6 @@ pub fn attributes(bytes: &[u8]) -> Result<Vec<(String, String)>, PictureError> {
 
 fn size(image: &Image) -> (usize, usize) {
     (image.width(), image.height())
-}
-
-fn rgb(image: &Image, at: Vec2<usize>) -> [f32; 3] {
-    image.pixel(at.0, at.1).unwrap_or_default()
-}
-
-fn write<'i, L>(image: &'i ExrImage<L>) -> Result<Vec<u8>, PictureError>
-where
-    L: WritableLayers<'i>,
-{
-    let mut bytes = Vec::new();
-    image
-        .write()
-        .non_parallel()
-        .to_buffered(Cursor::new(&mut bytes))
-        .map_err(malformed)?;
-    Ok(bytes)
 }
 
 fn require_finite(image: &Image) -> Result<(), PictureError> {
@@ -409,6 +368,8 @@ fn truncated(reason: &str) -> PictureError {
 )]
 mod tests {
     use super::*;
+    use ::exr::image::write::WritableImage;
+    use ::exr::image::{Encoding, Image as ExrImage, Layer};
     use ::exr::prelude::{AnyChannel, AnyChannels, FlatSamples, SmallVec};
     use proptest::prelude::*;
 

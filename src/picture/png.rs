@@ -10,8 +10,8 @@ use ::png::{
     SrgbRenderingIntent, Transformations,
 };
 
-use super::tone::srgb_decode;
 use super::{Image, PictureError};
+use crate::units::srgb_decode;
 
 /// Interleaved sRGB bytes (three a pixel, rows from the top) as a PNG file.
 ///

@@ -36,8 +36,8 @@ fn add_row(row: &mut [f32], from: &[f32], columns: &[Vec<(usize, f64)>], share: 
 }
 
 /// For each of `to` equal parts of `from` pixels: the pixels in it and their shares, which add up
-/// to one.
-fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
+/// to one. Shares that rounding alone makes are left out.
+pub fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     let size = from as f64 / to as f64;
     let part = |i: usize| {
         let (start, end) = (i as f64 * size, (i + 1) as f64 * size);
@@ -45,7 +45,7 @@ fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
         let share = |p: usize| (end.min(p as f64 + 1.0) - start.max(p as f64)) / size;
         pixels
             .map(|p| (p, share(p)))
-            .filter(|(_, s)| *s > 0.0)
+            .filter(|(_, s)| *s > 1e-12)
             .collect()
     };
     (0..to).map(part).collect()
@@ -57,6 +57,17 @@ mod tests {
 
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn shares_of_every_part_sum_to_one_and_stay_inside() {
+        for (from, to) in [(7, 3), (3, 7), (640, 233), (1, 5), (5, 1), (4, 8)] {
+            for part in overlaps(from, to) {
+                let sum: f64 = part.iter().map(|(_, share)| share).sum();
+                assert!((sum - 1.0).abs() < 1e-5);
+                assert!(part.iter().all(|&(pixel, _)| pixel < from));
+            }
+        }
+    }
 
     #[test]
     fn halves_are_means_and_parts_count_in_part() {

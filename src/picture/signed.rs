@@ -10,7 +10,8 @@
 //! colours add up towards white.
 
 use super::Image;
-use super::tone::{bright_level, srgb_encode};
+use super::tone::bright_level;
+use crate::units::srgb_encode;
 
 /// Zero.
 const NEUTRAL: [f64; 3] = [0.075, 0.075, 0.08];
@@ -49,12 +50,12 @@ fn colour(pixel: [f32; 3], gain: f64) -> [u8; 3] {
         srgb_encode(light.fold(0.0, f64::max).min(1.0))
     };
     let (positive, negative) = (largest(1.0), largest(-1.0));
-    std::array::from_fn(|c| {
-        let at = |colour: &[f64; 3]| colour.get(c).copied().unwrap_or_default();
-        let (zero, warm, cool) = (at(&NEUTRAL), at(&POSITIVE), at(&NEGATIVE));
+    let mut codes = [0; 3];
+    for (((code, zero), warm), cool) in codes.iter_mut().zip(NEUTRAL).zip(POSITIVE).zip(NEGATIVE) {
         let mixed = zero + positive * (warm - zero) + negative * (cool - zero);
-        (mixed.clamp(0.0, 1.0) * 255.0).round() as u8
-    })
+        *code = (mixed.clamp(0.0, 1.0) * 255.0).round() as u8;
+    }
+    codes
 }
 
 #[cfg(test)]

@@ -5,8 +5,10 @@
 
 use std::fmt::Write;
 
-use super::tone::{srgb_decode, srgb_encode};
-use super::{PictureError, base64, png};
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+
+use super::{PictureError, png};
+use crate::units::{srgb_decode, srgb_encode};
 
 /// The part of a terminal that a picture may take, in characters, which are taken to be twice as
 /// high as wide.
@@ -83,7 +85,7 @@ pub fn kitty(
     room: Room,
     number: Option<u32>,
 ) -> Result<String, PictureError> {
-    let text = base64::encode(&png::encode(width, height, rgb)?);
+    let text = BASE64_STANDARD.encode(png::encode(width, height, rgb)?);
     if !room.holds(width, height) {
         return Ok(String::new());
     }
@@ -177,7 +179,10 @@ mod tests {
             assert!(control.ends_with(if i + 1 == pieces.len() { "m=0" } else { "m=1" }));
             joined += data;
         }
-        assert_eq!(joined, base64::encode(&png::encode(90, 60, &rgb).unwrap()));
+        assert_eq!(
+            joined,
+            BASE64_STANDARD.encode(png::encode(90, 60, &rgb).unwrap())
+        );
         assert!(kitty(2, 2, &rgb, room(9, 9), None).is_err());
     }
 

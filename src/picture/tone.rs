@@ -13,6 +13,7 @@ pub use self::dither::Dither;
 pub use self::table::{BLOCK, ByteTable};
 
 use super::Image;
+use crate::units::{srgb_decode, srgb_encode};
 
 /// How light becomes a displayed brightness. Both map 0 to 0 and mean "white" by exposed light 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -203,24 +204,6 @@ fn level(values: &mut Vec<f32>, percentile: f64) -> f32 {
     }
     let (_, level, _) = values.select_nth_unstable_by(rank, f32::total_cmp);
     level.max(0.0)
-}
-
-/// The sRGB code, 0 to 1, of a linear value (IEC 61966-2-1).
-pub(super) fn srgb_encode(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 {
-        12.92 * linear
-    } else {
-        1.055 * linear.powf(1.0 / 2.4) - 0.055
-    }
-}
-
-/// The linear value of an sRGB code, 0 to 1.
-pub(super) fn srgb_decode(code: f64) -> f64 {
-    if code <= 0.040_45 {
-        code / 12.92
-    } else {
-        ((code + 0.055) / 1.055).powf(2.4)
-    }
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ mod read;
 mod tests;
 
 use self::read::{Bytes, Floats, Halves, Key, Signed, signed};
-use super::key::{Samples, half_factor};
+use super::key::{KeyImage, half_factor};
 use crate::picture::tone::{BLOCK, ByteTable};
 use crate::timeline::Blend;
 
@@ -44,11 +44,6 @@ impl Factors {
             lerps: factors.map(|f| f as f32),
             weights: blend.weights().map(|w| w as f32),
         }
-    }
-
-    /// How many keys are read.
-    pub fn keys(self) -> usize {
-        self.keys
     }
 }
 
@@ -103,20 +98,20 @@ impl<'a> Keys<'a> {
     }
 
     /// Keys as they are kept; `None` unless all are of one format.
-    pub fn new(keys: &[&'a Samples]) -> Option<Keys<'a>> {
+    pub fn new(keys: &[&'a KeyImage]) -> Option<Keys<'a>> {
         let stored = match keys.first()? {
-            Samples::Float(_) => Stored::Floats(all(keys, |key| match key {
-                Samples::Float(data) => Some(Floats(data)),
+            KeyImage::Float(_) => Stored::Floats(all(keys, |key| match key {
+                KeyImage::Float(data) => Some(Floats(data)),
                 _ => None,
             })?),
-            Samples::Half { .. } => Stored::Halves(all(keys, |key| match key {
-                Samples::Half { codes, scale } => Some(Halves {
+            KeyImage::Half { .. } => Stored::Halves(all(keys, |key| match key {
+                KeyImage::Half { codes, scale } => Some(Halves {
                     codes,
                     factor: half_factor(*scale),
                 }),
                 _ => None,
             })?),
-            Samples::Byte { .. } => {
+            KeyImage::Byte { .. } => {
                 let signed = all(keys, signed)?;
                 match signed.iter().any(|key| !key.negative.is_empty()) {
                     true => Stored::Signed(signed),
@@ -140,7 +135,7 @@ impl<'a> Keys<'a> {
     }
 }
 
-fn all<'a, K>(keys: &[&'a Samples], key: impl Fn(&'a Samples) -> Option<K>) -> Option<Vec<K>> {
+fn all<'a, K>(keys: &[&'a KeyImage], key: impl Fn(&'a KeyImage) -> Option<K>) -> Option<Vec<K>> {
     keys.iter().map(|k| key(k)).collect()
 }
 

@@ -62,9 +62,9 @@ impl Format {
     }
 }
 
-/// The channels of a key image, interleaved RGB, row by row from the top.
+/// The channels of a picture as playback keeps it, interleaved RGB, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Samples {
+pub enum KeyImage {
     /// As they are.
     Float(Vec<f32>),
     /// Light = IEEE 754 binary16 times `scale`, a power of two. Never subnormal, infinite or NaN.
@@ -123,6 +123,16 @@ impl ByteCurve {
         let low = f64::from(self.low) / square;
         let high = f64::from(self.high) / (square * square * square * square);
         (low as f32, high as f32)
+    }
+
+    /// Each channel's nearest code, whatever its sign.
+    pub(super) fn codes(self, data: &[f32]) -> Vec<u8> {
+        let middles = self.middles();
+        let code = |value: &f32| {
+            let magnitude = f64::from(value.abs());
+            middles.partition_point(|middle| *middle < magnitude) as u8
+        };
+        data.iter().map(code).collect()
     }
 
     /// The light between each code and the next, where the nearer code changes. In double
@@ -190,14 +200,6 @@ fn half_scale(peak: f32) -> f32 {
     2.0_f32.powi((exponent - 14).clamp(-126, 15))
 }
 
-/// A picture as playback keeps it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct KeyImage {
-    width: usize,
-    height: usize,
-    samples: Samples,
-}
-
 impl KeyImage {
     /// `image` in a format; `knee` (see [`crate::picture::tone::Tone::knee`]) is read for 8 bits
     /// alone.
@@ -206,98 +208,65 @@ impl KeyImage {
     /// the brightest light that the format holds.
     pub fn new(image: &Image, format: Format, knee: f32) -> KeyImage {
         let data = image.data();
-        let finite = data.iter().map(|v| v.abs()).filter(|v| v.is_finite());
-        let peak = finite.fold(0.0, f32::max);
-        let samples = match format {
-            Format::Float => Samples::Float(data.to_vec()),
+        match format {
+            Format::Float => KeyImage::Float(data.to_vec()),
             Format::Half => {
-                let scale = half_scale(peak);
+                let scale = half_scale(peak(data));
                 let codes = data.iter().map(|v| half(v / scale)).collect();
-                Samples::Half { codes, scale }
+                KeyImage::Half { codes, scale }
             }
-            Format::Byte => bytes(data, ByteCurve::new(peak, knee)),
-        };
-        KeyImage {
-            width: image.width(),
-            height: image.height(),
-            samples,
-        }
-    }
-
-    /// Pixels a row.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Rows.
-    pub fn height(&self) -> usize {
-        self.height
-    }
-
-    /// Its channels as they are kept.
-    pub fn samples(&self) -> &Samples {
-        &self.samples
-    }
-
-    /// Its format.
-    pub fn format(&self) -> Format {
-        match self.samples {
-            Samples::Float(_) => Format::Float,
-            Samples::Half { .. } => Format::Half,
-            Samples::Byte { .. } => Format::Byte,
+            Format::Byte => {
+                let curve = ByteCurve::new(peak(data), knee);
+                KeyImage::Byte {
+                    codes: curve.codes(data),
+                    curve,
+                    negative: data.iter().any(|v| *v < 0.0).then(|| signs(data)),
+                }
+            }
         }
     }
 
     /// Bytes that its channels take.
     pub fn bytes(&self) -> usize {
-        match &self.samples {
-            Samples::Float(data) => size_of_val(data.as_slice()),
-            Samples::Half { codes, .. } => size_of_val(codes.as_slice()),
-            Samples::Byte {
+        match self {
+            KeyImage::Float(data) => size_of_val(data.as_slice()),
+            KeyImage::Half { codes, .. } => size_of_val(codes.as_slice()),
+            KeyImage::Byte {
                 codes, negative, ..
             } => codes.len() + negative.as_ref().map_or(0, Vec::len),
         }
     }
 
-    /// The picture that it stands for.
-    pub fn image(&self) -> Image {
-        let data = match &self.samples {
-            Samples::Float(data) => data.clone(),
-            Samples::Half { codes, scale } => {
+    /// The light that it stands for.
+    #[cfg(test)]
+    pub fn light(&self) -> Vec<f32> {
+        match self {
+            KeyImage::Float(data) => data.clone(),
+            KeyImage::Half { codes, scale } => {
                 let factor = half_factor(*scale);
                 codes.iter().map(|c| half_light(*c, factor)).collect()
             }
-            Samples::Byte {
+            KeyImage::Byte {
                 codes,
                 curve,
                 negative,
             } => {
-                let table: [f32; 256] = std::array::from_fn(|c| curve.light(c as u8));
-                let light = |code: &u8| table.get(usize::from(*code)).copied().unwrap_or(0.0);
-                let sign = |at: usize| is_set(negative.as_deref().unwrap_or_default(), at);
-                let signed = |(at, code)| if sign(at) { -light(code) } else { light(code) };
+                let is_negative = |at: usize| {
+                    let byte = negative.as_ref().and_then(|plane| plane.get(at / 8));
+                    byte.is_some_and(|byte| byte >> (at % 8) & 1 == 1)
+                };
+                let sign = |at| if is_negative(at) { -1.0 } else { 1.0 };
+                let signed = |(at, code): (usize, &u8)| sign(at) * curve.light(*code);
                 codes.iter().enumerate().map(signed).collect()
             }
-        };
-        Image::from_data(self.width, self.height, data)
-            .unwrap_or_else(|| Image::new(self.width, self.height))
+        }
     }
 }
 
-/// Each channel's nearest code.
-fn bytes(data: &[f32], curve: ByteCurve) -> Samples {
-    let middles = curve.middles();
-    let code = |value: &f32| {
-        let magnitude = f64::from(value.abs());
-        middles.partition_point(|middle| *middle < magnitude) as u8
-    };
-    let codes = data.iter().map(code).collect();
-    let negative = data.iter().any(|v| *v < 0.0).then(|| signs(data));
-    Samples::Byte {
-        codes,
-        curve,
-        negative,
-    }
+/// The largest finite magnitude.
+pub(super) fn peak(data: &[f32]) -> f32 {
+    let finite = data.iter().map(|v| v.abs()).filter(|v| v.is_finite());
+    finite.fold(0.0, f32::max)
 }
 
 /// The bit plane of what is negative.
@@ -307,12 +276,6 @@ fn signs(data: &[f32]) -> Vec<u8> {
         bits.fold(0, |byte, (at, v)| byte | u8::from(*v < 0.0) << at)
     };
     data.chunks(8).map(eight).collect()
-}
-
-fn is_set(plane: &[u8], at: usize) -> bool {
-    plane
-        .get(at / 8)
-        .is_some_and(|byte| byte >> (at % 8) & 1 == 1)
 }
 
 #[cfg(test)]
@@ -329,8 +292,8 @@ mod tests {
     }
 
     fn kept(values: &[f32], format: Format, knee: f32) -> Vec<f32> {
-        let image = KeyImage::new(&row(values), format, knee).image();
-        image.data().iter().step_by(3).copied().collect()
+        let image = KeyImage::new(&row(values), format, knee);
+        image.light().iter().step_by(3).copied().collect()
     }
 
     /// Every half that is kept, against its definition.
@@ -393,7 +356,7 @@ mod tests {
             assert_eq!(kept(&both, Format::Byte, knee), both, "{curve:?}");
         }
         let samples = KeyImage::new(&row(&[1.0, -1.0, 0.0]), Format::Byte, 1.0);
-        let Samples::Byte { negative, .. } = samples.samples() else {
+        let KeyImage::Byte { negative, .. } = &samples else {
             unreachable!()
         };
         assert_eq!(negative.as_deref(), Some(&[0b0011_1000, 0][..]));

@@ -6,12 +6,13 @@
 //! smaller pictures if it must. This room does not know how a desk looks: that is the page's own
 //! text (`page/`), which knows nothing of Rust.
 
+use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
 
-use super::key::{Format, KeyImage, Samples};
+use super::key::{ByteCurve, peak};
 use crate::picture::shrink::shrink;
 use crate::picture::tone::{Curve, Tone};
-use crate::picture::{Image, PictureError, base64, png};
+use crate::picture::{Image, PictureError, png};
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
@@ -207,13 +208,11 @@ fn attempt(
 /// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
 /// could tell them from black.
 fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
-    let coded = KeyImage::new(image, Format::Byte, tone.knee());
-    let Samples::Byte { codes, curve, .. } = coded.samples() else {
-        return Err(PictureError::Size("no codes of 8 bits".to_owned()));
-    };
+    let curve = ByteCurve::new(peak(image.data()), tone.knee());
+    let codes = curve.codes(image.data());
     let file = |codes: &[u8]| -> Result<String, PictureError> {
         let bytes = png::encode(image.width(), image.height(), codes)?;
-        Ok(base64::encode(&bytes))
+        Ok(BASE64_STANDARD.encode(&bytes))
     };
     let least = image.data().iter().copied().fold(0.0, f32::min);
     let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
@@ -222,7 +221,7 @@ fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
     let (codes, signs) = match seen {
         true => {
             let signs: Vec<u8> = image.data().iter().map(white).collect();
-            (file(codes)?, Some(file(&signs)?))
+            (file(&codes)?, Some(file(&signs)?))
         }
         false => {
             let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Playback;
 use super::kernel::{Factors, Keys, Target};
-use super::key::{Format, KeyImage, Samples};
+use super::key::{Format, KeyImage};
 use crate::picture::Image;
 use crate::picture::tone::{ByteTable, Dither, Tone};
 use crate::timeline::{Segment, blend};
@@ -107,16 +107,15 @@ impl Player {
         };
         let keys = match self.format {
             Format::Float => Some(self.playback.floats(segment)),
-            _ => Keys::new(&self.samples(segment)),
+            _ => Keys::new(&self.kept(segment)),
         };
         if let Some(keys) = keys {
             keys.blend(Factors::new(blend(segment.degree, t)), target, self.threads);
         }
     }
 
-    fn samples(&self, segment: &Segment) -> Vec<&Samples> {
+    fn kept(&self, segment: &Segment) -> Vec<&KeyImage> {
         let keys = segment.keys.iter();
-        keys.filter_map(|key| Some(self.kept.get(*key)?.samples()))
-            .collect()
+        keys.filter_map(|key| self.kept.get(*key)).collect()
     }
 }

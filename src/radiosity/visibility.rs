@@ -15,7 +15,9 @@ pub mod panorama;
 pub mod raster;
 pub mod shadow;
 
-use crate::geometry::{Vec3, greater, smaller};
+use std::borrow::Borrow;
+
+use crate::geometry::{Vec3, bounds, greater, smaller};
 #[cfg(doc)]
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
@@ -30,23 +32,9 @@ struct Bounds {
 }
 
 impl Bounds {
-    fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
-        let empty = Bounds {
-            low: Vec3 {
-                x: f64::INFINITY,
-                y: f64::INFINITY,
-                z: f64::INFINITY,
-            },
-            high: Vec3 {
-                x: f64::NEG_INFINITY,
-                y: f64::NEG_INFINITY,
-                z: f64::NEG_INFINITY,
-            },
-        };
-        points.into_iter().fold(empty, |b, p| Bounds {
-            low: b.low.min(p),
-            high: b.high.max(p),
-        })
+    fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
+        let [low, high] = bounds(points);
+        Bounds { low, high }
     }
 
     fn union(self, o: Bounds) -> Bounds {
@@ -148,7 +136,7 @@ impl<'a> Shaft<'a> {
             receiver,
             emitter,
             walls,
-            bounds: Bounds::of(receiver.iter().chain(emitter).copied()),
+            bounds: Bounds::of(receiver.iter().chain(emitter)),
         }
     }
 
@@ -234,7 +222,7 @@ impl Hierarchy {
         let bounds: Vec<Bounds> = surfaces
             .pieces
             .iter()
-            .map(|p| Bounds::of(p.vertices.iter().copied()))
+            .map(|p| Bounds::of(&p.vertices))
             .collect();
         let mut hierarchy = Hierarchy {
             nodes: Vec::new(),
@@ -402,28 +390,7 @@ pub fn blocks(piece: &Piece, a: Vec3, b: Vec3, touching: f64) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
-    use crate::scene::{Material, Polygon, Scene};
-    use crate::units::Rgb;
     use proptest::prelude::*;
-
-    fn surfaces(polygons: Vec<Vec<Vec3>>) -> Surfaces {
-        let grey = Material {
-            name: "grey".into(),
-            reflectance: Rgb([0.5; 3]),
-            emission: Rgb::default(),
-        };
-        Surfaces::new(&Scene {
-            materials: vec![grey],
-            polygons: polygons
-                .into_iter()
-                .map(|vertices| Polygon {
-                    vertices,
-                    material: 0,
-                })
-                .collect(),
-        })
-        .unwrap()
-    }
 
     fn square(z: f64, half: f64) -> Vec<Vec3> {
         [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -437,7 +404,7 @@ mod tests {
 
     #[test]
     fn both_sides_block_and_ends_do_not() {
-        let s = surfaces(vec![square(0.0, 1.0)]);
+        let s = Surfaces::grey(vec![square(0.0, 1.0)]);
         let h = Hierarchy::new(&s);
         let (above, below) = (vec3(0.1, 0.2, 1.0), vec3(0.3, 0.1, -1.0));
         assert!(h.blocked(&s, above, below) && h.blocked(&s, below, above));
@@ -454,7 +421,7 @@ mod tests {
             triangles in prop::collection::vec((point(), point(), point()), 1..60),
             (a, b) in (point(), point()),
         ) {
-            let s = surfaces(triangles.into_iter().map(|(p, q, r)| vec![p, q, r]).collect());
+            let s = Surfaces::grey(triangles.into_iter().map(|(p, q, r)| vec![p, q, r]).collect());
             let h = Hierarchy::new(&s);
             let every = s.pieces.iter().any(|p| blocks(p, a, b, s.touching()));
             prop_assert_eq!(h.blocked(&s, a, b), every);
@@ -468,7 +435,7 @@ mod tests {
             (height, half) in (1.0..3.0, 0.05..2.0),
             samples in prop::collection::vec((0.01..0.99, 0.01..0.99, 0.01..0.99, 0.01..0.99), 12),
         ) {
-            let s = surfaces(triangles.into_iter().map(|(p, q, r)| vec![p, q, r]).collect());
+            let s = Surfaces::grey(triangles.into_iter().map(|(p, q, r)| vec![p, q, r]).collect());
             let h = Hierarchy::new(&s);
             let receiver = square(-1.2, 0.3);
             let emitter: Vec<Vec3> = square(height, half).into_iter().rev().collect();

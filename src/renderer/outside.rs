@@ -72,8 +72,10 @@ pub enum OutsideError {
 /// How to call a renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Call {
-    /// The program and its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
-    pub words: Vec<String>,
+    /// The program.
+    pub program: String,
+    /// Its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
+    pub arguments: Vec<String>,
     /// Seconds that one picture may take.
     pub timeout: f64,
     /// Steps of quality that it knows, 1 if it has no scale.
@@ -89,14 +91,15 @@ impl Call {
     /// # Errors
     /// [`OutsideError::Command`] and [`OutsideError::Mark`].
     pub fn parse(line: &str) -> Result<Call, OutsideError> {
-        let words = split(line)?;
+        let (program, arguments) = split(line)?;
         for mark in [SETTINGS, OUTPUT] {
-            if !words.iter().any(|w| w.contains(mark)) {
+            if !arguments.iter().any(|a| a.contains(mark)) {
                 return Err(OutsideError::Mark(mark));
             }
         }
         Ok(Call {
-            words,
+            program,
+            arguments,
             timeout: 600.0,
             steps: 1,
             show: None,
@@ -315,7 +318,8 @@ impl Seen {
         // Some five times the picture's own floats: other channels may stand beside R, G and B.
         let pixels = (width as u64 * height as u64).saturating_mul(64);
         let done = self.renderer.processes.run(&Job {
-            words: &self.renderer.call.words,
+            program: &self.renderer.call.program,
+            arguments: &self.renderer.call.arguments,
             inputs: &[(SETTINGS, "settings.json", &request)],
             output: (OUTPUT, "picture.exr"),
             limit: (pixels + HEADER).min(work.memory as u64),
@@ -371,15 +375,13 @@ impl Seen {
         };
         let both: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
         let twice: Vec<f64> = a.iter().map(|a| 2.0 * a).collect();
-        let mut pictures = Vec::with_capacity(4);
-        for (done, setting) in [a, b, both, twice].iter().enumerate() {
-            pictures.push(self.run(setting, work)?);
-            work.progress
-                .report("linearity of the renderer", done + 1, 4);
-        }
-        let [a, b, both, twice] = pictures.as_slice() else {
-            return Ok(Linearity::default());
+        let picture = |done, setting: Vec<f64>| {
+            let image = self.run(&setting, work)?;
+            work.progress.report("linearity of the renderer", done, 4);
+            Ok::<Image, TransportError>(image)
         };
+        let (a, b) = (&picture(1, a)?, &picture(2, b)?);
+        let (both, twice) = (&picture(3, both)?, &picture(4, twice)?);
         let off = |terms: &[(f64, &Image)], whole: &Image| {
             let difference = combine(self.size(), terms, work.threads);
             let (error, light) = (dot(&difference, &difference), dot(whole, whole));

@@ -85,11 +85,7 @@ mod tests {
         };
         let relit = Setup::new(Arc::clone(&one.scene), rig, one.view.clone());
         assert!(one != relit && one.has_same_scene(&relit));
-        let material = Material {
-            name: "red".to_owned(),
-            reflectance: Rgb([0.5, 0.0, 0.0]),
-            emission: Rgb::default(),
-        };
+        let material = Material::diffuse("red", Rgb([0.5, 0.0, 0.0]));
         let scene = Scene {
             materials: vec![material],
             ..Scene::default()

@@ -1,4 +1,4 @@
-//! glTF 2.0 (`.gltf` with its buffers beside it or within, `.glb`) to a scene and its inventory.
+//! glTF 2.0 (`.gltf` with its buffers beside it or within, `.glb`) to a scene and its lights.
 //!
 //! Invariants: nothing is allocated for a count that a file claims before the bytes behind it are
 //! there (or a limit holds, for sparse accessors over nothing); every index is looked up, never
@@ -30,7 +30,7 @@ use gltf_json::Root;
 
 use self::container::Document;
 use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
-use super::{Inventory, Scene};
+use super::{Lamp, Scene};
 use crate::files::Files;
 
 /// The most triangles a file may draw, all instances counted.
@@ -141,7 +141,7 @@ impl Fault {
 #[derive(Debug, Default)]
 pub(super) struct Imported {
     pub scene: Scene,
-    pub inventory: Inventory,
+    pub lamps: Vec<Lamp>,
     pub summary: Summary,
     /// For each material.
     pub double_sided: Vec<bool>,
@@ -171,7 +171,7 @@ fn assemble(document: &Document<'_>) -> Result<Imported, Fault> {
         if let Some(mesh) = placed.node.mesh {
             meshes.place(mesh.value(), &placed, &mut out, &mut left_out)?;
         }
-        lamp::add(root, &placed, &mut out.inventory, &mut left_out)?;
+        lamp::add(root, &placed, &mut out.lamps)?;
     }
     out.summary.left_out = left_out.into_iter().collect();
     Ok(out)

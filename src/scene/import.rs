@@ -1,4 +1,4 @@
-//! A stage's file to a [`Scene`] and its [`Inventory`], whatever its format.
+//! A stage's file to a [`Scene`] and its lights, whatever its format.
 //!
 //! The first bytes and the ending of the name tell OBJ from glTF. What both share stands here: the
 //! limits, the errors, the merging of triangles, and the summary of what was done to the file's
@@ -7,7 +7,7 @@
 
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
-use super::{Inventory, Polygon, Scene, merge};
+use super::{Lamp, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
 
 /// The most polygons a stage may have, after bent ones are cut.
@@ -49,14 +49,6 @@ pub enum SceneError {
         /// The file.
         path: String,
     },
-    /// The reader of OBJ refused a file that seemed well-formed.
-    #[error("`{path}`: {source}")]
-    Reader {
-        /// The OBJ file.
-        path: String,
-        /// What it said.
-        source: tobj::LoadError,
-    },
 }
 
 /// How a file is to be taken.
@@ -73,8 +65,8 @@ pub struct Options {
 pub struct Import {
     /// All that light meets.
     pub scene: Scene,
-    /// Lights and cameras of the file.
-    pub inventory: Inventory,
+    /// Lights of the file, in its order. None shines until a show names it.
+    pub lamps: Vec<Lamp>,
     /// What was done to it.
     pub summary: Summary,
 }
@@ -137,7 +129,7 @@ fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
         0 => Err(SceneError::Empty { path }),
         1..=POLYGON_LIMIT => Ok(Import {
             scene: import.scene,
-            inventory: import.inventory,
+            lamps: import.lamps,
             summary: import.summary,
         }),
         _ => Err(SceneError::Part {

@@ -8,6 +8,11 @@
 //! side of every part of the surface stay; the order is that of each polygon's first triangle.
 //! Time and memory are linear in the triangles. This room knows nothing of files.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "vertices and triangles are numbered by this module alone"
+)]
+
 mod convex;
 mod outline;
 
@@ -32,15 +37,12 @@ pub struct Merged {
     pub before: usize,
 }
 
-/// No triangle.
-const NONE: u32 = u32::MAX;
-
 /// Merges what can be merged.
 pub fn triangles(polygons: Vec<Polygon>) -> Merged {
-    let mut mesh = Mesh::of(&polygons);
+    let (mut mesh, numbers) = Mesh::of(&polygons);
     let mut out = Merged::default();
-    for (i, polygon) in polygons.into_iter().enumerate() {
-        let Some(triangle) = mesh.numbers.get(i).copied().filter(|t| *t != NONE) else {
+    for (polygon, number) in polygons.into_iter().zip(numbers) {
+        let Some(triangle) = number else {
             out.polygons.push(polygon);
             continue;
         };
@@ -73,23 +75,22 @@ struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<Triangle>,
     materials: Vec<usize>,
-    /// For each polygon its triangle, or [`NONE`].
-    numbers: Vec<u32>,
-    /// The triangle on the left of each directed edge; [`NONE`] where several are.
-    edges: HashMap<[u32; 2], u32>,
-    /// The first triangle of each triangle's region, or [`NONE`].
-    owners: Vec<u32>,
+    /// The triangle on the left of each directed edge; none where several are.
+    edges: HashMap<[u32; 2], Option<u32>>,
+    /// The first triangle of each triangle's region.
+    owners: Vec<Option<u32>>,
     /// Distances below this are rounding.
     tolerance: f64,
 }
 
 impl Mesh {
-    fn of(polygons: &[Polygon]) -> Mesh {
+    /// The mesh of all triangles among `polygons`, and for each polygon its triangle.
+    fn of(polygons: &[Polygon]) -> (Mesh, Vec<Option<u32>>) {
+        let mut numbers = Vec::with_capacity(polygons.len());
         let mut mesh = Mesh {
             vertices: Vec::new(),
             triangles: Vec::new(),
             materials: Vec::new(),
-            numbers: Vec::with_capacity(polygons.len()),
             edges: HashMap::new(),
             owners: Vec::new(),
             tolerance: 0.0,
@@ -98,7 +99,7 @@ impl Mesh {
         let mut largest = 0.0_f64;
         for polygon in polygons {
             let &[a, b, c] = polygon.vertices.as_slice() else {
-                mesh.numbers.push(NONE);
+                numbers.push(None);
                 continue;
             };
             let triangle = [a, b, c].map(|v| {
@@ -112,32 +113,26 @@ impl Mesh {
             });
             let number = mesh.triangles.len() as u32;
             for edge in sides(triangle) {
-                let left = mesh.edges.entry(edge).or_insert(number);
-                if *left != number {
-                    *left = NONE;
+                let left = mesh.edges.entry(edge).or_insert(Some(number));
+                if *left != Some(number) {
+                    *left = None;
                 }
             }
-            mesh.numbers.push(number);
+            numbers.push(Some(number));
             mesh.triangles.push(triangle);
             mesh.materials.push(polygon.material);
-            mesh.owners.push(NONE);
+            mesh.owners.push(None);
         }
         mesh.tolerance = largest * ROUNDING;
-        mesh
+        (mesh, numbers)
     }
 
     fn vertex(&self, number: u32) -> Vec3 {
-        self.vertices
-            .get(number as usize)
-            .copied()
-            .unwrap_or_default()
+        self.vertices[number as usize]
     }
 
     fn triangle(&self, number: u32) -> Triangle {
-        self.triangles
-            .get(number as usize)
-            .copied()
-            .unwrap_or_default()
+        self.triangles[number as usize]
     }
 
     /// Twice the vector area.
@@ -146,10 +141,9 @@ impl Mesh {
         (b - a).cross(c - a)
     }
 
-    /// The triangle on the other side of an edge, of the same material.
-    fn across(&self, [a, b]: [u32; 2], material: Option<&usize>) -> Option<u32> {
-        let other = self.edges.get(&[b, a]).copied().filter(|t| *t != NONE)?;
-        (self.materials.get(other as usize) == material).then_some(other)
+    /// The triangle on the other side of an edge.
+    fn across(&self, [a, b]: [u32; 2]) -> Option<u32> {
+        self.edges.get(&[b, a]).copied().flatten()
     }
 
     /// The triangles that lie in one plane with `first` and hang together with it, marked as its
@@ -159,7 +153,7 @@ impl Mesh {
         if !self.take(first, first) {
             return (Vec::new(), true);
         }
-        let material = self.materials.get(first as usize).copied();
+        let material = self.materials[first as usize];
         let [origin, b, c] = self.triangle(first).map(|v| self.vertex(v));
         // The plane is that of all triangles so far: its direction gets better with every one.
         let mut area = self.area(first);
@@ -169,7 +163,8 @@ impl Mesh {
         while let Some(triangle) = region.get(next).copied() {
             next += 1;
             for edge in sides(self.triangle(triangle)) {
-                let Some(other) = self.across(edge, material.as_ref()) else {
+                let other = self.across(edge);
+                let Some(other) = other.filter(|t| self.materials[*t as usize] == material) else {
                     continue;
                 };
                 let (own, normal) = (self.area(other), area.normalized());
@@ -195,19 +190,16 @@ impl Mesh {
     }
 
     fn take(&mut self, triangle: u32, owner: u32) -> bool {
-        match self.owners.get_mut(triangle as usize) {
-            Some(slot) if *slot == NONE => {
-                *slot = owner;
-                true
-            }
-            _ => false,
-        }
+        let slot = &mut self.owners[triangle as usize];
+        let is_free = slot.is_none();
+        slot.get_or_insert(owner);
+        is_free
     }
 
     /// The triangle of the same region on the other side of an edge.
     fn within(&self, edge: [u32; 2], owner: u32) -> Option<u32> {
-        let other = self.edges.get(&[edge[1], edge[0]]).copied()?;
-        (self.owners.get(other as usize) == Some(&owner)).then_some(other)
+        let other = self.across(edge)?;
+        (self.owners[other as usize] == Some(owner)).then_some(other)
     }
 
     fn is_flat(&self, region: &[u32], normal: Vec3, origin: Vec3) -> bool {

@@ -5,26 +5,19 @@
 //! 0..1. A file that breaks them is refused with its name and line, except that polygons without
 //! area are dropped and bent ones cut into triangles, as every exporter writes some of those.
 //!
-//! tobj reads, but panics on some malformed lines (`Kd 1`; a texture index of minus two) and gives
-//! no line numbers. So a gate (in `gate`) reads every line first, refuses what is wrong with its
-//! line, and hands tobj only plain lines of the kinds used here.
-//!
 //! Not read: textures (`map_Kd`), normals, texture coordinates, lines, points, curves. Kd is the
 //! diffuse reflectance, Ke the emitted radiance; either is black where the MTL does not give it.
 
-mod gate;
+mod read;
 
-use std::cell::RefCell;
-use std::collections::HashMap;
 use std::path::Path;
 
-use self::gate::Face;
+use self::read::{Face, Materials, Obj};
 use super::import::{SceneError, Summary};
 use super::polygon::{self, ShapeError};
-use super::{Material, Polygon, Scene};
+use super::{Polygon, Scene};
 use crate::files::Files;
-use crate::geometry::{Vec3, vec3};
-use crate::units::Rgb;
+use crate::geometry::Vec3;
 
 pub use super::import::{POLYGON_LIMIT, VERTEX_LIMIT};
 
@@ -125,104 +118,39 @@ pub(super) fn parse(
     bytes: &[u8],
     z_up: bool,
 ) -> Result<(Scene, Summary), SceneError> {
-    let text = gate::obj(path, bytes)?;
-    let failure = RefCell::new(None);
-    let known = RefCell::new(gate::Names::default());
-    let load = |library: &Path| {
-        materials(files, path, library, &known).map_err(|e| {
-            failure.replace(Some(e));
-            tobj::LoadError::ReadError
-        })
+    let refuse = |line, reason| SceneError::Line {
+        path: path.to_owned(),
+        line,
+        reason,
     };
-    let loaded = tobj::load_obj_buf(&mut text.plain.as_bytes(), &options(), load);
-    if let Some(error) = failure.take() {
-        return Err(error);
+    let obj = Obj::new(path, bytes)?;
+    let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+    let mut materials = Materials::default();
+    for library in &obj.libraries {
+        let path = folder.join(library).to_string_lossy().into_owned();
+        materials.read(&path, &files.read(&path)?)?;
     }
-    text.require_materials(path, &known.borrow())?;
-    let (models, materials) = loaded
-        .and_then(|(models, materials)| Ok((models, materials?)))
-        .map_err(|source| SceneError::Reader {
-            path: path.to_owned(),
-            source,
-        })?;
+    let mut groups = Vec::with_capacity(obj.groups.len());
+    for group in obj.groups {
+        let known = materials.by_name.get(&group.material);
+        let unknown = || {
+            refuse(
+                group.line,
+                LineError::UnknownMaterial(group.material.clone()),
+            )
+        };
+        groups.push((*known.ok_or_else(unknown)?, group.faces));
+    }
     let mut scene = Scene {
-        materials: materials.iter().map(material).collect(),
+        materials: materials.list,
         polygons: Vec::new(),
     };
     let mut summary = Summary::default();
-    let mut faces = text.faces.iter();
-    for model in &models {
-        add(
-            &mut scene,
-            &model.mesh,
-            &mut faces,
-            &mut summary,
-            (path, z_up),
-        )?;
-    }
-    Ok((scene, summary))
-}
-
-fn options() -> tobj::LoadOptions {
-    tobj::LoadOptions {
-        triangulate: false,
-        ..tobj::LoadOptions::default()
-    }
-}
-
-/// Reads one MTL file for tobj, by way of the gate.
-fn materials(
-    files: &dyn Files,
-    obj: &str,
-    library: &Path,
-    known: &RefCell<gate::Names>,
-) -> Result<(Vec<tobj::Material>, HashMap<String, usize>), SceneError> {
-    let folder = Path::new(obj).parent().unwrap_or(Path::new(""));
-    let path = folder.join(library).to_string_lossy().into_owned();
-    let plain = gate::mtl(&path, &files.read(&path)?, &mut known.borrow_mut())?;
-    tobj::load_mtl_buf(&mut plain.as_bytes()).map_err(|source| SceneError::Reader { path, source })
-}
-
-fn material(from: &tobj::Material) -> Material {
-    let colour = |c: Option<[f64; 3]>| Rgb(c.unwrap_or_default());
-    Material {
-        name: from.name.clone(),
-        reflectance: colour(from.diffuse),
-        emission: colour(from.emissive),
-    }
-}
-
-/// Adds the faces of `mesh`, which are the next ones of `lines`.
-fn add<'f>(
-    scene: &mut Scene,
-    mesh: &tobj::Mesh,
-    faces: &mut impl Iterator<Item = &'f Face>,
-    summary: &mut Summary,
-    (path, z_up): (&str, bool),
-) -> Result<(), SceneError> {
-    let Some(material) = mesh.material_id else {
-        return Ok(());
-    };
-    let (points, _) = mesh.positions.as_chunks::<3>();
-    let mut rest = mesh.indices.as_slice();
-    // tobj leaves the arities out where every face of the mesh is a triangle.
-    let triangles = [3].iter().cycle().take(rest.len() / 3);
-    let all_triangles = mesh.face_arities.is_empty();
-    let arities = mesh.face_arities.iter();
-    for arity in triangles.take_while(|_| all_triangles).chain(arities) {
-        let Some((indices, later)) = rest.split_at_checked(*arity as usize) else {
-            break;
-        };
-        rest = later;
-        let corners = indices.iter().filter_map(|i| points.get(*i as usize));
-        let vertices = corners.map(|[x, y, z]| turned(vec3(*x, *y, *z), z_up));
-        let line = faces.next().map_or(0, |f| f.line);
-        let refuse = |reason| SceneError::Line {
-            path: path.to_owned(),
-            line,
-            reason,
-        };
-        let parts = polygon::planar(vertices.collect()).map_err(|e| refuse(e.into()))?;
+    let numbered =
+        |(material, faces): (usize, Vec<Face>)| faces.into_iter().map(move |face| (material, face));
+    for (material, Face { line, corners }) in groups.into_iter().flat_map(numbered) {
+        let corners = corners.into_iter().map(|corner| turned(corner, z_up));
+        let parts = polygon::planar(corners.collect()).map_err(|e| refuse(line, e.into()))?;
         match parts.len() {
             0 => summary.dropped += 1,
             1 => summary.faces += 1,
@@ -233,12 +161,12 @@ fn add<'f>(
         }
         for vertices in parts {
             if scene.polygons.len() == POLYGON_LIMIT {
-                return Err(refuse(gate::limit("polygons", POLYGON_LIMIT)));
+                return Err(refuse(line, read::limit("polygons", POLYGON_LIMIT)));
             }
             scene.polygons.push(Polygon { vertices, material });
         }
     }
-    Ok(())
+    Ok((scene, summary))
 }
 
 fn turned(vertex: Vec3, z_up: bool) -> Vec3 {

@@ -12,7 +12,7 @@ mod read;
 
 use std::f64::consts::{PI, TAU};
 
-pub use read::{MOST_ANGLES, MOST_BYTES, PhotometricError, Wrong};
+pub use read::PhotometricError;
 
 /// How far light of a file's two halves, quarters … repeats around the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl Distribution {
         let turn = horizontal.to_degrees().rem_euclid(360.0);
         let half = if turn > 180.0 { 360.0 - turn } else { turn };
         match self.symmetry {
-            Symmetry::Round => self.horizontal.first().copied().unwrap_or(0.0),
+            Symmetry::Round => 0.0,
             Symmetry::Quadrant => half.min(180.0 - half),
             Symmetry::Half => half,
             // 90 - x and 90 + x are alike.
@@ -136,9 +136,10 @@ impl Distribution {
     /// Luminous flux in lumens: the integral of [`Distribution::intensity`] over the sphere, in
     /// closed form between the file's angles.
     pub fn flux(&self) -> f64 {
-        let zones = self.vertical.windows(2).enumerate().map(|(row, pair)| {
-            let [from, to] = [pair.first(), pair.last()].map(|a| a.map_or(0.0, |x| x.to_radians()));
-            zone(from, to, self.mean(row), self.mean(row + 1))
+        let pairs = self.vertical.iter().zip(self.vertical.iter().skip(1));
+        let zones = pairs.enumerate().map(|(row, (from, to))| {
+            let means = (self.mean(row), self.mean(row + 1));
+            zone(from.to_radians(), to.to_radians(), means.0, means.1)
         });
         TAU * zones.sum::<f64>()
     }
@@ -152,10 +153,9 @@ impl Distribution {
         if self.symmetry == Symmetry::Round {
             return self.at(0, row);
         }
-        let pairs = self.horizontal.windows(2).enumerate();
-        let area = pairs.map(|(c, w)| {
-            let width = w.last().unwrap_or(&0.0) - w.first().unwrap_or(&0.0);
-            0.5 * width * (self.at(c, row) + self.at(c + 1, row))
+        let pairs = self.horizontal.iter().zip(self.horizontal.iter().skip(1));
+        let area = pairs.enumerate().map(|(column, (from, to))| {
+            0.5 * (to - from) * (self.at(column, row) + self.at(column + 1, row))
         });
         area.sum::<f64>() / (last - first)
     }

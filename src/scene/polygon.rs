@@ -1,6 +1,6 @@
 //! One face of a file to planar polygons with an area: what every format needs.
 
-use crate::geometry::{Vec3, newell};
+use crate::geometry::{Vec3, diameter, frame, newell};
 
 /// Vertices may lie this far from the polygon's plane, as a part of its diameter.
 const PLANAR: f64 = 1e-4;
@@ -61,16 +61,6 @@ pub(super) fn has_area(corners: &[Vec3]) -> bool {
     normal(corners).is_some()
 }
 
-/// The diagonal of the bounding box.
-pub(super) fn diameter(corners: &[Vec3]) -> f64 {
-    let bounds = corners
-        .iter()
-        .copied()
-        .map(|v| (v, v))
-        .reduce(|(low, high), (v, _)| (low.min(v), high.max(v)));
-    bounds.map_or(0.0, |(low, high)| (high - low).length())
-}
-
 /// Twice the vector area, relative to a corner, as the products of large coordinates would cancel.
 pub(super) fn doubled_area(corners: &[Vec3]) -> Vec3 {
     let origin = corners.first().copied().unwrap_or_default();
@@ -127,27 +117,7 @@ struct Flat {
 
 impl Flat {
     fn new(corners: &[Vec3], normal: Vec3) -> Flat {
-        let across = [
-            Vec3 {
-                x: 1.0,
-                y: 0.0,
-                z: 0.0,
-            },
-            Vec3 {
-                x: 0.0,
-                y: 1.0,
-                z: 0.0,
-            },
-        ];
-        let [a, b] = across;
-        // The axis that is farther from the normal gives the better-conditioned frame.
-        let seed = if normal.x.abs() < normal.y.abs() {
-            a
-        } else {
-            b
-        };
-        let u = seed.cross(normal).normalized();
-        let v = normal.cross(u);
+        let [u, v] = frame(normal);
         let origin = corners.first().copied().unwrap_or_default();
         let flat = corners.iter().map(|&vertex| Corner {
             vertex,

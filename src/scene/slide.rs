@@ -5,6 +5,7 @@
 //! many texels costs no more than one. Texels are linear, 1 is the projector's peak. Invariants: at
 //! least one texel; every number finite and not negative. It knows neither projectors nor surfaces.
 
+use crate::picture::shrink::overlaps;
 use crate::picture::{Image, PictureError, exr, png};
 
 /// The most pixels of a slide.
@@ -135,38 +136,25 @@ fn bilinear(image: &Image, u: f64, v: f64, channel: usize) -> f64 {
 /// The image at half the size, rounded up; every texel the mean of its area.
 fn halved(image: &Image) -> Image {
     let (width, height) = (image.width().div_ceil(2), image.height().div_ceil(2));
-    let columns: Vec<Vec<(usize, f64)>> = (0..width)
-        .map(|x| covered(x, width, image.width()))
-        .collect();
-    let mut data = Vec::with_capacity(width * height * 3);
-    for y in 0..height {
-        let rows = covered(y, height, image.height());
-        for column in &columns {
+    let columns = overlaps(image.width(), width);
+    let mut out = Image::new(width, height);
+    let rows = out.data_mut().chunks_exact_mut(3 * width);
+    for (to, rows) in rows.zip(overlaps(image.height(), height)) {
+        let (texels, _) = to.as_chunks_mut::<3>();
+        for (to, columns) in texels.iter_mut().zip(&columns) {
             let mut sum = [0.0; 3];
             for (j, a) in &rows {
-                for (i, b) in column {
+                for (i, b) in columns {
                     let texel = image.pixel(*i, *j).unwrap_or_default();
                     for (s, t) in sum.iter_mut().zip(texel) {
                         *s += a * b * f64::from(t);
                     }
                 }
             }
-            data.extend(sum.map(|s| s as f32));
+            *to = sum.map(|s| s as f32);
         }
     }
-    // There is a number for each channel of each texel.
-    Image::from_data(width, height, data).unwrap_or_else(|| Image::new(1, 1))
-}
-
-/// Which of `many` texels the `index`th of `few` covers, and the share of each in it.
-fn covered(index: usize, few: usize, many: usize) -> Vec<(usize, f64)> {
-    let size = many as f64 / few as f64;
-    let (from, to) = (index as f64 * size, (index + 1) as f64 * size);
-    let first = from as usize;
-    (first..many.min(first + 4))
-        .map(|i| (i, (to.min(i as f64 + 1.0) - from.max(i as f64)) / size))
-        .filter(|(_, share)| *share > 1e-12)
-        .collect()
+    out
 }
 
 #[cfg(test)]

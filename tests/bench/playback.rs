@@ -29,7 +29,7 @@ use footlight::picture::Image;
 use footlight::picture::combine::combine;
 use footlight::picture::tone::Tone;
 use footlight::playback::kernel::{Factors, Keys, Target};
-use footlight::playback::key::{Format, KeyImage, Samples};
+use footlight::playback::key::{Format, KeyImage};
 use footlight::timeline::{Blend, blend};
 
 /// Banks of the naive sum: as many as the tavern's sources.
@@ -67,11 +67,9 @@ fn frames(size: (usize, usize), rounds: usize) {
     let table = tone.table();
     let channels = size.0 * size.1 * 3;
     let kept = Format::ALL.map(|format| keys(&banks, format, tone));
-    let samples = kept
+    let keys = kept
         .each_ref()
-        .map(|k| k.iter().map(KeyImage::samples).collect());
-    let samples: [Vec<&Samples>; 3] = samples;
-    let keys = samples.each_ref().map(|s| Keys::new(s).unwrap());
+        .map(|k| Keys::new(&k.iter().collect::<Vec<_>>()).unwrap());
     let factors = Factors::new(blend(3, MOMENT));
     let mut ways: Vec<Way<'_>> = Vec::new();
     for (format, bytes) in [("f32", 4), ("f16", 2), ("8-bit", 1)]
@@ -84,7 +82,7 @@ fn frames(size: (usize, usize), rounds: usize) {
             bytes: 4 * each * channels,
             run: Box::new(move || {
                 for key in bytes {
-                    black_box(read(key.samples()));
+                    black_box(read(key));
                 }
             }),
         });
@@ -348,14 +346,14 @@ fn again(out: &mut [f32], b: &[f32], t: f32) {
 }
 
 /// Reads every byte.
-fn read(samples: &Samples) -> u64 {
-    match samples {
-        Samples::Float(data) => {
+fn read(key: &KeyImage) -> u64 {
+    match key {
+        KeyImage::Float(data) => {
             let (blocks, _) = data.as_chunks::<16>();
             words(blocks, |v| u64::from(v.to_bits()))
         }
-        Samples::Half { codes, .. } => words(codes.as_chunks::<32>().0, |v| u64::from(*v)),
-        Samples::Byte { codes, .. } => words(codes.as_chunks::<64>().0, |v| u64::from(*v)),
+        KeyImage::Half { codes, .. } => words(codes.as_chunks::<32>().0, |v| u64::from(*v)),
+        KeyImage::Byte { codes, .. } => words(codes.as_chunks::<64>().0, |v| u64::from(*v)),
     }
 }
 

@@ -24,11 +24,9 @@ const DARK: f64 = 1e-6;
 /// A box from -1 to 1 of walls that face inwards.
 fn black_box() -> Scene {
     let mut scene = Scene::default();
-    scene.materials.push(Material {
-        name: "black".to_owned(),
-        reflectance: Rgb([DARK; 3]),
-        emission: Rgb::default(),
-    });
+    scene
+        .materials
+        .push(Material::diffuse("black", Rgb([DARK; 3])));
     for axis in walls() {
         let (u, v) = tangents(axis);
         let corner = |a: f64, b: f64| axis + u * a + v * b;

@@ -40,11 +40,10 @@ impl Room {
     /// A surface of this reflectance.
     pub fn wall(&mut self, vertices: &[Vec3], reflectance: f64) {
         let material = self.scene.materials.len();
-        self.scene.materials.push(Material {
-            name: format!("m{material}"),
-            reflectance: Rgb([reflectance; 3]),
-            emission: Rgb::default(),
-        });
+        self.scene.materials.push(Material::diffuse(
+            format!("m{material}"),
+            Rgb([reflectance; 3]),
+        ));
         self.scene.polygons.push(Polygon {
             vertices: vertices.to_vec(),
             material,

@@ -75,11 +75,7 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
     };
     let mut case = stage();
     case.scene = Scene {
-        materials: vec![Material {
-            name: "floor".into(),
-            reflectance: Rgb([0.5; 3]),
-            emission: Rgb::default(),
-        }],
+        materials: vec![Material::diffuse("floor", Rgb([0.5; 3]))],
         polygons: vec![Polygon {
             vertices: floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
             material: 0,

@@ -82,9 +82,9 @@ fn call(mode: &str, steps: u8) -> Call {
         "{settings}",
         "{output}",
     ];
-    let words = std::iter::once(program.to_str().unwrap()).chain(words);
     Call {
-        words: words.map(str::to_owned).collect(),
+        program: program.to_str().unwrap().to_owned(),
+        arguments: words.map(str::to_owned).to_vec(),
         timeout: 120.0,
         steps,
         show: None,
@@ -96,15 +96,16 @@ const SHOW: &str = "stage \"floor.obj\"\nview house from 0, -4, 2 to 0, 0, 0 fov
     bank a = one\nbank b = two\n\
     cue 1 at 0:00 { snap a 100 b 20 }\ncue 2 at 0:02 { a 10 b full time 2 }\n";
 
+const FLOOR: &str =
+    "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
+const WOOD: &str = "newmtl wood\nKd 0.5 0.4 0.3\n";
+
 fn host(renderer: Outside) -> Host {
-    let stage =
-        "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
-    let wood = "newmtl wood\nKd 0.5 0.4 0.3\n";
     Host {
         files: Box::new(
             Memory::default()
-                .with("floor.obj", stage)
-                .with("floor.mtl", wood),
+                .with("floor.obj", FLOOR)
+                .with("floor.mtl", WOOD),
         ),
         store: Box::new(Shelf::default()),
         renderer: Arc::new(renderer),
@@ -198,7 +199,7 @@ fn every_failure_is_an_error_that_says_what_happened() {
     let error = open(hanging).execute("picture").unwrap_err();
     assert!(error.to_string().contains("stopped after 0.5 s"), "{error}");
     let mut missing = call("linear", 1);
-    missing.words[0] = "/none/such".to_owned();
+    missing.program = "/none/such".to_owned();
     let error = open(missing).execute("picture").unwrap_err();
     assert!(error.to_string().contains("cannot be started"), "{error}");
 }
@@ -242,13 +243,11 @@ fn the_command_line_takes_a_renderer() {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in [
         ("show.lxq", SHOW),
-        ("floor.mtl", "newmtl wood\nKd 0.5 0.4 0.3\n"),
+        ("floor.obj", FLOOR),
+        ("floor.mtl", WOOD),
     ] {
         std::fs::write(folder.path().join(name), text).unwrap();
     }
-    let stage =
-        "mtllib floor.mtl\nusemtl wood\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n";
-    std::fs::write(folder.path().join("floor.obj"), stage).unwrap();
     let program = std::env::current_exe().unwrap();
     let line = |mode: &str| {
         let program = program.display();

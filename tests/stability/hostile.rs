@@ -15,11 +15,7 @@ struct Stage {
 }
 
 fn material(name: &str, reflectance: f64) -> Material {
-    Material {
-        name: name.into(),
-        reflectance: Rgb([reflectance; 3]),
-        emission: Rgb::default(),
-    }
+    Material::diffuse(name, Rgb([reflectance; 3]))
 }
 
 fn quad(corners: [[f64; 3]; 4]) -> Polygon {

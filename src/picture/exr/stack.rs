@@ -25,7 +25,7 @@ use crate::picture::{Image, PictureError};
 const NAME_LIMIT: usize = 29;
 
 /// A channel of the file: its name, its layer and its colour (0 to 2).
-type Channel = (String, usize, usize);
+pub(super) type Channel = (String, usize, usize);
 
 /// `layers` (names as from [`names`], pictures of one size) as an OpenEXR file, with `attributes`
 /// in its header.
@@ -39,49 +39,58 @@ pub fn encode(
     attributes: &[(String, String)],
 ) -> Result<Vec<u8>, PictureError> {
     let (first, images) = checked(layers, precision)?;
-    let channels = channels(layers);
-    let (sample, encoding) = match precision {
-        Precision::Half => (SampleType::F16, Encoding::SMALL_LOSSLESS),
-        Precision::Float => (SampleType::F32, Encoding::UNCOMPRESSED),
-    };
-    let described = |(name, _, _): &Channel| ChannelDescription::named(name.as_str(), sample);
-    let list: SmallVec<[_; 5]> = channels.iter().map(described).collect();
-    let header = Header::new(Text::from(""), size(first), list)
-        .with_encoding(
-            encoding.compression,
-            BlockDescription::ScanLines,
-            encoding.line_order,
-        )
-        .with_attributes(layer_attributes(attributes)?);
-    let rows = Rows {
-        channels,
+    let file = Rows {
+        channels: channels(layers),
         images,
         precision,
     };
-    let mut bytes = Vec::new();
-    let headers: Headers = SmallVec::from_iter([header]);
-    exr::block::write(Cursor::new(&mut bytes), headers, true, |meta, writer| {
-        let mut compressor = writer.sequential_blocks_compressor(&meta);
-        for header in &meta.headers {
-            for (place, index) in header.blocks_increasing_y_order().enumerate() {
-                let block = header.get_absolute_block_pixel_coordinates(index.location)?;
-                compressor.compress_block(place, rows.block(header, block)?)?;
-            }
-        }
-        Ok(())
-    })
-    .map_err(malformed)?;
-    Ok(bytes)
+    file.encode(size(first), attributes)
 }
 
-/// Where the rows of the file come from.
-struct Rows<'i> {
-    channels: Vec<Channel>,
-    images: Vec<&'i Image>,
-    precision: Precision,
+/// Where the rows of a file come from.
+pub(super) struct Rows<'i> {
+    pub(super) channels: Vec<Channel>,
+    /// All of one size.
+    pub(super) images: Vec<&'i Image>,
+    pub(super) precision: Precision,
 }
 
 impl Rows<'_> {
+    /// The file of pictures of this size.
+    pub(super) fn encode(
+        &self,
+        size: (usize, usize),
+        attributes: &[(String, String)],
+    ) -> Result<Vec<u8>, PictureError> {
+        let (sample, encoding) = match self.precision {
+            Precision::Half => (SampleType::F16, Encoding::SMALL_LOSSLESS),
+            Precision::Float => (SampleType::F32, Encoding::UNCOMPRESSED),
+        };
+        let described = |(name, _, _): &Channel| ChannelDescription::named(name.as_str(), sample);
+        let list: SmallVec<[_; 5]> = self.channels.iter().map(described).collect();
+        let header = Header::new(Text::from(""), size, list)
+            .with_encoding(
+                encoding.compression,
+                BlockDescription::ScanLines,
+                encoding.line_order,
+            )
+            .with_attributes(layer_attributes(attributes)?);
+        let mut bytes = Vec::new();
+        let headers: Headers = SmallVec::from_iter([header]);
+        exr::block::write(Cursor::new(&mut bytes), headers, true, |meta, writer| {
+            let mut compressor = writer.sequential_blocks_compressor(&meta);
+            for header in &meta.headers {
+                for (place, index) in header.blocks_increasing_y_order().enumerate() {
+                    let block = header.get_absolute_block_pixel_coordinates(index.location)?;
+                    compressor.compress_block(place, self.block(header, block)?)?;
+                }
+            }
+            Ok(())
+        })
+        .map_err(malformed)?;
+        Ok(bytes)
+    }
+
     fn block(&self, header: &Header, block: IntegerBounds) -> ExrResult<UncompressedBlock> {
         let index = BlockIndex {
             layer: 0,

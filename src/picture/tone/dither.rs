@@ -8,7 +8,8 @@
 //! three channels have one threshold, so that grey stays grey; light that a code stands for shows
 //! as that code.
 
-use super::{ByteTable, Tone, srgb_decode};
+use super::{ByteTable, Tone};
+use crate::units::srgb_decode;
 
 /// Side of a tile.
 const SIDE: usize = 8;

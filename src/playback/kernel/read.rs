@@ -4,7 +4,7 @@
 //! instructions that these are compiled for.
 
 use crate::picture::tone::BLOCK;
-use crate::playback::key::{Samples, byte_light, half_light};
+use crate::playback::key::{KeyImage, byte_light, half_light};
 
 /// Something of each channel of a block.
 type Block<T> = [T; BLOCK];
@@ -235,9 +235,9 @@ impl Key for Signed<'_> {
 }
 
 /// A key in 8 bits.
-pub(super) fn signed(key: &Samples) -> Option<Signed<'_>> {
+pub(super) fn signed(key: &KeyImage) -> Option<Signed<'_>> {
     match key {
-        Samples::Byte {
+        KeyImage::Byte {
             codes,
             curve,
             negative,

@@ -38,9 +38,8 @@ fn kept(images: &[Image], format: Format) -> Vec<KeyImage> {
 
 /// Light and bytes of a blend.
 fn frame(keys: &[KeyImage], factors: Factors, threads: usize) -> (Vec<f32>, Vec<u8>) {
-    let samples: Vec<&Samples> = keys.iter().map(KeyImage::samples).collect();
-    let keys_of = Keys::new(&samples).unwrap();
-    let channels = keys[0].width() * keys[0].height() * 3;
+    let keys_of = Keys::new(&keys.iter().collect::<Vec<_>>()).unwrap();
+    let channels = keys[0].light().len();
     let (mut light, mut bytes) = (vec![7.0; channels], vec![7; channels]);
     keys_of.blend(factors, Target::Light(&mut light), threads);
     keys_of.blend(factors, Target::Bytes(&mut bytes, &TONE.table()), threads);
@@ -49,8 +48,7 @@ fn frame(keys: &[KeyImage], factors: Factors, threads: usize) -> (Vec<f32>, Vec<
 
 /// What the loops are compiled to without any choice of instructions.
 fn plainly(keys: &[KeyImage], factors: Factors, target: Target<'_>) {
-    let samples: Vec<&Samples> = keys.iter().map(KeyImage::samples).collect();
-    match Keys::new(&samples).unwrap().0 {
+    match Keys::new(&keys.iter().collect::<Vec<_>>()).unwrap().0 {
         Stored::Floats(keys) => by_degree(&keys, factors, target),
         Stored::Halves(keys) => by_degree(&keys, factors, target),
         Stored::Bytes(keys) => by_degree(&keys, factors, target),
@@ -72,13 +70,13 @@ fn a_frame_is_the_blend_of_its_decoded_keys() {
             .flat_map(|f| (0..4).map(move |d| (*f, d)))
         {
             let keys = kept(&images, format);
-            let decoded: Vec<Image> = keys.iter().map(KeyImage::image).collect();
+            let decoded: Vec<Vec<f32>> = keys.iter().map(KeyImage::light).collect();
             let blend = blend(degree, 0.37);
             let (light, bytes) = frame(&keys, Factors::new(blend), 1);
             let shown = TONE.encode(&Image::from_data(37, 11, light.clone()).unwrap());
             assert_eq!(bytes, shown, "{format:?} {degree}");
             for (i, light) in light.iter().enumerate() {
-                let weighed = |(w, k): (f64, &Image)| w * f64::from(k.data()[i]);
+                let weighed = |(w, k): (f64, &Vec<f32>)| w * f64::from(k[i]);
                 let terms = blend.weights().into_iter().zip(&decoded).map(weighed);
                 let terms: Vec<f64> = terms.collect();
                 let scale: f64 = terms.iter().map(|t| t.abs()).sum();
@@ -144,7 +142,7 @@ fn keys_that_are_missing_or_short_do_no_harm() {
             .all(|b| *b == 7)
     );
     let mixed = [kept(&images, Format::Half), kept(&images, Format::Byte)];
-    assert!(Keys::new(&[mixed[0][0].samples(), mixed[1][1].samples()]).is_none());
+    assert!(Keys::new(&[&mixed[0][0], &mixed[1][1]]).is_none());
     assert!(Keys::new(&[]).is_none());
     let short = KeyImage::new(
         &Image::from_data(1, 1, vec![9.0; 3]).unwrap(),
@@ -171,7 +169,7 @@ proptest! {
         let keys = kept(&pictures, Format::ALL[at]);
         let (light, _) = frame(&keys, Factors::new(blend(degree, t)), 1);
         for (i, light) in light.iter().enumerate() {
-            let values: Vec<f32> = keys[..=degree].iter().map(|k| k.image().data()[i]).collect();
+            let values: Vec<f32> = keys[..=degree].iter().map(|k| k.light()[i]).collect();
             let least = values.iter().copied().fold(f32::MAX, f32::min);
             let most = values.iter().copied().fold(f32::MIN, f32::max);
             prop_assert!(*light >= least - 1e-5 && *light <= most + 1e-5, "{light} {values:?}");

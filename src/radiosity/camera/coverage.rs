@@ -215,8 +215,6 @@ fn nearer(a: &Layer, b: &Layer) -> Line {
 mod tests {
     use super::*;
     use crate::geometry::{Vec3, vec3};
-    use crate::scene::{Material, Polygon, Scene};
-    use crate::units::Rgb;
 
     /// One pixel of side 2 at distance 1, towards -z, x to the right.
     fn eye() -> Camera {
@@ -233,21 +231,7 @@ mod tests {
     }
 
     fn seen(quads: &[[Vec3; 4]]) -> Vec<f64> {
-        let scene = Scene {
-            materials: vec![Material {
-                name: "grey".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons: quads
-                .iter()
-                .map(|q| Polygon {
-                    vertices: q.to_vec(),
-                    material: 0,
-                })
-                .collect(),
-        };
-        let surfaces = Surfaces::new(&scene).unwrap();
+        let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
         let all: Vec<u32> = (0..surfaces.facets.len() as u32).collect();
         let square = Square {
             corner: [0.0, 0.0],

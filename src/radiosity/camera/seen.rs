@@ -26,13 +26,10 @@ pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportErr
         rig.lights.iter().any(of)
     };
     let lit: Vec<bool> = surfaces.facets.iter().map(|f| emits(f.material)).collect();
-    let pixels = seen.offsets.windows(2).map(|pair| {
-        let range = match pair {
-            [from, to] => *from..*to,
-            _ => 0..0,
-        };
-        let shown = seen.all.get(range).unwrap_or_default();
-        shown.iter().any(|f| lit.get(f.facet) == Some(&true))
+    let pixels = seen.offsets.iter().zip(seen.offsets.iter().skip(1));
+    let pixels = pixels.map(|(from, to)| {
+        let mut shown = seen.all.iter().take(*to).skip(*from);
+        shown.any(|f| lit.get(f.facet) == Some(&true))
     });
     Ok(pixels.collect())
 }

@@ -146,8 +146,6 @@ mod tests {
     use crate::geometry::vec3;
     use crate::radiosity::direct::cluster::{Receiver, Receivers};
     use crate::radiosity::geometry::surface::Surfaces;
-    use crate::scene::{Material, Polygon, Scene};
-    use crate::units::Rgb;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
@@ -155,18 +153,7 @@ mod tests {
     fn floor(n: u8) -> Receivers {
         let side = f64::from(n);
         let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        let grey = Material {
-            name: "grey".into(),
-            reflectance: Rgb([0.5; 3]),
-            emission: Rgb::default(),
-        };
-        let surfaces = Surfaces::new(&Scene {
-            materials: vec![grey],
-            polygons: vec![Polygon {
-                vertices: corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec(),
-                material: 0,
-            }],
-        });
+        let surfaces = Surfaces::grey(vec![corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()]);
         let points = (0..n).flat_map(|j| (0..n).map(move |i| (f64::from(i), f64::from(j))));
         let receivers: Vec<Receiver> = points
             .map(|(x, y)| Receiver {
@@ -174,7 +161,7 @@ mod tests {
                 facet: 0,
             })
             .collect();
-        Receivers::new(&surfaces.unwrap(), &receivers)
+        Receivers::new(&surfaces, &receivers)
     }
 
     /// What a chunk makes of a light: whether it is interpolated as a whole, and the values.

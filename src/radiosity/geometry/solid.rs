@@ -32,7 +32,7 @@ const GAP: f64 = 1e-6;
 pub struct Solids {
     /// For each piece the solid that it belongs to.
     of: Vec<Option<u32>>,
-    count: usize,
+    pub(in crate::radiosity) count: usize,
 }
 
 impl Solids {
@@ -56,11 +56,6 @@ impl Solids {
             }
         }
         out
-    }
-
-    /// Number of solids.
-    pub fn count(&self) -> usize {
-        self.count
     }
 
     /// For each piece whether it can be left out of what is before points anywhere among
@@ -264,7 +259,7 @@ mod tests {
     }
 
     fn solids(polygons: Vec<Vec<Vec3>>) -> usize {
-        Surfaces::grey(polygons).solids().count()
+        Surfaces::grey(polygons).solids().count
     }
 
     fn unit() -> Vec<Vec<Vec3>> {
@@ -350,7 +345,7 @@ mod tests {
             let touching = scene.touching();
             let lamp = vec3(lamp.0, lamp.1, lamp.2);
             let marks = scene.solids().hidden(&scene.pieces, &[lamp], touching);
-            prop_assert!(scene.solids().count() > 0);
+            prop_assert!(scene.solids().count > 0);
             for (x, y, z) in others {
                 let stops = |p: &&Piece| blocks(p, lamp, vec3(x, y, z), touching);
                 let of_all = scene.pieces.iter().any(|p| stops(&p));

@@ -10,7 +10,7 @@
     reason = "indices of vertices come from the polygon's own length"
 )]
 
-use crate::geometry::{Vec3, newell};
+use crate::geometry::{Vec3, diameter, newell};
 use crate::radiosity::geometry::solid::Solids;
 use crate::renderer::TransportError;
 use crate::scene::Scene;
@@ -152,14 +152,11 @@ impl Surfaces {
             );
             f.pieces = start..pieces.len();
         }
-        let mut corners = facets.iter().flat_map(|f| f.vertices.iter().copied());
-        let first = corners.next().unwrap_or_default();
-        let (low, high) = corners.fold((first, first), |(l, h), v| (l.min(v), h.max(v)));
         Ok(Surfaces {
+            size: diameter(facets.iter().flat_map(|f| &f.vertices)),
             facets,
             pieces,
             solids: OnceLock::new(),
-            size: (high - low).length(),
         })
     }
 
@@ -173,11 +170,7 @@ impl Surfaces {
             material: 0,
         };
         let scene = Scene {
-            materials: vec![Material {
-                name: "grey".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
+            materials: vec![Material::diffuse("grey", Rgb([0.5; 3]))],
             polygons: polygons.into_iter().map(polygon).collect(),
         };
         Surfaces::new(&scene).unwrap()

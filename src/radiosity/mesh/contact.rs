@@ -9,7 +9,7 @@
     reason = "corners are numbered modulo their count, pieces by the sorted list"
 )]
 
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{Vec3, bounds, vec3};
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 
 /// Where a surface stands on a facet.
@@ -35,7 +35,7 @@ impl<'a> Contacts<'a> {
         let pieces = surfaces.pieces.iter().enumerate();
         let mut boxes: Vec<_> = pieces
             .map(|(i, p)| {
-                let (low, high) = bounds(&p.vertices);
+                let [low, high] = bounds(&p.vertices);
                 (i, low, high)
             })
             .collect();
@@ -60,7 +60,7 @@ impl<'a> Contacts<'a> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
-        let (low, high) = bounds(&own.vertices);
+        let [low, high] = bounds(&own.vertices);
         let (low, high) = (low - margin, high + margin);
         let end = self.boxes.partition_point(|b| b.1.x <= high.x);
         self.boxes[..end]
@@ -69,13 +69,6 @@ impl<'a> Contacts<'a> {
             .map(|(i, ..)| &self.surfaces.pieces[*i])
             .filter(move |p| p.facet != facet)
     }
-}
-
-fn bounds(vertices: &[Vec3]) -> (Vec3, Vec3) {
-    let first = vertices.first().copied().unwrap_or_default();
-    vertices
-        .iter()
-        .fold((first, first), |(l, h), v| (l.min(*v), h.max(*v)))
 }
 
 /// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.

@@ -103,11 +103,11 @@ mod tests {
     use crate::radiosity::direct::beam::Beam;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::Hierarchy;
-    use crate::scene::{Material, Polygon, Scene, Spot};
+    use crate::scene::Spot;
     use crate::units::Rgb;
 
     /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
-    fn scene() -> Scene {
+    fn scene() -> Surfaces {
         let c = |x: f64, y: f64, z: f64| vec3(x, y, z);
         let quads = [
             [
@@ -147,23 +147,12 @@ mod tests {
                 c(-1.0, 1.0, 1.0),
             ],
         ];
-        let polygons = quads.iter().map(|q| Polygon {
-            vertices: q.to_vec(),
-            material: 0,
-        });
-        Scene {
-            materials: vec![Material {
-                name: "grey".into(),
-                reflectance: Rgb([0.5; 3]),
-                emission: Rgb::default(),
-            }],
-            polygons: polygons.collect(),
-        }
+        Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect())
     }
 
     #[test]
     fn floor_and_wall_inside_an_open_box_are_buried() {
-        let surfaces = Surfaces::new(&scene()).unwrap();
+        let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting {
             surfaces: &surfaces,
@@ -196,7 +185,7 @@ mod tests {
     /// be it.
     #[test]
     fn a_lamp_in_a_nook_is_its_beacon() {
-        let surfaces = Surfaces::new(&scene()).unwrap();
+        let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting {
             surfaces: &surfaces,

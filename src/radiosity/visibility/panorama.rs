@@ -14,7 +14,7 @@
     reason = "corners are numbered by this module; rows and columns are clamped to the sheet"
 )]
 
-use crate::geometry::{Vec3, greater, smaller};
+use crate::geometry::{Vec3, bounds, greater, smaller};
 use crate::radiosity::geometry::surface::Surfaces;
 use std::collections::BTreeMap;
 
@@ -47,9 +47,7 @@ pub struct Outline {
 impl Outline {
     /// Collects the corners of a scene's pieces.
     pub fn new(surfaces: &Surfaces) -> Outline {
-        let all = || surfaces.pieces.iter().flat_map(|p| &p.vertices);
-        let first = all().next().copied().unwrap_or_default();
-        let (low, high) = all().fold((first, first), |(l, h), v| (l.min(*v), h.max(*v)));
+        let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| &p.vertices));
         let mut out = Outline {
             middle: (low + high) * 0.5,
             corners: [Vec::new(), Vec::new(), Vec::new()],

@@ -4,6 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use base64::alphabet;
+use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
+
 use super::{Fault, PartError, Root, place};
 use crate::files::Files;
 use crate::scene::import::SceneError;
@@ -15,6 +18,11 @@ const OBJECT_LIMIT: usize = 200_000;
 const VALUE_LIMIT: usize = 4_000_000;
 /// Bytes of all buffers together.
 const BUFFER_LIMIT: usize = 256 << 20;
+
+/// Padded or not; bits behind the last whole byte are ignored.
+const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
+    .with_decode_padding_mode(DecodePaddingMode::Indifferent)
+    .with_decode_allow_trailing_bits(true);
 
 /// Extensions that a file may require: those that are read, and those that change nothing of what
 /// is read.
@@ -233,47 +241,17 @@ fn decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// The bytes of a `data:…;base64,…`.
+/// The bytes of a `data:…;base64,…`, of either alphabet of RFC 4648.
 fn data(uri: &str) -> Result<Vec<u8>, PartError> {
     let strange = || PartError::Uri(uri.chars().take(40).collect());
     let (head, text) = uri.split_once(',').ok_or_else(strange)?;
     if !head.ends_with(";base64") {
         return Err(strange());
     }
-    base64(text.as_bytes()).ok_or(PartError::Base64)
-}
-
-/// RFC 4648, with or without padding at the end.
-fn base64(text: &[u8]) -> Option<Vec<u8>> {
-    let padded = text.iter().rev().take_while(|b| **b == b'=').count();
-    let text = text.get(..text.len() - padded.min(2))?;
-    let mut out = Vec::with_capacity(text.len() / 4 * 3 + 2);
-    for group in text.chunks(4) {
-        let mut bits = 0_u32;
-        for &letter in group {
-            bits = bits << 6 | u32::from(sextet(letter)?);
-        }
-        let whole = match group.len() {
-            4 => 3,
-            3 => 2,
-            2 => 1,
-            _ => return None,
-        };
-        let bits = bits << (6 * (4 - group.len()));
-        out.extend(bits.to_be_bytes().iter().skip(1).take(whole));
-    }
-    Some(out)
-}
-
-fn sextet(letter: u8) -> Option<u8> {
-    match letter {
-        b'A'..=b'Z' => Some(letter - b'A'),
-        b'a'..=b'z' => Some(letter - b'a' + 26),
-        b'0'..=b'9' => Some(letter - b'0' + 52),
-        b'+' | b'-' => Some(62),
-        b'/' | b'_' => Some(63),
-        _ => None,
-    }
+    let engines =
+        [alphabet::STANDARD, alphabet::URL_SAFE].map(|a| GeneralPurpose::new(&a, LENIENT));
+    let bytes = engines.iter().find_map(|engine| engine.decode(text).ok());
+    bytes.ok_or(PartError::Base64)
 }
 
 #[cfg(test)]
@@ -281,23 +259,22 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
-    /// The examples of RFC 4648, section 10.
     #[test]
-    fn base64_of_the_standard() {
+    fn base64_of_either_alphabet_with_or_without_padding() {
+        let read = |text: &str| data(&format!("data:;base64,{text}"));
         for (text, bytes) in [
-            ("", ""),
-            ("Zg==", "f"),
-            ("Zm8=", "fo"),
-            ("Zm9v", "foo"),
-            ("Zm9vYg==", "foob"),
-            ("Zm9vYmE", "fooba"),
-            ("Zm9vYmFy", "foobar"),
+            ("", &b""[..]),
+            ("Zg==", b"f"),
+            ("Zm9vYmE", b"fooba"),
+            ("Zm9vYmFy", b"foobar"),
+            ("++//", &[0xfb, 0xef, 0xff]),
+            ("--__", &[0xfb, 0xef, 0xff]),
         ] {
-            assert_eq!(base64(text.as_bytes()).unwrap(), bytes.as_bytes());
+            assert_eq!(read(text).unwrap(), bytes);
         }
-        assert_eq!(base64(b"Z"), None);
-        assert_eq!(base64(b"Zm 9"), None);
-        assert_eq!(base64(b"===="), None);
+        for bad in ["Z", "Zm 9", "===="] {
+            assert_eq!(read(bad), Err(PartError::Base64));
+        }
     }
 
     #[test]

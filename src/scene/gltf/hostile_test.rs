@@ -53,7 +53,6 @@ fn every_index_is_looked_up() {
             r#"[{"mesh":4}]"#,
             "node 0: mesh 4 does not exist; there are 1",
         ),
-        (r#"[{"mesh":0}]"#, r#"[{"camera":0}]"#, "node 0: camera 0"),
         (
             r#"[{"mesh":0}]"#,
             r#"[{"children":[5]}],"scene":0,"scenes":[{"nodes":[0]}]"#,

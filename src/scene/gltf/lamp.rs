@@ -1,4 +1,4 @@
-//! Lights of KHR_lights_punctual, and cameras.
+//! Lights of KHR_lights_punctual.
 //!
 //! A spot's law in glTF (recommended there, and used by its viewers) is the square of
 //! t = (cos a - cos outer) / (cos inner - cos outer), t clamped to 0..1. It meets ours at three
@@ -10,54 +10,26 @@ use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
 use gltf_json::validation::Checked;
 
 use super::node::Placed;
-use super::{Fault, LeftOut, PartError, entry, place};
-use crate::geometry::vec3;
-use crate::scene::{Camera, Inventory, Lamp, LampShape};
+use super::{Fault, PartError, entry, place};
+use crate::geometry::{Vec3, vec3};
+use crate::scene::{Lamp, LampShape};
 use crate::units::Rgb;
 
-/// Adds what hangs on a node: its light, its camera.
-pub fn add(
-    root: &Root,
-    placed: &Placed<'_>,
-    to: &mut Inventory,
-    left_out: &mut LeftOut,
-) -> Result<(), Fault> {
+/// Adds the light of a node, if it has one.
+pub fn add(root: &Root, placed: &Placed<'_>, lamps: &mut Vec<Lamp>) -> Result<(), Fault> {
     let extensions = placed.node.extensions.as_ref();
     if let Some(on_node) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) {
         let lights: &[Light] = root.as_ref();
         let index = on_node.light.value();
         let light = entry(lights, index, "light", || placed.place())?;
         let fault = |e| Fault::new(place("light", index, light.name.as_ref()), e);
-        to.lamps
-            .push(lamp(light, placed, to.lamps.len()).map_err(fault)?);
-    }
-    if let Some(camera) = placed.node.camera {
-        let index = camera.value();
-        let camera = entry(&root.cameras, index, "camera", || placed.place())?;
-        let named = placed.node.name.clone().or_else(|| camera.name.clone());
-        let name = named.unwrap_or_else(|| format!("camera.{}", to.cameras.len()));
-        let fov = camera
-            .perspective
-            .as_ref()
-            .map(|p| f64::from(p.yfov).to_degrees());
-        if !fov.is_none_or(|f| f > 0.0 && f < 180.0) {
-            left_out.insert(format!(
-                "camera `{name}`: its field of view is not an angle"
-            ));
-            return Ok(());
-        }
-        to.cameras.push(Camera {
-            name,
-            from: placed.transform.point(vec3(0.0, 0.0, 0.0)).y_up_to_z_up(),
-            direction: ahead(placed).map_err(|e| Fault::new(placed.place(), e))?,
-            fov,
-        });
+        lamps.push(lamp(light, placed, lamps.len()).map_err(fault)?);
     }
     Ok(())
 }
 
-/// Lights and cameras look along their own -Z.
-fn ahead(placed: &Placed<'_>) -> Result<crate::geometry::Vec3, PartError> {
+/// Lights shine along their own -Z.
+fn ahead(placed: &Placed<'_>) -> Result<Vec3, PartError> {
     let ahead = placed.transform.direction(vec3(0.0, 0.0, -1.0));
     let ahead = ahead.y_up_to_z_up().normalized();
     if ahead.length() > 0.5 && ahead.is_finite() {

@@ -51,11 +51,10 @@ pub fn all(root: &Root) -> Result<Materials, Fault> {
         });
         out.double_sided.push(described.double_sided);
     }
-    out.materials.push(Material {
-        name: names.next(None, "default"),
-        reflectance: Rgb([UNSTATED; 3]),
-        emission: Rgb::default(),
-    });
+    out.materials.push(Material::diffuse(
+        names.next(None, "default"),
+        Rgb([UNSTATED; 3]),
+    ));
     out.double_sided.push(false);
     Ok(out)
 }

@@ -16,8 +16,7 @@ use crate::scene::{Polygon, polygon};
 
 /// A primitive decoded.
 struct Drawn {
-    positions: Rc<Vec<Vec3>>,
-    triangles: Vec<[u32; 3]>,
+    triangles: Vec<[Vec3; 3]>,
     material: usize,
 }
 
@@ -59,9 +58,7 @@ impl<'d> Meshes<'d> {
         let mirrors = placed.transform.mirrors();
         for drawn in mesh.iter() {
             self.spend(drawn.triangles.len().max(1), placed)?;
-            for triangle in &drawn.triangles {
-                let corner = |i: u32| drawn.positions.get(i as usize).copied();
-                let [a, b, c] = triangle.map(|i| corner(i).unwrap_or_default());
+            for &[a, b, c] in &drawn.triangles {
                 let corners = if mirrors { [a, c, b] } else { [a, b, c] };
                 let vertices = corners.map(|v| placed.transform.point(v).y_up_to_z_up());
                 let near = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) <= FAR;
@@ -150,17 +147,19 @@ impl<'d> Meshes<'d> {
         };
         let positions = self.positions(positions.value())?;
         let count = positions.len();
-        let indices = match primitive.indices {
-            Some(index) => accessor::indices(self.document, index.value())?,
-            None => (0..count as u32).collect(),
+        let corner = |index: u32| {
+            let index = index as usize;
+            let what = "vertex";
+            let missing = || fault(PartError::Missing { what, index, count });
+            positions.get(index).copied().ok_or_else(missing)
         };
-        if let Some(index) = indices.iter().find(|i| **i as usize >= count) {
-            return Err(fault(PartError::Missing {
-                what: "vertex",
-                index: *index as usize,
-                count,
-            }));
-        }
+        let corners = match primitive.indices {
+            Some(index) => {
+                let indices = accessor::indices(self.document, index.value())?.into_iter();
+                indices.map(corner).collect::<Result<Vec<Vec3>, Fault>>()?
+            }
+            None => positions.to_vec(),
+        };
         let materials = &self.document.root.materials;
         let material = match primitive.material {
             Some(material) => {
@@ -171,8 +170,7 @@ impl<'d> Meshes<'d> {
             None => materials.len(),
         };
         Ok(Some(Drawn {
-            positions,
-            triangles: triangles(mode, &indices),
+            triangles: triangles(mode, &corners),
             material,
         }))
     }
@@ -198,26 +196,24 @@ impl<'d> Meshes<'d> {
 
 /// The triangles of a primitive, each counter-clockwise as the mode has it. Corners too few for a
 /// triangle are left over.
-fn triangles(mode: Mode, indices: &[u32]) -> Vec<[u32; 3]> {
-    let pairs = |of: &'_ [u32]| -> Vec<[u32; 2]> {
-        let next = of.iter().skip(1);
-        of.iter().zip(next).map(|(a, b)| [*a, *b]).collect()
-    };
+fn triangles(mode: Mode, corners: &[Vec3]) -> Vec<[Vec3; 3]> {
     match mode {
         Mode::TriangleStrip => {
-            let third = indices.iter().skip(2);
-            let turned = |(i, ([a, b], c)): (usize, ([u32; 2], &u32))| match i % 2 {
-                0 => [a, b, *c],
-                _ => [a, *c, b],
+            let edges = corners.iter().zip(corners.iter().skip(1));
+            let triangles = edges.zip(corners.iter().skip(2)).enumerate();
+            let turned = |(i, ((a, b), c)): (usize, ((&Vec3, &Vec3), &Vec3))| match i % 2 {
+                0 => [*a, *b, *c],
+                _ => [*a, *c, *b],
             };
-            let edges = pairs(indices).into_iter();
-            edges.zip(third).enumerate().map(turned).collect()
+            triangles.map(turned).collect()
         }
         Mode::TriangleFan => {
-            let hub = indices.first().copied().unwrap_or_default();
-            let rim = pairs(indices.get(1..).unwrap_or_default()).into_iter();
-            rim.map(|[a, b]| [a, b, hub]).collect()
+            let Some((hub, rim)) = corners.split_first() else {
+                return Vec::new();
+            };
+            let pairs = rim.iter().zip(rim.iter().skip(1));
+            pairs.map(|(a, b)| [*a, *b, *hub]).collect()
         }
-        _ => indices.as_chunks::<3>().0.to_vec(),
+        _ => corners.as_chunks::<3>().0.to_vec(),
     }
 }

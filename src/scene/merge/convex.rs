@@ -74,12 +74,9 @@ impl<'m> Joined<'m> {
 
     fn find(&mut self, part: usize) -> usize {
         let mut at = part;
-        while let Some(next) = self.became.get(at).copied().filter(|next| *next != at) {
-            let after = self.became.get(next).copied().unwrap_or(next);
-            if let Some(slot) = self.became.get_mut(at) {
-                *slot = after;
-            }
-            at = after;
+        while self.became[at] != at {
+            self.became[at] = self.became[self.became[at]];
+            at = self.became[at];
         }
         at
     }
@@ -90,9 +87,7 @@ impl<'m> Joined<'m> {
         if here == there {
             return;
         }
-        let (Some(left), Some(right)) = (self.parts.get(here), self.parts.get(there)) else {
-            return;
-        };
+        let (left, right) = (&self.parts[here], &self.parts[there]);
         let Some(outline) = self.union(&left.outline, &right.outline, edge) else {
             return;
         };
@@ -100,16 +95,11 @@ impl<'m> Joined<'m> {
             true => (here, there),
             false => (there, here),
         };
-        let moved = self
-            .parts
-            .get_mut(few)
-            .map(std::mem::take)
-            .unwrap_or_default();
-        if let (Some(part), Some(slot)) = (self.parts.get_mut(many), self.became.get_mut(few)) {
-            part.outline = outline;
-            part.triangles.extend(moved.triangles);
-            *slot = many;
-        }
+        let moved = std::mem::take(&mut self.parts[few]);
+        let part = &mut self.parts[many];
+        part.outline = outline;
+        part.triangles.extend(moved.triangles);
+        self.became[few] = many;
     }
 
     /// The outline of two parts without the edge from `a` to `b`, which the left one has in this
@@ -128,8 +118,7 @@ impl<'m> Joined<'m> {
         without_spikes(&mut outline);
         let n = outline.len();
         let convex = (0..n).all(|i| {
-            let corner = |k: usize| outline.get((i + k) % n).copied().unwrap_or_default();
-            let [p, q, r] = [corner(0), corner(1), corner(2)].map(|v| self.mesh.vertex(v));
+            let [p, q, r] = [i, i + 1, i + 2].map(|k| self.mesh.vertex(outline[k % n]));
             let turn = (q - p).cross(r - q).dot(self.normal);
             turn >= -self.mesh.tolerance * (r - p).length()
         });

@@ -4,7 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::files::{FileError, Memory};
-use crate::geometry::newell;
+use crate::geometry::{newell, vec3};
+use crate::units::Rgb;
 
 const MTL: &str =
     "newmtl wall\nKd 0.7 0.6 1\n\nnewmtl lamp # hangs\nKd 0 0 0\nKe 10 9 8\nmap_Kd x.png\n";
@@ -115,7 +116,7 @@ fn wrong_lines_are_named() {
         ("usemtl", LineError::Name("usemtl")),
         (
             long.as_str(),
-            gate::limit("corners of a face", CORNER_LIMIT),
+            read::limit("corners of a face", CORNER_LIMIT),
         ),
         (
             "v 3 1 0\nv 2 2 0\nf 1 5 4 6",
@@ -221,10 +222,10 @@ fn limits_hold() {
     let (_, line, reason) = refused(&vertices, MTL);
     assert_eq!(
         (line, reason),
-        (VERTEX_LIMIT + 1, gate::limit("vertices", VERTEX_LIMIT))
+        (VERTEX_LIMIT + 1, read::limit("vertices", VERTEX_LIMIT))
     );
     let faces = format!("{HEAD}{}", "f 1 2 3\n".repeat(POLYGON_LIMIT + 1));
-    assert_eq!(refused(&faces, MTL).2, gate::limit("faces", POLYGON_LIMIT));
+    assert_eq!(refused(&faces, MTL).2, read::limit("faces", POLYGON_LIMIT));
 }
 
 #[test]

@@ -274,21 +274,22 @@ fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
 fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, PhotometricError> {
     let what = "the vertical angles";
     let angles = words.angles(count, what)?;
-    match angles.as_slice() {
-        [first, .., last] if *first >= 0.0 && *last <= 180.0 => Ok(angles),
-        [first, .., last] => words.fail(Wrong::Span {
-            what,
-            first: *first,
-            last: *last,
-            must: "two or more are needed, within 0 to 180",
-        }),
-        _ => words.fail(Wrong::Span {
-            what,
-            first: angles.first().copied().unwrap_or(0.0),
-            last: angles.last().copied().unwrap_or(0.0),
-            must: "two or more are needed, within 0 to 180",
-        }),
+    let (first, last) = ends(&angles);
+    if angles.len() >= 2 && first >= 0.0 && last <= 180.0 {
+        return Ok(angles);
     }
+    words.fail(Wrong::Span {
+        what,
+        first,
+        last,
+        must: "two or more are needed, within 0 to 180",
+    })
+}
+
+/// The first and the last of the angles; zero without any.
+fn ends(angles: &[f64]) -> (f64, f64) {
+    let or_zero = |angle: Option<&f64>| angle.copied().unwrap_or(0.0);
+    (or_zero(angles.first()), or_zero(angles.last()))
 }
 
 fn horizontals(
@@ -297,8 +298,7 @@ fn horizontals(
 ) -> Result<(Vec<f64>, Symmetry), PhotometricError> {
     let what = "the horizontal angles";
     let angles = words.angles(count, what)?;
-    let first = angles.first().copied().unwrap_or(0.0);
-    let last = angles.last().copied().unwrap_or(0.0);
+    let (first, last) = ends(&angles);
     let symmetry = match (first, last) {
         (0.0, 0.0) => Symmetry::Round,
         (0.0, 90.0) => Symmetry::Quadrant,

@@ -8,8 +8,6 @@ use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::mesh::element::Element;
 use crate::radiosity::mesh::{Layout, Wish};
 use crate::radiosity::visibility::Hierarchy;
-use crate::scene::{Material, Polygon, Scene};
-use crate::units::Rgb;
 use std::collections::BTreeMap;
 
 /// A box 2 x 2 x 1 seen from inside, its lid as wide as `lid`.
@@ -20,28 +18,15 @@ fn room(lid: f64) -> Surfaces {
         vec3(0.0, 0.0, 1.0),
     );
     let o = vec3(-1.0, -1.0, 0.0);
-    let quad = |a: Vec3, u: Vec3, v: Vec3| Polygon {
-        vertices: vec![a, a + u, a + u + v, a + v],
-        material: 0,
-    };
-    let polygons = vec![
+    let quad = |a: Vec3, u: Vec3, v: Vec3| vec![a, a + u, a + u + v, a + v];
+    Surfaces::grey(vec![
         quad(o, x, y),
         quad(o + z, y, x * lid),
         quad(o, z, x),
         quad(o + y, x, z),
         quad(o, y, z),
         quad(o + x, z, y),
-    ];
-    let materials = vec![Material {
-        name: "wall".into(),
-        reflectance: Rgb([0.5; 3]),
-        emission: Rgb::default(),
-    }];
-    Surfaces::new(&Scene {
-        materials,
-        polygons,
-    })
-    .unwrap()
+    ])
 }
 
 fn with_cube<T>(
@@ -137,10 +122,7 @@ fn backs_of_solids_change_nothing() {
     let with_block = Surfaces::grey(polygons);
     let mut without = with_block.clone();
     without.solids = Solids::new(&[], &without.pieces, without.touching()).into();
-    assert_eq!(
-        (with_block.solids().count(), without.solids().count()),
-        (1, 0)
-    );
+    assert_eq!((with_block.solids().count, without.solids().count), (1, 0));
     let rows = |surfaces: &Surfaces| {
         with_cube(surfaces, 16, |cube, mesh| {
             let row = |(i, e): (usize, &Element)| cube.row(e.facet, e.centre, scatter(i as u64));

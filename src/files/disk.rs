@@ -1,0 +1,167 @@
+//! Results on disk.
+
+use std::fs;
+use std::io::{self, Read as _, Write as _};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::growing::{Beside, Growing};
+use super::{Entry, FileError, Store, beside, io_error, read_error, read_limited};
+
+/// The disk, anywhere the program may write.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Disk;
+
+impl Store for Disk {
+    /// By way of a temporary file next to it and a rename, so that readers and crashes see the old
+    /// file or the new one, never a part.
+    fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        let beside = beside(path)?;
+        let written = fs::File::create(&beside)
+            .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
+            .and_then(|()| fs::rename(&beside, path));
+        written.map_err(|source| {
+            // Leaving the part behind would only litter; that it may be gone already is fine.
+            let _ = fs::remove_file(&beside);
+            io_error(path.display())(source)
+        })
+    }
+
+    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
+        Ok(Box::new(Beside::new(path)?))
+    }
+
+    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
+        let io = io_error(folder.display());
+        for entry in folder_or_empty(folder).map_err(&io)? {
+            let path = entry.map_err(&io)?.path();
+            if path.to_string_lossy().ends_with(ending) {
+                fs::remove_file(&path).map_err(&io)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
+        let io = read_error(folder.display());
+        let mut names = Vec::new();
+        for entry in fs::read_dir(folder).map_err(&io)? {
+            let name = entry.map_err(&io)?.file_name();
+            names.push(name.to_string_lossy().into_owned());
+        }
+        names.retain(|name| name.ends_with(ending));
+        names.sort();
+        Ok(names)
+    }
+
+    fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
+        read_limited(path, &path.display().to_string(), limit)
+    }
+
+    fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
+        let mut start = Vec::new();
+        fs::File::open(path)
+            .and_then(|file| file.take(bytes).read_to_end(&mut start))
+            .map_err(read_error(path.display()))?;
+        Ok(start)
+    }
+
+    /// What vanishes meanwhile and names that are no text are left out.
+    fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
+        let io = read_error(folder.display());
+        let mut out = Vec::new();
+        for entry in folder_or_empty(folder).map_err(&io)? {
+            let entry = entry.map_err(&io)?;
+            let (Ok(name), Ok(about)) = (entry.file_name().into_string(), entry.metadata()) else {
+                continue;
+            };
+            let used = about.modified().unwrap_or(UNIX_EPOCH);
+            let used = used.duration_since(UNIX_EPOCH).unwrap_or_default();
+            out.push(Entry {
+                name,
+                folder: about.is_dir(),
+                bytes: about.len(),
+                used: u64::try_from(used.as_micros()).unwrap_or(u64::MAX),
+            });
+        }
+        out.sort_by(|a, b| a.name.cmp(&b.name));
+        Ok(out)
+    }
+
+    /// Sets the file's time of change to now.
+    fn touch(&self, path: &Path) -> Result<(), FileError> {
+        let file = fs::File::options().append(true).open(path);
+        let touched = file.and_then(|f| f.set_modified(SystemTime::now()));
+        touched.map_err(read_error(path.display()))
+    }
+
+    fn remove(&self, path: &Path) -> Result<(), FileError> {
+        let removed = match fs::symlink_metadata(path) {
+            Ok(about) if about.is_dir() => fs::remove_dir(path),
+            _ => fs::remove_file(path),
+        };
+        match removed {
+            Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+            other => other.map_err(io_error(path.display())),
+        }
+    }
+}
+
+/// The entries of a folder: none where it is missing.
+fn folder_or_empty(folder: &Path) -> io::Result<impl Iterator<Item = io::Result<fs::DirEntry>>> {
+    let entries = match fs::read_dir(folder) {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => None,
+        other => Some(other?),
+    };
+    Ok(entries.into_iter().flatten())
+}
+
+#[cfg(test)]
+#[allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    reason = "a test's own data"
+)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn writing_replaces_whole_files_and_leaves_no_part() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("deep/er/file");
+        Disk.write(&path, b"one").unwrap();
+        Disk.write(&path, b"two").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"two");
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        fs::write(path.with_file_name("a file"), b"x").unwrap();
+        let names = Disk.list(path.parent().unwrap(), "ile").unwrap();
+        assert_eq!(names, ["a file", "file"]);
+        Disk.clear(path.parent().unwrap(), "ile").unwrap();
+        assert!(!path.exists());
+        Disk.clear(&dir.path().join("none"), ".exr").unwrap();
+    }
+
+    #[test]
+    fn a_touch_is_seen_and_changes_nothing_else() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a");
+        fs::write(&path, "whole").unwrap();
+        let long_ago = UNIX_EPOCH + std::time::Duration::from_secs(1_000_000);
+        let file = fs::File::options().append(true).open(&path).unwrap();
+        file.set_modified(long_ago).unwrap();
+        fs::create_dir(dir.path().join("b")).unwrap();
+        let before = Disk.entries(dir.path()).unwrap();
+        assert_eq!(before[0].used, 1_000_000_000_000);
+        assert_eq!((before[0].bytes, before[1].folder), (5, true));
+        Disk.touch(&path).unwrap();
+        assert!(Disk.entries(dir.path()).unwrap()[0].used > before[0].used);
+        assert_eq!(Disk.read_start(&path, 3).unwrap(), b"who");
+        assert_eq!(Disk.read_start(&path, 99).unwrap(), b"whole");
+        Disk.remove(&path).unwrap();
+        Disk.remove(&path).unwrap();
+        Disk.remove(&dir.path().join("b")).unwrap();
+        assert!(Disk.entries(dir.path()).unwrap().is_empty());
+        assert!(Disk.entries(&dir.path().join("none")).unwrap().is_empty());
+        assert!(matches!(Disk.touch(&path), Err(FileError::Missing(_))));
+    }
+}
