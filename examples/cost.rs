@@ -3,8 +3,8 @@
 //!
 //! `--check` only prints, `--quick` leaves out the two finest steps. Times are in units of cost,
 //! measured again before each step, so the machine's speed and what else runs on it matter little;
-//! run it on an idle machine all the same. The fit minimizes the squares of relative errors over costs
-//! that are not negative.
+//! run it on an idle machine all the same. The fit minimizes the squares of relative errors over
+//! costs that are not negative.
 
 #![allow(
     clippy::unwrap_used,
@@ -62,7 +62,7 @@ fn main() {
     );
     for case in &cases {
         for quality in 1..=Radiosity.finest().0 - 2 * u8::from(quick) {
-            let pace = cost::pace(&clock, work).unwrap();
+            let pace = cost::cost_scale(&clock, work).unwrap();
             let sample = measure(case, Quality(quality), pace, &clock, work);
             let seconds = sample.took.map(|t| t * pace);
             let ratio = |a: f64, b: f64| a / b;

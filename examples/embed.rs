@@ -24,7 +24,7 @@ const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 
 
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Box<dyn error::Error>> {
-    let store = Shelf::default();
+    let store = MemoryStore::default();
     let files = Memory::default()
         .with("room.obj", ROOM)
         .with("room.mtl", MATERIALS);

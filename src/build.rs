@@ -1,7 +1,7 @@
 //! Build script: the version of the operator G, made of the code that G is.
 //!
 //! A stored picture is found by an address that holds this version (see `pool::address`), so it
-//! must change whenever a picture could. Nobody has to remember that: it is a digest of every
+//! must change whenever a picture could. It is a digest of every
 //! source file of the module `radiosity` and of those below that it may import, and of
 //! `Cargo.lock` where there is one. A changed comment costs pictures that were still right; a
 //! changed formula never finds an old one. Files of tests alone are left out. What it cannot see is
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rustc-env=FOOTLIGHT_OPERATOR={digest}");
     for module in MODULES {
         for path in [format!("src/{module}"), format!("src/{module}.rs")] {
-            // A path that is missing would make cargo build anew each time.
+            // A path that is missing would make cargo build again each time.
             if root.join(&path).exists() {
                 println!("cargo::rerun-if-changed={path}");
             }

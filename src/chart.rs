@@ -9,7 +9,7 @@
 //! show are left out, empty data draw an empty chart that says so, long names are shortened,
 //! labels that would overlap are dropped. Same data, same bytes.
 //!
-//! This room must not know of shows, cues' meaning, lights or files. Its colours are display
+//! This module does not depend on shows, cues' meaning, lights or files. Its colours are display
 //! coded (sRGB).
 
 mod axis;
@@ -43,7 +43,7 @@ use crate::picture::PictureError;
 /// Why a chart could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ChartError {
-    /// The drawing has more pixels than this room paints.
+    /// The drawing has more pixels than this module paints.
     #[error("a chart of {width} x {height} pixels is over the limit of {limit} pixels a side")]
     TooLarge {
         /// Pixels a row.

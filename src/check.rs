@@ -1,6 +1,6 @@
-//! What only the curves can tell, said in the designer's words.
+//! What follows from the curves alone, said in the designer's words.
 //!
-//! `timeline` finds it and knows no text; this room turns its findings into diagnostics with
+//! `timeline` finds it without the text; this module turns its findings into diagnostics with
 //! places, numbers and help. Invariants: every finding of `timeline` becomes exactly one
 //! diagnostic, except that a move of several coordinates is complained of once; findings keep
 //! their order. It must not compute curves of its own.

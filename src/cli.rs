@@ -61,7 +61,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Why something could not be written to standard output, if nobody closed it.
+/// Why something could not be written to standard output, if it was not closed.
 static LOST: OnceLock<String> = OnceLock::new();
 
 /// The show's file that stands where a verb is expected.
@@ -223,7 +223,7 @@ fn pool_place(show: Option<&str>, folder: &Path, arguments: &Arguments) -> Optio
     })
 }
 
-/// Writes to standard output; false once nobody reads it any more.
+/// Writes to standard output; false once it is closed.
 fn print(text: &str) -> bool {
     let mut out = io::stdout().lock();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
@@ -235,7 +235,7 @@ fn print(text: &str) -> bool {
     written.is_ok()
 }
 
-/// Writes to standard error, where a closed end is nobody's loss.
+/// Writes to standard error, where a closed end does no harm.
 fn complain(text: &str) {
     let _ = io::stderr().lock().write_all(text.as_bytes());
 }

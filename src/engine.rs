@@ -34,8 +34,8 @@ use crate::lang::edit::Edit;
 use crate::picture::Image;
 use crate::plan::Metric;
 use crate::pool::Pool;
-use crate::pool::archive::{Archive, Tally};
-use crate::pool::depot::Note;
+use crate::pool::disk_cache::Note;
+use crate::pool::image_cache::{CacheStatistics, ImageCache};
 use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
 use crate::units::Time;
@@ -49,7 +49,7 @@ pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
 pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
-pub use self::refine::{Ended, Goal, Refined, Remark, Step};
+pub use self::refine::{Ended, Goal, Refined, Step, Warning};
 pub use self::session::{Command, Session};
 pub use self::versions::{Serving, Version};
 
@@ -79,7 +79,7 @@ pub struct Engine {
     deadline: Option<Arc<limit::Deadline>>,
     document: Document,
     /// Every image at hand, whether the pool uses it or not.
-    archive: Archive,
+    image_cache: ImageCache,
     /// Operators and pool of the document's setup; `None` where it has none.
     rendering: Option<rendering::Rendering>,
     /// What orders the images that are refined; `None`: the best that the images allow.
@@ -128,7 +128,7 @@ impl Engine {
         document.allow(host.memory);
         let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
-            archive: host.archive(),
+            image_cache: host.image_cache(),
             host,
             deadline,
             document,
@@ -246,7 +246,7 @@ impl Engine {
             setup.map(|setup| rendering::Rendering::renew(old, setup, preview, results.as_deref()));
     }
 
-    /// Keeps an event for the next [`Engine::poll`]; where nobody polls the oldest go first.
+    /// Keeps an event for the next [`Engine::poll`]; the oldest go first when they are not polled.
     fn tell(&mut self, event: Event) {
         if self.events.len() >= EVENTS {
             self.events.remove(0);
@@ -374,20 +374,20 @@ impl Engine {
 
     /// Warnings of the renderer about its images, as far as they are known by now, and what went
     /// wrong with stored images since this was called last.
-    pub fn remarks(&mut self) -> (Vec<renderer::Remark>, Vec<Note>) {
-        (self.host.renderer.remarks(), self.archive.notes())
+    pub fn warnings(&mut self) -> (Vec<renderer::Warning>, Vec<Note>) {
+        (self.host.renderer.warnings(), self.image_cache.notes())
     }
 
     /// How the images of this session were obtained so far.
-    pub fn tally(&self) -> Tally {
-        self.archive.tally()
+    pub fn statistics(&self) -> CacheStatistics {
+        self.image_cache.statistics()
     }
 
     /// Number of refined images that serve the show.
     pub fn refined(&self) -> usize {
         let least = self.refined_step();
         let rendering = self.rendering.as_ref();
-        rendering.map_or(0, |r| r.refined(&self.archive, least))
+        rendering.map_or(0, |r| r.refined(&self.image_cache, least))
     }
 
     /// The sequence after each refined image, coarse images alone first.

@@ -6,8 +6,8 @@
 
 pub mod process;
 
+mod atomic_writer;
 mod disk;
-mod growing;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -18,10 +18,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
-use self::growing::Gathered;
+use self::atomic_writer::Gathered;
 
+pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
-pub use self::growing::Growing;
 
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -233,7 +233,7 @@ fn unique() -> u64 {
     RandomState::new().build_hasher().finish()
 }
 
-/// A name beside `path` that nobody else uses; the folder is made when it is missing.
+/// A name beside `path` that is not in use; the folder is made when it is missing.
 fn beside(path: &Path) -> Result<PathBuf, FileError> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(io_error(path.display()))?;
@@ -264,12 +264,12 @@ pub trait Store: Send + Sync {
     /// [`FileError`] with the path; the old file is then untouched.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
 
-    /// A file to be written piece by piece; missing folders are made. Unless a store knows better
+    /// A file to be written piece by piece; missing folders are made. Unless a store does better
     /// it is gathered in memory.
     ///
     /// # Errors
     /// [`FileError`] when it cannot be begun.
-    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
+    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn AtomicWriter + 's>, FileError> {
         Ok(Box::new(Gathered::new(self, path)))
     }
 
@@ -303,7 +303,7 @@ pub trait Store: Send + Sync {
     /// [`FileError`] when the folder cannot be listed.
     fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError>;
 
-    /// Records that the file at `path` was used now; its content is not written anew.
+    /// Records that the file at `path` was used now; its content is not rewritten.
     ///
     /// # Errors
     /// [`FileError`] when missing or not ours to touch.
@@ -318,7 +318,7 @@ pub trait Store: Send + Sync {
 
 /// Results kept in memory, for tests and embedding programs. Clones share their content.
 #[derive(Clone, Debug, Default)]
-pub struct Shelf {
+pub struct MemoryStore {
     files: Arc<Mutex<BTreeMap<PathBuf, Shelved>>>,
 }
 
@@ -329,7 +329,7 @@ struct Shelved {
     used: u64,
 }
 
-impl Shelf {
+impl MemoryStore {
     /// Paths of everything written, in order.
     pub fn paths(&self) -> Vec<PathBuf> {
         self.locked().keys().cloned().collect()
@@ -341,7 +341,7 @@ impl Shelf {
     }
 }
 
-impl Store for Shelf {
+impl Store for MemoryStore {
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         let mut files = self.locked();
         let used = files.values().map(|file| file.used + 1).max();
@@ -413,7 +413,7 @@ impl Store for Shelf {
     }
 }
 
-/// The processor's name as the system tells it; `None` where it does not (only Linux does).
+/// The processor's name as the system gives it; `None` where it does not (only Linux does).
 pub fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|l| l.starts_with("model name"))?;

@@ -1,7 +1,7 @@
 //! Points, directions and polygons in metres; f64 throughout.
 //!
 //! World coordinates are right-handed with Z up, X to stage left (the right-hand side seen from
-//! the house) and Y upstage. This room knows nothing of materials, lights or pixels.
+//! the house) and Y upstage. This module does not depend on materials, lights or pixels.
 
 use std::borrow::Borrow;
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};

@@ -34,8 +34,8 @@
 //!   else of the outside is touched; the library prints nothing and keeps no state of the process.
 //!   A renderer of one's own is a [`Transport`].
 //!
-//! Without the feature `cli`, which is on by default, no terminal crate is compiled, and the library
-//! builds for `wasm32-unknown-unknown`; an embedding program there gives its own [`Clock`].
+//! Without the feature `cli`, which is on by default, no terminal crate is compiled, and the
+//! library builds for `wasm32-unknown-unknown`; an embedding program there gives its own [`Clock`].
 //!
 //! # The way of the data
 //!
@@ -48,9 +48,9 @@
 //!
 //! # Modules
 //!
-//! Each module is on a layer. It imports modules of lower layers that its row names, and the outside
-//! crates of its row belong to it alone (`serde` and `thiserror` are free to all, as they only
-//! derive traits). `tests/layering.rs` reads this table and the `use` lines and compares them.
+//! Each module is on a layer. It imports modules of lower layers that its row names, and the
+//! outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as they
+//! only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares them.
 //! `build.rs` is the build script: it makes the operator's version of `radiosity` and what that
 //! imports, so that no image of older code is ever taken from a store.
 //!
@@ -70,7 +70,7 @@
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
-//! | 5 | `check` | what only the curves can tell: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
+//! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | base64, multiversion, serde_json |
@@ -215,7 +215,9 @@ pub use engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
     Moves, PlanOptions, PoolPlace, Refined, Status,
 };
-pub use files::{Clock, Disk, Entry, FileError, Files, Folder, Growing, Memory, Shelf, Store};
+pub use files::{
+    AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,
+};
 pub use lang::edit::{Change, CueMove, CueText, Edit};
 pub use picture::Image;
 pub use picture::png::encode as encode_png;

@@ -1,8 +1,8 @@
 //! Linear float pictures, and the formats that carry them.
 //!
 //! Invariants: an [`Image`] is linear RGB, f32, row 0 on top, interleaved, and may hold negative
-//! values. Tone mapping makes display-coded bytes of it and is never applied in place. This room
-//! knows nothing of lights or shows.
+//! values. Tone mapping makes display-coded bytes of it and is never applied in place. This module
+//! does not depend on lights or shows.
 
 pub mod apng;
 pub mod combine;

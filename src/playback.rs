@@ -3,7 +3,7 @@
 //! A [`Playback`] holds the key images as the pool gives them and blends light; a [`Player`] keeps
 //! them in a format of one's choice ([`key`]) and makes display bytes of them in one pass
 //! ([`kernel`]). Invariants: a frame reads the key images of one segment only; a segment of degree
-//! d takes d blends. This room knows nothing of banks: it sees key images and times.
+//! d takes d blends. This module does not depend on banks: it sees key images and times.
 
 pub mod kernel;
 pub mod key;

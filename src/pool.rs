@@ -9,7 +9,7 @@
 //! worse than coarse alone.
 //!
 //! Invariants: all pictures have one size; raw settings and pictures are kept, orthogonality is
-//! made anew by `plan`. This room knows nothing of cues, text or files.
+//! made again by `plan`. This module does not depend on cues, text or files.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,10 +17,10 @@
 )]
 
 pub mod address;
-pub mod archive;
-pub mod depot;
+pub mod disk_cache;
+pub mod image_cache;
+pub mod linear_span;
 mod rule;
-pub mod span;
 
 use std::sync::{Arc, OnceLock};
 
@@ -293,8 +293,8 @@ impl Pool {
         Ok(out)
     }
 
-    /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the coarse
-    /// ones.
+    /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the
+    /// coarse ones.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
         let c = plan::projection(&self.settings(), &self.weighting(), &looks)?.concat();

@@ -12,19 +12,19 @@
     reason = "one entry for each light, element, node, fragment or source, made together"
 )]
 
-mod account;
 mod camera;
 mod compose;
 pub mod cost;
 mod direct;
 mod geometry;
 mod indirect;
+mod memory;
 mod mesh;
 pub mod step;
 mod visibility;
 
-pub use camera::eye::camera;
-pub use camera::seen;
+pub use camera::emitter_mask;
+pub use camera::fragment::camera;
 pub use direct::beam::Beam;
 pub use direct::cluster::{Receiver, Receivers};
 pub use direct::{Luminaire, Precision, Setting, Shining, irradiance, luminaires};
@@ -32,30 +32,32 @@ pub use geometry::surface::Surfaces;
 pub use indirect::form::{BLOCK, Block, Bounces, Rows};
 pub use indirect::hemicube::{Hemicube, Row, Table, scatter};
 pub use mesh::sample::kept_inside;
-pub use mesh::{Layout, Mesh, Wish};
+pub use mesh::{CellRequest, Layout, Mesh};
 pub use visibility::Hierarchy;
-pub use visibility::burial::is_buried;
-pub use visibility::panorama::Outline;
+pub use visibility::hemicube_raster::VertexBuffer;
+pub use visibility::interior::is_interior;
 pub use visibility::raster::Camera;
 
 use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::renderer::contract::{check_memory, check_settings};
-use crate::renderer::{Cost, Expense, Prepared, Quality, Setup, Transport, TransportError};
+use crate::renderer::{
+    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
+};
 use crate::scene::{Light, Rig};
 use crate::work::Work;
-use account::Account;
-use camera::eye::{Fragment, Fragments, fragments};
-use compose::Taken;
+use camera::fragment::{Fragment, Fragments, fragments};
+use compose::GatherWeights;
 use cost::Counts;
+use direct::projector::Projector;
 use direct::strength::check_rig;
-use direct::throw::Throw;
-use indirect::gather::{Meter, Nodes, Sight, form_factors, show};
-use mesh::seam::Seams;
+use indirect::gather::{GatherPoints, GatherScene, Meter, form_factors, show};
+use memory::MemoryBudget;
+use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use std::sync::Arc;
 use step::{STEPS, Step};
-use visibility::burial::beacons;
+use visibility::interior::seeds;
 
 /// Radiosity with hemicubes, five steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,7 +69,7 @@ impl Transport for Radiosity {
     }
 
     fn results(&self) -> Option<String> {
-        // The digest of this room and those below it, made by `src/build.rs`: any change of the
+        // The digest of this module and those below it, made by `src/build.rs`: any change of the
         // code is another version, without anybody having to think of it.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
     }
@@ -95,13 +97,17 @@ impl Transport for Radiosity {
         })
     }
 
-    fn expenses(&self, setup: &Setup, quality: Quality) -> Result<Vec<Expense>, TransportError> {
+    fn quality_parameters(
+        &self,
+        setup: &Setup,
+        quality: Quality,
+    ) -> Result<Vec<QualityParameter>, TransportError> {
         let step = Step::of(quality)?;
-        Ok(Counts::of(setup, step)?.expenses(step))
+        Ok(Counts::of(setup, step)?.quality_parameters(step))
     }
 
-    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
-        cost::pace(clock, work)
+    fn cost_scale(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        cost::cost_scale(clock, work)
     }
 }
 
@@ -128,7 +134,8 @@ impl Threads {
     }
 }
 
-/// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of nodes.
+/// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of gather
+/// points.
 const OF_A_FRAGMENT: usize = 180;
 
 /// Bytes of an element with its samples, about.
@@ -138,7 +145,7 @@ const OF_AN_ELEMENT: usize = 512;
 struct Solution {
     /// Irradiance at each fragment, the same in all channels.
     direct: Vec<f32>,
-    /// Reflected irradiance at each node, three channels interleaved.
+    /// Reflected irradiance at each gather point, three channels interleaved.
     indirect: Vec<f32>,
 }
 
@@ -148,26 +155,26 @@ struct Operator {
     width: usize,
     height: usize,
     surfaces: Surfaces,
-    outline: Outline,
+    vertices: VertexBuffer,
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
     /// For each light, the first that shines alike at unit strength: itself, or another panel of
     /// the same surfaces.
     alike: Vec<usize>,
     /// For each light, how it is cut out of even light if it is a projection.
-    throws: Vec<Option<Throw>>,
+    projectors: Vec<Option<Projector>>,
     mesh: Mesh,
     /// Points known to be in the open.
-    beacons: Vec<Vec3>,
+    seeds: Vec<Vec3>,
     /// Of each element.
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
     bounces: Bounces,
-    /// A second gather; without it the elements are the nodes.
-    nodes: Option<Nodes>,
+    /// A second gather; without it the elements are the gather points.
+    gather_points: Option<GatherPoints>,
     fragments: Fragments,
-    /// For each fragment the nodes around it and their weights.
-    taken: Taken,
+    /// For each fragment the gather points around it and their weights.
+    taken: GatherWeights,
     /// For each element its share of all that the picture shows.
     shown: Vec<f64>,
     /// How exactly direct light is interpolated, as a share of its level in the picture.
@@ -187,13 +194,13 @@ impl Operator {
         check_rig(scene, rig)?;
         let surfaces = Surfaces::new(scene)?;
         let hierarchy = Hierarchy::new(&surfaces);
-        let outline = Outline::new(&surfaces);
+        let vertices = VertexBuffer::new(&surfaces);
         let setting = Setting {
             surfaces: &surfaces,
             hierarchy: &hierarchy,
         };
         let lights = luminaires(&surfaces, rig)?;
-        let mut account = Account::new(work);
+        let mut account = MemoryBudget::new(work);
         // They are found in bands and then put together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
@@ -205,20 +212,20 @@ impl Operator {
 
         let layout = Layout::of_elements(&surfaces, step.elements);
         account.take("the mesh", layout.cells() * OF_AN_ELEMENT)?;
-        let beacons = beacons(setting, &lights, view.from);
-        let mut wishes = vec![Wish::WANTED; layout.cells()];
-        show(&layout, &fragments, &mut wishes);
-        let mesh = layout.mesh(setting, &beacons, &wishes);
-        let sight = Sight {
+        let seeds = seeds(setting, &lights, view.from);
+        let mut requests = vec![CellRequest::WANTED; layout.cells()];
+        show(&layout, &fragments, &mut requests);
+        let mesh = layout.mesh(setting, &seeds, &requests);
+        let gather_scene = GatherScene {
             setting,
-            outline: &outline,
+            vertices: &vertices,
             to: &mesh,
         };
         let table = Table::new(step.resolution);
         let limited = account.share(2, work);
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
         let meter = Meter::new("form factors", every.len());
-        let (rows, _) = form_factors(sight, &mesh, &every, &table, &meter, limited)?;
+        let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &meter, limited)?;
         account.take("form factors", rows.bytes())?;
         let reflectance: Vec<[f32; 3]> = mesh
             .elements
@@ -226,24 +233,33 @@ impl Operator {
             .map(|e| surfaces.facets[e.facet].reflectance.map(|r| r as f32))
             .collect();
         let bounces = Bounces::new(&rows, &reflectance);
-        let nodes = match step.nodes {
+        let gather_points = match step.gather_points {
             0 => None,
             _ => {
                 let left = account.share(1, work);
-                Some(Nodes::new(sight, &beacons, &fragments, step, left)?)
+                Some(GatherPoints::new(
+                    gather_scene,
+                    &seeds,
+                    &fragments,
+                    step,
+                    left,
+                )?)
             }
         };
-        account.take("the nodes", nodes.as_ref().map_or(0, Nodes::bytes))?;
-        let taken = match &nodes {
+        account.take(
+            "the nodes",
+            gather_points.as_ref().map_or(0, GatherPoints::bytes),
+        )?;
+        let taken = match &gather_points {
             // They stand on the facets' rims: light goes on beyond without more.
-            Some(nodes) => Taken::by(&fragments.all, |f, shares| {
-                let around = nodes.mesh.stencil(f.facet, f.point).into_iter();
+            Some(gather_points) => GatherWeights::by(&fragments.all, |f, shares| {
+                let around = gather_points.mesh.stencil(f.facet, f.point).into_iter();
                 shares.extend(around.filter(|(_, w)| *w > 0.0));
             }),
             None => {
-                let seams = Seams::new(&surfaces);
-                Taken::by(&fragments.all, |f, shares| {
-                    seams.stencil(&mesh, f.facet, f.point, shares);
+                let stitching = Stitching::new(&surfaces);
+                GatherWeights::by(&fragments.all, |f, shares| {
+                    stitching.stencil(&mesh, f.facet, f.point, shares);
                 })
             }
         };
@@ -256,17 +272,17 @@ impl Operator {
             solutions: rig.lights.iter().map(|_| None).collect(),
             shown: shown(&mesh, &fragments),
             surfaces,
-            outline,
+            vertices,
             hierarchy,
             lights,
             alike: alike(&rig.lights),
-            throws: rig.lights.iter().map(thrown).collect(),
+            projectors: rig.lights.iter().map(projector).collect(),
             mesh,
-            beacons,
+            seeds,
             reflectance,
             rows,
             bounces,
-            nodes,
+            gather_points,
             fragments,
             taken,
             tolerance: step.tolerance,
@@ -364,9 +380,9 @@ fn alike(lights: &[Light]) -> Vec<usize> {
     lights.iter().enumerate().map(first).collect()
 }
 
-fn thrown(light: &Light) -> Option<Throw> {
+fn projector(light: &Light) -> Option<Projector> {
     match light {
-        Light::Projection(projection) => Throw::new(projection),
+        Light::Projection(projection) => Projector::new(projection),
         _ => None,
     }
 }

@@ -1,8 +1,8 @@
 //! The operator G: light settings to pictures, at a quality, exactly linear.
 //!
 //! A [`Transport`] prepares a [`Setup`] (scene, rig and view) once; the [`Prepared`] operator then
-//! turns any settings, of either sign, into pictures. At one quality G is one linear operator: mesh,
-//! order and number of iterations depend on setup and quality, never on settings. Results are
+//! turns any settings, of either sign, into pictures. At one quality G is one linear operator:
+//! mesh, order and number of iterations depend on setup and quality, never on settings. Results are
 //! bit-equal for any number of threads.
 
 pub mod contract;
@@ -21,7 +21,7 @@ pub struct Quality(pub u8);
 
 /// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
 /// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of
-/// the operator's own; [`Transport::pace`] returns the seconds of one.
+/// the operator's own; [`Transport::cost_scale`] returns the seconds of one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Meshing, visibility, form factors.
@@ -44,7 +44,7 @@ impl Cost {
 /// A warning about an operator's pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Remark {
+pub enum Warning {
     /// They are not linear in the light, or noisy: previews made of them err by as much.
     NotLinear {
         /// How far the sum of two pictures is off the picture of the sum, relative.
@@ -56,7 +56,7 @@ pub enum Remark {
 
 /// What a step of quality sets on a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Expense {
+pub struct QualityParameter {
     /// What is set.
     pub name: &'static str,
     /// To what; 0 for what the step does without.
@@ -96,7 +96,7 @@ pub enum TransportError {
     Scene(String),
 }
 
-/// A light-transport operator, before it knows a scene. An embedding program may give its own.
+/// A light-transport operator, before it has a scene. An embedding program may give its own.
 ///
 /// ```
 /// use footlight::{Cost, Image, Prepared, Quality, Setup, Transport, TransportError, Work};
@@ -173,7 +173,7 @@ pub trait Transport: Send + Sync {
     ) -> Result<Box<dyn Prepared>, TransportError>;
 
     /// What the user should be warned of, as far as it is known by now.
-    fn remarks(&self) -> Vec<Remark> {
+    fn warnings(&self) -> Vec<Warning> {
         Vec::new()
     }
 
@@ -182,20 +182,24 @@ pub trait Transport: Send + Sync {
     ///
     /// # Errors
     /// [`TransportError`] for a quality or setup that cannot be used.
-    fn expenses(&self, _setup: &Setup, _quality: Quality) -> Result<Vec<Expense>, TransportError> {
+    fn quality_parameters(
+        &self,
+        _setup: &Setup,
+        _quality: Quality,
+    ) -> Result<Vec<QualityParameter>, TransportError> {
         Ok(Vec::new())
     }
 
     /// How many seconds a unit of [`Transport::cost`] takes on this machine now, found by a short
-    /// task of known cost where that is needed. `clock` tells seconds.
+    /// task of known cost where that is needed. `clock` returns seconds.
     ///
     /// # Errors
     /// [`TransportError`] when that task fails, and on cancel.
-    fn pace(&self, _clock: &dyn Fn() -> f64, _work: Work<'_>) -> Result<f64, TransportError> {
+    fn cost_scale(&self, _clock: &dyn Fn() -> f64, _work: Work<'_>) -> Result<f64, TransportError> {
         Ok(1.0)
     }
 
-    /// Predicted cost for this setup and quality, in units of [`Transport::pace`].
+    /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 }
 

@@ -1,8 +1,8 @@
-//! The prompt without a terminal: a line is parsed, done by the engine, and told by the report.
+//! The prompt without a terminal: a line is parsed, done by the engine, and reported.
 //!
 //! A [`Repl`] holds an engine and what a hand does at a desk. Declarations typed at the prompt are
-//! edits of the show's text; verbs stand in one table ([`VERBS`]), each with its function. Words for
-//! a person go into a [`Reply`]; nothing is printed here.
+//! edits of the show's text; verbs stand in one table ([`VERBS`]), each with its function. Words
+//! for a person go into a [`Reply`]; nothing is printed here.
 
 mod answer;
 mod argument;
@@ -35,7 +35,7 @@ pub struct Console {
     pub style: Style,
     /// Opens what `-o -` writes to, such as standard output; without it that is refused.
     pub pipe: Option<Pipe>,
-    /// Shows frames as `play` makes them; without it `play` only tells how fast it is.
+    /// Shows frames as `play` makes them; without it `play` only reports how fast it is.
     pub canvas: Option<Box<dyn Canvas>>,
 }
 
@@ -57,13 +57,13 @@ pub struct Reply {
     pub text: String,
     /// A picture to show with them.
     pub picture: Option<Shown>,
-    /// What the user should be warned of and was not told before: one line each.
+    /// Warnings for the user that were not given before: one line each.
     pub notes: Vec<String>,
     /// The user wants to leave.
     pub quit: bool,
     /// The pipe carries a file: the words go elsewhere.
     pub beside: bool,
-    /// The user stopped it before its end; what is told of was done.
+    /// The user stopped it before its end; what is reported was done.
     pub stopped: bool,
 }
 
@@ -110,7 +110,7 @@ pub struct Reloaded {
     pub difference: Difference,
 }
 
-/// A prompt: an engine, the moment that is looked at, and what was told already.
+/// A prompt: an engine, the moment that is looked at, and what was reported already.
 ///
 /// ```
 /// use footlight::{Console, Engine, Host, Repl};
@@ -132,11 +132,11 @@ pub struct Repl {
     console: Console,
     /// How the refinement in the background was asked for.
     refining: String,
-    /// The user asked to leave with unsaved edits and was told so.
+    /// The user asked to leave with unsaved edits and was warned.
     warned: bool,
-    /// Warnings that were told, each once.
+    /// Warnings that were given, each once.
     told: BTreeSet<String>,
-    /// What is to be told with the next reply.
+    /// What the next reply reports.
     unheard: Vec<String>,
 }
 
@@ -224,7 +224,7 @@ impl Repl {
         })
     }
 
-    /// Does something for the user, who is told first of what ended in the background: with the
+    /// Does something for the user, who first reads what ended in the background: with the
     /// next reply where there is none now.
     fn serve(
         &mut self,
@@ -254,7 +254,7 @@ impl Repl {
     }
 
     /// Takes in what was rendered in the background and starts what comes next; what there is to
-    /// tell of it. Cheap while nothing is finished; every verb does it first.
+    /// report of it. Cheap while nothing is finished; every verb does it first.
     pub fn poll(&mut self) -> Vec<String> {
         let events = self.engine.poll();
         self.in_words(&events)
@@ -282,7 +282,7 @@ impl Repl {
             .collect()
     }
 
-    /// Waits until the refinement in the background has ended; what there is to tell of it.
+    /// Waits until the refinement in the background has ended; what there is to report of it.
     ///
     /// # Errors
     /// As [`Engine::wait`]; the refinement then goes on.
@@ -291,9 +291,9 @@ impl Repl {
         Ok(self.told_events())
     }
 
-    /// Warnings of the renderer and the store that were not told before.
+    /// Warnings of the renderer and the store that were not given before.
     fn warnings(&mut self) -> Vec<String> {
-        let (remarks, store) = self.engine.remarks();
+        let (remarks, store) = self.engine.warnings();
         let mut all: Vec<String> = remarks.iter().map(notes::of_operator).collect();
         all.extend(store.iter().map(notes::of_store));
         all.extend(refine::clamped(&self.engine));

@@ -5,7 +5,7 @@
 //! made of. Invariants: the three show the same figures, each read from the typed result and never
 //! from another report; one result gives the same bytes on every machine.
 //!
-//! This module must not know of verbs, prompts or terminals, and computes no result of its own.
+//! This module must not depend on verbs, prompts or terminals, and computes no result of its own.
 
 pub mod comparison;
 pub mod curves;

@@ -5,10 +5,11 @@
 //! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
 //! stay in `show`.
 
-pub mod fitting;
 pub mod gltf;
+pub mod gobo;
 pub mod import;
 mod light;
+pub mod luminaire_asset;
 pub mod merge;
 pub mod mount;
 pub mod obj;
@@ -16,7 +17,6 @@ pub mod photometric;
 pub mod polygon;
 pub mod profile;
 pub mod shape;
-pub mod slide;
 pub mod solid;
 pub mod still;
 

@@ -9,13 +9,13 @@
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
 mod fade;
-mod hung;
+mod imported_luminaire;
 mod light;
 mod motion;
 mod rig;
 
 pub use self::fade::{FADES, Fade, FadeCurve};
-pub use self::hung::Hung;
+pub use self::imported_luminaire::ImportedLuminaire;
 pub use self::light::{Light, LightKind, Output, Strength};
 pub use self::rig::RigError;
 
@@ -306,7 +306,7 @@ pub struct Cue {
     pub link: Option<(NodeId, Link)>,
     /// Nothing tracks through it when the show is edited (no change of the curves).
     pub block: bool,
-    /// Tracked levels are stated anew with this cue's times, so that earlier fades end here.
+    /// Tracked levels are restated with this cue's times, so that earlier fades end here.
     pub assert: bool,
     /// The next cue restores what this one moved.
     pub cueonly: bool,

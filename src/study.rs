@@ -4,7 +4,7 @@
 //! cannot be known is absent, never zero; a result says of which show and on which machine it was
 //! measured ([`Origin`]).
 //!
-//! This module must not know of words, charts, files of results or prompts: `report` turns its
+//! This module must not depend on words, charts, files of results or prompts: `report` turns its
 //! results into those. It has no clock: the caller gives the seconds.
 
 pub mod comparison;

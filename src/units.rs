@@ -1,8 +1,9 @@
 //! Quantities of the trade: times, cue numbers, levels, colours.
 //!
 //! Invariants: a [`Time`] is an integer number of microseconds, so that the same decimal instant
-//! reached by two routes is the same instant; a [`CueNumber`] is an exact decimal, never a float; a level is a fraction of full, and percent is how text writes it.
-//! This room knows nothing of shows, syntax or pictures.
+//! reached by two routes is the same instant; a [`CueNumber`] is an exact decimal, never a float; a
+//! level is a fraction of full, and percent is how text writes it. This module does not depend on
+//! shows, syntax or pictures.
 
 use std::fmt;
 use std::ops::{Add, AddAssign, Neg, Sub};

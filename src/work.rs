@@ -20,7 +20,7 @@ pub trait Progress: Send + Sync {
 
     /// True once the task should stop even where what is in hand is lost with it: asked a second
     /// time, where somebody can ask twice.
-    fn insisted(&self) -> bool {
+    fn forced(&self) -> bool {
         self.cancelled()
     }
 }
@@ -34,11 +34,11 @@ impl Progress for Patient<'_> {
     }
 
     fn cancelled(&self) -> bool {
-        self.0.insisted()
+        self.0.forced()
     }
 }
 
-/// Progress that nobody watches and nobody cancels.
+/// Progress that is neither shown nor cancelled.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Silent;
 
@@ -56,7 +56,7 @@ pub struct Work<'a> {
 }
 
 impl Work<'static> {
-    /// One thread, four gigabytes, nobody watching: for tests and small tools.
+    /// One thread, four gigabytes, no progress shown: for tests and small tools.
     pub fn silent() -> Work<'static> {
         Work {
             progress: &Silent,

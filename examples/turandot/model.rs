@@ -11,8 +11,8 @@ use std::path::Path;
 
 #[path = "model/gate.rs"]
 mod gate;
-#[path = "model/ground.rs"]
-mod ground;
+#[path = "model/slide.rs"]
+mod gobo;
 #[path = "model/material.rs"]
 mod material;
 #[path = "model/pagoda.rs"]
@@ -23,22 +23,22 @@ mod pavilion;
 mod property;
 #[path = "model/roof.rs"]
 mod roof;
-#[path = "model/slide.rs"]
-mod slide;
+#[path = "model/ground.rs"]
+mod scene_key;
 #[path = "../tavern/model/solid.rs"]
 #[allow(dead_code, reason = "the carpenter of the tavern can do more")]
 mod solid;
 #[path = "../tavern/model/wavefront.rs"]
 mod wavefront;
 
+pub use gobo::{HEIGHT, WIDTH, dusk, night};
 pub use material::MATERIALS;
-pub use slide::{HEIGHT, WIDTH, dusk, night};
 pub use solid::Set;
 
 /// The whole set, from the ground up.
 pub fn turandot() -> Set {
     let mut set = Set::default();
-    ground::build(&mut set);
+    scene_key::build(&mut set);
     pagoda::build(&mut set);
     pavilion::build(&mut set);
     gate::build(&mut set);

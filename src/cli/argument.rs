@@ -20,9 +20,9 @@ use crate::repl::{Call, VERBS, VerbSpec};
 pub struct Arguments {
     /// No progress bars and no pictures in the terminal.
     pub quiet: bool,
-    /// The terminal knows Kitty's graphics protocol.
+    /// The terminal supports Kitty's graphics protocol.
     pub kitty: bool,
-    /// How diagnostics are told; [`Style::Plain`] turns into colours on a terminal.
+    /// How diagnostics are rendered; [`Style::Plain`] turns into colours on a terminal.
     pub format: Style,
     /// Threads to use.
     pub threads: usize,
@@ -222,7 +222,7 @@ fn renderer_arguments() -> [Arg; 3] {
         renderer("renderer-steps")
             .value_name("N")
             .value_parser(value_parser!(u8).range(1..=5))
-            .help("Steps of quality that it knows (default: 1, it has no scale)"),
+            .help("Its steps of quality (default: 1, it has no scale)"),
     ]
 }
 

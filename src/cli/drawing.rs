@@ -10,7 +10,7 @@ use crate::report::film::{Canvas, Shown};
 /// Widest picture in half blocks, in columns: beyond it one sees no more, only less text.
 const WIDEST: usize = 120;
 
-/// Lines that stay free for what was typed and what is told.
+/// Lines that stay free for what was typed and what is printed.
 const FREE: usize = 4;
 
 /// A frame is not followed by the next before this: terminals show no more, and fall behind.

@@ -33,7 +33,7 @@ fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     Ok(other)
 }
 
-/// Tells what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
+/// Prints what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
 /// it cannot be told; for git, which takes any other code for a crash of its driver, always 0.
 pub fn difference(
     files: &[PathBuf; 2],

@@ -26,44 +26,44 @@ pub enum Event {
 pub struct Threads(Sender<Event>);
 
 impl Threads {
-    /// That tell `wake` of each end.
+    /// That call `wake` at each end.
     pub fn new(wake: Sender<Event>) -> Threads {
         Threads(wake)
     }
 }
 
-/// Tells of the end even where it is a panic.
-struct Bell(Sender<Event>);
+/// Reports the end even where it is a panic.
+struct NotifyOnDrop(Sender<Event>);
 
-impl Drop for Bell {
+impl Drop for NotifyOnDrop {
     fn drop(&mut self) {
-        // Nobody waits any more once the program leaves.
+        // Nothing waits any more once the program leaves.
         let _ = self.0.send(Event::Finished);
     }
 }
 
 impl Background for Threads {
     fn start(&self, task: Box<dyn FnOnce() + Send>) {
-        let bell = Bell(self.0.clone());
+        let notify = NotifyOnDrop(self.0.clone());
         // Where there are no threads to be had the task is dropped, and found out to have ended.
         let _ = thread::Builder::new().spawn(move || {
-            let _bell = bell;
+            let _notify = notify;
             task();
         });
     }
 }
 
 /// The line editor on its own thread, so that the prompt can be served while somebody types.
-struct Typist {
+struct LineReader {
     ask: Sender<(Vocabulary, String)>,
     /// Prints above the line that is being typed.
     printer: Option<Box<dyn ExternalPrinter + Send>>,
     thread: JoinHandle<()>,
 }
 
-impl Typist {
+impl LineReader {
     /// Sends a line to `send` each time that it is asked.
-    fn new(coloured: bool, send: Sender<Event>) -> Result<Typist, ReadlineError> {
+    fn new(coloured: bool, send: Sender<Event>) -> Result<LineReader, ReadlineError> {
         let (ask, asked) = channel::<(Vocabulary, String)>();
         let (ready, begun) = channel();
         let thread = thread::Builder::new().spawn(move || {
@@ -80,7 +80,7 @@ impl Typist {
             type_lines(&mut line_editor, &asked, &send);
         })?;
         let printer = begun.recv().unwrap_or(Ok(None))?;
-        Ok(Typist {
+        Ok(LineReader {
             ask,
             printer,
             thread,
@@ -93,7 +93,7 @@ impl Typist {
         let _ = self.ask.send((repl.vocabulary(), prompt(repl)));
     }
 
-    /// Tells something while a line is being typed.
+    /// Prints something while a line is being typed.
     fn tell(&mut self, notes: &[String]) {
         if notes.is_empty() {
             return;
@@ -115,7 +115,7 @@ fn line_editor(coloured: bool) -> Result<Editor<Reader, DefaultHistory>, Readlin
     Ok(line_editor)
 }
 
-/// Reads a line each time that one is asked for, until nobody asks any more.
+/// Reads a line each time that one is asked for, until none is asked for.
 fn type_lines(
     line_editor: &mut Editor<Reader, DefaultHistory>,
     asked: &Receiver<(Vocabulary, String)>,
@@ -154,19 +154,19 @@ pub fn converse(
     (wake, events): (Sender<Event>, &Receiver<Event>),
 ) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
-    let mut typist = Typist::new(screen.is_coloured(), wake).map_err(device)?;
+    let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
     print(&repl.greeting());
-    typist.ask(repl);
+    line_reader.ask(repl);
     let mut code = Ok(0);
     for event in events {
         let line = match event {
             Event::Finished => {
-                typist.tell(&repl.poll());
+                line_reader.tell(&repl.poll());
                 continue;
             }
             Event::Line(Ok(line)) => line,
             Event::Line(Err(ReadlineError::Interrupted)) => {
-                typist.ask(repl);
+                line_reader.ask(repl);
                 continue;
             }
             Event::Line(Err(ReadlineError::Eof)) => "quit".to_owned(),
@@ -179,11 +179,11 @@ pub fn converse(
         if !each(repl, &line, screen) {
             break;
         }
-        typist.ask(repl);
+        line_reader.ask(repl);
     }
-    drop(typist.ask);
+    drop(line_reader.ask);
     // It writes the history before it leaves.
-    let _ = typist.thread.join();
+    let _ = line_reader.thread.join();
     code
 }
 

@@ -28,7 +28,7 @@ pub struct Screen {
 
 impl Screen {
     /// The process's own terminal; `quiet` hides progress bars and pictures, `format` says how
-    /// diagnostics are told, `kitty` that the terminal knows Kitty's protocol.
+    /// diagnostics are rendered, `kitty` that the terminal supports Kitty's protocol.
     pub fn new(quiet: bool, format: Style, kitty: bool) -> Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
@@ -61,7 +61,7 @@ impl Screen {
         self.coloured
     }
 
-    /// How diagnostics are told in replies.
+    /// How replies render diagnostics.
     pub fn style(&self) -> Style {
         styled(self.format, self.coloured)
     }
@@ -113,7 +113,7 @@ impl Screen {
         if self.format.is_for_people() {
             complain(&error.report(styled(self.format, self.errors_coloured)));
         } else {
-            // Whoever reads these finds warnings and errors in one place.
+            // The reader of these finds warnings and errors in one place.
             print(&error.report(self.format));
         }
         error.exit_code()
@@ -127,7 +127,7 @@ fn styled(format: Style, coloured: bool) -> Style {
     }
 }
 
-/// Neither <https://no-color.org> nor a terminal that knows no colours asks for none.
+/// Neither <https://no-color.org> nor a terminal without colours asks for none.
 fn colours() -> bool {
     let none = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
@@ -169,7 +169,7 @@ impl Progress for Watch {
         if let Some((_, bar)) = held.as_ref() {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
-            if self.cancelled() && !self.insisted() {
+            if self.cancelled() && !self.forced() {
                 bar.set_message("ends after this (Ctrl-C: now)");
             }
         }
@@ -179,7 +179,7 @@ impl Progress for Watch {
         self.0.stops.load(Ordering::SeqCst) > 0
     }
 
-    fn insisted(&self) -> bool {
+    fn forced(&self) -> bool {
         self.0.stops.load(Ordering::SeqCst) > 1
     }
 }

@@ -1,4 +1,4 @@
-//! `watch`: the show is edited elsewhere; every save is checked, told in words and shown anew.
+//! `watch`: the show is edited elsewhere; every save is checked, reported in words and shown again.
 
 use std::path::Path;
 use std::time::Duration;

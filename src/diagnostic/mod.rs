@@ -1,7 +1,7 @@
 //! One type for everything the program has to say about a show's text.
 //!
-//! A [`Diagnostic`] is data: severity, a stable code, a message, labelled places, help that can
-//! be typed. Rendering (plain, coloured, JSON) is separate. This room knows nothing of grammars.
+//! A [`Diagnostic`] is data: severity, a stable code, a message, labelled places, help that can be
+//! typed. Rendering (plain, coloured, JSON) is separate. This module does not depend on grammars.
 
 mod render;
 

@@ -27,7 +27,7 @@ pub enum Style {
 }
 
 impl Style {
-    /// For people, who are told in words how it went besides; the other styles hold diagnostics
+    /// For people, who read in words how it went besides; the other styles hold diagnostics
     /// and nothing else.
     pub fn is_for_people(self) -> bool {
         matches!(self, Style::Plain | Style::Colour)

@@ -317,7 +317,7 @@ impl Engine {
                 threads,
                 memory,
             };
-            // Nobody may want it any more.
+            // It may not be wanted any more.
             let _ = send.send(job.run(renderer.as_ref(), work));
         }));
         Ok(PendingJob {
@@ -349,7 +349,7 @@ impl Engine {
             let Some(job) = self.background.as_mut().and_then(|b| b.job.as_mut()) else {
                 break;
             };
-            // Where the platform cannot wait, whoever called looks again later.
+            // Where the platform cannot wait, the caller looks again later.
             let patience = match cfg!(target_family = "wasm") {
                 true => Duration::ZERO,
                 false => GLANCE,

@@ -74,7 +74,7 @@ impl Parsed {
 ///
 /// # Errors
 /// [`Error::Show`] with every error of the text alone.
-pub(super) fn parse(source: Source<'_>, cache: &mut lang::Known) -> Result<Parsed, Error> {
+pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Parsed, Error> {
     let (parsed, mut diagnostics) = read(source, cache);
     if let (Some(show), false) = (parsed.show, diagnostics.has_errors()) {
         let checked = check::check(&show, &parsed.spans);
@@ -91,7 +91,7 @@ pub(super) fn parse(source: Source<'_>, cache: &mut lang::Known) -> Result<Parse
     Err(Error::Show(diagnostics))
 }
 
-fn read(source: Source<'_>, cache: &mut lang::Known) -> (lang::Parsed, Diagnostics) {
+fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> (lang::Parsed, Diagnostics) {
     let mut sources = Sources::default();
     let Source { name, text, .. } = source;
     let mut parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
@@ -107,7 +107,7 @@ fn read(source: Source<'_>, cache: &mut lang::Known) -> (lang::Parsed, Diagnosti
 /// a text. [`Error::TooManyKeys`].
 pub(super) fn compile(
     source: Source<'_>,
-    cache: &mut lang::Known,
+    cache: &mut lang::LoweringCache,
     old: Option<&Loaded>,
 ) -> Result<Compiled, Error> {
     let (parsed, mut diagnostics) = read(source, cache);

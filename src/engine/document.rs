@@ -2,7 +2,7 @@
 //!
 //! Invariants: the text always compiles; an edit compiles the whole new text before anything
 //! changes, so that an error never drops the last good show; what an edit does not touch is kept
-//! (geometry while the stage files are the same). It renders nothing and knows no prompt.
+//! (geometry while the stage files are the same). It renders nothing and has no prompt.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub struct Document {
     /// Counts the texts that meant something else than the one before.
     revision: u64,
     /// Cues that were lowered before, so that an edit costs what it changes.
-    cache: lang::Known,
+    cache: lang::LoweringCache,
     compiled: Arc<Compiled>,
     past: Vec<String>,
     future: Vec<String>,
@@ -96,7 +96,7 @@ impl Document {
         memory: usize,
     ) -> Result<Document, Error> {
         let text = decode(name, text)?;
-        let mut cache = lang::Known::default();
+        let mut cache = lang::LoweringCache::default();
         let source = Source {
             name,
             text: &text,

@@ -17,7 +17,7 @@ use crate::show::ToneCurve;
 
 /// What is known of the key images of one pool.
 struct Brightness {
-    /// The pool's images, to know it again; being held here, no other can take their place.
+    /// The pool's images, to recognise it; being held here, no other can take their place.
     pictures: Vec<Arc<Image>>,
     thin: Pool,
     /// Bright light by the bits of a key's setting.

@@ -9,7 +9,7 @@
 
 use serde::Serialize;
 
-use super::refine::{Goal, Remark};
+use super::refine::{Goal, Warning};
 use super::{Engine, Error};
 use crate::plan::Metric;
 use crate::pool::is_within;
@@ -81,7 +81,7 @@ pub(super) struct Batch {
     /// Whether the first of them is predicted to end in time.
     pub fits: bool,
     /// Why they are several.
-    pub remark: Option<Remark>,
+    pub warning: Option<Warning>,
 }
 
 /// How many images of `forecast` one call should render for `goal`, when `refined` images are there
@@ -117,7 +117,7 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
         .min(left.map_or(MOST, inside))
         .min(MOST)
         .min(steps.len());
-    let remark = (images > 1).then_some(Remark::Batch {
+    let warning = (images > 1).then_some(Warning::Batch {
         images,
         fixed: forecast.fixed,
         each: marginal,
@@ -126,7 +126,7 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
         images,
         needed,
         fits,
-        remark,
+        warning,
     }
 }
 
@@ -170,7 +170,7 @@ impl Engine {
         }
         let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
         let store = self.host.store.as_ref();
-        let stored = rendering.at_hand(&self.archive, quality, &settings, store);
+        let stored = rendering.at_hand(&self.image_cache, quality, &settings, store);
         let mut first = true;
         for (direction, stored) in next.into_iter().zip(stored) {
             let mut seconds = 0.0;
@@ -195,7 +195,7 @@ impl Engine {
     }
 
     /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
-    /// that would tell, as the coarse images were stored.
+    /// that would show it, as the coarse images were stored.
     ///
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
@@ -212,7 +212,7 @@ impl Engine {
     pub(super) fn measure_pace(&self) -> Result<f64, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let operator = rendering.layered(self.host.renderer.as_ref());
-        Ok(operator.pace(&|| self.now(), self.host.work())?)
+        Ok(operator.cost_scale(&|| self.now(), self.host.work())?)
     }
 
     /// Predicted cost of refined images, in the operator's units.

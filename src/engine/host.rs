@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use super::background::Background;
 use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
-use crate::pool::archive::Archive;
-use crate::pool::depot::Depot;
+use crate::pool::disk_cache::DiskCache;
+use crate::pool::image_cache::ImageCache;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
 use crate::work::{Progress, Silent, Work};
@@ -44,8 +44,8 @@ pub struct Host {
     /// Bytes that rendering may hold.
     pub memory: usize,
     /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
-    /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any line
-    /// of a [`Repl`](crate::repl::Repl). Then it ends as if cancelled twice, with
+    /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any
+    /// line of a [`Repl`](crate::repl::Repl). Then it ends as if cancelled twice, with
     /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`: no
     /// limit. A refinement in the background is not limited by it.
     pub time: Option<Duration>,
@@ -103,10 +103,10 @@ impl std::fmt::Debug for Host {
 
 impl Host {
     /// Images in memory and in the host's folder, none of them read yet.
-    pub(super) fn archive(&self) -> Archive {
+    pub(super) fn image_cache(&self) -> ImageCache {
         let version = self.renderer.results().unwrap_or_default();
-        let depot = |place: &PoolPlace| Depot::new(&place.folder, place.limit, &version);
-        Archive::new(self.pool.as_ref().map(depot))
+        let disk_cache = |place: &PoolPlace| DiskCache::new(&place.folder, place.limit, &version);
+        ImageCache::new(self.pool.as_ref().map(disk_cache))
     }
 
     pub(crate) fn work(&self) -> Work<'_> {

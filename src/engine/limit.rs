@@ -101,8 +101,8 @@ impl Progress for Timed {
         self.progress.cancelled() || self.deadline.is_over(self.clock.seconds())
     }
 
-    fn insisted(&self) -> bool {
-        self.progress.insisted() || self.deadline.is_over(self.clock.seconds())
+    fn forced(&self) -> bool {
+        self.progress.forced() || self.deadline.is_over(self.clock.seconds())
     }
 }
 

@@ -7,7 +7,7 @@ use crate::linalg::Dependent;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
-use crate::pool::depot::Stored;
+use crate::pool::disk_cache::Stored;
 use crate::renderer::Quality;
 
 /// Images at hand, in memory and in the store.
@@ -59,7 +59,7 @@ impl Engine {
             .and_then(|pool| plan::next(keys, &pool.settings(), &pool.weighting(), None).ok());
         Some(PoolSummary {
             held,
-            idle: self.archive.kept().len().saturating_sub(held),
+            idle: self.image_cache.kept().len().saturating_sub(held),
             near_copies: rendering.near_copies,
             refused: next.map(|n| n.refused).unwrap_or_default(),
             store: self.store_summary(),
@@ -67,13 +67,13 @@ impl Engine {
     }
 
     fn store_summary(&self) -> Option<StoreSummary> {
-        let depot = self.archive.depot()?;
-        let stored = depot.stored(self.store());
+        let disk_cache = self.image_cache.disk_cache()?;
+        let stored = disk_cache.stored(self.store());
         let (own, other): (Vec<Stored>, Vec<Stored>) =
             stored.into_iter().partition(|s| self.serves(s));
         Some(StoreSummary {
-            folder: depot.folder().to_owned(),
-            limit: depot.limit(),
+            folder: disk_cache.folder().to_owned(),
+            limit: disk_cache.limit(),
             own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
             other: other.iter().map(|s| s.bytes).collect(),
         })
@@ -81,13 +81,14 @@ impl Engine {
 
     /// Whether a stored image can serve the show: its scene fits, and all its lights are there.
     fn serves(&self, stored: &Stored) -> bool {
-        let (Some(rendering), Some(depot)) = (&self.rendering, self.archive.depot()) else {
+        let (Some(rendering), Some(disk_cache)) = (&self.rendering, self.image_cache.disk_cache())
+        else {
             return false;
         };
-        rendering.is_of_scene(stored.ground)
-            && depot
+        rendering.is_of_scene(stored.scene_key)
+            && disk_cache
                 .lighting(self.store(), *stored)
-                .is_some_and(|lighting| rendering.can_use(stored.ground, &lighting))
+                .is_some_and(|lighting| rendering.can_use(stored.scene_key, &lighting))
     }
 
     /// Frees images, in memory and in the store: those that this show cannot use, or all.
@@ -96,8 +97,8 @@ impl Engine {
     /// [`Error::NoSetup`], [`Error::File`] when the store cannot be written.
     pub fn drop_images(&mut self, all: bool) -> Result<Freed, Error> {
         let mut gone = Vec::new();
-        if let Some(depot) = self.archive.depot() {
-            let stored = depot.stored(self.store()).into_iter();
+        if let Some(disk_cache) = self.image_cache.disk_cache() {
+            let stored = disk_cache.stored(self.store()).into_iter();
             gone = stored.filter(|s| all || !self.serves(s)).collect();
         }
         let Some(rendering) = &mut self.rendering else {
@@ -110,11 +111,12 @@ impl Engine {
         }
         let held = rendering.pool.as_ref().map(images_of).unwrap_or_default();
         let used = |image: &Arc<_>| held.contains(&Arc::as_ptr(image));
-        let memory = self.archive.forget(|kept| !used(&kept.image));
+        let memory = self.image_cache.forget(|kept| !used(&kept.image));
         let mut store = None;
-        if let Some(depot) = self.archive.depot_mut() {
-            let (images, bytes) = depot.free(self.host.store.as_ref(), |s| gone.contains(s))?;
-            store = Some((images, bytes, depot.folder().to_owned()));
+        if let Some(disk_cache) = self.image_cache.disk_cache_mut() {
+            let (images, bytes) =
+                disk_cache.free(self.host.store.as_ref(), |s| gone.contains(s))?;
+            store = Some((images, bytes, disk_cache.folder().to_owned()));
         }
         Ok(Freed { memory, store })
     }

@@ -75,7 +75,7 @@ pub enum Ended {
 
 /// Why refinement rendered several images at once, or ended before its time did.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Remark {
+pub enum Warning {
     /// Several images in one call.
     Batch {
         /// How many.
@@ -100,7 +100,7 @@ pub struct Refined {
     /// Seconds of computing them.
     pub seconds: f64,
     /// How it went about it.
-    pub remarks: Vec<Remark>,
+    pub warnings: Vec<Warning>,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
 }
@@ -230,9 +230,9 @@ impl Engine {
     pub(super) fn reuse_refined(&mut self) -> Result<(), Error> {
         let (begin, least) = (self.now(), self.refined_step());
         let store = self.host.store.as_ref();
-        let archive = &mut self.archive;
+        let image_cache = &mut self.image_cache;
         let reused = self.rendering.as_mut();
-        let reused = reused.map(|r| r.reusable(archive, least, store));
+        let reused = reused.map(|r| r.reusable(image_cache, least, store));
         self.add_refined(reused.unwrap_or_default(), begin)
     }
 

@@ -1,19 +1,19 @@
 //! The state machine of refinement: what to render next, and what its images are for.
 //!
-//! The blocking call, the background job and the session replay drive the same [`Refiner`]. It never
-//! renders by itself, so that its jobs can be run anywhere. Each job is planned from the show as it
-//! is then.
+//! The blocking call, the background job and the session replay drive the same [`Refiner`]. It
+//! never renders by itself, so that its jobs can be run anywhere. Each job is planned from the show
+//! as it is then.
 
 use std::sync::Arc;
 
 use super::forecast::{self, NextImage};
-use super::refine::{Ended, Goal, Refined, Remark};
+use super::refine::{Ended, Goal, Refined, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
 use super::{Engine, Error};
 use crate::picture::Image;
 use crate::plan::Metric;
 use crate::pool::Pool;
-use crate::pool::archive::Wanted;
+use crate::pool::image_cache::Wanted;
 use crate::renderer::{Quality, Setup};
 
 /// What is to be done next.
@@ -71,7 +71,8 @@ pub(super) struct Refiner {
     goal: Goal,
     /// What orders the images, as it was when the refinement began.
     metric: Option<Metric>,
-    /// Several images in one job where that pays, as whoever waits needs none of them by itself.
+    /// Several images in one job where that pays, as a caller that waits needs none of them by
+    /// itself.
     batches: bool,
     coarse: Coarse,
     pub done: Refined,
@@ -132,19 +133,19 @@ impl Refiner {
         let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
         if !self.batches {
             batch.images = batch.images.min(1);
-            batch.remark = None;
+            batch.warning = None;
         }
         // The first one is rendered whatever it takes: else nothing would ever be known.
         if self.done.images > 0 && !batch.fits {
             let seconds = forecast.steps.first().map_or(0.0, |s| s.seconds);
-            let remark = (seconds > 0.0).then_some(Remark::DoesNotFit { seconds });
-            self.done.remarks.extend(remark);
+            let warning = (seconds > 0.0).then_some(Warning::DoesNotFit { seconds });
+            self.done.warnings.extend(warning);
             return Ok(Next::Ended(Ended::Spent));
         }
         if batch.images == 0 {
             return Ok(Next::Ended(Ended::Complete));
         }
-        self.done.remarks.extend(batch.remark);
+        self.done.warnings.extend(batch.warning);
         self.needed = self.done.images + batch.needed;
         let steps = forecast.steps.into_iter().take(batch.images).collect();
         self.next_refined(engine, steps, begin)
@@ -163,8 +164,8 @@ impl Refiner {
         let store = engine.host.store.as_ref();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
         let place = rendering.pool.as_ref().map_or(0, |p| p.refined().len());
-        let archive = &mut engine.archive;
-        let (found, missing) = rendering.find(archive, quality, &settings, Some(place), store);
+        let image_cache = &mut engine.image_cache;
+        let (found, missing) = rendering.find(image_cache, quality, &settings, Some(place), store);
         let ticket = Ticket {
             setup: rendering.setup.clone(),
             quality,
@@ -205,8 +206,8 @@ impl Refiner {
             if self.coarse.sets.iter().any(|(q, _)| *q == quality) {
                 continue;
             }
-            let archive = &mut engine.archive;
-            let (found, missing) = rendering.find(archive, quality, &units, None, store);
+            let image_cache = &mut engine.image_cache;
+            let (found, missing) = rendering.find(image_cache, quality, &units, None, store);
             self.coarse.found |= found.iter().any(Option::is_some);
             if missing.settings.is_empty() {
                 let images = rendering::in_order(found, Vec::new());
@@ -245,7 +246,7 @@ impl Refiner {
         };
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
         rendering.pool = Some(Pool::new(images, coarser, engine.host.work()));
-        rendering::trim(&mut engine.archive, engine.host.memory);
+        rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();
         // What was found says nothing of what rendering takes; the background learns job by job.
         if self.batches && !coarse.found {
@@ -276,9 +277,9 @@ impl Refiner {
         }
         let images = rendered.images?;
         let store = engine.host.store.as_ref();
-        let archive = &mut engine.archive;
-        let kept = rendering::take_in(archive, ticket.wanted.as_deref(), images, store);
-        rendering::trim(archive, engine.host.memory);
+        let image_cache = &mut engine.image_cache;
+        let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
+        rendering::trim(image_cache, engine.host.memory);
         let seconds = engine.now() - ticket.started;
         if !ticket.refined {
             if !self.batches && ticket.found.iter().all(Option::is_none) {

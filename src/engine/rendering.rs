@@ -14,9 +14,9 @@ use super::Host;
 use crate::files::Store;
 use crate::picture::Image;
 use crate::pool::Pool;
-use crate::pool::address::{Digest, Ground, Lighting, Lights};
-use crate::pool::archive::{Archive, Wanted};
-use crate::pool::depot::Place;
+use crate::pool::address::{Digest, Lighting, Lights, SceneKey};
+use crate::pool::disk_cache::Place;
+use crate::pool::image_cache::{ImageCache, Wanted};
 use crate::renderer::layered::{Layered, only_images};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::show::Preview;
@@ -36,7 +36,7 @@ pub(super) struct Rendering {
     /// The rig as addresses see it.
     lights: Lights,
     /// Where its images belong; `None` when the operator's images are not to be kept.
-    scene_key: Option<Ground>,
+    scene_key: Option<SceneKey>,
     /// Refined images at hand that the pool does not use, as they say next to nothing new.
     pub near_copies: usize,
     /// Coarse and refined images, once there are any.
@@ -77,7 +77,7 @@ impl Rendering {
         let results = results.filter(|_| !only_images(&setup.rig));
         Rendering {
             lights: Lights::new(&setup.rig),
-            scene_key: results.map(|r| Ground::new(r, &setup.scene, &setup.view)),
+            scene_key: results.map(|r| SceneKey::new(r, &setup.scene, &setup.view)),
             setup: setup.clone(),
             steps,
             operators: BTreeMap::new(),
@@ -150,20 +150,20 @@ impl Rendering {
     /// An image of each setting at a step of quality, found or rendered here.
     pub fn images(
         &mut self,
-        archive: &mut Archive,
+        image_cache: &mut ImageCache,
         host: &Host,
         quality: Quality,
         settings: &[Vec<f64>],
     ) -> Result<Vec<Arc<Image>>, TransportError> {
         let store = host.store.as_ref();
-        let (found, missing) = self.find(archive, quality, settings, None, store);
+        let (found, missing) = self.find(image_cache, quality, settings, None, store);
         let mut rendered = Vec::new();
         if !missing.settings.is_empty() {
             let operator = self.operator(host.renderer.as_ref(), quality, host.work())?;
             let images = operator.render(&missing.settings, host.work())?;
-            rendered = take_in(archive, missing.wanted.as_deref(), images, store);
+            rendered = take_in(image_cache, missing.wanted.as_deref(), images, store);
         }
-        trim(archive, host.memory);
+        trim(image_cache, host.memory);
         Ok(in_order(found, rendered))
     }
 
@@ -171,7 +171,7 @@ impl Rendering {
     /// are not. Refined images are counted on from `refined`; coarse ones have none.
     pub fn find(
         &self,
-        archive: &mut Archive,
+        image_cache: &mut ImageCache,
         quality: Quality,
         settings: &[Vec<f64>],
         refined: Option<usize>,
@@ -186,7 +186,7 @@ impl Rendering {
         };
         let wanted = self.wanted(key, quality, settings, refined);
         let size = (self.setup.view.width, self.setup.view.height);
-        let found = archive.find(&wanted, size, store);
+        let found = image_cache.find(&wanted, size, store);
         let open = |((setting, wanted), found): ((&Vec<f64>, Wanted), &Option<Arc<Image>>)| {
             found.is_none().then(|| (setting.clone(), wanted))
         };
@@ -202,7 +202,7 @@ impl Rendering {
     /// Which images of settings need no rendering, as far as can be told without reading any.
     pub fn at_hand(
         &self,
-        archive: &Archive,
+        image_cache: &ImageCache,
         quality: Quality,
         settings: &[Vec<f64>],
         store: &dyn Store,
@@ -210,13 +210,13 @@ impl Rendering {
         let Some(key) = self.scene_key else {
             return vec![false; settings.len()];
         };
-        archive.has(&self.wanted(key, quality, settings, None), store)
+        image_cache.has(&self.wanted(key, quality, settings, None), store)
     }
 
-    /// Images of settings as the archive knows them; `refined` as in [`Rendering::find`].
+    /// Images of settings as the cache holds them; `refined` as in [`Rendering::find`].
     fn wanted(
         &self,
-        key: Ground,
+        key: SceneKey,
         quality: Quality,
         settings: &[Vec<f64>],
         refined: Option<usize>,
@@ -243,32 +243,32 @@ impl Rendering {
     }
 
     /// True for where this scene and view have their images.
-    pub fn is_of_scene(&self, key: Ground) -> bool {
+    pub fn is_of_scene(&self, key: SceneKey) -> bool {
         Some(key) == self.scene_key
     }
 
     /// True for images that this scene, rig and view can use.
-    pub fn can_use(&self, key: Ground, lighting: &Lighting) -> bool {
+    pub fn can_use(&self, key: SceneKey, lighting: &Lighting) -> bool {
         self.is_of_scene(key) && self.lights.has_all(lighting)
     }
 
     /// The names of the refined images in an archive, on disk too, that serve.
     pub fn serving(
         &self,
-        archive: &Archive,
+        image_cache: &ImageCache,
         least: Quality,
         store: &dyn Store,
     ) -> BTreeSet<Digest> {
-        let known = self.known(archive, least, Some(store));
+        let known = self.known(image_cache, least, Some(store));
         known.into_iter().map(|k| k.address.key).collect()
     }
 
     /// Number of refined images that the pool has, or, until it is made, will have of those in
     /// memory.
-    pub fn refined(&self, archive: &Archive, least: Quality) -> usize {
+    pub fn refined(&self, image_cache: &ImageCache, least: Quality) -> usize {
         match &self.pool {
             Some(pool) => pool.refined().len(),
-            None => self.known(archive, least, None).len(),
+            None => self.known(image_cache, least, None).len(),
         }
     }
 }
@@ -288,7 +288,7 @@ pub(super) fn refined_step(refined: u8, finest: Quality) -> Quality {
 
 /// Keeps images that were rendered, where they have addresses.
 pub(super) fn take_in(
-    archive: &mut Archive,
+    image_cache: &mut ImageCache,
     wanted: Option<&[Wanted]>,
     images: Vec<Image>,
     store: &dyn Store,
@@ -298,7 +298,7 @@ pub(super) fn take_in(
     };
     let pairs = wanted.iter().zip(images);
     pairs
-        .map(|(w, image)| archive.take_in(w, image, store))
+        .map(|(w, image)| image_cache.take_in(w, image, store))
         .collect()
 }
 
@@ -313,6 +313,6 @@ pub(super) fn in_order(
 }
 
 /// Lets go of images that nothing uses, beyond their share of the memory, bytes.
-pub(super) fn trim(archive: &mut Archive, memory: usize) {
-    archive.trim(memory / KEPT_SHARE);
+pub(super) fn trim(image_cache: &mut ImageCache, memory: usize) {
+    image_cache.trim(memory / KEPT_SHARE);
 }

@@ -39,7 +39,7 @@ pub struct Session {
     mark: f64,
     /// The store on disk, which is not asked meanwhile: what an earlier session stored would take
     /// no time in this one.
-    store: Option<crate::pool::depot::Depot>,
+    store: Option<crate::pool::disk_cache::DiskCache>,
 }
 
 impl Session {
@@ -55,7 +55,7 @@ impl Session {
             moments: Vec::new(),
             spent: 0.0,
             mark: engine.now(),
-            store: engine.archive.detach(),
+            store: engine.image_cache.detach(),
         };
         let begun = engine.coarse();
         let measured = begun.and_then(|()| session.measure(engine, Event::Coarse, None));
@@ -99,7 +99,7 @@ impl Session {
 
     /// Ends the session; what was measured.
     pub fn end(self, engine: &mut Engine) -> Vec<Moment> {
-        engine.archive.attach(self.store);
+        engine.image_cache.attach(self.store);
         self.moments
     }
 

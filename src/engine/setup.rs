@@ -12,8 +12,8 @@ use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::renderer::Setup;
 use crate::renderer::layered::only_images;
-use crate::scene::fitting::Fittings;
 use crate::scene::import;
+use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
 use crate::scene::{ImageFile, Images, Lamp, Scene, View, still};
@@ -47,7 +47,7 @@ impl Inputs {
 pub(super) struct Loaded {
     inputs: Inputs,
     images: Images,
-    luminaires: Fittings,
+    luminaires: LuminaireAssets,
     pub setup: Setup,
 }
 
@@ -74,7 +74,7 @@ pub(super) fn load(
     let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
     let (scene, images, luminaires) = match (scene, images, luminaires) {
         (Ok((scene, lamps)), Ok(images), Ok(luminaires)) => {
-            let luminaires = Fittings {
+            let luminaires = LuminaireAssets {
                 lamps,
                 ..luminaires
             };
@@ -197,7 +197,7 @@ fn read_scene(
         errors = apply_materials(show, spans, &mut scene);
     }
     if errors.is_empty() {
-        show.furnish(&mut scene);
+        show.add_light_geometry(&mut scene);
         Ok((scene, lamps))
     } else {
         Err(errors)

@@ -9,7 +9,7 @@ use super::{Engine, Error, Host, decode};
 use crate::files::Files;
 use crate::lang;
 use crate::pool::address::Digest;
-use crate::pool::archive::Archive;
+use crate::pool::image_cache::ImageCache;
 use crate::show::Show;
 use crate::timeline::Timeline;
 
@@ -30,7 +30,7 @@ impl Version {
             files,
             memory: usize::MAX,
         };
-        let mut cache = lang::Known::default();
+        let mut cache = lang::LoweringCache::default();
         Ok(Version(compile::parse(source, &mut cache)?))
     }
 
@@ -49,9 +49,14 @@ impl Version {
         &self.0.timeline
     }
 
-    /// The names of the refined images in `archive` that serve this version; none where it has no
-    /// stage, or one that cannot be read. The scene of `known` is taken where it is the same.
-    fn serving(&self, host: &Host, archive: &Archive, known: Option<&Loaded>) -> BTreeSet<Digest> {
+    /// The names of the refined images in `image_cache` that serve this version; none where it has
+    /// no stage, or one that cannot be read. The scene of `known` is taken where it is the same.
+    fn serving(
+        &self,
+        host: &Host,
+        image_cache: &ImageCache,
+        known: Option<&Loaded>,
+    ) -> BTreeSet<Digest> {
         let Parsed { show, spans, .. } = &self.0;
         let source = Source {
             name: "",
@@ -67,7 +72,7 @@ impl Version {
         let rendering = Rendering::renew(None, &loaded.setup, &show.preview, results.as_deref());
         let finest = rendering.finest(host.renderer.as_ref());
         let least = refined_step(show.preview.refined, finest);
-        rendering.serving(archive, least, host.store.as_ref())
+        rendering.serving(image_cache, least, host.store.as_ref())
     }
 }
 
@@ -84,16 +89,16 @@ pub struct Serving {
 impl Serving {
     /// Counts the images in the host's store.
     pub fn in_store(old: &Version, new: &Version, host: &Host) -> Serving {
-        Serving::count(old, new, (host, &host.archive(), None))
+        Serving::count(old, new, (host, &host.image_cache(), None))
     }
 
     fn count(
         old: &Version,
         new: &Version,
-        (host, archive, known): (&Host, &Archive, Option<&Loaded>),
+        (host, image_cache, known): (&Host, &ImageCache, Option<&Loaded>),
     ) -> Serving {
-        let old = old.serving(host, archive, known);
-        let new = new.serving(host, archive, known);
+        let old = old.serving(host, image_cache, known);
+        let new = new.serving(host, image_cache, known);
         Serving {
             old: old.len(),
             both: old.intersection(&new).count(),
@@ -106,6 +111,6 @@ impl Engine {
     pub fn serving(&self, old: &Version, new: &Version) -> Serving {
         let compiled = self.document.compiled();
         let known = compiled.loaded.as_ref();
-        Serving::count(old, new, (&self.host, &self.archive, known))
+        Serving::count(old, new, (&self.host, &self.image_cache, known))
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::growing::{Beside, Growing};
+use super::atomic_writer::{AtomicWriter, Beside};
 use super::{Entry, FileError, Store, beside, io_error, read_error, read_limited};
 
 /// The disk, anywhere the program may write.
@@ -27,7 +27,7 @@ impl Store for Disk {
         })
     }
 
-    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn Growing + 's>, FileError> {
+    fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn AtomicWriter + 's>, FileError> {
         Ok(Box::new(Beside::new(path)?))
     }
 

@@ -228,7 +228,7 @@ fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Wa
 
 /// Kills a program that is still running, with its group, and waits until it is gone.
 fn end(child: &mut Child) -> std::io::Result<()> {
-    // Its number is still its own: nobody has waited for it.
+    // Its number is still its own: it has not been waited for.
     #[cfg(unix)]
     if let Ok(group) = i32::try_from(child.id()) {
         use nix::sys::signal::{Signal, killpg};

@@ -2,11 +2,11 @@
 //!
 //! Invariants: texts are slices of the source; a [`Span`] is a byte range on character
 //! boundaries. Nothing here is checked yet beyond the grammar: names are words, quantities are
-//! texts. It must not know of indices, units or the model's lists.
+//! texts. It must not depend on indices, units or the model's lists.
 
 use std::ops::Range;
 
-use super::known::Lowered;
+use super::lowering_cache::Lowered;
 use crate::show::Interpolation;
 
 /// A byte range of one source file.
@@ -108,7 +108,7 @@ pub enum Declaration<'a> {
     /// `cue NUMBER …`
     Cue(Cue<'a>),
     /// A cue that was lowered before.
-    Known(&'a Lowered),
+    Cached(&'a Lowered),
 }
 
 /// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.

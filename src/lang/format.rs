@@ -4,7 +4,7 @@
 //! blank between words, two between clauses; clauses of neighbouring lines under each other;
 //! one empty line at most, none at the ends of a block. What it keeps: every comment, every group
 //! of lines that an empty line sets apart, and every line break inside a declaration, because
-//! there a writer knows better.
+//! there the writer decides.
 //!
 //! Invariants: the words of the text and their order stay (colours become lower case); the parsed
 //! show is the same before and after; formatting twice is formatting once. It knows the grammar's

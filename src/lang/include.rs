@@ -255,12 +255,12 @@ fn resolved(from: &str, path: &str) -> String {
 mod tests {
     use super::*;
     use crate::files::Memory;
-    use crate::lang::{Known, Parsed, parse, parse_again};
+    use crate::lang::{LoweringCache, Parsed, parse, parse_again};
     use proptest::prelude::*;
 
     fn parsed(files: &Memory, text: &str) -> Parsed {
-        let (mut known, mut sources) = (Known::default(), Sources::default());
-        parse_again(&mut known, files, &mut sources, "shows/show.lxq", text)
+        let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
+        parse_again(&mut cache, files, &mut sources, "shows/show.lxq", text)
     }
 
     const RIG: &str = "light l panel cloth\ninclude \"more/banks.lxq\"\nlight k panel cloth\n";
@@ -298,7 +298,7 @@ mod tests {
         let mut sources = Sources::default();
         let text = "include \"rig.lxq\"\nbank late = k\ncue 1 { night }\n";
         let found = parse_again(
-            &mut Known::default(),
+            &mut LoweringCache::default(),
             &files,
             &mut sources,
             "shows/s.lxq",
@@ -345,13 +345,13 @@ mod tests {
 
     #[test]
     fn a_change_in_an_included_file_is_seen_by_cues_that_are_known() {
-        let (mut known, text) = (
-            Known::default(),
+        let (mut cache, text) = (
+            LoweringCache::default(),
             "include \"v.lxq\"\nlight l panel c\nbank b = l\ncue 1 { b (v) }\n",
         );
         let mut level = |v: u32| {
             let files = Memory::default().with("v.lxq", format!("let v = {v}\n"));
-            let parsed = parse_again(&mut known, &files, &mut Sources::default(), "s", text);
+            let parsed = parse_again(&mut cache, &files, &mut Sources::default(), "s", text);
             format!("{:?}", parsed.show.unwrap().cues[0].parts[0].moves)
         };
         let (five, six) = (level(5), level(6));

@@ -2,13 +2,13 @@
 //!
 //! The way of a text: `scan` cuts it into statements, `syntax` parses each by the grammar
 //! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
-//! quantities and writes the model. Every mistake of a file is reported in one run.
+//! quantities and writes the model. Every error of a file is reported in one run.
 //!
 //! Invariants: no file is read but what a show includes, and nothing is written here; time and
 //! memory are linear in the text (within [`limits`]); of the parser generator nothing gets out; a
 //! show comes out exactly when there is no error, and then keeps every invariant of
-//! [`crate::show`]. This room knows nothing of curves over time: what only they can tell is
-//! `check`'s to say.
+//! [`crate::show`]. This module does not depend on curves over time: what follows from them alone
+//! is `check`'s to say.
 
 mod ast;
 mod build;
@@ -17,10 +17,10 @@ pub mod edit;
 mod explain;
 mod format;
 mod include;
-mod known;
 mod levels;
 pub mod limits;
 mod lower;
+mod lowering_cache;
 mod names;
 mod preview;
 mod quantity;
@@ -35,8 +35,8 @@ use ast::Word;
 pub use ast::Span;
 pub use explain::{Page, explain, pages};
 pub use format::format;
-pub use known::Known;
 pub use levels::{SetLevel, levels};
+pub use lowering_cache::LoweringCache;
 pub use names::nearest;
 pub use preview::preview_statement;
 pub use token::{Token, tokens};
@@ -81,14 +81,14 @@ pub struct Parsed {
 /// A show without a `show` statement is called by the name of its file, without the ending.
 /// What it includes cannot be read so: see [`parse_again`].
 pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
-    let (mut known, files) = (Known::default(), Memory::default());
-    parse_again(&mut known, &files, sources, name, text)
+    let (mut cache, files) = (LoweringCache::default(), Memory::default());
+    parse_again(&mut cache, &files, sources, name, text)
 }
 
 /// Reads a show with what it includes from `files`, in less time where most of its cues were read
-/// with the same `known` before.
+/// with the same `cache` before.
 pub fn parse_again(
-    known: &mut Known,
+    cache: &mut LoweringCache,
     files: &dyn Files,
     sources: &mut Sources,
     name: &str,
@@ -105,7 +105,7 @@ pub fn parse_again(
     for part in &parts {
         read::environment(&part.text, &part.scan, &mut environment);
     }
-    let within = known.within(&environment);
+    let within = cache.within(&environment);
     let reads = parts
         .iter()
         .map(|p| read::read(&p.text, p.file, &p.scan, within, &mut report));
@@ -127,7 +127,7 @@ pub fn parse_again(
         Some((text, cue))
     });
     let (fresh, statements) = (texts.collect(), read.statements.len());
-    known.learn(environment, fresh, statements);
+    cache.learn(environment, fresh, statements);
     if let Some(show) = &mut show
         && show.title.is_empty()
     {

@@ -1,4 +1,4 @@
-//! Names: one kind each, found by whoever asks, with the nearest one when there is none.
+//! Names: one kind each, found by name, with the nearest one when there is none.
 //!
 //! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
 //! stage's names, not the show's: they are not in this table.
@@ -77,7 +77,7 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub struct Names<'a> {
     table: BTreeMap<&'a str, Entry>,
-    /// The same to look one name up, which every move does; only ever asked, never walked.
+    /// The same to look one name up, which every move does; only looked up, never iterated.
     index: HashMap<&'a str, Entry>,
 }
 

@@ -1,7 +1,7 @@
 //! Quantities with units: what a number means, and what to say when it means something else.
 //!
-//! Times are read digit by digit into whole microseconds, never through a float. This room knows
-//! texts and units only, neither where they stand in the file nor what for.
+//! Times are read digit by digit into whole microseconds, never through a float. This module
+//! handles texts and units only, neither where they stand in the file nor what for.
 
 use crate::units::Time;
 
@@ -103,7 +103,7 @@ impl Wanted {
 pub enum Fault {
     /// Its unit is of another kind.
     Kind(&'static str),
-    /// Nobody knows this unit.
+    /// The unit is unknown.
     Unit(String),
     /// The digits make no number, or one beyond every limit; why.
     Digits(&'static str),
@@ -124,7 +124,7 @@ fn split(text: &str) -> (&str, &str) {
 /// The unit of a quantity.
 ///
 /// # Errors
-/// [`Fault::Unit`] for one that nobody knows.
+/// [`Fault::Unit`] for an unknown one.
 pub fn unit(text: &str) -> Result<Unit, Fault> {
     let (digits, unit) = split(text);
     Ok(match unit {

@@ -1,10 +1,10 @@
-//! From text to statements: cutting, parsing, and finding more than one mistake in a statement.
+//! From text to statements: cutting, parsing, and finding more than one error in a statement.
 
 use std::ops::Range;
 
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
-use super::known::Known;
+use super::lowering_cache::LoweringCache;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan};
@@ -25,18 +25,18 @@ pub struct Read<'a> {
     pub names_lost: bool,
 }
 
-/// Reads all statements of a file; cues that are `known` are not parsed again.
+/// Reads all statements of a file; cues that are `cache` are not parsed again.
 pub fn read<'a>(
     text: &'a str,
     file: u32,
     scan: &Scan,
-    known: Option<&'a Known>,
+    cache: Option<&'a LoweringCache>,
     report: &mut Report,
 ) -> Read<'a> {
     let mut reader = Reader {
         text,
         file,
-        known,
+        cache,
         report,
         out: Read::default(),
     };
@@ -85,7 +85,7 @@ pub fn environment(text: &str, scan: &Scan, out: &mut String) {
 struct Reader<'a, 'r> {
     text: &'a str,
     file: u32,
-    known: Option<&'a Known>,
+    cache: Option<&'a LoweringCache>,
     report: &'r mut Report,
     out: Read<'a>,
 }
@@ -168,10 +168,10 @@ impl<'a> Reader<'a, '_> {
     fn statement(&mut self, cut: &Cut) {
         let text = self.text.get(cut.span.clone()).unwrap_or("");
         let word = first_word(text);
-        let known = self.known.and_then(|k| k.cue(text));
-        if let Some(lowered) = known.filter(|_| !cut.broken) {
+        let cache = self.cache.and_then(|k| k.cue(text));
+        if let Some(lowered) = cache.filter(|_| !cut.broken) {
             let span = self.span(cut.span.start, cut.span.end);
-            let item = Declaration::Known(lowered);
+            let item = Declaration::Cached(lowered);
             self.out.statements.push(Statement { span, item });
             return;
         }

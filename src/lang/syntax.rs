@@ -1,6 +1,6 @@
 //! The parser: one statement in, pairs of the grammar or a [`Failure`] in our own words out.
 //!
-//! Nothing of the parser generator leaves this room: neither its errors nor the names of its
+//! Nothing of the parser generator leaves this module: neither its errors nor the names of its
 //! rules. Its process-wide switches are not touched.
 
 use pest::Parser as _;

@@ -266,7 +266,7 @@ fn a_text_read_again_means_the_same() {
         format!("{rig}{curve}default time 2\n{cues}"),
         whole.clone(),
     ];
-    let mut known = Known::default();
+    let mut known = LoweringCache::default();
     for (i, text) in texts.iter().enumerate() {
         let alone = parse(&mut Sources::default(), "t.lxq", text);
         for _ in 0..2 {
@@ -289,7 +289,7 @@ fn a_text_read_again_means_the_same() {
 fn a_known_cue_costs_what_it_did() {
     let rig = "light l panel m\nbank a = l rgb\n";
     let text = format!("{rig}cue 1 {{ blackout }}\ncue 2 {{ blackout }}\n");
-    let mut known = Known::default();
+    let mut known = LoweringCache::default();
     parse_again(
         &mut known,
         &Memory::default(),

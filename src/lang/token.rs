@@ -1,4 +1,4 @@
-//! A text as a row of coloured pieces, for whoever shows it: the tokens are the grammar's own.
+//! A text as a row of coloured pieces, for those who show it: the tokens are the grammar's own.
 //!
 //! Invariants: pieces are in order, disjoint and on character boundaries; linear in the text. It is
 //! for unfinished texts too: what is no token is one character of punctuation.

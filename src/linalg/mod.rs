@@ -3,7 +3,7 @@
 //! Invariants: a decomposition is verified before it is returned (see [`svd`]); a direction that
 //! lies in the span of others is refused, never normalised ([`Orthonormal`]); a polynomial's end
 //! values are exact under every operation that keeps them ([`Bernstein`]). Sums run in a fixed
-//! order on one thread. This room must not know what a light, a cue or an image is.
+//! order on one thread. This module does not depend on what a light, a cue or an image is.
 
 mod bernstein;
 mod orthogonal;

@@ -70,9 +70,9 @@ pub fn half_blocks(width: usize, height: usize, rgb: &[u8], room: Room) -> Strin
 /// The most bytes of a piece of Kitty's protocol.
 const PIECE: usize = 4096;
 
-/// The same picture in every pixel for terminals that know Kitty's graphics protocol, as a PNG file
-/// shown over as many characters as half blocks would take; the cursor goes to the line below it. A
-/// picture with a `number` takes the place of the one before of that number.
+/// The same picture in every pixel for terminals that support Kitty's graphics protocol, as a PNG
+/// file shown over as many characters as half blocks would take; the cursor goes to the line below
+/// it. A picture with a `number` takes the place of the one before of that number.
 /// (<https://sw.kovidgoyal.net/kitty/graphics-protocol>: `a=T` transmit and show, `f=100` PNG, `i`
 /// and `p` its number, `C=1` leave the cursor, `q=2` answer nothing.)
 ///

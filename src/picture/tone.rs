@@ -161,7 +161,7 @@ pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
     exposure(images.map(|i| bright_light(&thin(i))).fold(0.0, f64::max))
 }
 
-/// Pixels that tell how bright a picture is: of 16,000 the brightest half percent are 80.
+/// Pixels that decide how bright a picture is: of 16,000 the brightest half percent are 80.
 const SAMPLED: usize = 16_000;
 
 /// Which rows and columns of a picture are looked at for its bright light: every so manieth, so

@@ -2,8 +2,8 @@
 //!
 //! Invariants: what goes in are display codes; luma and chroma are those of ITU-R BT.709 (Kr =
 //! 0.2126, Kb = 0.0722) in the limited range of 8 bits, 16 to 235 and 16 to 240. The format cannot
-//! name the matrix, so whoever encodes it has to say `bt709`; it does name the range. A frame is
-//! the same bytes on every machine: no number is rounded on a tie but one way, half up.
+//! name the matrix, so the one who encodes it has to say `bt709`; it does name the range. A frame
+//! is the same bytes on every machine: no number is rounded on a tie but one way, half up.
 
 use super::PictureError;
 use super::png::require_size;
@@ -25,7 +25,7 @@ pub struct Film {
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Frames a second; told in thousandths.
+    /// Frames a second; in thousandths.
     pub rate: f64,
     /// How colour is sampled.
     pub chroma: Chroma,

@@ -10,7 +10,7 @@
 //! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
 //! key can still be expressed while such banks come last in every order.
 //!
-//! This room knows no pixels and no clock: norms of images come in as numbers.
+//! This module depends on neither pixels nor a clock: norms of images come in as numbers.
 
 mod express;
 mod moment;

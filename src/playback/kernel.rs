@@ -7,7 +7,7 @@
 //! bits. Keys in single precision are blended by lerps, which keep what two keys agree in to the
 //! bit; where a key is decoded by a product anyway its weight is part of that product, and the
 //! blend is the sum. Channels are taken [`BLOCK`] at a time, through registers or the first-level
-//! cache. This room knows no times, segments or threads.
+//! cache. This module does not depend on times, segments or threads.
 
 mod read;
 #[cfg(test)]

@@ -3,8 +3,8 @@
 //! Playback reads key images faster than it can compute with them, so their size sets its pace.
 //! None of the formats is linear in 8 bits: half a step near black would be 6.5 steps on the
 //! display. Invariants: light is decoded before it is blended; a larger code never stands for less
-//! light; zero stays zero. This room does not know which format is good enough (`study` measures
-//! that), nor what a segment is.
+//! light; zero stays zero. This module does not decide which format is good enough (`study`
+//! measures that), nor what a segment is.
 //!
 //! # The code of 8 bits
 //!
@@ -96,7 +96,7 @@ pub struct ByteCurve {
 }
 
 /// The brightest light that 8 bits hold, in knees: one hundred times white with the filmic curve.
-/// Brighter light is cut there; while it fades from full to a hundredth nobody sees the difference.
+/// Brighter light is cut there; while it fades from full to a hundredth the difference is not seen.
 const REACH: f32 = 512.0;
 
 impl ByteCurve {

@@ -3,8 +3,8 @@
 //! Invariants: nothing is fetched (the page's own policy forbids it); key and bank images are
 //! inside in the code of 8 bits of [`super::key`], as PNG, and are decoded to light before they are
 //! blended; exposure and curve are those of every other output; the file keeps its budget, with
-//! smaller pictures if it must. This room does not know how a desk looks: that is the page's own
-//! text (`page/`), which knows nothing of Rust.
+//! smaller pictures if it must. This module does not decide how a desk looks: that is the page's
+//! own text (`page/`), which does not depend on Rust.
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;

@@ -114,11 +114,11 @@ impl Hasher {
 
 /// Where pictures belong together: operator, scene and view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Ground(pub Digest);
+pub struct SceneKey(pub Digest);
 
-impl Ground {
+impl SceneKey {
     /// `results` is what the operator says of its pictures: name and version.
-    pub fn new(results: &str, scene: &Scene, view: &View) -> Ground {
+    pub fn new(results: &str, scene: &Scene, view: &View) -> SceneKey {
         let mut hasher = Hasher::new("ground");
         hasher.text(env!("CARGO_PKG_VERSION"));
         hasher.text(results);
@@ -135,7 +135,7 @@ impl Ground {
         hasher.number(*fov);
         hasher.count(*width);
         hasher.count(*height);
-        Ground(hasher.finish())
+        SceneKey(hasher.finish())
     }
 }
 
@@ -280,7 +280,7 @@ impl Lighting {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Address {
     /// Operator, scene and view.
-    pub ground: Ground,
+    pub scene_key: SceneKey,
     /// Step of the operator's scale.
     pub quality: Quality,
     /// What is lit.
@@ -341,9 +341,9 @@ impl Lights {
     }
 
     /// The address of the picture of a setting.
-    pub fn address(&self, ground: Ground, quality: Quality, setting: &[f64]) -> Address {
+    pub fn address(&self, scene_key: SceneKey, quality: Quality, setting: &[f64]) -> Address {
         let mut hasher = Hasher::new("picture");
-        hasher.digest(ground.0);
+        hasher.digest(scene_key.0);
         hasher.bytes(&[quality.0]);
         let strengths = self.strengths(setting);
         for (shape, strength) in self.shapes.iter().zip(&strengths) {
@@ -353,7 +353,7 @@ impl Lights {
             }
         }
         Address {
-            ground,
+            scene_key,
             quality,
             lighting: Lighting::new(self.shapes.iter().copied().zip(strengths)),
             key: hasher.finish(),
@@ -407,10 +407,10 @@ mod tests {
 
     #[test]
     fn only_what_is_lit_matters() {
-        let ground = Ground::new("g 1", &Scene::default(), &view());
+        let scene_key = SceneKey::new("g 1", &Scene::default(), &view());
         let at = |rig: &Rig, setting: &[f64]| {
             let lights = Lights::new(rig);
-            lights.address(ground, Quality(2), setting).key
+            lights.address(scene_key, Quality(2), setting).key
         };
         let before = rig(vec![spot(0.0), spot(1.0)], &[&[0], &[1]]);
         let moved = rig(vec![spot(0.0), spot(1.5)], &[&[0], &[1]]);
@@ -425,23 +425,23 @@ mod tests {
     #[test]
     fn operator_scene_view_and_quality_are_part_of_it() {
         let scene = Scene::default();
-        let one = Ground::new("g 1", &scene, &view());
-        assert_eq!(one, Ground::new("g 1", &scene, &view()));
-        assert_ne!(one, Ground::new("g 2", &scene, &view()));
+        let one = SceneKey::new("g 1", &scene, &view());
+        assert_eq!(one, SceneKey::new("g 1", &scene, &view()));
+        assert_ne!(one, SceneKey::new("g 2", &scene, &view()));
         let wider = View {
             width: 65,
             ..view()
         };
-        assert_ne!(one, Ground::new("g 1", &scene, &wider));
+        assert_ne!(one, SceneKey::new("g 1", &scene, &wider));
         let mut red = Scene::default();
         red.materials.push(Material {
             name: "red".to_owned(),
             reflectance: Rgb([0.5, 0.0, 0.0]),
             emission: Rgb::default(),
         });
-        let other = Ground::new("g 1", &red, &view());
+        let other = SceneKey::new("g 1", &red, &view());
         red.materials[0].reflectance = Rgb([0.6, 0.0, 0.0]);
-        assert_ne!(other, Ground::new("g 1", &red, &view()));
+        assert_ne!(other, SceneKey::new("g 1", &red, &view()));
         let lights = Lights::new(&rig(vec![spot(0.0)], &[&[0]]));
         let at = |quality| lights.address(one, Quality(quality), &[1.0]).key;
         assert_ne!(at(1), at(2));
@@ -493,9 +493,9 @@ mod tests {
         let light = measured("90", "1000 0", "1200");
         assert_eq!(light.to_string(), "4c854d687d60c21ea92438d237e9f1c3");
         // A ground holds the package's version, which may change.
-        let ground = Ground(digest);
+        let scene_key = SceneKey(digest);
         let lights = Lights::new(&rig(vec![spot(0.0), spot(1.0)], &[&[0], &[1]]));
-        let address = lights.address(ground, Quality(2), &[1.0, 0.5]);
+        let address = lights.address(scene_key, Quality(2), &[1.0, 0.5]);
         assert_eq!(address.key.to_string(), "9cf409d044ea68cf163567aa0008beba");
     }
 }

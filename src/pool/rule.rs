@@ -4,7 +4,7 @@
 //! estimate of the coarse error, and K_j = R_j - C·s_j the correction that refined image j made
 //! known. A [`Fit`] says how well D predicted K.
 
-/// What one refined picture tells: scalar products of its correction K with itself and with
+/// What one refined picture shows: scalar products of its correction K with itself and with
 /// E = D·s, the difference of the two coarse qualities at its setting, and ‖W s‖².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Evidence {
@@ -19,7 +19,7 @@ pub struct Evidence {
 }
 
 /// What a prediction is multiplied by before it is believed, with no refined picture and with one.
-/// Where coarse pictures alone are foretold to be off by 0.59 and 0.43 %, in the tavern and in
+/// Where coarse pictures alone are predicted to be off by 0.59 and 0.43 %, in the tavern and in
 /// Turandot, 0.77 and 1.19 % are true against the finest step: up to 2.8 times as much, as the
 /// steps share errors that their difference does not show. Against the refined step it is 1.5 times
 /// as much at most in the tavern and 19 of 20 random shows, 3.1 times in the other

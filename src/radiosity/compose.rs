@@ -7,13 +7,13 @@
 
 use super::{Operator, Solution};
 use crate::picture::Image;
-use crate::radiosity::camera::eye::Fragment;
+use crate::radiosity::camera::fragment::Fragment;
 use crate::scene::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// What each fragment takes of the nodes around it.
-pub struct Taken {
+/// What each fragment takes of the gather points around it.
+pub struct GatherWeights {
     /// Where each fragment's shares end.
     ends: Vec<usize>,
     shares: Vec<(u32, f32)>,
@@ -22,23 +22,23 @@ pub struct Taken {
 /// Fragments whose shares are found at once.
 const RUN: usize = 4096;
 
-impl Taken {
+impl GatherWeights {
     /// Of fragments, each of which adds its shares to a list.
     pub fn by(
         fragments: &[Fragment],
         around: impl Fn(&Fragment, &mut Vec<(u32, f32)>) + Sync,
-    ) -> Taken {
+    ) -> GatherWeights {
         let run = |fragments: &[Fragment]| {
-            let mut own = Taken::with_room(fragments.len(), 4 * fragments.len());
+            let mut own = GatherWeights::with_room(fragments.len(), 4 * fragments.len());
             for f in fragments {
                 around(f, &mut own.shares);
                 own.ends.push(own.shares.len());
             }
             own
         };
-        let runs: Vec<Taken> = fragments.par_chunks(RUN).map(run).collect();
+        let runs: Vec<GatherWeights> = fragments.par_chunks(RUN).map(run).collect();
         let count = runs.iter().map(|own| own.shares.len()).sum();
-        let mut all = Taken::with_room(fragments.len(), count);
+        let mut all = GatherWeights::with_room(fragments.len(), count);
         for own in runs {
             let before = all.shares.len();
             all.ends.extend(own.ends.iter().map(|end| before + end));
@@ -47,14 +47,14 @@ impl Taken {
         all
     }
 
-    fn with_room(fragments: usize, shares: usize) -> Taken {
-        Taken {
+    fn with_room(fragments: usize, shares: usize) -> GatherWeights {
+        GatherWeights {
             ends: Vec::with_capacity(fragments),
             shares: Vec::with_capacity(shares),
         }
     }
 
-    /// Nodes and their shares.
+    /// GatherPoints and their shares.
     fn of(&self, fragment: usize) -> &[(u32, f32)] {
         let start = fragment.checked_sub(1).map_or(0, |f| self.ends[f]);
         &self.shares[start..self.ends[fragment]]
@@ -71,13 +71,13 @@ impl Operator {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
             .collect();
-        let nodes = self
-            .nodes
+        let gather_points = self
+            .gather_points
             .as_ref()
             .map_or(&self.mesh, |n| &n.mesh)
             .elements
             .len();
-        let mut indirect = vec![[0.0_f64; 3]; nodes];
+        let mut indirect = vec![[0.0_f64; 3]; gather_points];
         indirect
             .par_iter_mut()
             .with_min_len(1024)
@@ -125,9 +125,9 @@ impl Operator {
                 light[c] += s[c] * direct;
             }
         }
-        for (node, share) in self.taken.of(f) {
+        for (gather_point, share) in self.taken.of(f) {
             for c in 0..3 {
-                light[c] += f64::from(*share) * indirect[*node as usize][c];
+                light[c] += f64::from(*share) * indirect[*gather_point as usize][c];
             }
         }
         let weight = f64::from(fragment.weight);

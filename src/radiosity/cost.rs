@@ -1,23 +1,23 @@
-//! What a step will cost on a scene, told before anything expensive is done.
+//! What a step will cost on a scene, predicted before anything expensive is done.
 //!
 //! The work is counted: hemicubes drawn and their pixels, fragments, pairs of receiver and emitter,
 //! coefficients of the exchange. The counts come from the same layouts that the operator uses and
 //! from one rasterization of the view at one sample a pixel; no form factor and no shadow is
-//! computed. Each count has a unit cost, fitted to measurements of shipped scenes
-//! (`cargo run --release --example cost` lists them). The unit of cost is the time that one small
-//! fixed task takes on the machine at hand, which [`pace`] measures, so that no machine's speed is
-//! written here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped
-//! scene from nothing prepared are told within factors of 0.74 to 1.35, of a bare room of 200 or
-//! 1,000 faces of 0.72 to 1.01; a change of the operator asks for a new fit.
+//! computed. Each count has a unit cost, fitted to measurements of shipped scenes (`cargo run
+//! --release --example cost` lists them). The unit of cost is the time that one small fixed task
+//! takes on the machine at hand, which [`pace`] measures, so that no machine's speed is written
+//! here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped scene from
+//! nothing prepared are predicted within factors of 0.74 to 1.35, of a bare room of 200 or 1,000
+//! faces of 0.72 to 1.01; a change of the operator needs a new fit.
 
 use crate::geometry::{Vec3, vec3};
 use crate::radiosity::Radiosity;
-use crate::radiosity::camera::eye::{camera, is_stretched};
+use crate::radiosity::camera::fragment::{camera, is_stretched};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::mesh::Layout;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::raster::{ItemBuffer, NOTHING};
-use crate::renderer::{Cost, Expense, Quality, Setup, Transport, TransportError};
+use crate::renderer::{Cost, Quality, QualityParameter, Setup, Transport, TransportError};
 use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use crate::units::Rgb;
 use crate::work::Work;
@@ -63,12 +63,12 @@ pub struct Counts {
     pub picture: [f64; 2],
     /// Mesh elements.
     pub elements: usize,
-    /// Nodes of the second gather that the view needs.
-    pub nodes: usize,
+    /// GatherPoints of the second gather that the view needs.
+    pub gather_points: usize,
 }
 
 /// What the eye sees at one sample a pixel.
-struct Sight {
+struct ViewCounts {
     /// Pixels of each facet.
     pixels: Vec<f64>,
     /// Pixels that show one facet and whose neighbours show it too, not stretched on it.
@@ -89,27 +89,27 @@ impl Counts {
     pub fn of(setup: &Setup, step: Step) -> Result<Counts, TransportError> {
         let Setup { scene, rig, view } = setup;
         let surfaces = Surfaces::new(scene)?;
-        let sight = Sight::of(&surfaces, view)?;
+        let in_view = ViewCounts::of(&surfaces, view)?;
         let pieces = surfaces.pieces.len() as f64;
         let elements = Layout::of_elements(&surfaces, step.elements).cells();
-        let (nodes, looking) = match step.nodes {
+        let (gather_points, looking) = match step.gather_points {
             0 => (0, 0.0),
             count => {
-                let layout = Layout::of_nodes(&surfaces, count, &sight.pixels);
-                sight.nodes(&layout, step.reach)
+                let layout = Layout::of_gather_points(&surfaces, count, &in_view.pixels);
+                in_view.gather_points(&layout, step.reach)
             }
         };
         let cubes = [
             (elements as f64, step.resolution),
-            (looking, step.node_resolution),
+            (looking, step.gather_resolution),
         ];
         let cubes = cubes.map(|(n, r)| (n, 3.0 * (r * r) as f64));
         let all = elements as f64 + looking;
         let (inside, edges) = (
-            sight.inside * step.split.parts().pow(2) as f64
-                + sight.stretched * step.stretched_split.parts().pow(2) as f64,
+            in_view.inside * step.split.parts().pow(2) as f64
+                + in_view.stretched * step.stretched_split.parts().pow(2) as f64,
             // An edge pixel shows two facets or three.
-            sight.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
+            in_view.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
         // Where nothing is interpolated every fragment is evaluated.
@@ -125,7 +125,7 @@ impl Counts {
                 1.0,
                 all * pieces,
                 cubes.iter().map(|(n, pixels)| n * pixels).sum(),
-                (elements + nodes) as f64,
+                (elements + gather_points) as f64,
                 inside,
                 edges,
             ],
@@ -138,7 +138,7 @@ impl Counts {
             ],
             picture: [fragments, fragments * lights],
             elements,
-            nodes,
+            gather_points,
         })
     }
 
@@ -159,13 +159,13 @@ impl Counts {
     }
 
     /// What the step sets on this scene.
-    pub fn expenses(&self, step: Step) -> Vec<Expense> {
-        let of = |name, amount: f64| Expense { name, amount };
+    pub fn quality_parameters(&self, step: Step) -> Vec<QualityParameter> {
+        let of = |name, amount: f64| QualityParameter { name, amount };
         vec![
             of("elements", self.elements as f64),
             of("hemicube", step.resolution as f64),
-            of("nodes", self.nodes as f64),
-            of("node hemicube", step.node_resolution as f64),
+            of("nodes", self.gather_points as f64),
+            of("node hemicube", step.gather_resolution as f64),
             of("sub-pixels", step.split.parts().pow(2) as f64),
             of("tolerance", step.tolerance),
         ]
@@ -184,9 +184,9 @@ fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
     rig.lights.iter().map(of).sum()
 }
 
-impl Sight {
+impl ViewCounts {
     /// Of the view, or of a smaller picture of it that stands for so many pixels.
-    fn of(surfaces: &Surfaces, view: &View) -> Result<Sight, TransportError> {
+    fn of(surfaces: &Surfaces, view: &View) -> Result<ViewCounts, TransportError> {
         camera(view)?;
         let mut times = 1;
         while (view.width / times).max(1) * (view.height / times).max(1) > MOST_PIXELS {
@@ -197,7 +197,7 @@ impl Sight {
             height: (view.height / times).max(1),
             ..view.clone()
         };
-        let mut out = Sight::at_once(surfaces, &small)?;
+        let mut out = ViewCounts::at_once(surfaces, &small)?;
         // Edges grow in length, all else in area.
         let times = times as f64;
         out.edges *= times;
@@ -210,7 +210,7 @@ impl Sight {
         Ok(out)
     }
 
-    fn at_once(surfaces: &Surfaces, view: &View) -> Result<Sight, TransportError> {
+    fn at_once(surfaces: &Surfaces, view: &View) -> Result<ViewCounts, TransportError> {
         let camera = camera(view)?;
         let mut buffer = ItemBuffer::new(view.width, view.height);
         for piece in &surfaces.pieces {
@@ -218,7 +218,7 @@ impl Sight {
         }
         let items = buffer.items();
         let at = |x: usize, y: usize| items.get(y * view.width + x).copied().unwrap_or(NOTHING);
-        let mut out = Sight {
+        let mut out = ViewCounts {
             pixels: vec![0.0; surfaces.facets.len()],
             inside: 0.0,
             stretched: 0.0,
@@ -261,7 +261,7 @@ impl Sight {
     /// Cells of a layout that the picture needs, and about how many of them look for themselves
     /// when they do so within a `reach` (`indirect::between`): those beside the rim, as joints
     /// are there.
-    fn nodes(&self, layout: &Layout, reach: f64) -> (usize, f64) {
+    fn gather_points(&self, layout: &Layout, reach: f64) -> (usize, f64) {
         let mut wanted = vec![false; layout.cells()];
         for (facet, point) in &self.points {
             for (cell, weight) in layout.grid(*facet).iter().flat_map(|g| g.stencil(*point)) {
@@ -292,14 +292,14 @@ const MOST_PIXELS: usize = 1 << 21;
 /// How fast reflected light changes beside a joint, times the distance from it.
 const CHANGE: f64 = 0.3;
 
-/// Reaches from a joint beyond which one node of 4, of 16 and of 64 looks.
+/// Reaches from a joint beyond which one gather point of 4, of 16 and of 64 looks.
 const DENSITIES: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Seconds of a unit of cost here and now: a small room is prepared and rendered.
 ///
 /// # Errors
 /// Those of the operator; on cancel.
-pub fn pace(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+pub fn cost_scale(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
     let setup = calibration_setup();
     let settings: Vec<Vec<f64>> = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
     let mut best = f64::INFINITY;

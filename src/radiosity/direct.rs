@@ -3,9 +3,9 @@
 //! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
 //! the work of one thread. Panels and point sources go their own ways to it (`panel`,
 //! `spot`), each dropping at every cluster what cannot reach it or cannot be in the way.
-//! Where some error is allowed, a cluster takes what is fitted to a few samples (`sheet`).
-//! Invariant: results depend on the points alone, not on threads, batches or settings. This room
-//! knows nothing of colour.
+//! Where some error is allowed, a cluster takes what is fitted to a few samples (`patch`).
+//! Invariant: results depend on the points alone, not on threads, batches or settings. This module
+//! does not depend on colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,22 +14,22 @@
 
 pub mod beam;
 pub mod cluster;
-mod fit;
+mod irradiance_patch;
 pub mod lambert;
-mod near;
+mod near_field;
 mod panel;
-mod sheet;
+pub mod projector;
+mod quadratic_fit;
 mod spot;
 pub mod strength;
-pub mod throw;
 
 use crate::geometry::Vec3;
-use crate::radiosity::camera::eye::Fragments;
+use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::Receivers;
-use crate::radiosity::direct::near::Picture;
+use crate::radiosity::direct::irradiance_patch::IrradiancePatch;
+use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::panel::Panel;
-use crate::radiosity::direct::sheet::Sheet;
 use crate::radiosity::direct::spot::Spot;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
@@ -148,7 +148,7 @@ fn unhung(light: usize) -> TransportError {
     TransportError::Scene(format!("light {light} {needs}"))
 }
 
-/// Who stands where: what the direct light needs to know of the scene.
+/// Who stands where: what the direct light needs of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
     /// The facets and pieces.
@@ -203,21 +203,21 @@ pub fn irradiance(
             } else {
                 f64::INFINITY
             };
-            let mut sheet = Sheet::new(&receivers.points, cluster, own.normal, allowed);
+            let mut patch = IrradiancePatch::new(&receivers.points, cluster, own.normal, allowed);
             match light {
                 Luminaire::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet, near);
                     let pieces = (pieces.as_slice(), hidden);
-                    panel.shine(pieces, picture.as_ref(), cluster, &mut sheet);
+                    panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
                 }
                 Luminaire::Spot(beam) => {
                     let mut spot = Spot::new(setting, beam, hidden, own.normal);
-                    spot.shine(receivers, fragments, cluster, &mut sheet);
+                    spot.shine(receivers, fragments, cluster, &mut patch);
                 }
             }
-            Ok(sheet.sums.iter().map(|s| *s as f32).collect())
+            Ok(patch.sums.iter().map(|s| *s as f32).collect())
         })
         .collect();
     let mut out = vec![0.0; receivers.points.len()];

@@ -5,35 +5,35 @@
 //! inside a solid are left out: what no light can reach must not darken what is interpolated beside
 //! it. Where something stands on the facet the cell is cut along its foot, each part an element of
 //! its own, and nothing is interpolated across: light stops there, and else would leak. Facets that
-//! reflect nothing have no elements. Invariant: a mesh depends on the scene, the cell size, the points
-//! known to be in the open and what the caller wishes of each cell. This room knows nothing of
-//! lights.
+//! reflect nothing have no elements. Invariant: a mesh depends on the scene, the cell size, the
+//! points known to be in the open and what the caller requests for each cell. This module does not
+//! depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "cells are addressed by row and column clamped to the grid"
 )]
 
+pub mod bsp;
 mod contact;
-pub mod cut;
 pub mod element;
 pub mod grid;
 pub mod sample;
-pub mod seam;
+pub mod stitching;
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::geometry::surface::Surfaces;
+use crate::radiosity::mesh::bsp::{Foot, Line, Tree, Upright};
 use crate::radiosity::mesh::contact::Contacts;
-use crate::radiosity::mesh::cut::{Foot, Line, Tree, Upright};
 use crate::radiosity::mesh::element::{Element, Maker};
 use crate::radiosity::mesh::grid::Grid;
 use rayon::prelude::*;
 
-/// No element: nothing of the cell lies on the facet, or it is buried.
+/// No element: nothing of the cell lies on the facet, or it is inside a solid.
 pub const NONE: u32 = u32::MAX;
 
-/// Marks a cell that is cut; the other bits number its first [`Fork`].
+/// Marks a cell that is cut; the other bits number its first [`Branch`].
 const CUT: u32 = 1 << 31;
 
 /// What rises above a facet by less than this share of a cell does not cut it.
@@ -44,7 +44,7 @@ const BEFORE: f32 = 1e-3;
 
 /// What stands on a cell, its foot in cells of its grid.
 #[derive(Clone, Copy, Debug)]
-struct Fork {
+struct Branch {
     line: [f32; 3],
     /// As [`Upright::lean`] and [`Upright::rise`].
     lean: f32,
@@ -82,23 +82,23 @@ pub struct Mesh {
     seen: Vec<u32>,
     /// Cells that something divides, and those around them.
     beside_cut: Vec<bool>,
-    forks: Vec<Fork>,
+    branches: Vec<Branch>,
     /// In the order of their cells.
     pub elements: Vec<Element>,
 }
 
 /// What is asked of a cell of a layout.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Wish {
+pub struct CellRequest {
     /// Is it to be an element?
     pub wanted: bool,
     /// A point of it that the picture shows, and so is in the open.
     pub shown: Option<Vec3>,
 }
 
-impl Wish {
+impl CellRequest {
     /// An element; nothing is known to be shown.
-    pub const WANTED: Wish = Wish {
+    pub const WANTED: CellRequest = CellRequest {
         wanted: true,
         shown: None,
     };
@@ -118,10 +118,10 @@ impl Layout {
         Layout::with(surfaces, |_| side, false)
     }
 
-    /// Grids for a second gather: about `target` nodes over all facets that reflect, more where
-    /// the picture shows a facet large (`pixels` of each), one for each 5 x 5 pixels at most. The
-    /// outermost nodes stand on the rim, as light changes fastest beside a joint.
-    pub fn of_nodes(surfaces: &Surfaces, target: usize, pixels: &[f64]) -> Layout {
+    /// Grids for a second gather: about `target` gather points over all facets that reflect, more
+    /// where the picture shows a facet large (`pixels` of each), one for each 5 x 5 pixels at most.
+    /// The outermost gather points stand on the rim, as light changes fastest beside a joint.
+    pub fn of_gather_points(surfaces: &Surfaces, target: usize, pixels: &[f64]) -> Layout {
         let side = mean_side(surfaces, target);
         let close = |f: usize| (surfaces.facets[f].area * 25.0 / pixels[f].max(1.0)).sqrt();
         Layout::with(surfaces, |f| side.min(close(f)), true)
@@ -155,7 +155,7 @@ impl Layout {
     }
 
     /// Makes elements of the cells that are wanted (one wish for each cell).
-    pub fn mesh(self, setting: Setting<'_>, beacons: &[Vec3], wishes: &[Wish]) -> Mesh {
+    pub fn mesh(self, setting: Setting<'_>, seeds: &[Vec3], requests: &[CellRequest]) -> Mesh {
         let contacts = Contacts::new(setting.surfaces);
         let made: Vec<(usize, Tree<Option<Element>>)> = self
             .grids
@@ -167,15 +167,15 @@ impl Layout {
                     trees.map(move |(cell, tree)| (grid, cell, tree))
                 });
                 let made: Vec<_> = cells
-                    .filter(|(grid, cell, _)| wishes[grid.first + cell].wanted)
+                    .filter(|(grid, cell, _)| requests[grid.first + cell].wanted)
                     .map(|(grid, cell, tree)| {
                         let maker = Maker {
                             setting,
-                            beacons,
+                            seeds,
                             facet,
                             grid,
                             cell,
-                            shown: wishes[grid.first + cell].shown,
+                            shown: requests[grid.first + cell].shown,
                         };
                         (grid.first + cell, maker.elements(tree))
                     })
@@ -188,7 +188,7 @@ impl Layout {
             cells: vec![NONE; self.cells],
             seen: Vec::new(),
             beside_cut: Vec::new(),
-            forks: Vec::new(),
+            branches: Vec::new(),
             elements: Vec::new(),
         };
         for (cell, tree) in made {
@@ -218,7 +218,7 @@ fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<Tree<Vec<Lin
     }
     let cells = feet.iter().enumerate();
     cells
-        .map(|(local, own)| cut::cut(grid.line_of(local), own))
+        .map(|(local, own)| bsp::cut(grid.line_of(local), own))
         .collect()
 }
 
@@ -242,8 +242,8 @@ impl Mesh {
     pub fn seen(&self, cell: usize, place: [f32; 2]) -> u32 {
         let mut found = self.seen[cell];
         while found & CUT != 0 && found != NONE {
-            let fork = &self.forks[(found & !CUT) as usize];
-            found = fork.seen[fork.side(place)];
+            let branch = &self.branches[(found & !CUT) as usize];
+            found = branch.seen[branch.side(place)];
         }
         found
     }
@@ -275,17 +275,17 @@ impl Mesh {
             // The forks on the way to what lies at the place are those that could be between.
             let mut found = self.seen[cell];
             while found & CUT != 0 && found != NONE {
-                let fork = &self.forks[(found & !CUT) as usize];
-                let (at, from) = (fork.over(Above::on_facet(place)), fork.over(point));
+                let branch = &self.branches[(found & !CUT) as usize];
+                let (at, from) = (branch.over(Above::on_facet(place)), branch.over(point));
                 let side = usize::from(at >= 0.0);
                 let is_behind = from * at.signum() < BEFORE;
-                if fork.side(seen) != side && is_behind {
-                    if at.abs() * point.height < fork.rise * (at - from).abs() {
+                if branch.side(seen) != side && is_behind {
+                    if at.abs() * point.height < branch.rise * (at - from).abs() {
                         return Some(true);
                     }
                     above = true;
                 }
-                found = fork.seen[side];
+                found = branch.seen[side];
             }
         }
         (!above).then_some(false)
@@ -295,8 +295,8 @@ impl Mesh {
     fn own(&self, cell: usize, place: [f64; 2]) -> u32 {
         let mut found = self.cells[cell];
         while found & CUT != 0 && found != NONE {
-            let fork = &self.forks[(found & !CUT) as usize];
-            found = fork.sides[fork.side(place.map(|x| x as f32))];
+            let branch = &self.branches[(found & !CUT) as usize];
+            found = branch.sides[branch.side(place.map(|x| x as f32))];
         }
         found
     }
@@ -310,7 +310,7 @@ impl Mesh {
                 let at = (self.elements.len() - 1) as u32;
                 (at, at)
             }
-            Tree::Fork(Upright { line, lean, rise }, sides) => {
+            Tree::Branch(Upright { line, lean, rise }, sides) => {
                 let [low, high] = (*sides).map(|side| self.plant(side));
                 // A part without an element is hidden: what rounding shows of it is its neighbour.
                 let (low_seen, high_seen) = match (low.1, high.1) {
@@ -318,14 +318,14 @@ impl Mesh {
                     (NONE, other) | (other, NONE) => (other, other),
                     both => both,
                 };
-                self.forks.push(Fork {
+                self.branches.push(Branch {
                     line: line.map(|x| x as f32),
                     lean: lean as f32,
                     rise: rise as f32,
                     sides: [low.0, high.0],
                     seen: [low_seen, high_seen],
                 });
-                let at = CUT | (self.forks.len() - 1) as u32;
+                let at = CUT | (self.branches.len() - 1) as u32;
                 (at, at)
             }
         }
@@ -501,7 +501,7 @@ impl Mesh {
     }
 }
 
-impl Fork {
+impl Branch {
     fn side(&self, place: [f32; 2]) -> usize {
         usize::from(self.over(Above::on_facet(place)) >= 0.0)
     }

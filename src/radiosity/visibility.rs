@@ -3,15 +3,15 @@
 //! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to
 //! rounding: pieces are polygons, not samples. Both sides of a surface block light. Surfaces that
 //! contain an end of the segment (within `touching`) do not count: callers name the planes of the
-//! ends by keeping sample points on them. This room knows nothing of light.
+//! ends by keeping sample points on them. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "node and piece indices are made and kept by this module alone"
 )]
 
-pub mod burial;
-pub mod panorama;
+pub mod hemicube_raster;
+pub mod interior;
 pub mod raster;
 pub mod shadow;
 

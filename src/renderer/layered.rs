@@ -10,7 +10,9 @@ use std::sync::Arc;
 use crate::picture::Image;
 use crate::picture::combine::add_coloured;
 use crate::renderer::contract::{check_memory, check_quality, check_settings};
-use crate::renderer::{Cost, Expense, Prepared, Quality, Remark, Setup, Transport, TransportError};
+use crate::renderer::{
+    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning,
+};
 use crate::scene::{Light, Rig};
 use crate::units::Rgb;
 use crate::work::Work;
@@ -87,20 +89,25 @@ impl Transport for Layered<'_> {
         }))
     }
 
-    fn remarks(&self) -> Vec<Remark> {
-        self.inner.map_or_else(Vec::new, Transport::remarks)
+    fn warnings(&self) -> Vec<Warning> {
+        self.inner.map_or_else(Vec::new, Transport::warnings)
     }
 
-    fn expenses(&self, setup: &Setup, quality: Quality) -> Result<Vec<Expense>, TransportError> {
+    fn quality_parameters(
+        &self,
+        setup: &Setup,
+        quality: Quality,
+    ) -> Result<Vec<QualityParameter>, TransportError> {
         match self.inner {
-            Some(inner) => inner.expenses(&Parted::new(setup)?.rest, quality),
+            Some(inner) => inner.quality_parameters(&Parted::new(setup)?.rest, quality),
             None => Ok(Vec::new()),
         }
     }
 
     /// The inner operator's; seconds without one.
-    fn pace(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
-        self.inner.map_or(Ok(1.0), |inner| inner.pace(clock, work))
+    fn cost_scale(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
+        self.inner
+            .map_or(Ok(1.0), |inner| inner.cost_scale(clock, work))
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {

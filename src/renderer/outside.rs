@@ -6,7 +6,7 @@
 //! time, exit code, size and finite numbers are checked, and before the first picture its linearity
 //! is measured, because sums of its pictures stand for pictures of sums everywhere else.
 //!
-//! Settings may be negative here, where no renderer knows what to make of negative light: positive
+//! Settings may be negative here, where no renderer can make negative light: positive
 //! and negative parts are rendered apart and subtracted, two runs for a mixed setting.
 
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
 use crate::renderer::contract::{check_memory, check_quality, check_settings};
-use crate::renderer::{Cost, Prepared, Quality, Remark, Setup, Transport, TransportError};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning};
 use crate::scene::View;
 use crate::work::Work;
 
@@ -78,9 +78,9 @@ pub struct Call {
     pub arguments: Vec<String>,
     /// Seconds that one picture may take.
     pub timeout: f64,
-    /// Steps of quality that it knows, 1 if it has no scale.
+    /// Its steps of quality, 1 if it has no scale.
     pub steps: u8,
-    /// The show's file, told to the program.
+    /// The show's file, given to the program.
     pub show: Option<PathBuf>,
 }
 
@@ -157,7 +157,7 @@ pub struct Linearity {
     pub double: f64,
 }
 
-/// What runs have told so far.
+/// What runs have shown so far.
 #[derive(Debug, Default)]
 struct Known {
     linearity: Option<Linearity>,
@@ -239,14 +239,14 @@ impl Transport for Outside {
         }
     }
 
-    fn remarks(&self) -> Vec<Remark> {
+    fn warnings(&self) -> Vec<Warning> {
         let Some(Linearity { sum, double }) = self.linearity() else {
             return Vec::new();
         };
         if sum.max(double) <= TOLERATED {
             return Vec::new();
         }
-        vec![Remark::NotLinear { sum, double }]
+        vec![Warning::NotLinear { sum, double }]
     }
 }
 

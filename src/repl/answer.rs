@@ -1,4 +1,4 @@
-//! The verbs' functions: each reads its words, calls the engine, and has the report tell it.
+//! The verbs' functions: each reads its words, calls the engine, and has the report word it.
 
 pub(super) mod help;
 pub(super) mod live;

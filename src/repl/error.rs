@@ -29,7 +29,7 @@ pub enum Error {
         line: usize,
         /// What is wrong with it.
         cause: Box<Error>,
-        /// What the session tells of the lines before.
+        /// What the session reports of the lines before.
         before: String,
     },
 }

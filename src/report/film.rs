@@ -12,7 +12,7 @@ use super::format::header;
 use super::target::{Kind, Numbered};
 use super::words::count;
 use crate::engine::{self, Engine};
-use crate::files::{FileError, Growing};
+use crate::files::{AtomicWriter, FileError};
 use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
 use crate::picture::tone::Tone;
@@ -60,7 +60,7 @@ pub struct Shown {
 /// Where a sequence is seen while it plays.
 pub trait Canvas: Send {
     /// Shows a frame in place of the one before, and takes as long as it wants to; false when
-    /// nobody looks at it any more.
+    /// no reader is left.
     fn frame(&self, picture: &Shown) -> bool;
 
     /// No more frames come.
@@ -186,7 +186,7 @@ pub fn video(
     engine: &Engine,
     player: &Player,
     chroma: Chroma,
-    mut file: Box<dyn Growing + '_>,
+    mut file: Box<dyn AtomicWriter + '_>,
     place: &Path,
 ) -> Result<String, Error> {
     let (width, height) = player.size();
@@ -287,7 +287,7 @@ impl Write for Piped {
     }
 }
 
-impl Growing for Piped {
+impl AtomicWriter for Piped {
     fn finish(mut self: Box<Self>) -> Result<(), FileError> {
         let flushed = self.flush();
         flushed.map_err(|source| FileError::Io {

@@ -55,7 +55,7 @@ fn amount(step: &Step, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::renderer::Expense;
+    use crate::renderer::QualityParameter;
     use crate::study::Machine;
 
     #[test]
@@ -67,7 +67,7 @@ mod tests {
             pace: 0.5,
             steps: Vec::new(),
         };
-        let expense = |name, amount| Expense { name, amount };
+        let expense = |name, amount| QualityParameter { name, amount };
         let seconds = |total: f64| Seconds {
             prepare: 0.75 * total,
             banks: 0.25 * total,

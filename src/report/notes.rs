@@ -1,12 +1,12 @@
 //! Warnings about the renderer and the store of pictures, in words.
 
-use crate::pool::depot::Note;
-use crate::renderer::Remark;
+use crate::pool::disk_cache::Note;
+use crate::renderer::Warning;
 
 /// A warning about an operator's pictures.
-pub fn of_operator(remark: &Remark) -> String {
-    match remark {
-        Remark::NotLinear { sum, double } => format!(
+pub fn of_operator(warning: &Warning) -> String {
+    match warning {
+        Warning::NotLinear { sum, double } => format!(
             "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
              picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
              previews made of its pictures err by as much",
@@ -53,7 +53,7 @@ mod tests {
 
     #[test]
     fn a_renderer_that_is_not_linear_is_warned_about_with_the_figures() {
-        let warning = of_operator(&Remark::NotLinear {
+        let warning = of_operator(&Warning::NotLinear {
             sum: 0.1 / 3.1,
             double: 0.1 / 4.1,
         });

@@ -10,7 +10,7 @@ use crate::playback::page::{self, Contents, Cue, Fader, Law};
 use crate::show::{Coordinate, Dimmer, Show};
 use crate::timeline;
 
-/// Levels at which a user's dimmer curve is told to the page.
+/// Levels at which the page gets a user's dimmer curve.
 const LEVELS: usize = 257;
 
 /// The page, and its description.

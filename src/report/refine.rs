@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
-use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Refined, Remark, Status};
+use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Refined, Status, Warning};
 use crate::renderer::Cost;
 
 /// Coordinates named for a step.
@@ -21,9 +21,9 @@ pub fn ended(ended: Ended) -> &'static str {
 }
 
 /// A remark in a line.
-pub fn remark(remark: &Remark) -> String {
-    match remark {
-        Remark::Batch {
+pub fn warning(warning: &Warning) -> String {
+    match warning {
+        Warning::Batch {
             images,
             fixed,
             each,
@@ -33,7 +33,7 @@ pub fn remark(remark: &Remark) -> String {
             seconds(*fixed),
             seconds(*each)
         ),
-        Remark::DoesNotFit { seconds: s } => {
+        Warning::DoesNotFit { seconds: s } => {
             format!(
                 "the next picture would take {}, which does not fit",
                 seconds(*s)
@@ -52,8 +52,8 @@ pub fn refined(engine: &Engine, done: &Refined, first: usize) -> String {
             self::step(step.refined, step.error, step.seconds)
         );
     }
-    for one in &done.remarks {
-        let _ = writeln!(text, "{}", remark(one));
+    for one in &done.warnings {
+        let _ = writeln!(text, "{}", warning(one));
     }
     text.push_str(done.ended.map_or("", ended));
     text
@@ -91,7 +91,7 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
         let _ = write!(text, "error {} % with {refined}; ", percent(*error));
     }
     text.push_str(if why.is_empty() { "done" } else { &why });
-    let mut notes: Vec<String> = done.remarks.iter().map(remark).collect();
+    let mut notes: Vec<String> = done.warnings.iter().map(warning).collect();
     notes.push(text);
     notes
 }

@@ -11,7 +11,7 @@ use crate::study::refinement::{OrderCurve, OrderPoint, Refinement};
 
 /// Errors below this share of the start's are rounding.
 const ROUNDING: f64 = 1e-4;
-/// The share of the start's error that counts are told for.
+/// The share of the start's error that counts are given for.
 const FAR: f64 = 0.05;
 
 const REFINED: &str = "refined pictures";

@@ -18,7 +18,7 @@ use crate::playback::key::Format;
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
 
-/// What is ahead is drawn down to this share of the tolerance: further down nobody goes.
+/// What is ahead is drawn down to this share of the tolerance: further down is of no use.
 const FAR: f64 = 0.01;
 
 /// How playback did: how the animation was fitted, frames a second, and the format of keys.

@@ -12,7 +12,7 @@ use crate::engine::{Ended, Engine, Goal, PlanOptions};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
-use crate::pool::archive::Tally;
+use crate::pool::image_cache::CacheStatistics;
 use crate::work::Cancelled;
 
 /// What a run did, and what it took.
@@ -25,7 +25,7 @@ pub struct Summary {
     /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
     /// How its images were come by.
-    pub tally: Tally,
+    pub statistics: CacheStatistics,
     /// Frames a second of playback alone.
     pub frame_rate: f64,
     /// How its key images are kept.
@@ -52,10 +52,10 @@ struct Loop {
     marks: [f64; 5],
 }
 
-/// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images in
-/// all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`, `curves.png`,
-/// `error.png`, `basis.png`, `sequence.png`. Keys of an earlier run are removed. While they are
-/// written, and where that is cut off, `unfinished.txt` says so.
+/// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images
+/// in all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`,
+/// `curves.png`, `error.png`, `basis.png`, `sequence.png`. Keys of an earlier run are removed.
+/// While they are written, and where that is cut off, `unfinished.txt` says so.
 ///
 /// # Errors
 /// What the engine, drawing and writing say; refined images finished before it stay in the pool.
@@ -63,7 +63,7 @@ pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Er
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let note = folder.join(UNFINISHED);
     engine.host().store.write(&note, NOTE.as_bytes())?;
-    let before = engine.tally();
+    let before = engine.statistics();
     let done = match run_loop(engine, goal) {
         Ok(done) => done,
         Err(error) => {
@@ -81,7 +81,7 @@ pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Er
         plan: done.plan,
         ended: done.ended,
         seconds: [b - a, c - b, d - c, e - d, end - e],
-        tally: engine.tally().since(before),
+        statistics: engine.statistics().since(before),
         frame_rate,
         format,
         animation,
@@ -144,10 +144,10 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     );
     text += &line("plan", &plan_words, plan);
     text += &line("refine", &refinement(engine, done.ended), refine);
-    let Tally {
+    let CacheStatistics {
         rendered, summed, ..
-    } = done.tally;
-    let found = count(done.tally.found(), "picture");
+    } = done.statistics;
+    let found = count(done.statistics.found(), "picture");
     let from_pool = match summed {
         0 => found,
         n => format!("{found} ({n} of them sums of others)"),

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::words::{self, count, percent, seconds};
 use crate::study::tune::{Candidate, Tuned};
 
-/// Rows of better choices that are told beyond the chosen one.
+/// Rows of better choices that are listed beyond the chosen one.
 const BEYOND: usize = 3;
 
 /// A choice in words: `coarse 1, refined 3, 4 refined pictures`.

@@ -1,9 +1,10 @@
 //! A stage's file to a [`Scene`] and its lights, whatever its format.
 //!
-//! The first bytes and the ending of the name tell OBJ from glTF. What both share stands here: the
-//! limits, the errors, the merging of triangles, and the summary of what was done to the file's
-//! polygons. Invariants: a file that is refused leaves nothing behind; memory and time are bounded
-//! by the limits here, not by counts that a file claims. This room knows nothing of shows.
+//! The first bytes and the ending of the name distinguish OBJ from glTF. What both share stands
+//! here: the limits, the errors, the merging of triangles, and the summary of what was done to the
+//! file's polygons. Invariants: a file that is refused leaves nothing behind; memory and time are
+//! bounded by the limits here, not by counts that a file claims. This module does not depend on
+//! shows.
 
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};

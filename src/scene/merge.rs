@@ -6,7 +6,7 @@
 //! simple outline, and no vertex is farther from its plane than single precision stores. Polygons
 //! of more than three corners are left as their author made them. Invariants: the area and the
 //! side of every part of the surface stay; the order is that of each polygon's first triangle.
-//! Time and memory are linear in the triangles. This room knows nothing of files.
+//! Time and memory are linear in the triangles. This module does not depend on files.
 
 #![allow(
     clippy::indexing_slicing,

@@ -6,7 +6,7 @@
 //! straight down, horizontal angles around the vertical axis) is read; types A and B are refused.
 //! The source is taken as a point; the size of its opening, keywords and watts are not used. A
 //! `TILT` block is checked and left alone: intensities are those of the lamp as it was measured.
-//! It knows neither where the luminaire hangs nor files' names.
+//! It depends on neither where the luminaire hangs nor files' names.
 
 mod read;
 
@@ -160,7 +160,7 @@ impl Distribution {
         area.sum::<f64>() / (last - first)
     }
 
-    /// Lumens of the bare lamps, where the file tells them; the luminaire sends out less.
+    /// Lumens of the bare lamps, where the file gives them; the luminaire sends out less.
     pub fn lamp_lumens(&self) -> Option<f64> {
         self.lamp_lumens
     }

@@ -3,8 +3,8 @@
 //! With a half the beam angle and b half the field angle, the share of the peak is
 //! `2^-((angle / a)^p)` up to b, with p such that it is a tenth there: one on the axis, a half at
 //! a, a tenth at b, smooth between. Beyond b a parabola goes on with the same value and slope and
-//! meets zero at its vertex; the light ends there. This is the one place that knows the law: the
-//! language turns lumens into candela by it, transport shines by it. It knows no places.
+//! meets zero at its vertex; the light ends there. This is the one place with the law: the
+//! language turns lumens into candela by it, transport shines by it. It does not depend on places.
 
 use std::f64::consts::{LN_2, LN_10, PI, TAU};
 

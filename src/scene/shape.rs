@@ -4,7 +4,7 @@
 //! points; both have exactly the area of what they stand for. So the flux is exact, and by
 //! Cauchy's theorem so is the intensity of a sphere in the mean of all directions; what is left is
 //! an error of shape, which falls with the number of faces or corners. Invariants: polygons are
-//! planar, convex, counter-clockwise seen from outside. It knows no materials and no light.
+//! planar, convex, counter-clockwise seen from outside. It depends on neither materials nor light.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,7 +1,7 @@
 //! Solids that a show declares itself: quads, boxes, discs and cylinders as polygons.
 //!
 //! Round ones are regular polygons of the circle's area. Invariants: polygons are planar, simple,
-//! counter-clockwise seen from where they are to be seen. It knows no materials.
+//! counter-clockwise seen from where they are to be seen. It does not depend on materials.
 
 use crate::geometry::{Vec3, vec3};
 

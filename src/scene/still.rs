@@ -1,7 +1,7 @@
 //! Light given as a picture: what a bank or the fixed lights add to the view, rendered elsewhere.
 //!
-//! Invariants: what is read is finite, and all of it together fits the caller's budget. Whether
-//! the sizes agree with each other and with the view is for the caller to say. A file is told by
+//! Invariants: what is read is finite, and all of it together fits the caller's budget. Whether the
+//! sizes agree with each other and with the view is for the caller to say. A file is recognised by
 //! its first bytes, never by its name.
 
 use std::collections::BTreeMap;

@@ -1,8 +1,8 @@
 //! Lights: what the text says each one is, and what the operator G takes for it.
 
-use super::hung::{self, Hung};
+use super::imported_luminaire::{self, ImportedLuminaire};
 use super::{NodeId, RigError};
-use crate::scene::fitting::Fittings;
+use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::mount::Mount;
 use crate::scene::shape::Shape;
 use crate::scene::{self, Measured, Projection, Scene};
@@ -29,7 +29,7 @@ pub enum LightKind {
         /// How bright it is at full.
         strength: Strength,
     },
-    /// A sphere or a disc; [`Show::furnish`] puts it into the scene.
+    /// A sphere or a disc; [`Show::add_light_geometry`] puts it into the scene.
     Shape {
         /// Its form and place.
         shape: Shape,
@@ -61,7 +61,7 @@ pub enum LightKind {
         output: Output,
     },
     /// A light of the stage's file.
-    Hung(Hung),
+    ImportedLuminaire(ImportedLuminaire),
     /// A spot (see [`scene::Spot`]).
     Spot(scene::Spot),
     /// What a bank or the fixed lights add to the picture, rendered elsewhere.
@@ -97,7 +97,7 @@ pub enum Strength {
 
 impl Strength {
     /// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
-    /// where its intensity is told; `None` for its own.
+    /// where its intensity is given; `None` for its own.
     fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
         match self {
             Strength::Own => None,
@@ -114,7 +114,7 @@ impl Light {
         &self,
         scene: &Scene,
         images: &scene::Images,
-        fittings: &Fittings,
+        luminaires: &LuminaireAssets,
     ) -> Result<Vec<scene::Light>, RigError> {
         match &self.kind {
             LightKind::Image(file) => {
@@ -126,8 +126,9 @@ impl Light {
                 Ok(vec![read.ok_or_else(missing)?])
             }
             LightKind::Spot(spot) => Ok(vec![scene::Light::Spot(spot.clone())]),
-            LightKind::Hung(hung) => {
-                hung::spot(self.id, hung, &fittings.lamps).map(|s| vec![scene::Light::Spot(s)])
+            LightKind::ImportedLuminaire(hung) => {
+                imported_luminaire::spot(self.id, hung, &luminaires.lamps)
+                    .map(|s| vec![scene::Light::Spot(s)])
             }
             LightKind::Panel { material, strength } => {
                 panel(self.id, material, *strength, scene).map(|panel| vec![panel])
@@ -150,7 +151,7 @@ impl Light {
                 mount,
                 tint,
                 output,
-            } => measured(self.id, path, *mount, *tint, *output, fittings).map(|m| vec![m]),
+            } => measured(self.id, path, *mount, *tint, *output, luminaires).map(|m| vec![m]),
             LightKind::Projection {
                 path,
                 mount,
@@ -158,7 +159,7 @@ impl Light {
                 tint,
                 output,
             } => {
-                let slide = fittings.slides.get(path);
+                let slide = luminaires.slides.get(path);
                 let slide = slide.ok_or_else(|| unread(self.id, path))?;
                 let candela = match output {
                     Output::Flux(lumens) => lumens / Projection::flux(slide, *field),
@@ -199,9 +200,9 @@ fn measured(
     mount: Mount,
     tint: Rgb,
     output: Output,
-    fittings: &Fittings,
+    luminaires: &LuminaireAssets,
 ) -> Result<scene::Light, RigError> {
-    let distribution = fittings.photometric.get(path);
+    let distribution = luminaires.photometric.get(path);
     let distribution = distribution.ok_or_else(|| unread(id, path))?;
     let factor = match output {
         Output::Own => 1.0,

@@ -2,7 +2,7 @@
 
 use super::light::shape_material;
 use super::{Coordinate, Fixed, LightKind, NodeId, Show};
-use crate::scene::fitting::Fittings;
+use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::{self, Scene};
 use crate::units::Rgb;
@@ -83,7 +83,7 @@ pub enum RigError {
 impl Show {
     /// Puts the lights that have a shape of their own into `scene`, whose other materials and
     /// polygons come first.
-    pub fn furnish(&self, scene: &mut Scene) {
+    pub fn add_light_geometry(&self, scene: &mut Scene) {
         for (name, shape) in self.shapes() {
             scene.add_shape(shape_material(name), &shape);
         }
@@ -102,12 +102,12 @@ impl Show {
     /// # Errors
     /// Every light that does not fit.
     pub fn rig(&self, scene: &Scene) -> Result<scene::Rig, Vec<RigError>> {
-        self.rig_with(scene, &scene::Images::new(), &Fittings::default())
+        self.rig_with(scene, &scene::Images::new(), &LuminaireAssets::default())
     }
 
     /// The lights as the operator G takes them, one source for each coordinate; light names become
     /// indices, materials are looked up in `scene`, which has been furnished, pictures of banks in
-    /// `images`, files of lights in `fittings`.
+    /// `images`, files of lights in `luminaires`.
     ///
     /// # Errors
     /// Every light that does not fit.
@@ -115,14 +115,14 @@ impl Show {
         &self,
         scene: &Scene,
         images: &scene::Images,
-        fittings: &Fittings,
+        luminaires: &LuminaireAssets,
     ) -> Result<scene::Rig, Vec<RigError>> {
         let mut errors = Vec::new();
         let mut lights = Vec::new();
         // Where the lights of each statement start, and at last their number.
         let mut starts = vec![0];
         for light in &self.lights {
-            match light.resolved(scene, images, fittings) {
+            match light.resolved(scene, images, luminaires) {
                 Ok(resolved) => lights.extend(resolved),
                 Err(error) => errors.push(error),
             }

@@ -3,7 +3,7 @@
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 
-use crate::renderer::Expense;
+use crate::renderer::QualityParameter;
 use crate::study::Machine;
 
 /// Seconds of the three things that one waits for.
@@ -31,7 +31,7 @@ pub struct Step {
     pub quality: u8,
     /// What it sets.
     #[serde(serialize_with = "by_name")]
-    pub sets: Vec<Expense>,
+    pub sets: Vec<QualityParameter>,
     /// As predicted.
     pub predicted: Seconds,
     /// As measured, if it was.
@@ -54,7 +54,7 @@ pub struct Forecast {
     pub steps: Vec<Step>,
 }
 
-fn by_name<S: Serializer>(sets: &[Expense], out: S) -> Result<S::Ok, S::Error> {
+fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S::Error> {
     let named: BTreeMap<&str, f64> = sets.iter().map(|e| (e.name, e.amount)).collect();
     named.serialize(out)
 }

@@ -13,7 +13,7 @@ use crate::timeline::blend;
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
 
-/// The error that nobody sees: half a step of 8 bits.
+/// The error that is not seen: half a step of 8 bits.
 pub const UNSEEN: f64 = 0.5;
 
 /// Where in a segment frames are judged; not at its ends alone, where only one key counts.

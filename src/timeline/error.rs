@@ -1,4 +1,4 @@
-//! What only the times and the curves of a show can tell, as data without spans.
+//! What follows from the times and the curves of a show alone, as data without spans.
 
 use crate::show::NodeId;
 use crate::units::{Time, percent};

@@ -10,15 +10,15 @@
 //! a knot's value is computed once and shared by the pieces that meet there, so what is continuous
 //! is so to the bit; pieces cover the sequence without gaps. At a jump the later value holds.
 //!
-//! It must not know of text, images or what a setting costs.
+//! It must not depend on text, images or what a setting costs.
 
 mod blend;
 mod clock;
 mod curve;
 mod dimmer;
-mod doubt;
 mod error;
 mod key;
+mod lint;
 mod positivity;
 mod spline;
 mod sweep;
@@ -79,7 +79,7 @@ impl Timeline {
     /// that one moved and this one leaves.
     ///
     /// # Errors
-    /// Every mistake that only the times and the curves can tell.
+    /// Every error that only the times and the curves show.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
         let motions = track::motions(show);
         let cues = clock::cue_times(show, &motions)?;
@@ -91,7 +91,7 @@ impl Timeline {
         if !errors.is_empty() {
             return Err(errors);
         }
-        warnings.extend(doubt::dark(show, &tracks, start, end));
+        warnings.extend(lint::dark(show, &tracks, start, end));
         let mut curves = Vec::new();
         let mut last = Vec::new();
         let mut dropped = 0;

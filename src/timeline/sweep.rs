@@ -34,8 +34,8 @@ pub(super) struct Sweep<'a> {
     pub inserted: usize,
     /// All segments' control points.
     pub control_points: usize,
-    /// Keys by their hash, a key whose hash is taken by the next free number; only ever asked,
-    /// never walked.
+    /// Keys by their hash, a key whose hash is taken by the next free number; only looked up, never
+    /// iterated.
     known: HashMap<u64, usize>,
     /// The setting: right where coordinates hold.
     current: Vec<f64>,

@@ -10,8 +10,8 @@ use std::borrow::Cow;
 
 use super::clock::{CueTime, length};
 use super::curve::Piece;
-use super::doubt::{Run, Watch};
 use super::error::{TimelineError, Warning};
+use super::lint::{Run, Watch};
 use super::spline::{curve_spans, path_spans};
 use crate::linalg::Bernstein;
 use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Path, Show};

@@ -232,8 +232,8 @@ fn light_past_an_obstruction() {
     assert_falls("5.7 floor", &off);
     // The shadow begins at 1.75 exactly, in the middle of a square; what lies behind it is dark,
     // but for what nearly black walls reflect. Reflected light is interpolated and evened out:
-    // elements are too large to know its edge, nodes make it some 10 cm wide at quality 3, 5 at
-    // quality 4 (2 cm behind it there is left, of 100 lx, .05).
+    // elements are too large to know its edge, gather points make it some 10 cm wide at quality 3,
+    // 5 at quality 4 (2 cm behind it there is left, of 100 lx, .05).
     let dark = |room: &Room, behind: f64, sharp_from: u8| {
         let shadow = on_floor(&[1.75 + behind, 2.25 + behind]);
         for (got, quality) in readings(room, &shadow, UP).iter().zip(qualities()) {

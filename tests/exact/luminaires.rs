@@ -7,11 +7,11 @@ use footlight::geometry::{Vec3, vec3};
 use footlight::picture::Image;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Setup, Transport};
+use footlight::scene::gobo::Gobo;
 use footlight::scene::mount::Mount;
 use footlight::scene::photometric::Distribution;
 use footlight::scene::profile::Profile;
 use footlight::scene::shape::Shape;
-use footlight::scene::slide::Slide;
 use footlight::scene::{
     Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
 };
@@ -153,7 +153,7 @@ fn a_files_lumens_arrive() {
 }
 
 /// A slide whose channels are of different images.
-fn slide() -> Arc<Slide> {
+fn slide() -> Arc<Gobo> {
     let (width, height) = (30, 20);
     let texel = |i: usize| {
         let (x, y) = (i % width, i / width);
@@ -161,10 +161,10 @@ fn slide() -> Arc<Slide> {
         [1.0, stripes, (y as f32 + 0.5) / height as f32]
     };
     let data = (0..width * height).flat_map(texel).collect();
-    Arc::new(Slide::new(Image::from_data(width, height, data).unwrap()).unwrap())
+    Arc::new(Gobo::new(Image::from_data(width, height, data).unwrap()).unwrap())
 }
 
-fn planes(slide: &Arc<Slide>, mount: Mount, field: f64, candela: f64) -> Vec<Light> {
+fn planes(slide: &Arc<Gobo>, mount: Mount, field: f64, candela: f64) -> Vec<Light> {
     let plane = |plane: usize| {
         let mut intensity = Rgb::default();
         intensity.0[plane] = candela;
@@ -221,7 +221,7 @@ fn a_flat_screen_darkens_by_the_cube_of_the_cosine() {
             turn: 0.0,
         },
         field: 50.0,
-        slide: Arc::new(Slide::new(white).unwrap()),
+        slide: Arc::new(Gobo::new(white).unwrap()),
         plane: 0,
         intensity: Rgb::WHITE.scaled(1000.0),
     });

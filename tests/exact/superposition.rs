@@ -5,8 +5,8 @@ use crate::meter::qualities;
 use crate::reference::{Case, cornell, furnace, render, stage, tavern};
 use footlight::geometry::vec3;
 use footlight::picture::Image;
+use footlight::scene::gobo::Gobo;
 use footlight::scene::mount::Mount;
-use footlight::scene::slide::Slide;
 use footlight::scene::{Emitter, Light, Projection, Source, Spot};
 use footlight::units::Rgb;
 use std::sync::Arc;
@@ -38,7 +38,7 @@ fn stage_with_slide(size: [usize; 2]) -> Case {
     let mut case = stage_with_spot(size);
     let data = (0..64).flat_map(|i| [(i % 8) as f32 / 80.0, (i / 8) as f32 / 8.0, 1.0]);
     let image = Image::from_data(8, 8, data.collect()).unwrap();
-    let slide = Arc::new(Slide::new(image).unwrap());
+    let slide = Arc::new(Gobo::new(image).unwrap());
     let first = case.rig.lights.len();
     for plane in 0..3 {
         let mut intensity = Rgb::default();

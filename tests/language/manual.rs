@@ -13,7 +13,7 @@ fn root() -> PathBuf {
 }
 
 fn complaints(files: &dyn Files, name: &str, text: &str) -> (Vec<&'static str>, String) {
-    let (mut known, mut sources) = (lang::Known::default(), Sources::default());
+    let (mut known, mut sources) = (lang::LoweringCache::default(), Sources::default());
     let parsed = lang::parse_again(&mut known, files, &mut sources, name, text);
     let mut found = parsed.diagnostics;
     if let Some(show) = parsed.show {

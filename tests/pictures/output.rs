@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
 use footlight::engine::{Engine, Host};
-use footlight::files::{Clock, Memory, Shelf, Store};
+use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision, layer};
 use footlight::picture::{Image, png};
 use footlight::repl::{Console, Repl};
@@ -50,13 +50,13 @@ fn pictures() -> [(&'static str, Vec<u8>); 3] {
     ]
 }
 
-fn open(pipe: Option<Pipe>) -> (Repl, Shelf) {
+fn open(pipe: Option<Pipe>) -> (Repl, MemoryStore) {
     open_within(4 << 30, pipe)
 }
 
 /// The same with so many bytes of memory.
-fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, Shelf) {
-    let shelf = Shelf::default();
+fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, MemoryStore) {
+    let store = MemoryStore::default();
     let files = pictures()
         .into_iter()
         .fold(Memory::default(), |files, (name, bytes)| {
@@ -64,7 +64,7 @@ fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, Shelf) {
         });
     let host = Host {
         files: Box::new(files),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         memory,
         ..Host::default()
     };
@@ -73,38 +73,38 @@ fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, Shelf) {
         ..Console::default()
     };
     let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
-    (Repl::new(engine, console), shelf)
+    (Repl::new(engine, console), store)
 }
 
-fn read(shelf: &Shelf, path: &str) -> Vec<u8> {
-    shelf.read(Path::new(path), 1 << 24).unwrap()
+fn read(store: &MemoryStore, path: &str) -> Vec<u8> {
+    store.read(Path::new(path), 1 << 24).unwrap()
 }
 
-fn names(shelf: &Shelf) -> Vec<String> {
-    let paths = shelf.paths();
+fn names(store: &MemoryStore) -> Vec<String> {
+    let paths = store.paths();
     paths.iter().map(|p| p.display().to_string()).collect()
 }
 
 #[test]
 fn numbered_pictures_are_the_frames_and_the_frames_are_pictures() {
-    let (mut show, shelf) = open(None);
+    let (mut show, store) = open(None);
     // 6.1 s at 5 a second: 31 whole frames, and one that holds the end.
     let told = show.execute("play -o f/a##.png").unwrap().text;
     assert!(told.contains("32 frames of 32x18, 5 frames/s"), "{told}");
     assert!(told.contains("wrote f/a01.png to f/a32.png"), "{told}");
-    assert_eq!(names(&shelf).len(), 32);
+    assert_eq!(names(&store).len(), 32);
     show.execute("play -o f/%03d.exr").unwrap();
     show.execute("play -o g/%d.exr --float").unwrap();
     for (number, time) in [(1, "0:00"), (16, "0:03"), (32, "0:06.1")] {
         show.execute(&format!("picture {time} -o p.png")).unwrap();
         show.execute(&format!("picture {time} --float -o p.exr"))
             .unwrap();
-        let decoded = |name: &str| png::decode(&read(&shelf, name), 1 << 20).unwrap();
+        let decoded = |name: &str| png::decode(&read(&store, name), 1 << 20).unwrap();
         let (frame, picture) = (decoded(&format!("f/a{number:02}.png")), decoded("p.png"));
         // One display step is at most 0.9 % of white.
         let off = frame.data().iter().zip(picture.data());
         assert!(off.map(|(a, b)| (a - b).abs()).all(|d| d <= 0.01), "{time}");
-        let linear = |name: &str| exr::decode(&read(&shelf, name), 1 << 20).unwrap();
+        let linear = |name: &str| exr::decode(&read(&store, name), 1 << 20).unwrap();
         let picture = linear("p.exr");
         for (name, room) in [
             (format!("f/{number:03}.exr"), 1.0 / 2000.0),
@@ -119,10 +119,10 @@ fn numbered_pictures_are_the_frames_and_the_frames_are_pictures() {
 
 #[test]
 fn a_picture_is_half_precision_unless_asked() {
-    let (mut show, shelf) = open(None);
+    let (mut show, store) = open(None);
     show.execute("picture 0:03 -o half.exr").unwrap();
     show.execute("picture 0:03 -o float.exr --float").unwrap();
-    let (half, float) = (read(&shelf, "half.exr"), read(&shelf, "float.exr"));
+    let (half, float) = (read(&store, "half.exr"), read(&store, "float.exr"));
     let decoded = |bytes: &[u8]| exr::decode(bytes, 1 << 20).unwrap();
     let (a, b) = (decoded(&half), decoded(&float));
     assert!(a != b && half.len() < float.len());
@@ -132,7 +132,7 @@ fn a_picture_is_half_precision_unless_asked() {
     // The bank's name is not ASCII, which a header has to be.
     show.execute("picture --bank k\u{fc}hl -o bank.exr")
         .unwrap();
-    let header = exr::attributes(&read(&shelf, "bank.exr")).unwrap();
+    let header = exr::attributes(&read(&store, "bank.exr")).unwrap();
     assert!(header[0].1.starts_with("k?hl alone at full"), "{header:?}");
     let error = show.execute("picture -o a.png --float").unwrap_err();
     assert!(error.to_string().contains("`--float`"), "{error}");
@@ -140,7 +140,7 @@ fn a_picture_is_half_precision_unless_asked() {
 
 #[test]
 fn layers_are_keys_banks_or_the_basis_with_their_settings() {
-    let (mut show, shelf) = open(None);
+    let (mut show, store) = open(None);
     let told = show.execute("play -o keys.exr").unwrap().text;
     let keys = show.engine().document().keys().keys().to_vec();
     assert!(
@@ -150,7 +150,7 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     show.execute("play -o banks.exr --layers banks --float")
         .unwrap();
     show.execute("play -o basis.exr --layers basis").unwrap();
-    let file = read(&shelf, "keys.exr");
+    let file = read(&store, "keys.exr");
     assert_eq!(layer::names(&file).unwrap().len(), keys.len());
     let header = exr::attributes(&file).unwrap();
     let settings = &header.iter().find(|(n, _)| n == "settings").unwrap().1;
@@ -160,13 +160,13 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     );
     assert_eq!(settings.lines().count(), keys.len());
 
-    let banks = read(&shelf, "banks.exr");
+    let banks = read(&store, "banks.exr");
     // Alphabetical: what `layer::names` gives is the file's own order.
     assert_eq!(
         layer::names(&banks).unwrap(),
         ["k_hl", "warm", "wash_b", "wash_g", "wash_r"]
     );
-    assert_eq!(layer::names(&read(&shelf, "basis.exr")).unwrap().len(), 5);
+    assert_eq!(layer::names(&read(&store, "basis.exr")).unwrap().len(), 5);
     // Every key is the sum of the banks by its setting: to the rounding of halves.
     let in_order = ["warm", "k_hl", "wash_r", "wash_g", "wash_b"].map(Some);
     let found = layer::decode(&banks, &in_order, 1 << 24).unwrap();
@@ -195,13 +195,13 @@ fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
     let needed = keys * WIDTH * HEIGHT * 3 * (4 + 2);
     let (mut enough, _) = open_within(needed, None);
     enough.execute("play -o keys.exr").unwrap();
-    let (mut scarce, shelf) = open_within(needed - 1, None);
+    let (mut scarce, store) = open_within(needed - 1, None);
     for line in ["play -o keys.exr", "play -o keys.exr --float"] {
         let error = scarce.execute(line).unwrap_err();
         let said = error.report(footlight::diagnostic::Style::Plain);
         assert!(said.contains("frame####.exr"), "{line}: {said}");
     }
-    assert!(names(&shelf).is_empty());
+    assert!(names(&store).is_empty());
     // The pictures of the five coordinates are made for it, and are in the file.
     let needed = (keys * 4 + 5 * (4 + 2)) * WIDTH * HEIGHT * 3;
     let banks = "play -o banks.exr --layers banks";
@@ -234,7 +234,7 @@ const HEADER: &str = "YUV4MPEG2 W32 H18 F5:1 Ip A1:1 C444 XCOLORRANGE=LIMITED\n"
 fn video_is_the_frames_in_a_file_and_down_a_pipe() {
     let held = Arc::new(Mutex::new(Vec::new()));
     let reader = Reader(Arc::clone(&held), usize::MAX);
-    let (mut show, shelf) = open(Some(Box::new(move || Box::new(reader.clone()))));
+    let (mut show, store) = open(Some(Box::new(move || Box::new(reader.clone()))));
     let reply = show.execute("play -o film.y4m --chroma 444").unwrap();
     assert!(
         !reply.beside && reply.text.contains("32 frames"),
@@ -243,14 +243,14 @@ fn video_is_the_frames_in_a_file_and_down_a_pipe() {
     );
     let reply = show.execute("play -o - --chroma 444").unwrap();
     assert!(reply.beside, "words must not go into the film");
-    let film = read(&shelf, "film.y4m");
+    let film = read(&store, "film.y4m");
     assert!(*held.lock().unwrap() == film);
     let frames = film.strip_prefix(HEADER.as_bytes()).unwrap();
     let bytes = 6 + 3 * WIDTH * HEIGHT;
     assert_eq!(frames.len(), 32 * bytes);
     show.execute("play -o f%d.png").unwrap();
     for (i, frame) in frames.chunks(bytes).enumerate() {
-        let picture = read(&shelf, &format!("f{}.png", i + 1));
+        let picture = read(&store, &format!("f{}.png", i + 1));
         let picture = png::decode(&picture, 1 << 20).unwrap();
         let (luma, chroma) = frame[6..].split_at(WIDTH * HEIGHT);
         let (blue, red) = chroma.split_at(WIDTH * HEIGHT);

@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use footlight::engine::{Engine, Host};
-use footlight::files::{Memory, Shelf, Store};
+use footlight::files::{Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::tone::{Curve, Tone};
 use footlight::picture::{Image, png};
@@ -55,8 +55,8 @@ cue 5 { time 2  cool 20  edge 0 }
 
 const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
 
-fn open() -> (Repl, Shelf) {
-    let shelf = Shelf::default();
+fn open() -> (Repl, MemoryStore) {
+    let store = MemoryStore::default();
     let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
     let files = Memory::default()
         .with("warm.exr", coded(&pool(10.0, [1.0, 0.6, 0.3], 0.0)))
@@ -65,23 +65,23 @@ fn open() -> (Repl, Shelf) {
         .with("wash.exr", coded(&pool(24.0, [0.8, 0.8, 0.8], 0.0)));
     let host = Host {
         files: Box::new(files),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         ..Host::default()
     };
     let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
-    (Repl::new(engine, Console::default()), shelf)
+    (Repl::new(engine, Console::default()), store)
 }
 
-fn page(show: &mut Repl, shelf: &Shelf) -> String {
+fn page(show: &mut Repl, store: &MemoryStore) -> String {
     let told = show.execute("play -o show.html").unwrap().text;
     assert!(told.contains("wrote show.html"), "{told}");
-    String::from_utf8(shelf.read(Path::new("show.html"), 1 << 25).unwrap()).unwrap()
+    String::from_utf8(store.read(Path::new("show.html"), 1 << 25).unwrap()).unwrap()
 }
 
 /// The codes of `picture`, as a PNG file has them.
-fn picture(show: &mut Repl, shelf: &Shelf, words: &str) -> Vec<u8> {
+fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     show.execute(&format!("picture {words} -o p.png")).unwrap();
-    let file = shelf.read(Path::new("p.png"), 1 << 25).unwrap();
+    let file = store.read(Path::new("p.png"), 1 << 25).unwrap();
     let light = png::decode(&file, 1 << 25).unwrap();
     let encoded = |v: &f32| match f64::from(*v) {
         v if v <= 0.003_130_8 => 12.92 * v,
@@ -319,18 +319,18 @@ const WEBGL: &[&str] = &[
 
 #[test]
 fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
-    let (mut show, shelf) = open();
+    let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("show.html");
-    std::fs::write(&file, page(&mut show, &shelf)).unwrap();
+    std::fs::write(&file, page(&mut show, &store)).unwrap();
     let times = TIMES.map(|t| t.to_string()).join(",");
-    let pictures = TIMES.map(|t| picture(&mut show, &shelf, &format!("{t}s")));
+    let pictures = TIMES.map(|t| picture(&mut show, &store, &format!("{t}s")));
     let mixed = mixture(&mut show, 3.1);
     show.execute("preview { exposure -5.4  dither on }")
         .unwrap();
     let dithered_file = folder.path().join("dithered.html");
-    std::fs::write(&dithered_file, page(&mut show, &shelf)).unwrap();
-    let dithered_pictures = TIMES.map(|t| picture(&mut show, &shelf, &format!("{t}s")));
+    std::fs::write(&dithered_file, page(&mut show, &store)).unwrap();
+    let dithered_pictures = TIMES.map(|t| picture(&mut show, &store, &format!("{t}s")));
     let hold = HELD
         .map(|(name, level)| format!("&hold={name}:{level}"))
         .concat();
@@ -384,10 +384,10 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
 /// What a person does, by keyboard and by the names that a screen reader tells.
 #[test]
 fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
-    let (mut show, shelf) = open();
+    let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("show.html");
-    std::fs::write(&file, page(&mut show, &shelf)).unwrap();
+    std::fs::write(&file, page(&mut show, &store)).unwrap();
     let Some(browser) = Browser::start(&["--disable-gpu"]) else {
         return;
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::displayed::Displayed;
 use footlight::engine::{Engine, Host};
-use footlight::files::{Folder, Shelf};
+use footlight::files::{Folder, MemoryStore};
 use footlight::picture::Image;
 use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
@@ -16,13 +16,13 @@ use footlight::units::Time;
 use footlight::work::Work;
 
 /// The first show of another size, with a store of its own.
-fn first(shelf: &Shelf, size: &str) -> Repl {
+fn first(store: &MemoryStore, size: &str) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
     let text = text.replace("size 480x270", &format!("size {size}"));
     let host = Host {
         files: Box::new(Folder::new(&folder, 1 << 20)),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         threads: 2,
         ..Host::default()
     };
@@ -143,7 +143,7 @@ fn a_player_shows_what_the_thresholds_say() {
 
 #[test]
 fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
-    let mut show = first(&Shelf::default(), "96x54");
+    let mut show = first(&MemoryStore::default(), "96x54");
     let playback = show.engine_mut().playback().unwrap();
     let tone = show.engine().tone_of(playback.images());
     let [float, half, byte] = Format::ALL.map(|format| judged(&playback, tone, format));
@@ -170,7 +170,7 @@ fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
 /// picture that all key images would have been exposed for.
 #[test]
 fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
-    let mut show = first(&Shelf::default(), "200x150");
+    let mut show = first(&MemoryStore::default(), "200x150");
     assert_eq!(sampling(200, 150), 2);
     let time = Time::from_seconds(9.0).unwrap();
     show.execute("at 0:09").unwrap();

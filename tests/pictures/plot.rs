@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use footlight::engine::{Engine, Host};
-use footlight::files::{Memory, Shelf, Store};
+use footlight::files::{Memory, MemoryStore, Store};
 use footlight::repl::{self, Console, Repl};
 
 /// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put
@@ -28,28 +28,28 @@ cue 4 at 0:15 { snap blackout }
 const ROOM: &str = "mtllib room.mtl\nusemtl wall\nv -2 0 0\nv 2 0 0\nv 2 0 -2\nv -2 0 -2\nf 1 2 3 4\n\
                     v -2 0 -2\nv 2 0 -2\nv 2 2 -2\nv -2 2 -2\nf 5 6 7 8\n";
 
-fn open(text: &str) -> (Repl, Shelf) {
-    let shelf = Shelf::default();
+fn open(text: &str) -> (Repl, MemoryStore) {
+    let store = MemoryStore::default();
     let host = Host {
         files: Box::new(
             Memory::default()
                 .with("room.obj", ROOM)
                 .with("room.mtl", "newmtl wall\nKd 0.5 0.5 0.5\n"),
         ),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         ..Host::default()
     };
     let engine = Engine::from_text("knots.lxq", text.as_bytes(), host).map_err(repl::Error::from);
     let engine = engine.map_err(|e| e.report(footlight::diagnostic::Style::Plain));
-    (Repl::new(engine.unwrap(), Console::default()), shelf)
+    (Repl::new(engine.unwrap(), Console::default()), store)
 }
 
-fn drawn(show: &mut Repl, shelf: &Shelf, words: &str) -> (String, String) {
+fn drawn(show: &mut Repl, store: &MemoryStore, words: &str) -> (String, String) {
     let said = show
         .execute(&format!("plot {words} -o drawn.svg"))
         .unwrap()
         .text;
-    let bytes = shelf.read(Path::new("drawn.svg"), 1 << 24).unwrap();
+    let bytes = store.read(Path::new("drawn.svg"), 1 << 24).unwrap();
     (said, String::from_utf8(bytes).unwrap())
 }
 
@@ -81,28 +81,28 @@ fn a_knot_put_in_is_told_from_the_curves_own() {
 
 #[test]
 fn banks_are_drawn_by_name_and_groups_count() {
-    let (mut show, shelf) = open(SHOW);
+    let (mut show, store) = open(SHOW);
     let all = ["keys", "warm.r", "warm.g", "warm.b", "cold"];
     let of = |drawn: &str| -> Vec<bool> {
         let named = |name: &&str| drawn.contains(&format!(">{name}<"));
         all.iter().map(named).collect()
     };
-    let (said, svg) = drawn(&mut show, &shelf, "");
+    let (said, svg) = drawn(&mut show, &store, "");
     assert!(said.starts_with("3 banks of Knots"), "{said}");
     assert_eq!(of(&svg), [true; 5]);
     for word in ["move", "knot put in", ">now<", ">knots<", "over time"] {
         assert!(svg.contains(word), "{word}");
     }
-    let (said, svg) = drawn(&mut show, &shelf, "warm");
+    let (said, svg) = drawn(&mut show, &store, "warm");
     assert!(said.starts_with("1 bank of"), "{said}");
     assert_eq!(of(&svg), [false, true, true, true, false]);
-    let (_, svg) = drawn(&mut show, &shelf, "sides cold");
+    let (_, svg) = drawn(&mut show, &store, "sides cold");
     assert_eq!(of(&svg), [true, false, false, false, true]);
     // The word alone is the key settings; a bank so called is reached as `show` reaches it.
-    let (_, svg) = drawn(&mut show, &shelf, "keys");
+    let (_, svg) = drawn(&mut show, &store, "keys");
     assert!(svg.contains("24 key settings for 10 segments"), "{svg}");
     assert!(svg.contains(">24<") && svg.contains("put in so that no key is negative"));
-    let (said, svg) = drawn(&mut show, &shelf, "bank keys");
+    let (said, svg) = drawn(&mut show, &store, "bank keys");
     assert!(said.starts_with("1 bank"), "{said}");
     assert_eq!(of(&svg), [true, false, false, false, false]);
 }
@@ -137,45 +137,45 @@ fn what_cannot_be_drawn_says_what_could() {
 
 #[test]
 fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
-    let (mut show, shelf) = open(SHOW);
-    let (said, svg) = drawn(&mut show, &shelf, "spectrum --tolerance 10%");
+    let (mut show, store) = open(SHOW);
+    let (said, svg) = drawn(&mut show, &store, "spectrum --tolerance 10%");
     assert!(said.contains("reach 10.0 % (metric settings)"), "{said}");
     assert!(svg.contains("tolerance 10.0 %") && svg.contains("singular value"));
-    let (said, svg) = drawn(&mut show, &shelf, "basis");
+    let (said, svg) = drawn(&mut show, &store, "basis");
     assert!(said.contains("nothing is refined yet"), "{said}");
     assert!(svg.contains("each bank alone") && svg.contains(">warm.g<"));
-    let (_, svg) = drawn(&mut show, &shelf, "error");
+    let (_, svg) = drawn(&mut show, &store, "error");
     assert!(svg.contains("if it went on"));
     show.execute("refine 2").unwrap();
-    let (said, svg) = drawn(&mut show, &shelf, "basis");
+    let (said, svg) = drawn(&mut show, &store, "basis");
     assert!(said.starts_with("2 basis pictures"), "{said}");
     assert!(svg.contains("the error that each leaves"));
-    let (said, _) = drawn(&mut show, &shelf, "error");
+    let (said, _) = drawn(&mut show, &store, "error");
     assert!(
         said.starts_with("2 refined pictures: predicted error"),
         "{said}"
     );
-    let (said, _) = drawn(&mut show, &shelf, "spectrum --metric error");
+    let (said, _) = drawn(&mut show, &store, "spectrum --metric error");
     assert!(said.contains("(metric error)"), "{said}");
 }
 
 #[test]
 fn files_are_light_unless_dark_is_asked_for_and_the_terminal_is_dark() {
-    let (mut show, shelf) = open(SHOW);
-    let ground = |svg: &str| svg.contains("#ffffff");
-    assert!(ground(&drawn(&mut show, &shelf, "keys").1));
-    assert!(!ground(&drawn(&mut show, &shelf, "keys --dark").1));
+    let (mut show, store) = open(SHOW);
+    let scene_key = |svg: &str| svg.contains("#ffffff");
+    assert!(scene_key(&drawn(&mut show, &store, "keys").1));
+    assert!(!scene_key(&drawn(&mut show, &store, "keys --dark").1));
     let shown = show.execute("plot keys").unwrap().picture.unwrap();
     assert!(shown.rgb[..3].iter().all(|c| *c < 64));
     show.execute("plot keys -o keys.png").unwrap();
-    let png = shelf.read(Path::new("keys.png"), 1 << 24).unwrap();
+    let png = store.read(Path::new("keys.png"), 1 << 24).unwrap();
     assert_eq!(&png[1..4], b"PNG");
 }
 
 #[test]
 fn a_last_picture_that_leaves_nothing_is_seen_on_the_spectrum() {
-    let (mut show, shelf) = open(SHOW);
-    let (said, svg) = drawn(&mut show, &shelf, "spectrum --tolerance 0.01%");
+    let (mut show, store) = open(SHOW);
+    let (said, svg) = drawn(&mut show, &store, "spectrum --tolerance 0.01%");
     assert!(said.starts_with("3 refined pictures of 3 reach"), "{said}");
     assert!(svg.contains("3 pictures: nothing left"), "{svg}");
 }

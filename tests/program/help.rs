@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use footlight::engine::{Background, Engine, Host};
-use footlight::files::{Folder, Shelf};
+use footlight::files::{Folder, MemoryStore};
 use footlight::repl::{Console, Repl, VERBS};
 
 /// With all that the examples name.
@@ -174,19 +174,19 @@ impl Background for AtOnce {
 fn every_verb_does_its_example_at_the_prompt() {
     let place = Place::new();
     for spec in VERBS {
-        let shelf = Shelf::default();
+        let store = MemoryStore::default();
         for name in ["show.lxq", "session.txt"] {
             let bytes = fs::read(place.path().join(name)).unwrap();
-            footlight::files::Store::write(&shelf, Path::new(name), &bytes).unwrap();
+            footlight::files::Store::write(&store, Path::new(name), &bytes).unwrap();
         }
         for bank in ["lamps", "sky"] {
             let name = format!("refs/{bank}.exr");
             let bytes = fs::read(place.path().join(&name)).unwrap();
-            footlight::files::Store::write(&shelf, Path::new(&name), &bytes).unwrap();
+            footlight::files::Store::write(&store, Path::new(&name), &bytes).unwrap();
         }
         let host = Host {
             files: Box::new(Folder::new(place.path(), 1 << 20)),
-            store: Box::new(shelf),
+            store: Box::new(store),
             background: Some(Box::new(AtOnce)),
             ..Host::default()
         };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use assert_cmd::Command;
 use footlight::engine::{Ended, Engine, Error, Goal, Host};
-use footlight::files::{Memory, Shelf};
+use footlight::files::{Memory, MemoryStore};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::renderer::Quality;
@@ -107,7 +107,7 @@ fn host(renderer: Outside) -> Host {
                 .with("floor.obj", FLOOR)
                 .with("floor.mtl", WOOD),
         ),
-        store: Box::new(Shelf::default()),
+        store: Box::new(MemoryStore::default()),
         renderer: Arc::new(renderer),
         ..Host::default()
     }

@@ -89,8 +89,8 @@ fn a_process_killed_at_any_moment_leaves_a_sound_store() {
     finish(start(folder.path(), "alone", "off"));
     let stored = || {
         let pictures = folder.path().join(".footlight/pictures");
-        let grounds = fs::read_dir(pictures).into_iter().flatten().flatten();
-        let files = grounds.flat_map(|g| fs::read_dir(g.path()).into_iter().flatten().flatten());
+        let scene_keys = fs::read_dir(pictures).into_iter().flatten().flatten();
+        let files = scene_keys.flat_map(|g| fs::read_dir(g.path()).into_iter().flatten().flatten());
         let whole = files.filter(|f| f.path().extension().is_some_and(|e| e == "exr"));
         whole.count()
     };

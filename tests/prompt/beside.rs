@@ -159,7 +159,7 @@ fn another_place_to_look_from_gives_up_what_is_in_hand() {
     assert_eq!(show.engine().refined(), 2);
     // Three coarse pictures at two steps and two refined ones for the second view: what was in
     // hand was never rendered.
-    assert_eq!(show.engine().tally().rendered, 6 + 6 + 2);
+    assert_eq!(show.engine().statistics().rendered, 6 + 6 + 2);
     say(&mut show, "view house");
     show.engine_mut().coarse().unwrap();
     assert_eq!(show.engine().refined(), 0);
@@ -175,13 +175,13 @@ fn a_bank_more_keeps_the_picture_in_hand() {
         "light side spot at 3, 0, 2 aim 0, 0, 1 beam 20 field 40 500 cd",
     );
     say(&mut show, "bank wash = side");
-    let before = show.engine().tally().rendered;
+    let before = show.engine().statistics().rendered;
     let notes = finish(&mut show, &queue);
     assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
     // It serves the pool of the new rig, whose other coarse pictures are at hand.
     show.engine_mut().coarse().unwrap();
     assert_eq!(show.engine().refined(), 1);
-    assert_eq!(show.engine().tally().rendered - before, 1 + 2);
+    assert_eq!(show.engine().statistics().rendered - before, 1 + 2);
 }
 
 #[test]
@@ -289,10 +289,10 @@ fn leaving_gives_up_what_is_in_hand() {
     show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 5 &");
     assert!(show.execute("quit").unwrap().quit);
-    let before = show.engine().tally().rendered;
+    let before = show.engine().statistics().rendered;
     assert!(queue.run());
     assert!(show.poll().is_empty());
-    assert_eq!(show.engine().tally().rendered, before);
+    assert_eq!(show.engine().statistics().rendered, before);
 }
 
 /// Cancelled while the second picture is being rendered; asked twice where `insist`.
@@ -312,7 +312,7 @@ impl Progress for Impatient {
         self.pictures.load(Ordering::SeqCst) > 0
     }
 
-    fn insisted(&self) -> bool {
+    fn forced(&self) -> bool {
         self.insist && self.cancelled()
     }
 }

@@ -7,7 +7,7 @@ use crate::operator::Altered;
 use crate::{Stopped, prompt};
 use footlight::diagnostic::Style;
 use footlight::engine::Host;
-use footlight::files::{Folder, Shelf, Store};
+use footlight::files::{Folder, MemoryStore, Store};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::renderer::{Cost, Quality};
@@ -30,14 +30,14 @@ const UNSHARED: Cost = Cost {
 };
 
 /// The smallest show there is, smaller.
-fn first(cost: Cost) -> (Repl, Shelf) {
+fn first(cost: Cost) -> (Repl, MemoryStore) {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(examples.join("first.lxq")).unwrap();
     let text = text.replace("size 480x270", "size 32x18");
-    let shelf = Shelf::default();
+    let store = MemoryStore::default();
     let host = Host {
         files: Box::new(Folder::new(&examples, 1 << 20)),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         clock: Box::new(Stopped),
         renderer: Arc::new(Altered {
             cost: Some(cost),
@@ -46,7 +46,7 @@ fn first(cost: Cost) -> (Repl, Shelf) {
         ..Host::default()
     };
     let show = prompt("first.lxq", text.as_bytes(), host).unwrap();
-    (show, shelf)
+    (show, store)
 }
 
 const COMMANDS: &str = "// on coarse pictures\n\
@@ -66,12 +66,12 @@ struct Moment {
 }
 
 fn replay(commands: &str) -> (Repl, Vec<Moment>) {
-    let (mut show, shelf) = first(SHARED);
+    let (mut show, store) = first(SHARED);
     let path = Path::new("commands.txt");
-    shelf.write(path, commands.as_bytes()).unwrap();
+    store.write(path, commands.as_bytes()).unwrap();
     show.execute("session commands.txt --truth -o moments.json")
         .unwrap();
-    let bytes = shelf.read(Path::new("moments.json"), 1 << 20).unwrap();
+    let bytes = store.read(Path::new("moments.json"), 1 << 20).unwrap();
     let record: Record = serde_json::from_slice(&bytes).unwrap();
     let column = |name: &str| record.column(name).unwrap();
     let columns = ["predicted", "true error", "true"].map(column);
@@ -166,9 +166,9 @@ fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
         ("refine\nlook open { lamp 5\nrefine\n", 2, 1, "}"),
     ];
     for (commands, line, code, words) in cases {
-        let (mut show, shelf) = first(SHARED);
+        let (mut show, store) = first(SHARED);
         let path = Path::new("commands.txt");
-        shelf.write(path, commands.as_bytes()).unwrap();
+        store.write(path, commands.as_bytes()).unwrap();
         let error = show.execute("session commands.txt -o out.csv").unwrap_err();
         let text = error.report(Style::Plain);
         assert!(text.contains(&format!("commands.txt:{line}: ")), "{text}");
@@ -179,7 +179,7 @@ fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
             (code, 1),
             "{text}"
         );
-        let csv = String::from_utf8(shelf.read(Path::new("out.csv"), 1 << 20).unwrap()).unwrap();
+        let csv = String::from_utf8(store.read(Path::new("out.csv"), 1 << 20).unwrap()).unwrap();
         assert!(
             csv.contains("# kind: session") && csv.contains("line 1: refine"),
             "{csv}"
@@ -189,13 +189,13 @@ fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
 
 #[test]
 fn a_session_is_drawn_and_told() {
-    let (mut show, shelf) = first(SHARED);
-    shelf
+    let (mut show, store) = first(SHARED);
+    store
         .write(Path::new("c.txt"), COMMANDS.as_bytes())
         .unwrap();
     let reply = show.execute("session c.txt --truth -o s.svg").unwrap();
     assert!(reply.text.ends_with("wrote s.svg\n"), "{}", reply.text);
-    let svg = String::from_utf8(shelf.read(Path::new("s.svg"), 1 << 24).unwrap()).unwrap();
+    let svg = String::from_utf8(store.read(Path::new("s.svg"), 1 << 24).unwrap()).unwrap();
     for words in [
         "as predicted",
         "true",

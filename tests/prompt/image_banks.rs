@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::prompt;
 use footlight::diagnostic::Style;
 use footlight::engine::{Ended, Goal, Host, PlanOptions, TEXT_LIMIT};
-use footlight::files::{Folder, Memory, Shelf, Store};
+use footlight::files::{Folder, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::{Image, png};
 use footlight::plan::Metric;
@@ -38,7 +38,7 @@ fn files() -> Memory {
 fn open(text: &str, files: Memory) -> Result<Repl, Error> {
     let host = Host {
         files: Box::new(files),
-        store: Box::new(Shelf::default()),
+        store: Box::new(MemoryStore::default()),
         ..Host::default()
     };
     Ok(prompt("show.lxq", text.as_bytes(), host)?)
@@ -249,7 +249,7 @@ fn the_example_runs() {
     let folder = root().join("examples/images");
     let host = Host {
         files: Box::new(Folder::new(&folder, TEXT_LIMIT)),
-        store: Box::new(Shelf::default()),
+        store: Box::new(MemoryStore::default()),
         ..Host::default()
     };
     let text = std::fs::read(folder.join("images.lxq")).unwrap();
@@ -279,7 +279,7 @@ fn light_groups_of_a_renderer_add_up_to_its_picture() {
     text += "cue 1 { snap b0 full }\n";
     let host = |folder: &Path| Host {
         files: Box::new(Folder::new(folder, TEXT_LIMIT)),
-        store: Box::new(Shelf::default()) as Box<dyn Store>,
+        store: Box::new(MemoryStore::default()) as Box<dyn Store>,
         ..Host::default()
     };
     let wrong = text.replacen("Combined_ds_l_cool", "Combined_ds_l_cold", 1);

@@ -8,7 +8,7 @@ use std::time::Duration;
 use crate::prompt;
 use footlight::diagnostic::Style;
 use footlight::engine::{self, Ended, Goal, Host, PlanOptions, Version};
-use footlight::files::{Clock, Memory, Shelf, Store};
+use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::plan::Metric;
 use footlight::repl::{self, Repl};
 use footlight::report;
@@ -51,22 +51,22 @@ usemtl lamp\nf 18 17 16 15\nusemtl sign\nf 19 20 21 22
 const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 0.6\n\
     newmtl box\nKd 0.5 0.2 0.1\nnewmtl lamp\nKd 0 0 0\nKe 1 1 1\nnewmtl sign\nKd 0 0 0\nKe 5 30 8\n";
 
-fn host(shelf: &Shelf) -> Host {
+fn host(store: &MemoryStore) -> Host {
     Host {
         files: Box::new(
             Memory::default()
                 .with("room.obj", ROOM)
                 .with("room.mtl", MATERIALS),
         ),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         ..Host::default()
     }
 }
 
-fn open() -> (Repl, Shelf) {
-    let shelf = Shelf::default();
-    shelf.write(Path::new("s.lxq"), SHOW.as_bytes()).unwrap();
-    (crate::open(Path::new("s.lxq"), host(&shelf)), shelf)
+fn open() -> (Repl, MemoryStore) {
+    let store = MemoryStore::default();
+    store.write(Path::new("s.lxq"), SHOW.as_bytes()).unwrap();
+    (crate::open(Path::new("s.lxq"), host(&store)), store)
 }
 
 fn seconds(s: f64) -> Time {
@@ -100,7 +100,7 @@ fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them()
     let mut fresh = prompt(
         "t.lxq",
         show.engine().document().text().as_bytes(),
-        host(&Shelf::default()),
+        host(&MemoryStore::default()),
     )
     .unwrap();
     let coarse = fresh.engine_mut().picture(seconds(6.0)).unwrap();
@@ -164,11 +164,11 @@ fn a_mistake_leaves_everything_as_it_was() {
 
 #[test]
 fn edits_change_only_their_own_lines_and_save_writes_them() {
-    let (mut show, shelf) = open();
+    let (mut show, store) = open();
     show.execute("cue 2 \"Cross\" at 0:02 { time 6  warm 20  cool 90 }")
         .unwrap();
     show.execute("save").unwrap();
-    let saved = String::from_utf8(shelf.read(Path::new("s.lxq"), 1 << 20).unwrap()).unwrap();
+    let saved = String::from_utf8(store.read(Path::new("s.lxq"), 1 << 20).unwrap()).unwrap();
     let changed: Vec<(&str, &str)> = SHOW
         .lines()
         .zip(saved.lines())
@@ -181,9 +181,9 @@ fn edits_change_only_their_own_lines_and_save_writes_them() {
 
 #[test]
 fn a_file_that_changed_meanwhile_is_not_overwritten() {
-    let (mut show, shelf) = open();
+    let (mut show, store) = open();
     show.execute("cue 4 at 0:12 { blackout }").unwrap();
-    shelf
+    store
         .write(Path::new("s.lxq"), b"show \"someone else's\"\n")
         .unwrap();
     let error = show.execute("save").unwrap_err().to_string();
@@ -191,7 +191,7 @@ fn a_file_that_changed_meanwhile_is_not_overwritten() {
         error.contains("changed on disk") && error.contains("save OTHER.lxq"),
         "{error}"
     );
-    let kept = shelf.read(Path::new("s.lxq"), 1 << 20).unwrap();
+    let kept = store.read(Path::new("s.lxq"), 1 << 20).unwrap();
     assert_eq!(kept, b"show \"someone else's\"\n");
     show.execute("save other.lxq").unwrap();
     assert!(!show.engine().document().is_unsaved());
@@ -228,11 +228,11 @@ fn refining_everything_makes_previews_equal_to_rendering() {
 
 #[test]
 fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
-    let (mut show, shelf) = open();
-    shelf.write(Path::new("o/keys/key999.exr"), b"old").unwrap();
+    let (mut show, store) = open();
+    store.write(Path::new("o/keys/key999.exr"), b"old").unwrap();
     let reply = show.execute("run --count 1 --out o").unwrap();
     let keys = show.engine().document().keys().keys().len();
-    let names: Vec<String> = shelf
+    let names: Vec<String> = store
         .paths()
         .iter()
         .map(|p| p.to_string_lossy().into_owned())
@@ -258,7 +258,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
             reply.text
         );
     }
-    let key = shelf.read(Path::new("o/keys/key001.exr"), 1 << 24).unwrap();
+    let key = store.read(Path::new("o/keys/key001.exr"), 1 << 24).unwrap();
     let image = footlight::picture::exr::decode(&key, 1 << 24).unwrap();
     assert_eq!((image.width(), image.height()), (64, 40));
     let header = footlight::picture::exr::attributes(&key).unwrap();
@@ -296,7 +296,7 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
     let json = |threads: usize, refine: bool| {
         let host = Host {
             threads,
-            ..host(&Shelf::default())
+            ..host(&MemoryStore::default())
         };
         let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
         if refine {
@@ -350,7 +350,7 @@ fn cancel_is_heard_and_nothing_is_half_done() {
         };
         let host = Host {
             progress: Box::new(progress),
-            ..host(&Shelf::default())
+            ..host(&MemoryStore::default())
         };
         let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
         let result = show.engine_mut().refine(Goal::until(0.0));
@@ -416,7 +416,7 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
         let host = Host {
             clock: Box::new(Hasty::default()),
             time: limit.map(Duration::from_secs),
-            ..host(&Shelf::default())
+            ..host(&MemoryStore::default())
         };
         prompt("s.lxq", SHOW.as_bytes(), host).unwrap()
     };
@@ -530,7 +530,7 @@ fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
 fn an_error_is_reached_by_the_show_as_it_is_now() {
     let text = SHOW.replace("warm 15  cool 90", "warm 15");
     let text = text.replace("over 70", "warm 10");
-    let host = host(&Shelf::default());
+    let host = host(&MemoryStore::default());
     let mut show = prompt("t.lxq", text.as_bytes(), host).unwrap();
     let until = |error: f64| Goal::until(error);
     show.engine_mut().refine(Goal::count(2)).unwrap();
@@ -620,8 +620,8 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
 /// Fixed lights have names of their own, but are one bank that nobody moves.
 #[test]
 fn what_is_fixed_is_looked_at_together() {
-    let shelf = Shelf::default();
-    let mut show = prompt("s.lxq", SHOW.as_bytes(), host(&shelf)).unwrap();
+    let store = MemoryStore::default();
+    let mut show = prompt("s.lxq", SHOW.as_bytes(), host(&store)).unwrap();
     let told = show.execute("picture --bank exits -o x.png").unwrap_err();
     assert!(told.to_string().contains("`--bank fixed`"), "{told}");
     let told = show.execute("picture --bank nobody -o x.png").unwrap_err();

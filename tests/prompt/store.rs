@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
 use footlight::engine::{Goal, Host, NextImage, PoolPlace};
-use footlight::files::{Entry, FileError, Memory, Shelf, Store};
+use footlight::files::{Entry, FileError, Memory, MemoryStore, Store};
 use footlight::picture::Image;
 use footlight::repl::Repl;
 use footlight::work::Work;
@@ -102,8 +102,8 @@ impl Session {
     }
 }
 
-fn stored(shelf: &Shelf) -> Vec<PathBuf> {
-    let paths = shelf.paths().into_iter();
+fn stored(store: &MemoryStore) -> Vec<PathBuf> {
+    let paths = store.paths().into_iter();
     paths
         .filter(|p| p.starts_with(Path::new(POOL).join("pictures")))
         .collect()
@@ -127,9 +127,9 @@ fn difference(a: &[Image], b: &[Image]) -> f32 {
 
 #[test]
 fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
-    let shelf = Shelf::default();
+    let store = MemoryStore::default();
     let run = |limit, out: &str| {
-        let mut session = Session::open(SHOW, shelf.clone(), limit);
+        let mut session = Session::open(SHOW, store.clone(), limit);
         let reply = session
             .show
             .execute(&format!("run --count 2 --out {out}"))
@@ -137,18 +137,18 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
         (session.rendered(), reply)
     };
     assert_eq!(run(None, "without").0, 8);
-    assert!(stored(&shelf).is_empty());
+    assert!(stored(&store).is_empty());
     assert_eq!(run(PLENTY, "first").0, 8);
-    assert_eq!(stored(&shelf).len(), 8);
+    assert_eq!(stored(&store).len(), 8);
     let (rendered, reply) = run(PLENTY, "second");
     assert_eq!(rendered, 0);
     let words = "from the pool: 8 pictures, rendered: 0";
     assert!(reply.text.contains(words), "{}", reply.text);
     assert_eq!(reply.notes, [""; 0]);
-    let read = |path: &Path| shelf.read(path, 1 << 30).unwrap();
+    let read = |path: &Path| store.read(path, 1 << 30).unwrap();
     assert_eq!(read(Path::new("pool/.gitignore")), b"*\n");
     let mut compared = 0;
-    for path in shelf.paths() {
+    for path in store.paths() {
         // Charts against seconds differ from run to run.
         let Ok(name) = path.strip_prefix("without") else {
             continue;
@@ -171,11 +171,11 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
 /// are sums of them.
 #[test]
 fn what_is_stored_has_no_price() {
-    let shelf = Shelf::default();
+    let store = MemoryStore::default();
     let other = SHOW.replace("coarse 1  refined 3", "coarse 2  refined 4");
-    let mut first = Session::open(&other, shelf.clone(), PLENTY);
+    let mut first = Session::open(&other, store.clone(), PLENTY);
     first.show.engine_mut().coarse().unwrap();
-    let mut session = Session::open(SHOW, shelf, PLENTY);
+    let mut session = Session::open(SHOW, store, PLENTY);
     session.show.engine_mut().coarse().unwrap();
     let outlook = session.show.engine().forecast().unwrap();
     let free = |s: &NextImage| s.stored && s.seconds == 0.0;
@@ -186,7 +186,7 @@ fn what_is_stored_has_no_price() {
     session.rendered();
     session.refine(outlook.steps.len());
     assert_eq!(session.rendered(), 0);
-    let mut fresh = Session::open(SHOW, Shelf::default(), PLENTY);
+    let mut fresh = Session::open(SHOW, MemoryStore::default(), PLENTY);
     fresh.show.engine_mut().coarse().unwrap();
     let steps = fresh.show.engine().forecast().unwrap().steps;
     assert_eq!(steps.len(), outlook.steps.len());
@@ -196,27 +196,27 @@ fn what_is_stored_has_no_price() {
 #[test]
 fn grouping_banks_adds_up_what_is_there() {
     for disk in [None, PLENTY] {
-        let shelf = Shelf::default();
-        let mut session = Session::open(SHOW, shelf.clone(), disk);
+        let store = MemoryStore::default();
+        let mut session = Session::open(SHOW, store.clone(), disk);
         session.refine(2);
         assert_eq!(session.rendered(), 8);
         let grouped = "bank warm = left right\nbank cool = right";
         if disk.is_some() {
             // Another session, so that all comes from the store.
             let text = SHOW.replace("bank warm = left", "bank warm = left right");
-            session = Session::open(&text, shelf, disk);
+            session = Session::open(&text, store, disk);
         } else {
             session.show.execute(grouped).unwrap();
         }
         session.show.engine_mut().coarse().unwrap();
         assert_eq!(session.rendered(), 0);
         assert_eq!(
-            session.show.engine().tally().summed,
+            session.show.engine().statistics().summed,
             2,
             "one at each coarse quality"
         );
         let text = session.show.engine().document().text().to_owned();
-        let mut fresh = Session::open(&text, Shelf::default(), None);
+        let mut fresh = Session::open(&text, MemoryStore::default(), None);
         let unit = [1.0, 0.0, 0.0];
         fresh.show.engine_mut().coarse().unwrap();
         let own = session.show.engine().pool().unwrap().coarse()[0]
@@ -232,7 +232,7 @@ fn grouping_banks_adds_up_what_is_there() {
 
 #[test]
 fn refined_pictures_go_on_with_sources_that_can_express_them() {
-    let mut session = Session::open(SHOW, Shelf::default(), None);
+    let mut session = Session::open(SHOW, MemoryStore::default(), None);
     session.refine(2);
     session.rendered();
     // The banks as they were, one of them under another name and in another order: same light.
@@ -269,17 +269,17 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
 /// the store alone.
 #[test]
 fn a_difference_counts_the_pictures_that_serve_on() {
-    let shelf = Shelf::default();
-    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    let store = MemoryStore::default();
+    let mut session = Session::open(SHOW, store.clone(), PLENTY);
     session.refine(2);
     let said = |session: &mut Session, old: &str| {
-        shelf.write(Path::new("old.lxq"), old.as_bytes()).unwrap();
+        store.write(Path::new("old.lxq"), old.as_bytes()).unwrap();
         let reply = session.show.execute("diff old.lxq").unwrap();
         reply.text.lines().last().unwrap_or_default().to_owned()
     };
     let cues = SHOW.replace("warm 15", "warm 25");
     let mut moved = 0;
-    for mut session in [session, Session::open(SHOW, shelf.clone(), PLENTY)] {
+    for mut session in [session, Session::open(SHOW, store.clone(), PLENTY)] {
         assert_eq!(
             said(&mut session, &cues),
             "pictures: every refined picture still serves (2 of 2)"
@@ -311,13 +311,13 @@ fn a_difference_counts_the_pictures_that_serve_on() {
 /// with the coarse ones.
 #[test]
 fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
-    let shelf = Shelf::default();
-    let mut first = Session::open(SHOW, shelf.clone(), PLENTY);
+    let store = MemoryStore::default();
+    let mut first = Session::open(SHOW, store.clone(), PLENTY);
     first.refine(2);
     let text = SHOW.replace("warm 15  cool 90", "warm 45  cool 20  over 10");
-    let mut alone = Session::open(&text, Shelf::default(), None);
+    let mut alone = Session::open(&text, MemoryStore::default(), None);
     alone.show.engine_mut().coarse().unwrap();
-    let mut second = Session::open(&text, shelf.clone(), PLENTY);
+    let mut second = Session::open(&text, store.clone(), PLENTY);
     second.show.engine_mut().coarse().unwrap();
     assert_eq!(second.rendered(), 0);
     let pool = second.show.engine().pool().unwrap();
@@ -338,7 +338,7 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     // Only what is new is rendered, and the next session has all three.
     second.refine(1);
     assert_eq!(second.rendered(), 1);
-    let mut third = Session::open(&text, shelf, PLENTY);
+    let mut third = Session::open(&text, store, PLENTY);
     third.show.engine_mut().coarse().unwrap();
     assert_eq!(settings(&third), settings(&second));
     assert!(third.keys() == second.keys(), "the same bits");
@@ -349,9 +349,9 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
 /// would be magnified, and the rounding of single precision with it.
 #[test]
 fn near_copies_of_refined_pictures_are_left_out() {
-    let one = Shelf::default();
+    let one = MemoryStore::default();
     Session::open(SHOW, one.clone(), PLENTY).refine(2);
-    let two = Shelf::default();
+    let two = MemoryStore::default();
     let text = SHOW.replace("warm 80", "warm 80.01");
     Session::open(&text, two.clone(), PLENTY).refine(2);
     for path in stored(&two) {
@@ -372,10 +372,10 @@ fn near_copies_of_refined_pictures_are_left_out() {
 #[test]
 fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
     let told = |seconds| {
-        let shelf = Shelf::default();
-        let mut before = Session::open(SHOW, shelf.clone(), PLENTY);
+        let store = MemoryStore::default();
+        let mut before = Session::open(SHOW, store.clone(), PLENTY);
         before.show.engine_mut().coarse().unwrap();
-        let mut session = Session::timed(SHOW, shelf, PLENTY, seconds);
+        let mut session = Session::timed(SHOW, store, PLENTY, seconds);
         session.show.engine_mut().coarse().unwrap();
         let first = session.show.engine().forecast().unwrap().steps[0].seconds;
         session.refine(1);
@@ -391,7 +391,7 @@ fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
 
 #[test]
 fn an_edit_renders_only_what_depends_on_it() {
-    let mut session = Session::open(SHOW, Shelf::default(), None);
+    let mut session = Session::open(SHOW, MemoryStore::default(), None);
     session.refine(1);
     assert_eq!(session.rendered(), 7);
     let mut after = |edit: &str| {
@@ -425,7 +425,7 @@ fn an_edit_renders_only_what_depends_on_it() {
 /// A store with a fault: what is done to pictures from the n-th on that is written.
 #[derive(Clone)]
 struct Faulty {
-    inner: Shelf,
+    inner: MemoryStore,
     fault: Fault,
     from: usize,
     written: Arc<AtomicUsize>,
@@ -503,7 +503,7 @@ impl Store for Faulty {
 
 #[test]
 fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
-    let mut clean = Session::open(SHOW, Shelf::default(), None);
+    let mut clean = Session::open(SHOW, MemoryStore::default(), None);
     clean.refine(2);
     let truth = clean.keys();
     for fault in [
@@ -514,7 +514,7 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
     ] {
         for from in [0, 1, 5, 7] {
             let what = format!("{fault:?} from {from}");
-            let inner = Shelf::default();
+            let inner = MemoryStore::default();
             let faulty = Faulty {
                 inner: inner.clone(),
                 fault,
@@ -556,36 +556,36 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
 
 #[test]
 fn the_limit_drops_what_was_used_least_recently() {
-    let shelf = Shelf::default();
-    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    let store = MemoryStore::default();
+    let mut session = Session::open(SHOW, store.clone(), PLENTY);
     session.refine(1);
-    let all = stored(&shelf);
+    let all = stored(&store);
     let bytes = |paths: &[PathBuf]| -> u64 {
-        let length = |p: &PathBuf| shelf.read(p, 1 << 30).unwrap().len() as u64;
+        let length = |p: &PathBuf| store.read(p, 1 << 30).unwrap().len() as u64;
         paths.iter().map(length).sum()
     };
     let total = bytes(&all);
     // Another view, in a store that has room for one show and a bit.
     let other = SHOW.replace("fov 45", "fov 40");
     let limit = total + total / 5;
-    let mut second = Session::open(&other, shelf.clone(), Some(limit));
+    let mut second = Session::open(&other, store.clone(), Some(limit));
     second.refine(1);
-    assert!(bytes(&stored(&shelf)) <= limit);
-    let mut again = Session::open(&other, shelf.clone(), Some(limit));
+    assert!(bytes(&stored(&store)) <= limit);
+    let mut again = Session::open(&other, store.clone(), Some(limit));
     again.refine_to(1);
     assert_eq!(again.rendered(), 0, "what was used last is there");
-    let left = all.iter().filter(|p| stored(&shelf).contains(p)).count();
+    let left = all.iter().filter(|p| stored(&store).contains(p)).count();
     assert_eq!(left, 1, "of the first show the last picture used");
     // A limit below a single picture stores nothing, and says nothing wrong.
-    let tiny = Shelf::default();
+    let tiny = MemoryStore::default();
     Session::open(SHOW, tiny.clone(), Some(1000)).refine(1);
     assert!(stored(&tiny).is_empty());
 }
 
 #[test]
 fn the_verb_tells_and_frees() {
-    let shelf = Shelf::default();
-    let mut session = Session::open(SHOW, shelf.clone(), PLENTY);
+    let store = MemoryStore::default();
+    let mut session = Session::open(SHOW, store.clone(), PLENTY);
     assert!(
         session
             .show
@@ -619,9 +619,9 @@ fn the_verb_tells_and_frees() {
         text.starts_with("8 pictures dropped from memory, 8 pictures"),
         "{text}"
     );
-    assert_eq!(stored(&shelf).len(), 6);
+    assert_eq!(stored(&store).len(), 6);
     session.show.execute("pool drop all").unwrap();
-    assert!(stored(&shelf).is_empty());
+    assert!(stored(&store).is_empty());
     assert!(session.show.engine().pool().is_none());
     assert!(session.show.execute("pool drop everything").is_err());
 }

@@ -6,7 +6,7 @@ use crate::operator::Altered;
 use crate::{Ticking, prompt};
 use footlight::diagnostic::Style;
 use footlight::engine::{Ended, Goal, Host};
-use footlight::files::{Disk, Folder, Shelf, Store};
+use footlight::files::{Disk, Folder, MemoryStore, Store};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::renderer::Quality;
@@ -15,12 +15,12 @@ use footlight::report::{Kind, Record};
 use std::sync::Arc;
 
 /// The furnace, small, with a store of its own.
-fn furnace(shelf: &Shelf) -> Repl {
+fn furnace(store: &MemoryStore) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/furnace");
     let text = std::fs::read_to_string(folder.join("furnace.lxq")).unwrap();
     let host = Host {
         files: Box::new(Folder::new(&folder, 1 << 20)),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         clock: Box::new(Ticking::by(0.25)),
         ..Host::default()
     };
@@ -30,9 +30,9 @@ fn furnace(shelf: &Shelf) -> Repl {
 
 const BANKS: [&str; 6] = ["xneg", "xpos", "yneg", "ypos", "zneg", "zpos"];
 
-fn keep(shelf: &Shelf, name: &str, image: &Image) {
+fn keep(store: &MemoryStore, name: &str, image: &Image) {
     let bytes = exr::encode(image, Precision::Float, &[]).unwrap();
-    shelf.write(&Path::new("refs").join(name), &bytes).unwrap();
+    store.write(&Path::new("refs").join(name), &bytes).unwrap();
 }
 
 /// Each bank as the show itself renders it at a quality.
@@ -56,17 +56,17 @@ fn compare(show: &mut Repl) -> serde_json::Value {
 
 #[test]
 fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     for (name, image) in BANKS.iter().zip(rendered(&mut show, 2)) {
         // The reference is 2 % darker for one bank, in halves for another.
         match *name {
-            "xneg" => keep(&shelf, "xneg.exr", &scaled(&image, 1.0 / 1.02)),
+            "xneg" => keep(&store, "xneg.exr", &scaled(&image, 1.0 / 1.02)),
             "zpos" => {
-                keep(&shelf, "zpos_A.exr", &scaled(&image, 0.9));
-                keep(&shelf, "zpos_B.exr", &scaled(&image, 1.1));
+                keep(&store, "zpos_A.exr", &scaled(&image, 0.9));
+                keep(&store, "zpos_B.exr", &scaled(&image, 1.1));
             }
-            _ => keep(&shelf, &format!("{name}.exr"), &image),
+            _ => keep(&store, &format!("{name}.exr"), &image),
         }
     }
     let found = compare(&mut show);
@@ -88,7 +88,7 @@ fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
 
     let words = show.execute("compare --reference refs -o off.png").unwrap();
     assert!(words.text.contains("zpos") && words.text.contains("< noise"));
-    let drawn = shelf.read(Path::new("off.png"), 1 << 24).unwrap();
+    let drawn = store.read(Path::new("off.png"), 1 << 24).unwrap();
     assert_eq!(&drawn[1..4], b"PNG");
 }
 
@@ -127,8 +127,8 @@ fn cornell_meets_the_pictures_beside_it() {
 
 #[test]
 fn what_is_missing_or_does_not_fit_is_told_with_what_there_is() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     let mut told = |line: &str| {
         let error = show.execute(line).unwrap_err();
         (error.exit_code(), error.report(Style::Plain))
@@ -136,14 +136,14 @@ fn what_is_missing_or_does_not_fit_is_told_with_what_there_is() {
     let (code, said) = told("compare");
     assert_eq!(code, 2);
     assert!(said.contains("--reference DIR"), "{said}");
-    keep(&shelf, "xneg.exr", &Image::new(32, 32));
-    keep(&shelf, "xpos_A.exr", &Image::new(32, 32));
+    keep(&store, "xneg.exr", &Image::new(32, 32));
+    keep(&store, "xpos_A.exr", &Image::new(32, 32));
     let (code, said) = told("compare --reference refs");
     assert_eq!(code, 3);
     assert!(said.contains("no reference for xpos, yneg"), "{said}");
     assert!(said.contains("it has xneg.exr, xpos_A.exr"), "{said}");
     for name in BANKS {
-        keep(&shelf, &format!("{name}.exr"), &Image::new(16, 32));
+        keep(&store, &format!("{name}.exr"), &Image::new(16, 32));
     }
     let (code, said) = told("compare --reference refs");
     assert_eq!(code, 3);
@@ -152,7 +152,7 @@ fn what_is_missing_or_does_not_fit_is_told_with_what_there_is() {
         "{said}"
     );
     let path = Path::new("refs/xneg.exr");
-    shelf.write(path, b"no picture").unwrap();
+    store.write(path, b"no picture").unwrap();
     let (code, said) = told("compare --reference refs");
     assert!(code == 3 && said.contains("xneg.exr"), "{said}");
     let (code, said) = told("compare --reference refs -o off.gif");
@@ -163,10 +163,10 @@ fn what_is_missing_or_does_not_fit_is_told_with_what_there_is() {
 
 #[test]
 fn a_black_reference_gives_no_figure() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     for name in BANKS {
-        keep(&shelf, &format!("{name}.exr"), &Image::new(32, 32));
+        keep(&store, &format!("{name}.exr"), &Image::new(32, 32));
     }
     let found = compare(&mut show);
     assert!(found["banks"][0]["rmse"].is_null());
@@ -175,11 +175,11 @@ fn a_black_reference_gives_no_figure() {
 
 #[test]
 fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     let said = show.execute("chart transport -o chart.json").unwrap().text;
     assert!(said.contains("against quality 5"), "{said}");
-    let bytes = shelf.read(Path::new("chart.json"), 1 << 20).unwrap();
+    let bytes = store.read(Path::new("chart.json"), 1 << 20).unwrap();
     let record: Record = serde_json::from_slice(&bytes).unwrap();
     assert_eq!(
         (record.kind, record.subject.as_str()),
@@ -204,8 +204,8 @@ fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
 
 #[test]
 fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     let text = show.execute("quality --json").unwrap().text;
     let found: serde_json::Value = serde_json::from_str(&text).unwrap();
     assert_eq!(found["operator"], "radiosity");
@@ -229,42 +229,42 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
 }
 
 /// A random show, small, in a file of its own on the shelf.
-fn random(shelf: &Shelf) -> Repl {
+fn random(store: &MemoryStore) -> Repl {
     let host = Host {
         clock: Box::new(Ticking::by(0.25)),
         ..Host::default()
     };
-    random_of("size 32x18", shelf, host)
+    random_of("size 32x18", store, host)
 }
 
 /// The same with pictures of a size and other means.
-fn random_of(size: &str, shelf: &Shelf, host: Host) -> Repl {
+fn random_of(size: &str, store: &MemoryStore, host: Host) -> Repl {
     let made = crate::random_show::random_show(7);
     let files = footlight::files::Memory::default()
         .with("room.obj", made.stage)
         .with("room.mtl", made.materials);
     let text = made.show.replace("size 96x54", size);
     let path = Path::new("set/random.lxq");
-    shelf.write(path, text.as_bytes()).unwrap();
+    store.write(path, text.as_bytes()).unwrap();
     let host = Host {
         files: Box::new(files),
-        store: Box::new(shelf.clone()),
+        store: Box::new(store.clone()),
         ..host
     };
     crate::open(path, host)
 }
 
-fn record(show: &mut Repl, shelf: &Shelf, line: &str) -> (String, Record) {
+fn record(show: &mut Repl, store: &MemoryStore, line: &str) -> (String, Record) {
     let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
-    let bytes = shelf.read(Path::new("chart.json"), 1 << 24).unwrap();
+    let bytes = store.read(Path::new("chart.json"), 1 << 24).unwrap();
     (said, serde_json::from_slice(&bytes).unwrap())
 }
 
 #[test]
 fn the_chart_of_the_plan_has_every_order_and_both_bounds() {
-    let shelf = Shelf::default();
-    let mut show = random(&shelf);
-    let (said, record) = record(&mut show, &shelf, "chart plan");
+    let store = MemoryStore::default();
+    let mut show = random(&store);
+    let (said, record) = record(&mut show, &store, "chart plan");
     assert_eq!(record.kind, Kind::Plan);
     let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
     assert!(names.iter().all(|n| n.starts_with("order: ")));
@@ -300,9 +300,9 @@ fn the_chart_of_the_plan_has_every_order_and_both_bounds() {
     for file in ["plan.svg", "plan.png", "plan.csv"] {
         show.execute(&format!("chart plan -o {file} --dark"))
             .unwrap();
-        assert!(!shelf.read(Path::new(file), 1 << 24).unwrap().is_empty());
+        assert!(!store.read(Path::new(file), 1 << 24).unwrap().is_empty());
     }
-    let svg = shelf.read(Path::new("plan.svg"), 1 << 24).unwrap();
+    let svg = store.read(Path::new("plan.svg"), 1 << 24).unwrap();
     let svg = String::from_utf8(svg).unwrap();
     assert!(svg.contains("bank by bank") && !svg.contains("no data"));
 }
@@ -313,7 +313,7 @@ fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
         memory: 1 << 20,
         ..Host::default()
     };
-    let mut show = random_of("size 96x54", &Shelf::default(), host);
+    let mut show = random_of("size 96x54", &MemoryStore::default(), host);
     let error = show.execute("chart plan").unwrap_err().to_string();
     assert!(error.contains("every source at three qualities"), "{error}");
 }
@@ -328,7 +328,7 @@ fn stubborn() -> Repl {
         }),
         ..Host::default()
     };
-    random_of("size 16x9", &Shelf::default(), host)
+    random_of("size 16x9", &MemoryStore::default(), host)
 }
 
 #[test]
@@ -354,28 +354,28 @@ fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
 
 #[test]
 fn a_session_beside_the_show_is_charted() {
-    let shelf = Shelf::default();
-    let mut show = random(&shelf);
+    let store = MemoryStore::default();
+    let mut show = random(&store);
     let missing = show.execute("chart session").unwrap_err();
     assert!(missing.to_string().contains("session.txt"), "{missing}");
     assert_eq!(missing.exit_code(), 3);
     let commands = b"refine 1\npreview { gap 3 }\nrefine 1\n";
-    shelf.write(Path::new("set/session.txt"), commands).unwrap();
-    let (said, usual) = record(&mut show, &shelf, "chart session --truth");
+    store.write(Path::new("set/session.txt"), commands).unwrap();
+    let (said, usual) = record(&mut show, &store, "chart session --truth");
     assert_eq!(usual.kind, Kind::Session);
     let points = &usual.series[0].points;
     assert_eq!(points.len(), 4, "{said}");
     let known = points.iter().all(|p| p.values.iter().all(Option::is_some));
     assert!(known, "{points:?}");
-    shelf.write(Path::new("other.txt"), b"refine 1\n").unwrap();
-    let (_, other) = record(&mut show, &shelf, "chart session --commands other.txt");
+    store.write(Path::new("other.txt"), b"refine 1\n").unwrap();
+    let (_, other) = record(&mut show, &store, "chart session --commands other.txt");
     assert_eq!(other.series[0].points.last().unwrap().values[5], None);
 }
 
 #[test]
 fn options_of_one_chart_are_refused_on_another() {
-    let shelf = Shelf::default();
-    let mut show = furnace(&shelf);
+    let store = MemoryStore::default();
+    let mut show = furnace(&store);
     for (line, said) in [
         ("chart", "say what to draw"),
         ("chart plan session", "say what to draw"),

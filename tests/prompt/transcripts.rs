@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Stopped;
 use footlight::engine::Host;
-use footlight::files::{Folder, Shelf, Store};
+use footlight::files::{Folder, MemoryStore, Store};
 use footlight::repl::finished;
 
 fn root() -> PathBuf {
@@ -26,12 +26,12 @@ fn files_of(folder: &str, ending: &str) -> Vec<PathBuf> {
 /// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on a show at
 /// `path`, and returns it with the answers as they are now.
 fn replay(transcript: &str, path: &Path, show: &[u8]) -> String {
-    let shelf = Shelf::default();
+    let store = MemoryStore::default();
     let name = Path::new(path.file_name().unwrap());
-    shelf.write(name, show).unwrap();
+    store.write(name, show).unwrap();
     let host = Host {
         files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
-        store: Box::new(shelf),
+        store: Box::new(store),
         clock: Box::new(Stopped),
         ..Host::default()
     };

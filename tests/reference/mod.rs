@@ -13,7 +13,7 @@ use footlight::geometry::vec3;
 use footlight::lang;
 use footlight::picture::{Image, exr};
 use footlight::radiosity::Radiosity;
-use footlight::radiosity::seen;
+use footlight::radiosity::emitter_mask;
 use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
 use footlight::study::difference::away_from;
@@ -171,7 +171,7 @@ pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
     if case.name != "cornell" {
         return vec![true; reference.width() * reference.height()];
     }
-    let seen = seen::emitters(&case.setup(), Work::silent()).unwrap();
+    let seen = emitter_mask::emitters(&case.setup(), Work::silent()).unwrap();
     away_from(&seen, case.view.width)
 }
 

@@ -4,16 +4,16 @@ use footlight::geometry::{Vec3, newell, vec3};
 use footlight::scene::View;
 
 /// A face by what it is of, and its corners.
-pub type Outline = (String, Vec<Vec3>);
+pub type VertexBuffer = (String, Vec<Vec3>);
 
 /// A model's face as an outline.
-pub fn outline(material: &str, object: &str, vertices: &[[f64; 3]]) -> Outline {
+pub fn outline(material: &str, object: &str, vertices: &[[f64; 3]]) -> VertexBuffer {
     let corners = vertices.iter().map(|&[x, y, z]| vec3(x, y, z));
     (format!("{material} of {object}"), corners.collect())
 }
 
 /// Every face is planar and convex, runs counter-clockwise and has an area.
-pub fn is_worth_drawing(outlines: &[Outline]) {
+pub fn is_worth_drawing(outlines: &[VertexBuffer]) {
     for (name, outline) in outlines {
         let normal = newell(outline);
         assert!(normal.length() > 1e-4, "{name}: {outline:?} has no area");
@@ -31,7 +31,7 @@ pub fn is_worth_drawing(outlines: &[Outline]) {
 
 /// The audience sees fronts only: no face whose black back is turned to the eye is in sight where
 /// it is the nearest, on a grid of rays through the picture, and every ray meets something.
-pub fn shows_fronts(outlines: &[Outline], view: &View) {
+pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
     let forward = view.to - view.from;
     let right = forward.cross(vec3(0.0, 0.0, 1.0));
     let up = right.cross(forward);

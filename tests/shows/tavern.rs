@@ -26,7 +26,7 @@ fn show() -> Show {
     parsed.show.unwrap()
 }
 
-fn outlines() -> Vec<set::Outline> {
+fn outlines() -> Vec<set::VertexBuffer> {
     let faces = model::tavern().faces.into_iter();
     faces
         .map(|f| set::outline(f.material, f.object, &f.vertices))

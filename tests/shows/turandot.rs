@@ -37,7 +37,7 @@ fn show(size: &str) -> Engine {
     Engine::from_text("turandot.lxq", text.as_bytes(), host).unwrap()
 }
 
-fn outlines() -> Vec<set::Outline> {
+fn outlines() -> Vec<set::VertexBuffer> {
     let faces = model::turandot().faces.into_iter();
     faces
         .map(|f| set::outline(f.material, f.object, &f.vertices))

@@ -3,7 +3,9 @@
 
 use crate::meter::{Room, cuboid, level, mean, upright};
 use footlight::geometry::{Vec3, vec3};
-use footlight::radiosity::{Hierarchy, Layout, Setting, Surfaces, Wish, is_buried, scatter};
+use footlight::radiosity::{
+    CellRequest, Hierarchy, Layout, Setting, Surfaces, is_interior, scatter,
+};
 use footlight::scene::View;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
@@ -145,12 +147,15 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     println!("naive cells beside the crate lose {dark:.2} of their light");
     assert!(dark > 0.2, "{dark}");
 
-    let all = vec![Wish::WANTED; layout.cells()];
+    let all = vec![CellRequest::WANTED; layout.cells()];
     let eye = [vec3(0.3, 0.3, 1.8)];
     let mesh = layout.mesh(setting, &eye, &all);
     let on_floor = mesh.elements.iter().filter(|e| e.facet == floor);
     for p in on_floor.flat_map(|e| e.samples.iter().map(|s| s.point).chain([e.centre])) {
-        assert!(!beneath(p) && !is_buried(setting, &eye, floor, p), "{p:?}");
+        assert!(
+            !beneath(p) && !is_interior(setting, &eye, floor, p),
+            "{p:?}"
+        );
     }
     let view = View {
         from: eye[0],

@@ -8,7 +8,8 @@ use footlight::picture::Image;
 use footlight::radiosity::cost::Counts;
 use footlight::radiosity::step::Step;
 use footlight::radiosity::{
-    Bounces, Hemicube, Hierarchy, Mesh, Outline, Radiosity, Row, Setting, Surfaces, Table, scatter,
+    Bounces, Hemicube, Hierarchy, Mesh, Radiosity, Row, Setting, Surfaces, Table, VertexBuffer,
+    scatter,
 };
 use footlight::renderer::{Quality, Transport, TransportError};
 use footlight::work::{Progress, Work};
@@ -126,7 +127,7 @@ fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
 fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
-    let (outline, table) = (Outline::new(&surfaces), Table::new(16));
+    let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(16));
     let setting = Setting {
         surfaces: &surfaces,
         hierarchy: &Hierarchy::new(&surfaces),
@@ -177,7 +178,7 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     (case.view.width, case.view.height) = (160, 90);
     let step = Step::of(Quality(3)).unwrap();
     let counts = Counts::of(&case.setup(), step).unwrap();
-    assert!(counts.nodes > counts.elements);
+    assert!(counts.gather_points > counts.elements);
     let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
     let (least, lean) = leanest(&case);
     assert!(least > 4, "{least}");
@@ -185,7 +186,7 @@ fn little_memory_changes_the_way_and_not_the_picture() {
 }
 
 /// The mixed picture with the least memory that will do, megabytes: the rows of the elements fit
-/// into half of what is left, those of the nodes, which are more, not into a quarter of it.
+/// into half of what is left, those of the gather points, which are more, not into a quarter of it.
 fn leanest(case: &Case) -> (usize, Vec<Image>) {
     for megabytes in 1.. {
         let work = Work {

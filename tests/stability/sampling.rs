@@ -6,7 +6,7 @@ use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use crate::methods::lamp::Lamp;
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
-    Beam, Hemicube, Hierarchy, Outline, Setting, Surfaces, Table, camera, kept_inside, scatter,
+    Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, kept_inside, scatter,
 };
 use footlight::scene::{Light, Spot, View};
 use footlight::units::Rgb;
@@ -66,7 +66,7 @@ fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
     let room = cuboid(vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 2.0), true);
     let surfaces = Surfaces::new(&scene(&room)).unwrap();
     let mesh = mesh(&surfaces, 300);
-    let (outline, table) = (Outline::new(&surfaces), Table::new(16));
+    let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(16));
     let setting = Setting {
         surfaces: &surfaces,
         hierarchy: &Hierarchy::new(&surfaces),
@@ -143,7 +143,7 @@ fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
         let polygons = [floor.clone(), order[0].clone(), order[1].clone()];
         let surfaces = Surfaces::new(&scene(&polygons)).unwrap();
         let mesh = mesh(&surfaces, 60);
-        let (outline, table) = (Outline::new(&surfaces), Table::new(64));
+        let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(64));
         let setting = Setting {
             surfaces: &surfaces,
             hierarchy: &Hierarchy::new(&surfaces),

@@ -351,8 +351,8 @@ fn fireplace(set: &mut Set) {
         stone.1,
         &[Side::Bottom, Side::Back],
     );
-    let shelf = ([0.3, -0.22, mantel], [2.34, 0.0, mantel + 0.12]);
-    set.block(breast, "timber", shelf.0, shelf.1, &[Side::Back]);
+    let store = ([0.3, -0.22, mantel], [2.34, 0.0, mantel + 0.12]);
+    set.block(breast, "timber", store.0, store.1, &[Side::Back]);
     for (y, along) in [(0.12, [1.0, 0.06]), (0.36, [1.0, -0.08])] {
         let log = breast.turned([1.32, y, base], along);
         let (low, high) = ([-0.38, -0.05, 0.0], [0.38, 0.05, 0.1]);

@@ -1,7 +1,7 @@
 //! The pagoda in the middle: three storeys of red walls, papered windows and yellow tiles.
 
-use super::ground::TERRACE;
 use super::roof::{Roof, column, finial, roof};
+use super::scene_key::TERRACE;
 use super::solid::{Frame, Set, Side};
 
 const SHELL: [Side; 3] = [Side::Top, Side::Bottom, Side::Back];

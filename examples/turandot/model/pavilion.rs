@@ -1,7 +1,7 @@
 //! The two pavilions on the terrace, open between their columns, with their lanterns.
 
-use super::ground::TERRACE;
 use super::roof::{Roof, bar, column, finial, roof};
+use super::scene_key::TERRACE;
 use super::solid::{Frame, Set, Side, hexagon};
 
 /// Where they stand, and what their lanterns are made of: red, yellow.

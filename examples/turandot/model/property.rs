@@ -1,7 +1,7 @@
 //! What stands about: the gong, the braziers, and the figure on the stair for scale.
 
-use super::ground::TERRACE;
 use super::roof::tetrahedron;
+use super::scene_key::TERRACE;
 use super::solid::{Frame, Point, Set, Side, diamond, hexagon, octagon};
 
 /// Puts everything in its place.

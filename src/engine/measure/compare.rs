@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::engine::{Engine, Error};
 use crate::picture::Image;
-use crate::radiosity::seen;
+use crate::radiosity::emitter_mask;
 use crate::renderer::Quality;
 use crate::study::comparison::Compared;
 use crate::study::{BankError, Comparison, Reference, difference};
@@ -24,7 +24,7 @@ impl Engine {
         let (store, memory) = (self.host.store.as_ref(), work.memory);
         let size = (rendering.setup.view.width, rendering.setup.view.height);
         let references = Reference::load(store, folder, &names, size, memory)?;
-        let near = seen::emitters(&rendering.setup, work)?;
+        let near = emitter_mask::emitters(&rendering.setup, work)?;
         let counted = difference::away_from(&near, size.0);
         let (images, seconds) = self.render_alone(&settings, quality)?;
         let pairs = names.iter().zip(images.iter().zip(&references));

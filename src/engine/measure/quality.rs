@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::engine::{Engine, Error};
 use crate::picture::Image;
-use crate::radiosity::seen;
+use crate::radiosity::emitter_mask;
 use crate::renderer::{Quality, Transport as _};
 use crate::study::forecast::{Forecast, Seconds, Step};
 use crate::study::tradeoff::{Against, Measured, Tradeoff};
@@ -49,7 +49,7 @@ impl Engine {
         };
         for quality in 1..=operator.finest().0 {
             let step = Quality(quality);
-            let sets = operator.expenses(&rendering.setup, step)?;
+            let sets = operator.quality_parameters(&rendering.setup, step)?;
             let cost = operator.cost(&rendering.setup, step);
             let predicted = Seconds {
                 prepare: cost.prepare * pace,
@@ -121,7 +121,7 @@ impl Engine {
         let work = self.host.work();
         let finest = rendering.finest(self.host.renderer.as_ref()).0;
         let size = (rendering.setup.view.width, rendering.setup.view.height);
-        let near = seen::emitters(&rendering.setup, work)?;
+        let near = emitter_mask::emitters(&rendering.setup, work)?;
         let counted = difference::away_from(&near, size.0);
         let report = |done: u8| {
             let (done, total) = (usize::from(done), usize::from(finest));

@@ -16,7 +16,7 @@ use crate::picture::Image;
 use crate::pool::Pool;
 use crate::renderer::Quality;
 use crate::show::Preview;
-use crate::study::tune::{self, Candidate, Expense, Tuned, Tuner};
+use crate::study::tune::{self, Candidate, QualityParameter, Tuned, Tuner};
 
 /// Steps without which there is nothing to choose: two for coarse images, one to compare with.
 const LEAST: u8 = 3;
@@ -96,7 +96,7 @@ impl Engine {
         &mut self,
         finest: u8,
         budget: Option<f64>,
-    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<Expense>), Error> {
+    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<QualityParameter>), Error> {
         let begin = self.now();
         let (mut pictures, mut steps) = (Vec::new(), Vec::new());
         // Seconds measured, and what was predicted for the same.
@@ -130,7 +130,7 @@ impl Engine {
         }
         let scale = match pace {
             [measured, predicted] if predicted > 0.0 => measured / predicted,
-            // Nothing was measured: the operator's own small task tells.
+            // Nothing was measured: the operator's own small task does.
             _ => self.measure_pace()?,
         };
         for step in steps.iter_mut().filter(|s| !s.measured) {
@@ -141,25 +141,28 @@ impl Engine {
     }
 
     /// The pictures of a step; also its seconds where all were rendered, from nothing prepared.
-    fn measure_step(&mut self, quality: u8) -> Result<(Vec<Arc<Image>>, Option<Expense>), Error> {
-        let (host, archive) = (&self.host, &mut self.archive);
+    fn measure_step(
+        &mut self,
+        quality: u8,
+    ) -> Result<(Vec<Arc<Image>>, Option<QualityParameter>), Error> {
+        let (host, image_cache) = (&self.host, &mut self.image_cache);
         let clock = host.clock.as_ref();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
         let sources = rendering.setup.rig.sources.len();
         let (step, units) = (Quality(quality), Pool::unit_settings(sources));
         let fresh = !rendering.is_prepared(step);
-        let before = archive.tally();
+        let before = image_cache.statistics();
         let begin = clock.seconds();
-        let images = rendering.images(archive, host, step, &units)?;
+        let images = rendering.images(image_cache, host, step, &units)?;
         let all = clock.seconds() - begin;
-        if !fresh || archive.tally().since(before).found() > 0 {
+        if !fresh || image_cache.statistics().since(before).found() > 0 {
             return Ok((images, None));
         }
         let begin = clock.seconds();
         let operator = rendering.operator(host.renderer.as_ref(), step, host.work())?;
         operator.render(&[vec![1.0; sources]], host.work())?;
         let picture = clock.seconds() - begin;
-        let expense = Expense {
+        let expense = QualityParameter {
             quality,
             fixed: (all - picture * sources as f64).max(0.0),
             picture,
@@ -170,10 +173,10 @@ impl Engine {
     }
 
     /// What the operator says of a step, in its own unit.
-    fn predicted_step(&self, quality: u8) -> Result<Expense, Error> {
+    fn predicted_step(&self, quality: u8) -> Result<QualityParameter, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = rendering.cost(self.host.renderer.as_ref(), Quality(quality));
-        Ok(Expense {
+        Ok(QualityParameter {
             quality,
             fixed: cost.prepare + cost.per_source * self.sources() as f64,
             picture: cost.per_image,

@@ -11,9 +11,9 @@ use crate::linalg::Orthonormal;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Address, Lighting};
-use crate::pool::archive::Archive;
-use crate::pool::depot::Place;
-use crate::pool::span;
+use crate::pool::disk_cache::Place;
+use crate::pool::image_cache::ImageCache;
+use crate::pool::linear_span;
 use crate::renderer::Quality;
 
 /// The least share of a known setting, in the pool's metric, that must be outside the span of those
@@ -43,23 +43,23 @@ impl Rendering {
     /// the same to the last bit.
     pub(super) fn known(
         &self,
-        archive: &Archive,
+        image_cache: &ImageCache,
         least: Quality,
         store: Option<&dyn Store>,
     ) -> Vec<Known> {
         let Some(key) = self.scene_key else {
             return Vec::new();
         };
-        let fits = |a: &Address| a.ground == key && a.quality >= least;
-        let kept = archive.kept().iter().filter(|k| fits(&k.address));
+        let fits = |a: &Address| a.scene_key == key && a.quality >= least;
+        let kept = image_cache.kept().iter().filter(|k| fits(&k.address));
         let mut all: Vec<(Place, Address)> = kept
             .filter_map(|k| Some((k.refined.clone()?, k.address.clone())))
             .collect();
-        if let Some((depot, store)) = archive.depot().zip(store) {
-            let stored = depot.refined(store, key, least).into_iter();
+        if let Some((disk_cache, store)) = image_cache.disk_cache().zip(store) {
+            let stored = disk_cache.refined(store, key, least).into_iter();
             all.extend(stored.map(|r| {
                 let address = Address {
-                    ground: key,
+                    scene_key: key,
                     quality: r.quality,
                     lighting: r.lighting,
                     key: r.key,
@@ -73,7 +73,7 @@ impl Rendering {
         let lit: Vec<&Lighting> = all.iter().map(|(_, a)| &a.lighting).collect();
         let units = Pool::unit_settings(self.lights.sources());
         let sources: Vec<Lighting> = units.iter().map(|u| self.lights.lighting(u)).collect();
-        let settings = span::settings(&sources, &lit);
+        let settings = linear_span::settings(&sources, &lit);
         let known = settings.into_iter().zip(all);
         let known = known.filter_map(|(setting, (place, address))| {
             // With the sources that it was rendered for, the very numbers that it was rendered of.
@@ -96,7 +96,7 @@ impl Rendering {
     /// nothing new; none without a pool.
     pub fn reusable(
         &mut self,
-        archive: &mut Archive,
+        image_cache: &mut ImageCache,
         least: Quality,
         store: &dyn Store,
     ) -> Vec<Reused> {
@@ -107,7 +107,7 @@ impl Rendering {
         let mut span = Orthonormal::new();
         let mut out = Vec::new();
         self.near_copies = 0;
-        for known in self.known(archive, least, Some(store)) {
+        for known in self.known(image_cache, least, Some(store)) {
             let terms = known.setting.iter().zip(weighting.weights());
             let weighted: Vec<f64> = terms.map(|(s, w)| s * w).collect();
             let mut rest = weighted.clone();
@@ -117,7 +117,7 @@ impl Rendering {
                 continue;
             }
             let quality = known.address.quality;
-            if let Some(image) = archive.recall(known.address, known.place, size, store) {
+            if let Some(image) = image_cache.recall(known.address, known.place, size, store) {
                 // What is this far outside is never refused.
                 let _ = span.push(&weighted);
                 out.push(Reused {

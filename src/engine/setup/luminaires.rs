@@ -6,9 +6,9 @@ use std::sync::Arc;
 use crate::diagnostic::Diagnostic;
 use crate::files::Files;
 use crate::lang::SpanMap;
-use crate::scene::fitting::Fittings;
+use crate::scene::gobo::Gobo;
+use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::photometric::Distribution;
-use crate::scene::slide::Slide;
 use crate::show::{LightKind, NodeId, Show};
 
 use super::diagnostics;
@@ -21,8 +21,8 @@ pub(super) fn read(
     show: &Show,
     spans: &SpanMap,
     files: &dyn Files,
-    old: Option<&Fittings>,
-) -> Result<Fittings, Vec<Diagnostic>> {
+    old: Option<&LuminaireAssets>,
+) -> Result<LuminaireAssets, Vec<Diagnostic>> {
     let mut wanted: [BTreeMap<&str, NodeId>; 2] = Default::default();
     let [photometric, slides] = &mut wanted;
     for light in &show.lights {
@@ -36,7 +36,7 @@ pub(super) fn read(
             _ => {}
         }
     }
-    let (mut out, mut errors) = (Fittings::default(), Vec::new());
+    let (mut out, mut errors) = (LuminaireAssets::default(), Vec::new());
     for (path, id) in photometric {
         let known = old.and_then(|o| o.photometric.get(*path)).cloned();
         let file = || {
@@ -53,7 +53,7 @@ pub(super) fn read(
         let known = old.and_then(|o| o.slides.get(*path)).cloned();
         let file = || {
             let bytes = files.read(path).map_err(|e| e.to_string())?;
-            let read = Slide::read(&bytes).map(Arc::new);
+            let read = Gobo::read(&bytes).map(Arc::new);
             read.map_err(|e| diagnostics::slide_cause(path, &e))
         };
         match known.map_or_else(file, Ok) {

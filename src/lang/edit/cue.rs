@@ -74,7 +74,7 @@ impl CueText {
     }
 }
 
-/// Diagnostics of a text that nobody has seen.
+/// Diagnostics of a text that has not been shown.
 fn without_places(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     for diagnostic in &mut diagnostics {
         diagnostic.labels.clear();

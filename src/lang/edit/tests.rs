@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::diagnostic::Sources;
 use crate::files::Memory;
-use crate::lang::{Known, parse_again};
+use crate::lang::{LoweringCache, parse_again};
 use crate::show::{Motion, Show};
 use crate::units::Time;
 
@@ -417,7 +417,13 @@ fn show(text: &str) -> Show {
         .with("parts/rig.lxq", rig)
         .with("parts/set.lxq", set);
     let mut sources = Sources::default();
-    let parsed = parse_again(&mut Known::default(), &files, &mut sources, "a.lxq", text);
+    let parsed = parse_again(
+        &mut LoweringCache::default(),
+        &files,
+        &mut sources,
+        "a.lxq",
+        text,
+    );
     parsed
         .show
         .unwrap_or_else(|| panic!("{text}\n{:#?}", parsed.diagnostics))

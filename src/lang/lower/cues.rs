@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Body, Declaration, Mark, Span, Statement, Timing, TimingKind, Word};
-use crate::lang::known::Lowered;
+use crate::lang::lowering_cache::Lowered;
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::show::{Cue, Fade, Link, Move, NodeId, Part, Trigger};
@@ -50,7 +50,7 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Cue(cue) => {
                     (self.fresh_cue(cue, statement.span, times), cue.number.span)
                 }
-                Declaration::Known(lowered) if self.afford(lowered, statement.span) => {
+                Declaration::Cached(lowered) if self.afford(lowered, statement.span) => {
                     let (cue, number) = lowered.again(statement.span, &mut self.spans);
                     (Some(cue), number)
                 }

@@ -23,7 +23,7 @@ pub struct PathKnot {
 }
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this room.
+    /// Lowers the statements of this module.
     pub fn curves(&mut self, statements: &[Statement<'a>]) {
         for statement in statements {
             let Declaration::Curve { name, path } = &statement.item else {
@@ -150,8 +150,8 @@ impl<'a> Lower<'a, '_> {
         Some((slope, via))
     }
 
-    /// An inner level of a bezier, as a fraction of full, may lie outside 0 to 1 while the curve itself
-    /// does not.
+    /// An inner level of a bezier, as a fraction of full, may lie outside 0 to 1 while the curve
+    /// itself does not.
     fn inner_level(&mut self, word: Word<'a>) -> Option<f64> {
         let range = "that is far from every level";
         self.within(word, Wanted::Level, (-1000.0, 1000.0), range)

@@ -1,4 +1,4 @@
-//! Lights: what each kind is told, and what it must be told.
+//! Lights: what each kind takes, and what it must be given.
 
 mod imported;
 mod panel;

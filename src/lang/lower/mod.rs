@@ -3,16 +3,16 @@
 //!
 //! Two passes: all names are declared first, so that order plays no part; then each family of
 //! statements is lowered, every mistake reported. A show comes out only if there was no error;
-//! placeholders that stand for broken pieces never leave this room.
+//! placeholders that stand for broken pieces never leave this module.
 
 mod calculation;
 mod cues;
 mod curves;
 mod levels;
 pub(super) mod light;
+mod lint;
 mod moves;
 mod preview;
-mod remark;
 mod rig;
 mod solid;
 mod triggers;
@@ -20,7 +20,7 @@ mod values;
 
 use self::calculation::Named;
 use super::ast::{Declaration, Span, Statement, Word};
-use super::known::Lowered;
+use super::lowering_cache::Lowered;
 use super::names::{self, Kind, Names};
 use super::read::Read;
 use super::report::{Place, Report};

@@ -14,7 +14,7 @@ use crate::show::{Stage, ToneCurve, View};
 use crate::units::fraction;
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this room.
+    /// Lowers the statements of this module.
     pub fn preview(&mut self, statements: &[Statement<'a>]) {
         let (mut title, mut preview) = (None, None);
         let mut surfaces = BTreeMap::new();

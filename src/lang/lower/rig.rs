@@ -10,7 +10,7 @@ use crate::scene::ImageFile;
 use crate::show::{Bank, Dimmer, Fade, Fixed, Group, Light, LightKind, NodeId};
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this room.
+    /// Lowers the statements of this module.
     pub fn rig(&mut self, statements: &[Statement<'a>]) {
         let lights: Vec<(&ast::Light<'a>, Span)> = statements
             .iter()

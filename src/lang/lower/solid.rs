@@ -1,4 +1,4 @@
-//! `surface`: materials of the stage given anew, and solids that a show declares itself.
+//! `surface`: materials of the stage redefined, and solids that a show declares itself.
 
 use std::collections::BTreeMap;
 

@@ -4,7 +4,7 @@
 //! another. One over the depth of a plane is linear in the picture, so where one plane is nearer
 //! than another is a half-plane, and every cut is by a straight line; facets that pass through each
 //! other are right too, and so are those that reach behind the eye. Ties in one plane go to the
-//! later facet, as in the rasterizer. This room knows nothing of lights.
+//! later facet, as in the rasterizer. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,7 +13,9 @@
 
 use std::ops::Range;
 
-use crate::radiosity::geometry::stencil::{self, Line, Place, Rectangle, Stencil, measured};
+use crate::radiosity::geometry::clipper::{
+    self, Line, PlanePoint, PolygonClipper, Rectangle, measured,
+};
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::raster::Camera;
 
@@ -61,7 +63,7 @@ impl<'a> Silhouettes<'a> {
             for (i, v) in piece.vertices.iter().enumerate() {
                 let [v, w] = [*v, piece.vertices[(i + 1) % n]].map(|p| p - camera.origin);
                 let wall = v.cross(w) * distance.signum();
-                self.lines.push(stencil::line(camera, wall));
+                self.lines.push(clipper::line(camera, wall));
             }
         }
         let across = piece.normal.dot(camera.right) * camera.step_x / distance;
@@ -90,7 +92,7 @@ pub struct Share {
     /// Visible area, the camera's pixels being squares of area 1.
     pub area: f64,
     /// Centroid of its largest visible part.
-    pub at: Place,
+    pub at: PlanePoint,
     /// Area of that part.
     largest: f64,
     /// Its convex parts, among those of [`Shares`].
@@ -108,7 +110,7 @@ impl Share {
 #[derive(Clone, Copy, Debug)]
 pub struct Square {
     /// Its left and upper edges.
-    pub corner: Place,
+    pub corner: PlanePoint,
     /// Its side.
     pub side: f64,
 }
@@ -116,11 +118,11 @@ pub struct Square {
 /// What a square shows, with the working memory to find it; for one thread.
 #[derive(Debug, Default)]
 pub struct Shares {
-    stencil: Stencil,
+    stencil: PolygonClipper,
     all: Vec<Share>,
     /// Where in `places` each convex part ends.
     ends: Vec<usize>,
-    places: Vec<Place>,
+    places: Vec<PlanePoint>,
 }
 
 impl Shares {
@@ -146,7 +148,7 @@ impl Shares {
                     break;
                 }
                 if other.facet != own.facet {
-                    // First what tells most often that nothing is to be cut.
+                    // First what shows most often that nothing is to be cut.
                     let nearer = [nearer(other, own)];
                     let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
                     self.stencil.subtract(lines, &Rectangle::EVERYWHERE);
@@ -162,7 +164,7 @@ impl Shares {
     }
 
     /// The convex parts of a share.
-    pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[Place]> {
+    pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[PlanePoint]> {
         share.parts.clone().map(|part| {
             let from = part.checked_sub(1).map_or(0, |before| self.ends[before]);
             &self.places[from..self.ends[part]]

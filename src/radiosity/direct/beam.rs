@@ -1,7 +1,7 @@
 //! Point sources made ready: what a point receives from one when nothing is in the way.
 //!
 //! [`Beam::irradiance`] is the one interface of any point source, whatever its distribution. This
-//! room knows one lamp, nothing of surfaces and shadows.
+//! module handles one lamp, nothing of surfaces and shadows.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;

@@ -1,9 +1,9 @@
 //! Receivers of direct light, sorted facet by facet into trees of small flat clusters.
 //!
-//! A cluster knows the rectangle of the facet's plane that holds its points and, where they are
+//! A cluster holds the rectangle of the facet's plane that holds its points and, where they are
 //! fragments of a picture, all their outlines; and the rectangle of the picture that holds those.
-//! Invariants: the trees depend on the receivers alone; halves tile their cluster. This room
-//! knows nothing of light.
+//! Invariants: the trees depend on the receivers alone; halves tile their cluster. This module does
+//! not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -11,8 +11,8 @@
 )]
 
 use crate::geometry::{Vec3, frame};
-use crate::radiosity::camera::eye::Fragments;
-use crate::radiosity::geometry::stencil::Rectangle;
+use crate::radiosity::camera::fragment::Fragments;
+use crate::radiosity::geometry::clipper::Rectangle;
 use crate::radiosity::geometry::surface::Surfaces;
 use rayon::prelude::*;
 use std::sync::OnceLock;

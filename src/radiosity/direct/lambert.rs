@@ -5,7 +5,7 @@
 //! Photometria, 1760). An occluder's shadow on the polygon is what lies behind it within the cone
 //! from the point through its edges: on the polygon's plane each side of the cone is a straight
 //! line, so that what is lit is found by cutting polygons in two dimensions; shadows have no
-//! samples and no noise. This room knows one point and one polygon, nothing of meshes.
+//! samples and no noise. This module handles one point and one polygon, nothing of meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,11 +13,11 @@
 )]
 
 use crate::geometry::{Vec3, frame, greater, part_above};
-use crate::radiosity::geometry::stencil::{Line, Place, Rectangle, Stencil, range};
+use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, range};
 use crate::radiosity::geometry::surface::Piece;
 use crate::radiosity::visibility::blocks;
 
-/// Lit parts beyond which the emitter is halved and each half begun anew, so that the work stays
+/// Lit parts beyond which the emitter is halved and each half begun again, so that the work stays
 /// near the number of occluders. Shadows of a dozen separate occluders stay far below it.
 const MOST_PARTS: usize = 192;
 
@@ -31,21 +31,21 @@ const LOW: f64 = 1e-6;
 
 /// A convex polygon that shines, with coordinates in its plane, metres.
 #[derive(Clone, Debug)]
-pub struct Pane {
+pub struct LightPolygon {
     corners: Vec<Vec3>,
     normal: Vec3,
     /// The corners in coordinates of its plane: along these axes from the first corner.
-    outline: Vec<Place>,
+    outline: Vec<PlanePoint>,
     axes: [Vec3; 2],
 }
 
-impl Pane {
+impl LightPolygon {
     /// Of a polygon with this unit normal.
-    pub fn new(corners: Vec<Vec3>, normal: Vec3) -> Pane {
+    pub fn new(corners: Vec<Vec3>, normal: Vec3) -> LightPolygon {
         let axes = frame(normal);
         let origin = corners.first().copied().unwrap_or_default();
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
-        Pane {
+        LightPolygon {
             outline: corners.iter().map(place).collect(),
             corners,
             normal,
@@ -70,7 +70,7 @@ impl Pane {
     }
 
     /// Cut in two across its longest extent; halves of fewer than three corners are left out.
-    pub fn halves(&self) -> impl Iterator<Item = Pane> {
+    pub fn halves(&self) -> impl Iterator<Item = LightPolygon> {
         let polygon = &self.corners;
         let first = polygon.first().copied().unwrap_or_default();
         let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len().max(1) as f64;
@@ -84,55 +84,56 @@ impl Pane {
         let axis = far - first;
         let halves = [axis, -axis].map(|way| part_above(polygon, |v| way.dot(v - centre)));
         let halves = halves.into_iter().filter(|half| half.len() >= 3);
-        halves.map(|half| Pane::new(half, self.normal))
+        halves.map(|half| LightPolygon::new(half, self.normal))
     }
 }
 
-/// A pane's plane from a point.
+/// A light polygon's plane from a point.
 #[derive(Clone, Copy, Debug)]
-struct Sight<'a> {
-    pane: &'a Pane,
+struct LightCone<'a> {
+    polygon: &'a LightPolygon,
     point: Vec3,
-    /// The pane's first corner.
+    /// The light polygon's first corner.
     origin: Vec3,
 }
 
-impl<'a> Sight<'a> {
-    fn new(pane: &'a Pane, point: Vec3) -> Sight<'a> {
-        let origin = pane.corners.first().copied().unwrap_or_default() - point;
-        Sight {
-            pane,
+impl<'a> LightCone<'a> {
+    fn new(polygon: &'a LightPolygon, point: Vec3) -> LightCone<'a> {
+        let origin = polygon.corners.first().copied().unwrap_or_default() - point;
+        LightCone {
+            polygon,
             point,
             origin,
         }
     }
 
     /// The direction of a place, not normalised.
-    fn direction(&self, [x, y]: Place) -> Vec3 {
-        let [u, v] = self.pane.axes;
+    fn direction(&self, [x, y]: PlanePoint) -> Vec3 {
+        let [u, v] = self.polygon.axes;
         self.origin + u * x + v * y
     }
 
-    /// How far the plane lies in the direction of the pane's normal; below 0 as it faces the point.
+    /// How far the plane lies in the direction of the light polygon's normal; below 0 as it faces
+    /// the point.
     fn height(&self) -> f64 {
-        self.pane.normal.dot(self.origin)
+        self.polygon.normal.dot(self.origin)
     }
 
     /// Where on the plane `wall . direction > offset`.
     fn line(&self, wall: Vec3, offset: f64) -> Line {
-        let [u, v] = self.pane.axes;
+        let [u, v] = self.polygon.axes;
         [wall.dot(self.origin) - offset, wall.dot(u), wall.dot(v)]
     }
 }
 
-/// What an occluder does to a pane's plane.
+/// What an occluder does to a light polygon's plane.
 #[derive(Debug, Default)]
 struct Shadow {
     /// Its corners, from the point.
     corners: Vec<Vec3>,
     /// The same where they are seen on the plane; fewer when one is beside the point rather than
     /// before it.
-    places: Vec<Place>,
+    places: Vec<PlanePoint>,
     /// The greatest distance of a corner from the point, as a share of that of its place.
     farthest: f64,
 }
@@ -140,21 +141,21 @@ struct Shadow {
 impl Shadow {
     /// Takes the corners of a piece. What holds the shadow: everywhere when one of them is beside
     /// the point.
-    fn cast(&mut self, sight: Sight<'_>, piece: &Piece) -> Rectangle {
-        let corners = piece.vertices.iter().map(|v| *v - sight.point);
+    fn cast(&mut self, cone: LightCone<'_>, piece: &Piece) -> Rectangle {
+        let corners = piece.vertices.iter().map(|v| *v - cone.point);
         self.corners.clear();
         self.corners.extend(corners);
         self.places.clear();
         self.farthest = 0.0;
-        let height = sight.height();
+        let height = cone.height();
         let mut bounds = Rectangle::EMPTY;
         for corner in &self.corners {
-            let share = sight.pane.normal.dot(*corner) / height;
+            let share = cone.polygon.normal.dot(*corner) / height;
             if share < LOW {
                 return Rectangle::EVERYWHERE;
             }
-            let on_plane = *corner * (1.0 / share) - sight.origin;
-            let place = sight.pane.axes.map(|axis| axis.dot(on_plane));
+            let on_plane = *corner * (1.0 / share) - cone.origin;
+            let place = cone.polygon.axes.map(|axis| axis.dot(on_plane));
             bounds = bounds.with(Rectangle::at(place));
             self.places.push(place);
             self.farthest = greater(self.farthest, share);
@@ -167,11 +168,11 @@ impl Shadow {
         self.places.len() == self.corners.len() && self.farthest <= 1.0
     }
 
-    /// Does `each` answer yes to all lines around the shadow of a piece with this normal, whose plane
-    /// lies at this height above the point along it? The first no is the last line asked.
+    /// Does `each` answer yes to all lines around the shadow of a piece with this normal, whose
+    /// plane lies at this height above the point along it? The first no is the last line asked.
     fn all_lines(
         &self,
-        sight: Sight<'_>,
+        cone: LightCone<'_>,
         (normal, height): (Vec3, f64),
         mut each: impl FnMut(Line) -> bool,
     ) -> bool {
@@ -179,20 +180,20 @@ impl Shadow {
         let n = self.corners.len();
         let next = |i: usize| if i + 1 < n { i + 1 } else { 0 };
         if self.is_before() {
-            // Corners run against the clock about the piece's normal, hence about the pane's if the
-            // point sees both from the same side.
-            let turn = side * sight.height().signum();
+            // Corners run against the clock about the piece's normal, hence about the light
+            // polygon's if the point sees both from the same side.
+            let turn = side * cone.height().signum();
             return (0..n).all(|i| each(through(self.places[i], self.places[next(i)], turn)));
         }
         let wall = |i: usize| self.corners[i].cross(self.corners[next(i)]) * side;
         // The shadow begins behind the piece.
-        each(sight.line(normal * side, height * side))
-            && (0..n).all(|i| each(sight.line(wall(i), 0.0)))
+        each(cone.line(normal * side, height * side))
+            && (0..n).all(|i| each(cone.line(wall(i), 0.0)))
     }
 }
 
 /// The line from `p` to `q`, positive on its left if `turn` is 1 and on its right if it is -1.
-fn through(p: Place, q: Place, turn: f64) -> Line {
+fn through(p: PlanePoint, q: PlanePoint, turn: f64) -> Line {
     let (x, y) = ((q[0] - p[0]) * turn, (q[1] - p[1]) * turn);
     [y * p[0] - x * p[1], -y, x]
 }
@@ -200,7 +201,7 @@ fn through(p: Place, q: Place, turn: f64) -> Line {
 /// Working memory for one thread: the lit parts of the emitter.
 #[derive(Debug, Default)]
 pub struct Clipper {
-    stencil: Stencil,
+    stencil: PolygonClipper,
     /// The occluder at hand.
     shadow: Shadow,
     /// The lines around its shadow.
@@ -245,62 +246,62 @@ fn angle_over_sine(square: f64, cosine: f64) -> f64 {
 }
 
 impl Clipper {
-    /// Starts with the part of a pane above the horizon of a point.
-    fn start(&mut self, sight: Sight<'_>, normal: Vec3) {
+    /// Starts with the part of a light polygon above the horizon of a point.
+    fn start(&mut self, cone: LightCone<'_>, normal: Vec3) {
         self.stencil.clear();
-        self.stencil.add(&sight.pane.outline);
-        let horizon = sight.line(normal, 0.0);
+        self.stencil.add(&cone.polygon.outline);
+        let horizon = cone.line(normal, 0.0);
         self.stencil.keep(std::iter::once(&horizon));
     }
 
-    /// Irradiance at `point` from the unoccluded `pane`; the caller has seen to it that the point
-    /// lies in front of it.
-    pub fn unoccluded(&mut self, point: Vec3, normal: Vec3, pane: &Pane) -> f64 {
-        let sight = Sight::new(pane, point);
-        self.start(sight, normal);
-        self.light(sight, normal)
+    /// Irradiance at `point` from the unoccluded `polygon`; the caller has seen to it that the
+    /// point lies in front of it.
+    pub fn unoccluded(&mut self, point: Vec3, normal: Vec3, polygon: &LightPolygon) -> f64 {
+        let cone = LightCone::new(polygon, point);
+        self.start(cone, normal);
+        self.light(cone, normal)
     }
 
-    /// Irradiance at `point` from a pane past the `occluders`; those whose plane holds the point
-    /// (within `touching`) do not block.
+    /// Irradiance at `point` from a light polygon past the `occluders`; those whose plane holds the
+    /// point (within `touching`) do not block.
     pub fn occluded<'a>(
         &mut self,
         point: Vec3,
         normal: Vec3,
-        pane: &Pane,
+        polygon: &LightPolygon,
         occluders: impl Iterator<Item = &'a Piece> + Clone,
         touching: f64,
     ) -> f64 {
-        let sight = Sight::new(pane, point);
-        self.past(sight, normal, occluders, touching, MOST_HALVINGS)
+        let cone = LightCone::new(polygon, point);
+        self.past(cone, normal, occluders, touching, MOST_HALVINGS)
     }
 
     fn past<'a>(
         &mut self,
-        sight: Sight<'_>,
+        cone: LightCone<'_>,
         normal: Vec3,
         occluders: impl Iterator<Item = &'a Piece> + Clone,
         touching: f64,
         halvings: usize,
     ) -> f64 {
-        self.start(sight, normal);
+        self.start(cone, normal);
         let whole = self.stencil.bounds();
         let mut rest = occluders.clone();
         while self.stencil.count() > 0 {
             let Some(piece) = rest.next() else {
-                return self.light(sight, normal);
+                return self.light(cone, normal);
             };
-            self.subtract(sight, &whole, piece, touching);
+            self.subtract(cone, &whole, piece, touching);
             if self.stencil.count() < MOST_PARTS {
                 continue;
             }
             if halvings == 0 {
                 let rest: Vec<&Piece> = rest.collect();
-                return self.sampled(sight, normal, &rest, touching);
+                return self.sampled(cone, normal, &rest, touching);
             }
-            let halves = sight.pane.halves().map(|half| {
-                let sight = Sight::new(&half, sight.point);
-                self.past(sight, normal, occluders.clone(), touching, halvings - 1)
+            let halves = cone.polygon.halves().map(|half| {
+                let cone = LightCone::new(&half, cone.point);
+                self.past(cone, normal, occluders.clone(), touching, halvings - 1)
             });
             return halves.sum();
         }
@@ -308,11 +309,11 @@ impl Clipper {
     }
 
     /// Irradiance from the parts that are left.
-    fn light(&mut self, sight: Sight<'_>, normal: Vec3) -> f64 {
+    fn light(&mut self, cone: LightCone<'_>, normal: Vec3) -> f64 {
         let mut sum = 0.0;
         for part in self.stencil.parts() {
             self.part.clear();
-            self.part.extend(part.iter().map(|p| sight.direction(*p)));
+            self.part.extend(part.iter().map(|p| cone.direction(*p)));
             sum += closed_form(&self.part, normal);
         }
         sum
@@ -320,13 +321,19 @@ impl Clipper {
 
     /// Irradiance from the parts cut so far, the `rest` of the occluders tested at a few points of
     /// each part.
-    fn sampled(&mut self, sight: Sight<'_>, normal: Vec3, rest: &[&Piece], touching: f64) -> f64 {
-        let point = sight.point;
+    fn sampled(
+        &mut self,
+        cone: LightCone<'_>,
+        normal: Vec3,
+        rest: &[&Piece],
+        touching: f64,
+    ) -> f64 {
+        let point = cone.point;
         let open = |d: Vec3| !rest.iter().any(|p| blocks(p, point, point + d, touching));
         let mut sum = 0.0;
         for part in self.stencil.parts() {
             self.part.clear();
-            self.part.extend(part.iter().map(|p| sight.direction(*p)));
+            self.part.extend(part.iter().map(|p| cone.direction(*p)));
             for pair in self.part.windows(2).skip(1) {
                 let triangle = [self.part[0], pair[0], pair[1]];
                 let [a, b, c] = triangle;
@@ -346,19 +353,19 @@ impl Clipper {
     }
 
     /// Cuts away what lies in the shadow of `piece`; `whole` holds all that there is to cut.
-    fn subtract(&mut self, sight: Sight<'_>, whole: &Rectangle, piece: &Piece, touching: f64) {
-        let height = piece.normal.dot(piece.vertices[0] - sight.point);
+    fn subtract(&mut self, cone: LightCone<'_>, whole: &Rectangle, piece: &Piece, touching: f64) {
+        let height = piece.normal.dot(piece.vertices[0] - cone.point);
         if height.abs() <= touching {
             return;
         }
-        let bounds = self.shadow.cast(sight, piece);
+        let bounds = self.shadow.cast(cone, piece);
         if !bounds.overlaps(whole) {
             return;
         }
         let lines = &mut self.lines;
         lines.clear();
         let plane = (piece.normal, height);
-        let is_met = self.shadow.all_lines(sight, plane, |line| {
+        let is_met = self.shadow.all_lines(cone, plane, |line| {
             let (least, greatest) = range(&line, whole);
             // What holds for all of the emitter cuts nothing.
             if least < 0.0 {
@@ -381,8 +388,8 @@ mod tests {
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
-    fn pane(corners: &[Vec3]) -> Pane {
-        Pane::new(corners.to_vec(), newell(corners).normalized())
+    fn polygon(corners: &[Vec3]) -> LightPolygon {
+        LightPolygon::new(corners.to_vec(), newell(corners).normalized())
     }
 
     fn corners(x: (f64, f64), y: (f64, f64), z: f64) -> Vec<Vec3> {
@@ -394,8 +401,8 @@ mod tests {
         ]
     }
 
-    fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> Pane {
-        pane(&corners(x, y, z))
+    fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> LightPolygon {
+        polygon(&corners(x, y, z))
     }
 
     fn occluder(x: (f64, f64), y: (f64, f64), z: f64) -> Piece {
@@ -407,7 +414,11 @@ mod tests {
     }
 
     /// Form factor between two finite surfaces: mean over the receiver by Gauss-Legendre.
-    fn mean_factor(receiver: impl Fn(f64, f64) -> Vec3, normal: Vec3, emitter: &Pane) -> f64 {
+    fn mean_factor(
+        receiver: impl Fn(f64, f64) -> Vec3,
+        normal: Vec3,
+        emitter: &LightPolygon,
+    ) -> f64 {
         let (nodes, weights) = (
             [0.861_136_311_594_052_6, 0.339_981_043_584_856_3],
             [0.347_854_845_137_453_85, 0.652_145_154_862_546_1],
@@ -455,7 +466,7 @@ mod tests {
 
     #[test]
     fn perpendicular_squares_with_a_common_edge() {
-        let wall = pane(&[
+        let wall = polygon(&[
             vec3(0.0, 0.0, 0.0),
             vec3(0.0, 1.0, 0.0),
             vec3(0.0, 1.0, 1.0),
@@ -471,7 +482,7 @@ mod tests {
         // The wall from z = -1 to 1 sends as much to the floor as its upper half.
         let mut c = Clipper::default();
         let wall = |low: f64| {
-            pane(&[
+            polygon(&[
                 vec3(1.0, -1.0, low),
                 vec3(1.0, 1.0, low),
                 vec3(1.0, 1.0, 1.0),
@@ -529,7 +540,7 @@ mod tests {
         let mut expected = c.unoccluded(Vec3::ZERO, UP, &lamp);
         for square in &squares {
             let shadow: Vec<Vec3> = square.vertices.iter().map(|v| *v * 2.0).collect();
-            expected -= c.unoccluded(Vec3::ZERO, UP, &pane(&shadow));
+            expected -= c.unoccluded(Vec3::ZERO, UP, &polygon(&shadow));
         }
         assert!((got / expected - 1.0).abs() < 1e-9, "{got} {expected}");
     }

@@ -12,9 +12,9 @@
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::cluster::{Cluster, PATCH};
-use crate::radiosity::direct::lambert::{Clipper, Pane};
-use crate::radiosity::direct::near::Picture;
-use crate::radiosity::direct::sheet::{SHADED, Sheet};
+use crate::radiosity::direct::irradiance_patch::{IrradiancePatch, SHADED};
+use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
+use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::{Hidden, Setting};
 use crate::radiosity::visibility::Shaft;
 use std::ops::Range;
@@ -32,7 +32,7 @@ const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
 
 /// A convex polygon of the light.
 struct Emitter {
-    pane: Pane,
+    light_polygon: LightPolygon,
     /// A ball around it.
     ball: (Vec3, f64),
     /// How often it may still be halved.
@@ -62,14 +62,14 @@ pub struct Panel<'a> {
 }
 
 impl Emitter {
-    fn new(pane: Pane, halvings: usize) -> Emitter {
-        let corners = pane.corners();
+    fn new(light_polygon: LightPolygon, halvings: usize) -> Emitter {
+        let corners = light_polygon.corners();
         let count = corners.len().max(1) as f64;
         let middle = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) * (1.0 / count);
         let radius = corners.iter().map(|c| (*c - middle).length());
         Emitter {
             ball: (middle, radius.fold(0.0, f64::max)),
-            pane,
+            light_polygon,
             halvings,
         }
     }
@@ -78,7 +78,7 @@ impl Emitter {
     fn distance(&self, point: Vec3) -> f64 {
         let (middle, radius) = self.ball;
         let way = point - middle;
-        let height = self.pane.normal().dot(way).abs();
+        let height = self.light_polygon.normal().dot(way).abs();
         (way.length() - radius).max(height)
     }
 }
@@ -104,7 +104,7 @@ impl<'a> Panel<'a> {
         (pieces, hidden): (&[usize], &Hidden),
         picture: Option<&Picture<'_>>,
         chunk: &Cluster,
-        sheet: &mut Sheet<'_>,
+        patch: &mut IrradiancePatch<'_>,
     ) {
         let Setting {
             surfaces,
@@ -116,7 +116,10 @@ impl<'a> Panel<'a> {
             if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
                 continue;
             }
-            let emitter = Emitter::new(Pane::new(piece.vertices.clone(), piece.normal), HALVINGS);
+            let emitter = Emitter::new(
+                LightPolygon::new(piece.vertices.clone(), piece.normal),
+                HALVINGS,
+            );
             if is_behind(&emitter, chunk) {
                 continue;
             }
@@ -131,7 +134,7 @@ impl<'a> Panel<'a> {
             self.emitters.push(emitter);
             self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
         }
-        self.settle(picture, chunk, 0..self.pairs.len(), sheet);
+        self.settle(picture, chunk, 0..self.pairs.len(), patch);
     }
 
     /// Do these points lie on the plane of a cluster or below it?
@@ -145,8 +148,8 @@ impl<'a> Panel<'a> {
         Shaft::new(
             &cluster.corners,
             self.normal,
-            emitter.pane.corners(),
-            Some(emitter.pane.normal()),
+            emitter.light_polygon.corners(),
+            Some(emitter.light_polygon.normal()),
             self.setting.surfaces.touching(),
         )
     }
@@ -158,7 +161,7 @@ impl<'a> Panel<'a> {
             self.pairs.push(Pair { emitter, occluders });
             return;
         }
-        let halves: Vec<Pane> = self.emitters[emitter].pane.halves().collect();
+        let halves: Vec<LightPolygon> = self.emitters[emitter].light_polygon.halves().collect();
         for half in halves {
             if !self.is_below(half.corners(), cluster) {
                 self.emitters.push(Emitter::new(half, halvings - 1));
@@ -200,7 +203,7 @@ impl<'a> Panel<'a> {
         picture: Option<&Picture<'_>>,
         cluster: &Cluster,
         pairs: Range<usize>,
-        sheet: &mut Sheet<'_>,
+        patch: &mut IrradiancePatch<'_>,
     ) {
         if pairs.is_empty() {
             return;
@@ -209,15 +212,15 @@ impl<'a> Panel<'a> {
             .iter()
             .all(|p| p.occluders.is_empty());
         let most = if clear { PATCH } else { SHADED };
-        if sheet.interpolated(cluster, most, |i, p| self.on(picture, pairs.clone(), i, p)) {
+        if patch.interpolated(cluster, most, |i, p| self.on(picture, pairs.clone(), i, p)) {
             return;
         }
         let Some(halves) = cluster.halves.as_deref() else {
-            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
+            patch.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
             return;
         };
-        if clear && sheet.allowed <= 0.0 {
-            sheet.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
+        if clear && patch.allowed <= 0.0 {
+            patch.evaluate(cluster, |i, p| self.on(picture, pairs.clone(), i, p));
             return;
         }
         for half in halves {
@@ -227,7 +230,7 @@ impl<'a> Panel<'a> {
                 self.narrow(emitter, occluders, half);
             }
             let own = marks.1..self.pairs.len();
-            self.settle(picture, half, own, sheet);
+            self.settle(picture, half, own, patch);
             self.emitters.truncate(marks.0);
             self.pairs.truncate(marks.1);
             self.lists.truncate(marks.2);
@@ -266,22 +269,25 @@ impl<'a> Panel<'a> {
         let surfaces = self.setting.surfaces;
         let Pair { emitter, occluders } = &self.pairs[pair];
         let emitter = &self.emitters[*emitter];
-        let pane = &emitter.pane;
-        if !pane.faces(point) {
+        let light_polygon = &emitter.light_polygon;
+        if !light_polygon.faces(point) {
             return 0.0;
         }
         let list = &self.lists[occluders.clone()];
         if list.is_empty() {
-            return self.clipper.unoccluded(point, self.normal, pane);
+            return self.clipper.unoccluded(point, self.normal, light_polygon);
         }
         let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
         let touching = surfaces.touching();
         self.clipper
-            .occluded(point, self.normal, pane, occluders, touching)
+            .occluded(point, self.normal, light_polygon, occluders, touching)
     }
 }
 
 /// Does a cluster see nothing but the emitter's back?
 fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
-    !cluster.corners.iter().any(|c| emitter.pane.faces(*c))
+    !cluster
+        .corners
+        .iter()
+        .any(|c| emitter.light_polygon.faces(*c))
 }

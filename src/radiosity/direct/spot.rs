@@ -9,13 +9,13 @@
 )]
 
 use crate::geometry::Vec3;
-use crate::radiosity::camera::eye::Fragments;
+use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::{Cluster, PATCH, Receivers};
-use crate::radiosity::direct::near::{self, Picture, is_near};
-use crate::radiosity::direct::sheet::Sheet;
+use crate::radiosity::direct::irradiance_patch::IrradiancePatch;
+use crate::radiosity::direct::near_field::{self, Picture, is_near};
 use crate::radiosity::direct::{Hidden, Setting};
-use crate::radiosity::geometry::stencil::{Place, Rectangle, Stencil, measured};
+use crate::radiosity::geometry::clipper::{PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::radiosity::visibility::shadow::{Lit, Meeting, Shadows, shade};
 use crate::radiosity::visibility::{Shaft, blocks};
 
@@ -26,7 +26,7 @@ pub struct Spot<'a> {
     hidden: &'a Hidden,
     normal: Vec3,
     shadows: Shadows,
-    stencil: Stencil,
+    stencil: PolygonClipper,
 }
 
 impl<'a> Spot<'a> {
@@ -38,7 +38,7 @@ impl<'a> Spot<'a> {
             hidden,
             normal,
             shadows: Shadows::default(),
-            stencil: Stencil::default(),
+            stencil: PolygonClipper::default(),
         }
     }
 
@@ -49,7 +49,7 @@ impl<'a> Spot<'a> {
         receivers: &Receivers,
         fragments: Option<&Fragments>,
         chunk: &Cluster,
-        sheet: &mut Sheet<'_>,
+        patch: &mut IrradiancePatch<'_>,
     ) {
         let middle = (chunk.corners[0] + chunk.corners[2]) * 0.5;
         let radius = (chunk.corners[0] - middle).length();
@@ -66,7 +66,7 @@ impl<'a> Spot<'a> {
         let shaft = self.shaft(&position, chunk);
         hierarchy.occluders(surfaces, &shaft, self.hidden.from(0), &mut list);
         let Some(fragments) = fragments else {
-            self.points(chunk, &shaft, &list, sheet);
+            self.points(chunk, &shaft, &list, patch);
             return;
         };
         let picture = Picture::new(receivers, fragments, self.normal, chunk);
@@ -81,7 +81,7 @@ impl<'a> Spot<'a> {
             )
         };
         let shadows: Vec<usize> = list.iter().filter_map(cast).collect();
-        self.outlines(&picture, chunk, &shadows, sheet);
+        self.outlines(&picture, chunk, &shadows, patch);
     }
 
     fn shaft<'b>(&self, position: &'b [Vec3; 1], cluster: &'b Cluster) -> Shaft<'b> {
@@ -95,7 +95,7 @@ impl<'a> Spot<'a> {
         cluster: &Cluster,
         shaft: &Shaft<'_>,
         list: &[usize],
-        sheet: &mut Sheet<'_>,
+        patch: &mut IrradiancePatch<'_>,
     ) {
         let surfaces = self.setting.surfaces;
         let touching = surfaces.touching();
@@ -104,7 +104,7 @@ impl<'a> Spot<'a> {
             return;
         }
         let Some(halves) = cluster.halves.as_deref().filter(|_| !list.is_empty()) else {
-            sheet.evaluate(cluster, |_, p| self.at(p, list));
+            patch.evaluate(cluster, |_, p| self.at(p, list));
             return;
         };
         let position = [self.beam.position];
@@ -114,7 +114,7 @@ impl<'a> Spot<'a> {
             let kept: Vec<usize> = kept
                 .filter(|&i| !shaft.misses(&surfaces.pieces[i]))
                 .collect();
-            self.points(half, &shaft, &kept, sheet);
+            self.points(half, &shaft, &kept, patch);
         }
     }
 
@@ -139,7 +139,7 @@ impl<'a> Spot<'a> {
         picture: &Picture<'_>,
         cluster: &Cluster,
         shadows: &[usize],
-        sheet: &mut Sheet<'_>,
+        patch: &mut IrradiancePatch<'_>,
     ) {
         let mut kept = Vec::with_capacity(shadows.len());
         for &shadow in shadows {
@@ -151,17 +151,17 @@ impl<'a> Spot<'a> {
         }
         let open = |i, p| self.open(picture, i, p);
         let clear = kept.is_empty();
-        if clear && sheet.interpolated(cluster, PATCH, open) {
+        if clear && patch.interpolated(cluster, PATCH, open) {
             return;
         }
-        if clear && (sheet.allowed <= 0.0 || cluster.halves.is_none()) {
-            sheet.evaluate(cluster, open);
+        if clear && (patch.allowed <= 0.0 || cluster.halves.is_none()) {
+            patch.evaluate(cluster, open);
         } else if let Some(halves) = cluster.halves.as_deref() {
             for half in halves {
-                self.outlines(picture, half, &kept, sheet);
+                self.outlines(picture, half, &kept, patch);
             }
         } else {
-            sheet.evaluate(cluster, |i, p| self.cut(picture, i, p, &kept));
+            patch.evaluate(cluster, |i, p| self.cut(picture, i, p, &kept));
         }
     }
 
@@ -173,7 +173,7 @@ impl<'a> Spot<'a> {
         }
         let (mut sum, mut whole) = (0.0, 0.0);
         picture.outline(i, |part| {
-            let (light, area) = near::light(self.beam, &picture.canvas, part);
+            let (light, area) = near_field::light(self.beam, &picture.canvas, part);
             sum += light;
             whole += area;
         });
@@ -198,9 +198,9 @@ impl<'a> Spot<'a> {
             Lit::Not => 0.0,
             Lit::Partly => {
                 let near = is_near(self.beam, picture, point);
-                let light = |part: &[Place]| {
+                let light = |part: &[PlanePoint]| {
                     if near {
-                        return near::light(self.beam, &picture.canvas, part).0;
+                        return near_field::light(self.beam, &picture.canvas, part).0;
                     }
                     let (area, centre) = measured(part);
                     let centre = picture.canvas.point(centre);

@@ -1,12 +1,12 @@
 //! Convex solids, and the faces of them that hide nothing because their fronts hide it first.
 //!
-//! Whoever stands outside a convex solid sees its fronts only: what passes through its back has
+//! An observer outside a convex solid sees its fronts only: what passes through its back has
 //! come in by a front. So of a box that stands in the way of light, or is drawn around a point,
 //! half of the faces can be left out, and nothing changes. The solids of a set are seldom closed: a
 //! box that stands on a floor has no bottom. It is a solid all the same when each face that it
 //! lacks lies wholly on something else, as what comes in there has been stopped by that before.
 //! Invariant: a solid is convex, its fronts outside, and closed but for such faces; whatever is
-//! not surely one is none. This room knows nothing of light.
+//! not surely one is none. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,7 +14,7 @@
 )]
 
 use crate::geometry::{Vec3, frame};
-use crate::radiosity::geometry::stencil::{Line, Place, Rectangle, Stencil, measured};
+use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::radiosity::geometry::surface::{Facet, Piece};
 use std::collections::BTreeMap;
 
@@ -113,7 +113,7 @@ fn joined(facets: &[Facet]) -> Vec<Vec<usize>> {
     lists.into_values().collect()
 }
 
-/// The first of a list that a number is in; halves the way for the next who asks.
+/// The first of a list that a number is in; shortens the path for the next search.
 fn root(first: &mut [usize], mut i: usize) -> usize {
     while first[i] != i {
         first[i] = first[first[i]];
@@ -207,16 +207,16 @@ impl Faces<'_> {
         let origin = face.corners[0];
         let axes = frame(face.normal);
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
-        let mut stencil = Stencil::default();
+        let mut stencil = PolygonClipper::default();
         stencil.add(&round(face.corners.iter().map(place).collect()));
-        let area = |stencil: &Stencil| stencil.parts().map(|p| measured(p).0).sum::<f64>();
+        let area = |stencil: &PolygonClipper| stencil.parts().map(|p| measured(p).0).sum::<f64>();
         let whole = area(&stencil);
         for piece in pieces {
             let height = |v: &Vec3| face.normal.dot(*v - origin).abs();
             if piece.vertices.iter().any(|v| height(v) > self.touching) {
                 continue;
             }
-            let outline: Vec<Place> = piece.vertices.iter().map(place).collect();
+            let outline: Vec<PlanePoint> = piece.vertices.iter().map(place).collect();
             let turn = face.normal.dot(piece.normal).signum();
             let next = outline.iter().cycle().skip(1);
             let lines = outline.iter().zip(next).map(|([ax, ay], [bx, by])| {
@@ -237,10 +237,10 @@ impl Faces<'_> {
 }
 
 /// Points in the order in which they go round their middle.
-fn round(mut points: Vec<Place>) -> Vec<Place> {
+fn round(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
     let count = points.len().max(1) as f64;
     let [x, y] = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
-    let angle = |p: &Place| (p[1] - y).atan2(p[0] - x);
+    let angle = |p: &PlanePoint| (p[1] - y).atan2(p[0] - x);
     points.sort_by(|p, q| angle(p).total_cmp(&angle(q)));
     points
 }

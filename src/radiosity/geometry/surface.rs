@@ -3,7 +3,7 @@
 //! Invariants: every facet has a positive area and at least one piece; the pieces tile the facet;
 //! facets are ordered by falling area, so that drawing them in order puts the smaller of two
 //! coplanar facets on top. Degenerate polygons are left out: they have no area to light, see or
-//! cast a shadow. This room knows nothing of pixels or settings.
+//! cast a shadow. This module does not depend on pixels or settings.
 
 #![allow(
     clippy::indexing_slicing,

@@ -15,7 +15,7 @@ use crate::radiosity::Operator;
 use crate::radiosity::direct::cluster::{Receiver, Receivers};
 use crate::radiosity::direct::{Setting, Shining, irradiance};
 use crate::radiosity::mesh::sample::Sample;
-use crate::radiosity::visibility::burial::is_buried;
+use crate::radiosity::visibility::interior::is_interior;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
@@ -133,7 +133,7 @@ impl Operator {
         Ok(samples.enumerate().map(group).collect())
     }
 
-    /// The quarters of each part, without those that are dark because they are buried.
+    /// The quarters of each part, without those that are dark because they are inside a solid.
     fn quartered(
         &self,
         light: &Shining<'_>,
@@ -166,11 +166,13 @@ impl Operator {
         for (part, lit) in groups.iter_mut().flatten().zip(lit) {
             part.light = lit;
         }
-        let buried = |p: &Part| {
+        let enclosed = |p: &Part| {
             let facet = self.mesh.elements[p.element].facet;
-            p.light == 0.0 && is_buried(self.setting(), &self.beacons, facet, p.sample.point)
+            p.light == 0.0 && is_interior(self.setting(), &self.seeds, facet, p.sample.point)
         };
-        groups.par_iter_mut().for_each(|g| g.retain(|p| !buried(p)));
+        groups
+            .par_iter_mut()
+            .for_each(|g| g.retain(|p| !enclosed(p)));
         groups.retain(|g| !g.is_empty());
         Ok(groups)
     }
@@ -196,7 +198,7 @@ impl Operator {
     }
 
     fn cut(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
-        let Some(throw) = &self.throws[light] else {
+        let Some(throw) = &self.projectors[light] else {
             return even;
         };
         let samples = parts.iter().filter_map(|p| {

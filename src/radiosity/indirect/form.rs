@@ -1,8 +1,8 @@
 //! Rows of form factors in compressed storage, and the light that goes to and fro between them.
 //!
-//! Invariant: each product is summed in the order of the row, column by column, so that a
-//! column's result does not depend on its neighbours or on the number of threads. This room knows
-//! nothing of surfaces or lights.
+//! Invariant: each product is summed in the order of the row, column by column, so that a column's
+//! result does not depend on its neighbours or on the number of threads. This module does not
+//! depend on surfaces or lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -119,7 +119,7 @@ const TRIALS: usize = 8;
 /// How many bounces count, and how they are added up: Chebyshev's semi-iteration for eigenvalues
 /// of reflectance times form factors between minus and plus a bound. Bound and length depend on
 /// the rows and reflectances alone, hence the solution is a fixed polynomial in them, exactly
-/// linear in the light. It knows nothing of how much light there is, or where.
+/// linear in the light. It does not depend on how much light there is, or where.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounces {
     bound: f64,

@@ -8,7 +8,7 @@
 //! smaller when summed. And only the table of the pixels' form factors is normalised to sum to 1,
 //! never a row, so that open scenes lose the light that leaves them. In a closed room a row sums to
 //! 1 because outlines are drawn wider by a five-hundredth of a pixel: neighbours overlap and leave
-//! no gap. This room knows nothing of lights.
+//! no gap. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,7 +19,9 @@ use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::{Above, Mesh, NONE};
-use crate::radiosity::visibility::panorama::{BLACK, Outline, Panorama, Sheet, lead};
+use crate::radiosity::visibility::hemicube_raster::{
+    BLACK, FaceBuffer, HemicubeRasterizer, VertexBuffer, lead,
+};
 
 /// The pixels' share of the hemisphere, one table for all faces of a resolution.
 #[derive(Clone, Debug)]
@@ -74,20 +76,20 @@ pub type Row = Vec<(u32, f32)>;
 
 /// What a point sees, all in all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outlook {
+pub struct NearbyEmission {
     /// One over the harmonic mean distance of all that is seen, weighted by form factor (1/m); what
     /// is open counts as infinitely far.
-    pub closeness: f32,
+    pub inverse_distance: f32,
     /// Sum of the form factors to elements, 0 to 1.
     pub seen: f32,
 }
 
-impl Outlook {
+impl NearbyEmission {
     /// How fast reflected light changes, as a share of itself (1/m): without bounds where only
     /// things are seen that send none, as beside there may be some that do.
     pub fn change(&self) -> f32 {
-        if self.closeness > 0.0 {
-            self.closeness / self.seen
+        if self.inverse_distance > 0.0 {
+            self.inverse_distance / self.seen
         } else {
             0.0
         }
@@ -109,8 +111,8 @@ struct Placed {
 
 /// Where in a pixel it is asked what is seen of a cell that is cut, in pixels from its middle. What
 /// lights the wall that it hangs on cuts it, so that the brightest of all elements are the
-/// smallest, and a node that asks once a pixel finds them or not. Of cells beside those that are
-/// cut as many are asked: what one of them gives, the other must get.
+/// smallest, and a gather point that asks once a pixel finds them or not. Of cells beside those
+/// that are cut as many are asked: what one of them gives, the other must get.
 const PLACES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
 /// Cells between two places that are asked whether what stands on them hides one: more would take
@@ -189,8 +191,8 @@ pub struct Hemicube<'a> {
     setting: Setting<'a>,
     mesh: &'a Mesh,
     table: &'a Table,
-    panorama: Panorama<'a>,
-    sheet: Sheet,
+    hemicube_raster: HemicubeRasterizer<'a>,
+    buffer: FaceBuffer,
     placed: Vec<Placed>,
     stamp: u64,
     /// [`PLACES`], but for a test.
@@ -220,10 +222,10 @@ fn corner(normal: Vec3, turn: f64) -> [Vec3; 3] {
 }
 
 impl<'a> Hemicube<'a> {
-    /// Hemicubes that look at `mesh`, whose polygons are `outline`.
+    /// Hemicubes that look at `mesh`, whose polygons are `vertices`.
     pub fn new(
         setting: Setting<'a>,
-        outline: &'a Outline,
+        vertices: &'a VertexBuffer,
         mesh: &'a Mesh,
         table: &'a Table,
     ) -> Hemicube<'a> {
@@ -231,8 +233,8 @@ impl<'a> Hemicube<'a> {
             setting,
             mesh,
             table,
-            panorama: Panorama::new(outline),
-            sheet: Sheet::new(table.resolution),
+            hemicube_raster: HemicubeRasterizer::new(vertices),
+            buffer: FaceBuffer::new(table.resolution),
             placed: vec![Placed::default(); setting.surfaces.facets.len()],
             stamp: 0,
             places: PLACES,
@@ -257,16 +259,16 @@ impl<'a> Hemicube<'a> {
         point: Vec3,
         turn: f64,
         mut take: impl FnMut(u32, f32),
-    ) -> Outlook {
+    ) -> NearbyEmission {
         let surfaces = self.setting.surfaces;
         let axes = corner(surfaces.facets[facet].normal, turn);
         self.stamp += 1;
-        self.panorama.look(surfaces, facet, point, axes);
-        let mut closeness = 0.0;
+        self.hemicube_raster.look(surfaces, facet, point, axes);
+        let mut inverse_distance = 0.0;
         for face in 0..3 {
-            self.sheet.clear();
-            self.panorama.draw(face, &mut self.sheet);
-            closeness += self.closeness();
+            self.buffer.clear();
+            self.hemicube_raster.draw(face, &mut self.buffer);
+            inverse_distance += self.inverse_distance();
             self.resolve(face, point, axes);
         }
         let mut seen = 0.0;
@@ -275,13 +277,16 @@ impl<'a> Hemicube<'a> {
             seen += share;
             take(e, share);
         }
-        Outlook { closeness, seen }
+        NearbyEmission {
+            inverse_distance,
+            seen,
+        }
     }
 
     /// Sum over a face of the pixels' shares over their distances; nothing is drawn below the
     /// horizon that counts.
-    fn closeness(&self) -> f32 {
-        let depths = self.sheet.inverse_depths.iter();
+    fn inverse_distance(&self) -> f32 {
+        let depths = self.buffer.inverse_depths.iter();
         depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
 
@@ -296,7 +301,7 @@ impl<'a> Hemicube<'a> {
             let (mut current, mut stripe) = (BLACK, Stripe::default());
             for column in lead(n, row)..n {
                 let at = row * n + column;
-                let item = self.sheet.items[at];
+                let item = self.buffer.items[at];
                 if item >= BLACK {
                     continue;
                 }
@@ -308,7 +313,7 @@ impl<'a> Hemicube<'a> {
                     stripe = Stripe::new(self.place(item as usize, point, axes), grid, turned, y);
                 }
                 let x = (column as f32 + 0.5) * step - 2.0;
-                let inverse = self.sheet.inverse_depths[at];
+                let inverse = self.buffer.inverse_depths[at];
                 let middle = stripe.place([x, 0.0], 1.0 / inverse);
                 let home = stripe.cell(middle);
                 let weight = self.table.weights[at];

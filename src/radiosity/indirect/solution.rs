@@ -1,12 +1,13 @@
-//! What each light does at unit strength: direct light where it is seen, reflected light at nodes.
+//! What each light does at unit strength: direct light where it is seen, reflected light at gather
+//! points.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "one entry for each light, element, node or fragment, made together"
 )]
 
-use super::gather::Sight;
-use crate::radiosity::direct::throw::pixel;
+use super::gather::GatherScene;
+use crate::radiosity::direct::projector::pixel;
 use crate::radiosity::direct::{Precision, Shining, irradiance};
 use crate::radiosity::{Operator, Solution};
 use crate::work::{Cancelled, Work};
@@ -25,9 +26,12 @@ impl Operator {
             .copied()
             .filter(|&l| self.solutions[l].is_none())
             .collect();
-        // Five blocks of three channels over the elements, and three over the nodes.
-        let nodes = self.nodes.as_ref().map_or(0, |n| n.mesh.elements.len());
-        let each = 12 * (5 * self.mesh.elements.len() + 3 * nodes);
+        // Five blocks of three channels over the elements, and three over the gather points.
+        let gather_points = self
+            .gather_points
+            .as_ref()
+            .map_or(0, |n| n.mesh.elements.len());
+        let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
@@ -54,7 +58,7 @@ impl Operator {
 
     /// Planes of one thrown image share all but the image.
     fn is_beside(&self, a: usize, b: usize) -> bool {
-        match (&self.throws[a], &self.throws[b]) {
+        match (&self.projectors[a], &self.projectors[b]) {
             (Some(a), Some(b)) => a.is_beside(b),
             _ => false,
         }
@@ -95,7 +99,7 @@ impl Operator {
 
     /// A light at the fragments, from what is even: cut out of it if it is a projection.
     fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
-        let Some(throw) = &self.throws[light] else {
+        let Some(throw) = &self.projectors[light] else {
             return even.to_vec();
         };
         let seen = self.fragments.all.iter().map(|f| {
@@ -121,7 +125,8 @@ impl Operator {
         power.sum::<f64>().sqrt()
     }
 
-    /// Reflected irradiance at every node for each light, from its direct light on the elements.
+    /// Reflected irradiance at every gather point for each light, from its direct light on the
+    /// elements.
     fn reflected(
         &self,
         on_elements: &[Vec<f32>],
@@ -138,14 +143,14 @@ impl Operator {
             self.bounces
                 .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
         drop(first);
-        let gathered = match &self.nodes {
-            Some(nodes) => {
-                let sight = Sight {
+        let gathered = match &self.gather_points {
+            Some(gather_points) => {
+                let gather_scene = GatherScene {
                     setting: self.setting(),
-                    outline: &self.outline,
+                    vertices: &self.vertices,
                     to: &self.mesh,
                 };
-                nodes.gather(sight, &radiosity, width, work)?
+                gather_points.gather(gather_scene, &radiosity, width, work)?
             }
             None => self.rows.times(&radiosity, width),
         };

@@ -2,7 +2,7 @@
 //! it.
 //!
 //! Light changes from full to none across such a line, so a mesh cell must not reach over it. What
-//! hardly rises above the facet divides nothing. This room knows nothing of cells and lights.
+//! hardly rises above the facet divides nothing. This module does not depend on cells and lights.
 
 #![allow(
     clippy::indexing_slicing,

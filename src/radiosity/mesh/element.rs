@@ -1,6 +1,6 @@
 //! One element: where a part of a cell is looked at from and lit.
 //!
-//! This room knows nothing of the other cells, nor of lights.
+//! This module does not depend on the other cells, nor of lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -9,10 +9,10 @@
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::Setting;
-use crate::radiosity::mesh::cut::{Line, Tree, height};
+use crate::radiosity::mesh::bsp::{Line, Tree, height};
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::sample::{Sample, kept_inside};
-use crate::radiosity::visibility::burial::is_buried;
+use crate::radiosity::visibility::interior::is_interior;
 
 /// A mesh cell that light can reach.
 #[derive(Clone, Debug)]
@@ -30,7 +30,7 @@ pub struct Maker<'a> {
     /// The scene.
     pub setting: Setting<'a>,
     /// Points known to be in the open.
-    pub beacons: &'a [Vec3],
+    pub seeds: &'a [Vec3],
     /// The cell's facet.
     pub facet: usize,
     /// Its grid.
@@ -46,14 +46,14 @@ impl Maker<'_> {
     pub fn elements(&self, tree: Tree<Vec<Line>>) -> Tree<Option<Element>> {
         match tree {
             Tree::Leaf(bounds) => Tree::Leaf(self.element(bounds)),
-            Tree::Fork(upright, sides) => {
-                Tree::Fork(upright, Box::new((*sides).map(|side| self.elements(side))))
+            Tree::Branch(upright, sides) => {
+                Tree::Branch(upright, Box::new((*sides).map(|side| self.elements(side))))
             }
         }
     }
 
     fn is_open(&self, p: Vec3) -> bool {
-        !is_buried(self.setting, self.beacons, self.facet, p)
+        !is_interior(self.setting, self.seeds, self.facet, p)
     }
 
     fn element(&self, bounds: Vec<Line>) -> Option<Element> {
@@ -77,7 +77,7 @@ impl Maker<'_> {
             if let Some(p) = self.rim().filter(|_| is_whole) {
                 centre = p;
             }
-            // A node only gathers: its samples matter where it cannot stand itself.
+            // A gather point only gathers: its samples matter where it cannot stand itself.
             if self.is_open(centre) {
                 return Some(self.made(centre, Vec::new()));
             }
@@ -110,7 +110,8 @@ impl Maker<'_> {
         }
     }
 
-    /// Where a node stands, on the rim if it is an outermost one; `None` if the facet is not there.
+    /// Where a gather point stands, on the rim if it is an outermost one; `None` if the facet is
+    /// not there.
     fn rim(&self) -> Option<Vec3> {
         let (grid, surfaces) = (self.grid, self.setting.surfaces);
         let facet = &surfaces.facets[self.facet];

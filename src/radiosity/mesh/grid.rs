@@ -1,6 +1,6 @@
 //! The grid of a facet: its cells, and what lies around a point of it.
 //!
-//! This room knows nothing of what else stands on the facet.
+//! This module does not depend on what else stands on the facet.
 
 #![allow(
     clippy::indexing_slicing,

@@ -1,8 +1,8 @@
 //! Where on a facet light is sampled: the middles of the parts that squares of its grid cut out of
 //! it.
 //!
-//! Points keep a distance from the facet's edges, as visibility is undecided on them. This room
-//! knows nothing of lights, nor of what hides what.
+//! Points keep a distance from the facet's edges, as visibility is undecided on them. This module
+//! does not depend on lights, nor of what hides what.
 
 #![allow(
     clippy::indexing_slicing,
@@ -11,7 +11,7 @@
 
 use crate::geometry::{Vec3, newell, part_above};
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
-use crate::radiosity::mesh::cut::{Line, height};
+use crate::radiosity::mesh::bsp::{Line, height};
 use crate::radiosity::mesh::grid::Grid;
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
 //! The software rasterizer: convex polygons into item buffers.
 //!
 //! An item buffer holds, for every pixel, which item is nearest along the ray through the pixel's
-//! centre, and one over its depth. Depths come from each polygon's own plane, not from
-//! interpolated vertices, so that they are exact wherever the polygon is drawn. Where two polygons
-//! lie in one plane the one drawn later wins: callers draw large ones first. This room knows
-//! nothing of materials or light.
+//! centre, and one over its depth. Depths come from each polygon's own plane, not from interpolated
+//! vertices, so that they are exact wherever the polygon is drawn. Where two polygons lie in one
+//! plane the one drawn later wins: callers draw large ones first. This module does not depend on
+//! materials or light.
 
 #![allow(
     clippy::indexing_slicing,

@@ -2,9 +2,9 @@
 //!
 //! The shadow of a convex piece is where the planes through the source and its edges, and the
 //! piece's own plane, all have a point on their far side. On a facet seen by a pinhole camera each
-//! of these planes becomes a straight line of the picture, so what is lit of an outline is found
-//! by cutting polygons in two dimensions: no samples, no bias, edges sharp at any size. This room
-//! knows nothing of intensity or colour.
+//! of these planes becomes a straight line of the picture, so what is lit of an outline is found by
+//! cutting polygons in two dimensions: no samples, no bias, edges sharp at any size. This module
+//! does not depend on intensity or colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -12,7 +12,9 @@
 )]
 
 use crate::geometry::Vec3;
-use crate::radiosity::geometry::stencil::{self, Line, Place, Rectangle, Stencil, measured, value};
+use crate::radiosity::geometry::clipper::{
+    self, Line, PlanePoint, PolygonClipper, Rectangle, measured, value,
+};
 use crate::radiosity::geometry::surface::Piece;
 use crate::radiosity::visibility::raster::Camera;
 
@@ -33,7 +35,7 @@ pub struct Canvas<'a> {
 
 impl Canvas<'_> {
     /// The point of the facet's plane that shows at a place.
-    pub fn point(&self, [x, y]: Place) -> Vec3 {
+    pub fn point(&self, [x, y]: PlanePoint) -> Vec3 {
         let ray = self.camera.ray(x, y);
         self.camera.origin + ray * (self.height / self.normal.dot(ray))
     }
@@ -43,7 +45,7 @@ impl Canvas<'_> {
     fn line(&self, wall: Vec3, source: Vec3, offset: f64) -> Line {
         let c = self.camera;
         let own = wall.dot(c.origin - source) - offset;
-        stencil::line(c, self.normal * -own + wall * -self.height)
+        clipper::line(c, self.normal * -own + wall * -self.height)
     }
 }
 
@@ -96,7 +98,7 @@ impl Shadows {
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
         for line in self.lines(shadow) {
-            let (low, high) = stencil::range(line, rectangle);
+            let (low, high) = clipper::range(line, rectangle);
             if high <= 0.0 {
                 return Meeting::Misses;
             }
@@ -132,8 +134,13 @@ pub enum Lit {
     Not,
 }
 
-/// Cuts shadows away from an outline within `bounds` and tells what is left.
-pub fn shade(stencil: &mut Stencil, bounds: &Rectangle, shadows: &Shadows, list: &[usize]) -> Lit {
+/// Cuts shadows away from an outline within `bounds`; returns what is left.
+pub fn shade(
+    stencil: &mut PolygonClipper,
+    bounds: &Rectangle,
+    shadows: &Shadows,
+    list: &[usize],
+) -> Lit {
     if stencil.count() == 0 {
         return Lit::Not;
     }
@@ -157,7 +164,7 @@ pub fn shade(stencil: &mut Stencil, bounds: &Rectangle, shadows: &Shadows, list:
     if touched { Lit::Partly } else { Lit::Wholly }
 }
 
-fn drop_dark(stencil: &mut Stencil, shadows: &Shadows, rest: &[usize]) {
+fn drop_dark(stencil: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
     stencil.retain(|part| {
         let (_, centre) = measured(part);
         let inside = |&s: &usize| shadows.lines(s).iter().all(|l| value(l, centre) > 0.0);
@@ -172,7 +179,7 @@ mod tests {
     use crate::radiosity::visibility::blocks;
     use proptest::prelude::*;
 
-    const SQUARE: [Place; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    const SQUARE: [PlanePoint; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
     /// One pixel of side 2 at distance 1, towards -z, x to the right.
     fn eye() -> Camera {
@@ -207,7 +214,7 @@ mod tests {
         let mut shadows = Shadows::default();
         let cast = |p: &Piece| shadows.cast(&canvas, source, p, 1e-9);
         let list: Vec<usize> = pieces.iter().filter_map(cast).collect();
-        let mut stencil = Stencil::default();
+        let mut stencil = PolygonClipper::default();
         stencil.clear();
         stencil.add(&SQUARE);
         match shade(

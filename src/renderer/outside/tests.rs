@@ -74,7 +74,7 @@ fn a_linear_renderer_is_taken_at_its_word_and_its_cost_measured() {
     assert_eq!((cost(), outside.finest()), (Cost::default(), Quality(3)));
     let mut prepared = prepare(&outside, &["a", "b", "c"]).unwrap();
     assert_eq!(outside.linearity().unwrap(), Linearity::default());
-    assert!(outside.remarks().is_empty());
+    assert!(outside.warnings().is_empty());
     assert_eq!(cost().per_image, 2.0);
     // Negative light is rendered apart and subtracted.
     let settings = [vec![1.0, -0.5, 0.25], vec![-1.0, 0.0, 0.0], vec![0.0; 3]];
@@ -105,7 +105,10 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
     assert!((found.sum - 0.1 / 3.1).abs() < 1e-6, "{found:?}");
     assert!((found.double - 0.1 / 4.1).abs() < 1e-6, "{found:?}");
     let Linearity { sum, double } = found;
-    assert_eq!(outside_bias.remarks(), [Remark::NotLinear { sum, double }]);
+    assert_eq!(
+        outside_bias.warnings(),
+        [Warning::NotLinear { sum, double }]
+    );
 
     // Clipped at 1, with one source: G(a) = 1, G(b) = 0.5, both and twice 1.
     let clipped = |job: &Job<'_>| done(3, 2, values(job).iter().sum::<f64>().min(1.0));

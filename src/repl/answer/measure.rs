@@ -9,7 +9,7 @@ use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, DRAWING, RECORD};
 use crate::report::{self, comparison, refinement, tradeoff};
 
-/// The file of commands that `chart session` replays unless it is told another, next to the show.
+/// The file of commands that `chart session` replays unless another is given, next to the show.
 const COMMANDS: &str = "session.txt";
 
 /// Options that belong to one kind only, with that and what to say else.

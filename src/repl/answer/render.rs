@@ -9,7 +9,7 @@ use crate::repl::argument::{duration, fraction, goal, whole};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::{self, refine as words, run as whole_loop};
 
-/// Steps that `plan --next` tells of unless it is told how many.
+/// Steps that `plan --next` lists unless another number is given.
 const TOLD: usize = 5;
 
 pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

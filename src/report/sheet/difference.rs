@@ -62,7 +62,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Nothing changed that the language can tell.
+    /// Nothing changed in the language's terms.
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty() && self.curves.is_empty()
     }
@@ -162,7 +162,7 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
         };
         if let Some(was) = old.show.cues.get(k) {
             let mut hows = heads(was, cue);
-            // A clock time that changed has told when GO moved already.
+            // A clock time that changed has stated when GO moved already.
             if was.trigger == cue.trigger {
                 hows.extend(times(old.timeline, k, new.timeline, i));
             }

@@ -53,7 +53,7 @@ cue  label    lamps  fire  sky
 4             ↺85    ■14   ↺#203060
 5             ■85    ■14   ■#203060
 
-↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: stated anew  · tracked
+↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked
 "
     );
     let csv = track_sheet(&show(CUES)).words().csv();

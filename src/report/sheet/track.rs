@@ -66,7 +66,7 @@ pub struct TrackSheet {
     pub cells: Vec<Vec<(String, Held)>>,
 }
 
-const LEGEND: &str = "↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: stated anew  · tracked";
+const LEGEND: &str = "↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked";
 
 impl TrackSheet {
     /// Cues by banks, with a sign before each level.

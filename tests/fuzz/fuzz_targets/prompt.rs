@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use footlight::engine::{Engine, Host};
-use footlight::files::{Shelf, Store};
+use footlight::files::{MemoryStore, Store};
 use footlight::repl::{Console, Repl};
 use libfuzzer_sys::fuzz_target;
 
@@ -21,11 +21,11 @@ cue 3 { blackout }
 ";
 
 fuzz_target!(|text: &str| {
-    let shelf = Shelf::default();
-    let written = shelf.write(Path::new("a.lxq"), SHOW.as_bytes());
+    let store = MemoryStore::default();
+    let written = store.write(Path::new("a.lxq"), SHOW.as_bytes());
     written.expect("a shelf takes everything");
     let host = Host {
-        store: Box::new(shelf),
+        store: Box::new(store),
         ..Host::default()
     };
     let opened = Engine::open(Path::new("a.lxq"), host);

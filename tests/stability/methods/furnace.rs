@@ -3,8 +3,8 @@
 
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
-    BLOCK, Block, Bounces, Hemicube, Hierarchy, Layout, Mesh, Outline, Rows, Setting, Surfaces,
-    Table, Wish, scatter,
+    BLOCK, Block, Bounces, CellRequest, Hemicube, Hierarchy, Layout, Mesh, Rows, Setting, Surfaces,
+    Table, VertexBuffer, scatter,
 };
 use footlight::renderer::TransportError;
 use footlight::scene::{Material, Polygon, Scene};
@@ -13,7 +13,7 @@ use footlight::work::{Cancelled, Work};
 
 /// Reflectances, up to where light is met a thousand times.
 pub const REFLECTANCES: [f32; 9] = [0.3, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999];
-/// Bounces of whoever thinks that a few are enough.
+/// Bounces where a few are thought to be enough.
 pub const FEW: usize = 4;
 /// Sweeps are given up after so many.
 pub const MOST: usize = 20_000;
@@ -82,21 +82,21 @@ pub fn room() -> Result<Surfaces, TransportError> {
     Surfaces::new(&scene(&quads))
 }
 
-/// About so many elements; `beacon` is a point in the open, as the eye is.
-pub fn mesh(surfaces: &Surfaces, elements: usize, beacon: Vec3) -> Mesh {
+/// About so many elements; `seed` is a point in the open, as the eye is.
+pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Mesh {
     let hierarchy = Hierarchy::new(surfaces);
     let setting = Setting {
         surfaces,
         hierarchy: &hierarchy,
     };
     let layout = Layout::of_elements(surfaces, elements);
-    let all = vec![Wish::WANTED; layout.cells()];
-    layout.mesh(setting, &[beacon], &all)
+    let all = vec![CellRequest::WANTED; layout.cells()];
+    layout.mesh(setting, &[seed], &all)
 }
 
 /// Form factors between all elements, by hemicubes of a resolution.
 pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
-    let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
+    let (outline, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
     let setting = Setting {
         surfaces,
         hierarchy: &Hierarchy::new(surfaces),

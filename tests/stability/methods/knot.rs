@@ -80,7 +80,7 @@ pub fn summary(banks: usize, counts: &[Count]) -> Knots {
 }
 
 /// A show in which every bank runs along a Hermite spline of its own; one that would leave 0 to 100
-/// is drawn anew.
+/// is drawn again.
 fn show(dice: &mut Dice, banks: usize) -> Vec<Path> {
     let mut out = Vec::new();
     while out.len() < banks {

@@ -6,8 +6,8 @@ use std::f64::consts::{PI, TAU};
 use super::furnace::{mesh, scene};
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
-    Hemicube, Hierarchy, Luminaire, Outline, Precision, Receiver, Receivers, Setting, Shining,
-    Surfaces, Table, irradiance, scatter,
+    Hemicube, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
+    Table, VertexBuffer, irradiance, scatter,
 };
 use footlight::renderer::TransportError;
 use footlight::work::Work;
@@ -183,7 +183,7 @@ impl Room {
         turn: &dyn Fn(u64) -> f64,
     ) -> Result<Vec<f64>, TransportError> {
         let mesh = mesh(&self.surfaces, 60, self.between);
-        let (outline, table) = (Outline::new(&self.surfaces), Table::new(resolution));
+        let (outline, table) = (VertexBuffer::new(&self.surfaces), Table::new(resolution));
         let hierarchy = Hierarchy::new(&self.surfaces);
         let mut cube = Hemicube::new(self.setting(&hierarchy), &outline, &mesh, &table);
         let mut out = Vec::new();

@@ -3,7 +3,7 @@
 use super::{Amount, Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
-use crate::show::{Hung, LightKind};
+use crate::show::{ImportedLuminaire, LightKind};
 use crate::units::Rgb;
 
 pub(super) const IMPORTED: Form = Form {
@@ -21,7 +21,7 @@ pub(super) const IMPORTED: Form = Form {
 };
 
 fn finished<'a>(_: &mut Lower<'a, '_>, _: &ast::Light<'a>, spec: &Spec) -> Option<LightKind> {
-    Some(LightKind::Hung(Hung {
+    Some(LightKind::ImportedLuminaire(ImportedLuminaire {
         name: spec.of.clone(),
         position: spec.at,
         aim: spec.aim,

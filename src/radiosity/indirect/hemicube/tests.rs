@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::geometry::{block, vec3};
-use crate::radiosity::direct::lambert::{Clipper, Pane};
+use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::mesh::element::Element;
-use crate::radiosity::mesh::{Layout, Wish};
+use crate::radiosity::mesh::{CellRequest, Layout};
 use crate::radiosity::visibility::Hierarchy;
 use std::collections::BTreeMap;
 
@@ -40,10 +40,10 @@ fn with_cube<T>(
         hierarchy: &hierarchy,
     };
     let layout = Layout::of_elements(surfaces, 60);
-    let all = vec![Wish::WANTED; layout.cells()];
+    let all = vec![CellRequest::WANTED; layout.cells()];
     let mesh = layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all);
-    let (outline, table) = (Outline::new(surfaces), Table::new(resolution));
-    task(&mut Hemicube::new(setting, &outline, &mesh, &table), &mesh)
+    let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
+    task(&mut Hemicube::new(setting, &vertices, &mesh, &table), &mesh)
 }
 
 fn floor(surfaces: &Surfaces) -> usize {
@@ -95,7 +95,7 @@ fn what_is_near_is_told() {
     let surfaces = room(1.0);
     with_cube(&surfaces, 32, |cube, _| {
         let near = cube.visit(floor(&surfaces), vec3(0.2, 0.1, 0.0), 0.3, |_, _| ());
-        let near = near.closeness;
+        let near = near.inverse_distance;
         // The walls of the room are a little nearer than such a ceiling, and some farther.
         assert!((0.67..0.85).contains(&near), "{near}");
     });
@@ -107,7 +107,7 @@ fn what_is_near_is_told() {
     let surfaces = Surfaces::grey(sheets.to_vec());
     with_cube(&surfaces, 64, |cube, _| {
         let near = cube.visit(floor(&surfaces), Vec3::ZERO, 0.3, |_, _| ());
-        let near = near.closeness;
+        let near = near.inverse_distance;
         assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
     });
 }
@@ -148,8 +148,8 @@ fn backs_of_solids_change_nothing() {
 #[test]
 fn parts_of_a_cut_cell_are_seen_evenly() {
     let mut polygons = block([vec3(-3.0, -3.0, 0.0), vec3(3.0, 3.0, 4.0)], true).to_vec();
-    let shelf = [vec3(-3.0, 0.05, 1.74), vec3(-2.8, 1.45, 1.75)];
-    polygons.extend(block(shelf, false));
+    let store = [vec3(-3.0, 0.05, 1.74), vec3(-2.8, 1.45, 1.75)];
+    polygons.extend(block(store, false));
     let surfaces = Surfaces::grey(polygons);
     let facet = |way: Vec3| {
         let faces = |f: &Facet| f.normal.dot(way) > 0.9 && f.area > 1.0;
@@ -209,8 +209,8 @@ fn what_leaves_an_open_scene_is_lost() {
     });
 }
 
-/// Under a ceiling of 30 x 30 tiles, 4 m up: a tile far away is less than a pixel or a few, found or
-/// not, and what all are seen of together is right all the same.
+/// Under a ceiling of 30 x 30 tiles, 4 m up: a tile far away is less than a pixel or a few, found
+/// or not, and what all are seen of together is right all the same.
 #[test]
 fn far_single_pairs_are_coarse_and_their_sum_is_not() {
     let (count, side) = (30, 0.4);
@@ -240,8 +240,8 @@ fn far_single_pairs_are_coarse_and_their_sum_is_not() {
                 if element.facet == own_facet {
                     continue;
                 }
-                let pane = Pane::new(facet.vertices.clone(), facet.normal);
-                let own = clipper.unoccluded(point, up, &pane) / std::f64::consts::PI;
+                let light_polygon = LightPolygon::new(facet.vertices.clone(), facet.normal);
+                let own = clipper.unoccluded(point, up, &light_polygon) / std::f64::consts::PI;
                 let share = f64::from(row.get(&e).copied().unwrap_or_default());
                 found += share;
                 exact += own;

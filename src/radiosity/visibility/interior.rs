@@ -1,11 +1,11 @@
 //! Which points lie inside a solid, where no light can come.
 //!
 //! Solids are seldom closed: a box that stands on a floor has no bottom, and the floor goes on
-//! beneath it. So a point counts as open when it sees a beacon (the eye, a luminaire) or the void,
-//! or when a surface that it sees does, twice over; else it is buried. Of beacons those are asked that
-//! are nearest: a nook with a lamp of its own has it there. One that three bounces from its nearest
-//! lamps do not reach is taken for buried too: it is dark, or nearly. This room knows nothing of
-//! meshes.
+//! beneath it. So a point counts as open when it sees a visibility seed (the eye, a luminaire) or
+//! the void, or when a surface that it sees does, twice over; else it is inside a solid. Of
+//! visibility seeds those are asked that are nearest: a recess with a lamp of its own has it there.
+//! One that three bounces from its nearest lamps do not reach is taken for inside a solid too: it
+//! is dark, or nearly. This module does not depend on meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -25,7 +25,7 @@ const ASKED: usize = 16;
 const DEPTH: usize = 2;
 
 /// Points known to be in the open: the eye and the luminaires, of each some.
-pub fn beacons(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
+pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
     let surfaces = setting.surfaces;
     let lift = surfaces.size * 1e-4;
     let mut all = vec![eye];
@@ -45,10 +45,10 @@ pub fn beacons(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec
     all
 }
 
-/// The beacons nearest to a point, the nearest first.
-fn nearest(beacons: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
+/// The visibility seeds nearest to a point, the nearest first.
+fn nearest(seeds: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
     let mut best = [(f64::INFINITY, Vec3::ZERO); ASKED];
-    for b in beacons {
+    for b in seeds {
         let square = (*b - p).dot(*b - p);
         let at = best.partition_point(|(other, _)| *other <= square);
         if at < ASKED {
@@ -56,22 +56,22 @@ fn nearest(beacons: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
             best[at] = (square, *b);
         }
     }
-    let known = best.into_iter().take(beacons.len());
+    let known = best.into_iter().take(seeds.len());
     known.map(|(_, b)| b)
 }
 
-/// Is a point on the front of `facet` buried?
-pub fn is_buried(setting: Setting<'_>, beacons: &[Vec3], facet: usize, point: Vec3) -> bool {
-    !is_open(setting, beacons, facet, point, DEPTH)
+/// Is a point on the front of `facet` inside a solid?
+pub fn is_interior(setting: Setting<'_>, seeds: &[Vec3], facet: usize, point: Vec3) -> bool {
+    !is_open(setting, seeds, facet, point, DEPTH)
 }
 
-fn is_open(setting: Setting<'_>, beacons: &[Vec3], facet: usize, p: Vec3, depth: usize) -> bool {
+fn is_open(setting: Setting<'_>, seeds: &[Vec3], facet: usize, p: Vec3, depth: usize) -> bool {
     let surfaces = setting.surfaces;
     let normal = surfaces.facets[facet].normal;
     let sees = |b: Vec3| {
         normal.dot(b - p) > surfaces.touching() && !setting.hierarchy.blocked(surfaces, p, b)
     };
-    if nearest(beacons, p).any(sees) {
+    if nearest(seeds, p).any(sees) {
         return true;
     }
     let [u, v] = frame(normal);
@@ -91,7 +91,7 @@ fn is_open(setting: Setting<'_>, beacons: &[Vec3], facet: usize, p: Vec3, depth:
             let piece = &surfaces.pieces[i];
             depth > 0
                 && piece.normal.dot(ray) < 0.0
-                && is_open(setting, beacons, piece.facet, p + ray * t, depth - 1)
+                && is_open(setting, seeds, piece.facet, p + ray * t, depth - 1)
         }
     })
 }
@@ -167,7 +167,7 @@ mod tests {
         let eye = [vec3(0.0, -8.0, 2.0)];
         let up = vec3(0.0, 0.0, 1.0);
         let south = vec3(0.0, -1.0, 0.0);
-        for (normal, point, buried) in [
+        for (normal, point, enclosed) in [
             (up, vec3(0.1, 0.2, 0.0), true),
             (up, vec3(-0.95, 0.9, 0.0), true),
             (up, vec3(1.1, 0.5, 0.0), false),
@@ -177,14 +177,18 @@ mod tests {
             (south, vec3(0.2, 1.0, 1.1), false),
         ] {
             let facet = towards(normal, point);
-            assert_eq!(is_buried(setting, &eye, facet, point), buried, "{point:?}");
+            assert_eq!(
+                is_interior(setting, &eye, facet, point),
+                enclosed,
+                "{point:?}"
+            );
         }
     }
 
     /// One of forty lamps is in the box, where no other is seen: of them all every third would not
     /// be it.
     #[test]
-    fn a_lamp_in_a_nook_is_its_beacon() {
+    fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting {
@@ -209,10 +213,10 @@ mod tests {
             .facets
             .iter()
             .position(|f| f.normal.z > 0.9 && f.vertices.iter().all(|v| v.z == 0.0));
-        for (from, buried) in [(1, false), (2, true)] {
-            let all = beacons(setting, &lights(from), vec3(0.0, -8.0, 2.0));
-            let found = is_buried(setting, &all, floor.unwrap(), vec3(0.1, 0.2, 0.0));
-            assert_eq!(found, buried);
+        for (from, enclosed) in [(1, false), (2, true)] {
+            let all = seeds(setting, &lights(from), vec3(0.0, -8.0, 2.0));
+            let found = is_interior(setting, &all, floor.unwrap(), vec3(0.1, 0.2, 0.0));
+            assert_eq!(found, enclosed);
         }
     }
 }

@@ -5,7 +5,8 @@
 //! same ground and quality; rendering. The first two give the very bits that rendering gave; a sum
 //! agrees to the rounding of single precision. Sums are neither kept nor stored under their
 //! address, so that only rendered pictures ever stand for rendering. Pictures that no pool uses are
-//! kept within a budget, the least recently used dropped first. This room knows nothing of shows.
+//! kept within a budget, the least recently used dropped first. This module does not depend on
+//! shows.
 
 use std::sync::Arc;
 
@@ -13,13 +14,13 @@ use crate::files::Store;
 use crate::picture::Image;
 use crate::renderer::Quality;
 
-use super::address::{Address, Digest, Ground, Lighting};
-use super::depot::{Depot, Note, Place};
-use super::span;
+use super::address::{Address, Digest, Lighting, SceneKey};
+use super::disk_cache::{DiskCache, Note, Place};
+use super::linear_span;
 
 /// How pictures were come by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Tally {
+pub struct CacheStatistics {
     /// Rendered by the operator.
     pub rendered: usize,
     /// Found in memory.
@@ -30,11 +31,11 @@ pub struct Tally {
     pub summed: usize,
 }
 
-impl Tally {
+impl CacheStatistics {
     /// What came after `before`.
     #[must_use]
-    pub fn since(self, before: Tally) -> Tally {
-        Tally {
+    pub fn since(self, before: CacheStatistics) -> CacheStatistics {
+        CacheStatistics {
             rendered: self.rendered - before.rendered,
             kept: self.kept - before.kept,
             stored: self.stored - before.stored,
@@ -73,45 +74,45 @@ pub struct Kept {
 
 /// All pictures at hand.
 #[derive(Debug, Default)]
-pub struct Archive {
+pub struct ImageCache {
     /// The most recently used last.
     kept: Vec<Kept>,
-    depot: Option<Depot>,
-    tally: Tally,
+    disk_cache: Option<DiskCache>,
+    statistics: CacheStatistics,
 }
 
-impl Archive {
+impl ImageCache {
     /// With a store on disk, or without.
-    pub fn new(depot: Option<Depot>) -> Archive {
-        Archive {
-            depot,
-            ..Archive::default()
+    pub fn new(disk_cache: Option<DiskCache>) -> ImageCache {
+        ImageCache {
+            disk_cache,
+            ..ImageCache::default()
         }
     }
 
     /// How pictures were come by so far.
-    pub fn tally(&self) -> Tally {
-        self.tally
+    pub fn statistics(&self) -> CacheStatistics {
+        self.statistics
     }
 
     /// The store on disk, if there is one.
-    pub fn depot(&self) -> Option<&Depot> {
-        self.depot.as_ref()
+    pub fn disk_cache(&self) -> Option<&DiskCache> {
+        self.disk_cache.as_ref()
     }
 
     /// The same, to free room.
-    pub fn depot_mut(&mut self) -> Option<&mut Depot> {
-        self.depot.as_mut()
+    pub fn disk_cache_mut(&mut self) -> Option<&mut DiskCache> {
+        self.disk_cache.as_mut()
     }
 
     /// Takes the store away, so that nothing is found in it or stored until it is attached again.
-    pub fn detach(&mut self) -> Option<Depot> {
-        self.depot.take()
+    pub fn detach(&mut self) -> Option<DiskCache> {
+        self.disk_cache.take()
     }
 
     /// Gives a detached store back.
-    pub fn attach(&mut self, depot: Option<Depot>) {
-        self.depot = depot;
+    pub fn attach(&mut self, disk_cache: Option<DiskCache>) {
+        self.disk_cache = disk_cache;
     }
 
     /// Pictures in memory.
@@ -126,9 +127,12 @@ impl Archive {
         before - self.kept.len()
     }
 
-    /// What the user should know, once.
+    /// Warnings for the user, each once.
     pub fn notes(&mut self) -> Vec<Note> {
-        self.depot.as_mut().map(Depot::notes).unwrap_or_default()
+        self.disk_cache
+            .as_mut()
+            .map(DiskCache::notes)
+            .unwrap_or_default()
     }
 
     /// The pictures of `wanted` that need no rendering.
@@ -146,18 +150,18 @@ impl Archive {
         out
     }
 
-    /// Which of `wanted` are at hand or are sums of what is, as far as names and headers tell: no
+    /// Which of `wanted` are at hand or are sums of what is, as far as names and headers show: no
     /// picture is read. One that turns out to be damaged is rendered after all.
     pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
-        let place = |one: &Wanted| (one.address.ground, one.address.quality);
+        let place = |one: &Wanted| (one.address.scene_key, one.address.quality);
         let Some(group) = wanted.first().map(place) else {
             return Vec::new();
         };
         let at_hand = self.at_hand(group.0, group.1, store);
         let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
         let targets: Vec<&Lighting> = wanted.iter().map(|w| &w.address.lighting).collect();
-        let sums = span::sums(&pictures, &targets);
-        let known = |(one, sum): (&Wanted, Option<span::Terms>)| {
+        let sums = linear_span::sums(&pictures, &targets);
+        let known = |(one, sum): (&Wanted, Option<linear_span::Terms>)| {
             let same = at_hand.iter().any(|(key, _)| *key == one.address.key);
             place(one) == group && (same || sum.is_some())
         };
@@ -166,10 +170,10 @@ impl Archive {
 
     /// Keeps and stores a picture that was rendered.
     pub fn take_in(&mut self, wanted: &Wanted, image: Image, store: &dyn Store) -> Arc<Image> {
-        self.tally.rendered += 1;
-        if let Some(depot) = &mut self.depot {
+        self.statistics.rendered += 1;
+        if let Some(disk_cache) = &mut self.disk_cache {
             let about = (wanted.words.as_str(), wanted.refined.as_ref());
-            depot.keep(store, &wanted.address, about, &image);
+            disk_cache.keep(store, &wanted.address, about, &image);
         }
         self.keep(wanted, Arc::new(image))
     }
@@ -188,12 +192,12 @@ impl Archive {
             kept.refined = kept.refined.or_else(|| wanted.refined.clone());
             let image = Arc::clone(&kept.image);
             self.kept.push(kept);
-            self.tally.kept += 1;
+            self.statistics.kept += 1;
             return Some(image);
         }
-        let name = (address.ground, address.quality, address.key);
-        let (_, image) = self.depot.as_mut()?.find(store, name, size)?;
-        self.tally.stored += 1;
+        let name = (address.scene_key, address.quality, address.key);
+        let (_, image) = self.disk_cache.as_mut()?.find(store, name, size)?;
+        self.statistics.stored += 1;
         Some(self.keep(wanted, Arc::new(image)))
     }
 
@@ -221,12 +225,14 @@ impl Archive {
     ) {
         let open = |(one, place): (&Wanted, &Option<Arc<Image>>)| {
             let address = &one.address;
-            place.is_none().then_some((address.ground, address.quality))
+            place
+                .is_none()
+                .then_some((address.scene_key, address.quality))
         };
         let mut groups: Vec<_> = wanted.iter().zip(out.iter()).filter_map(open).collect();
         groups.dedup();
-        for (ground, quality) in groups {
-            let at_hand = self.at_hand(ground, quality, store);
+        for (scene_key, quality) in groups {
+            let at_hand = self.at_hand(scene_key, quality, store);
             let indices: Vec<usize> = (0..wanted.len())
                 .filter(|i| out.get(*i).is_some_and(Option::is_none))
                 .collect();
@@ -235,13 +241,13 @@ impl Archive {
                 .filter_map(|i| Some(&wanted.get(*i)?.address.lighting))
                 .collect();
             let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
-            let sums = span::sums(&pictures, &targets);
+            let sums = linear_span::sums(&pictures, &targets);
             for (i, terms) in indices.into_iter().zip(sums) {
                 let Some(terms) = terms else { continue };
-                let place = (ground, quality);
+                let place = (scene_key, quality);
                 let image = self.sum(&terms, &at_hand, place, size, store);
                 if let (Some(image), Some(to)) = (image, out.get_mut(i)) {
-                    self.tally.summed += 1;
+                    self.statistics.summed += 1;
                     *to = Some(Arc::new(image));
                 }
             }
@@ -251,16 +257,17 @@ impl Archive {
     /// What there are pictures of, in memory and on disk.
     fn at_hand(
         &self,
-        ground: Ground,
+        scene_key: SceneKey,
         quality: Quality,
         store: &dyn Store,
     ) -> Vec<(Digest, Lighting)> {
-        let fits = |kept: &&Kept| (kept.address.ground, kept.address.quality) == (ground, quality);
+        let fits =
+            |kept: &&Kept| (kept.address.scene_key, kept.address.quality) == (scene_key, quality);
         let kept = self.kept.iter().filter(fits);
         let kept = kept.map(|k| (k.address.key, k.address.lighting.clone()));
         let mut all: Vec<(Digest, Lighting)> = kept.collect();
-        if let Some(depot) = &self.depot {
-            all.extend(depot.lightings(store, ground, quality));
+        if let Some(disk_cache) = &self.disk_cache {
+            all.extend(disk_cache.lightings(store, scene_key, quality));
         }
         // Sums must not depend on what was used last.
         all.sort_by_key(|(key, _)| *key);
@@ -271,9 +278,9 @@ impl Archive {
     /// The sum itself, from pictures that are what they say.
     fn sum(
         &mut self,
-        terms: &span::Terms,
+        terms: &linear_span::Terms,
         at_hand: &[(Digest, Lighting)],
-        (ground, quality): (Ground, Quality),
+        (scene_key, quality): (SceneKey, Quality),
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Image> {
@@ -281,7 +288,7 @@ impl Archive {
         for (i, weights) in terms {
             let (key, lighting) = at_hand.get(*i)?;
             let address = Address {
-                ground,
+                scene_key,
                 quality,
                 lighting: lighting.clone(),
                 key: *key,
@@ -289,7 +296,7 @@ impl Archive {
             parts.push((*weights, self.fetch(address, None, size, store)?));
         }
         let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
-        span::added(size, &terms)
+        linear_span::added(size, &terms)
     }
 
     /// A picture that is known to be at hand, from memory or the store; `None` where it is not what
@@ -304,8 +311,8 @@ impl Archive {
         if let Some(kept) = self.kept.iter().find(|k| k.address.key == address.key) {
             return Some(Arc::clone(&kept.image));
         }
-        let name = (address.ground, address.quality, address.key);
-        let (said, image) = self.depot.as_mut()?.find(store, name, size)?;
+        let name = (address.scene_key, address.quality, address.key);
+        let (said, image) = self.disk_cache.as_mut()?.find(store, name, size)?;
         if said != address.lighting {
             return None;
         }
@@ -318,7 +325,7 @@ impl Archive {
         Some(image)
     }
 
-    /// As [`Archive::fetch`], counted as a picture that needed no rendering.
+    /// As [`ImageCache::fetch`], counted as a picture that needed no rendering.
     pub fn recall(
         &mut self,
         address: Address,
@@ -329,14 +336,14 @@ impl Archive {
         let known = self.kept.iter().any(|k| k.address.key == address.key);
         let image = self.fetch(address, Some(refined), size, store)?;
         match known {
-            true => self.tally.kept += 1,
-            false => self.tally.stored += 1,
+            true => self.statistics.kept += 1,
+            false => self.statistics.stored += 1,
         }
         Some(image)
     }
 
-    /// Drops what was used least recently of what nobody else holds, until the budget in bytes is
-    /// kept.
+    /// Drops what was used least recently of what is not held elsewhere, until the budget in bytes
+    /// is kept.
     pub fn trim(&mut self, budget: usize) {
         let idle = |kept: &Kept| match Arc::strong_count(&kept.image) {
             1 => size_of_val(kept.image.data()),

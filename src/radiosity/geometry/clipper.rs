@@ -3,7 +3,7 @@
 //! What a pixel shows, what is lit of it by a spot, and what a point sees of a panel, are all found
 //! by cutting polygons in two dimensions, of the picture or of the panel's own plane: no samples,
 //! no bias, edges sharp at any size. All parts of one outline share one list of corners, so that
-//! cutting allocates nothing. This room knows nothing of surfaces or light.
+//! cutting allocates nothing. This module does not depend on surfaces or light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,13 +16,13 @@ use crate::geometry::{Vec3, greater, smaller};
 use crate::radiosity::visibility::raster::Camera;
 
 /// A place in the picture, in pixels, or on a panel's plane, in metres.
-pub type Place = [f64; 2];
+pub type PlanePoint = [f64; 2];
 
 /// A half-plane: positive values of `c + x * a + y * b`, as `[c, a, b]`.
 pub type Line = [f64; 3];
 
 /// The value of a line at a place.
-pub fn value(line: &Line, at: Place) -> f64 {
+pub fn value(line: &Line, at: PlanePoint) -> f64 {
     line[0] + line[1] * at[0] + line[2] * at[1]
 }
 
@@ -42,7 +42,7 @@ pub fn line(camera: &Camera, normal: Vec3) -> Line {
 }
 
 /// Area and centroid of a convex polygon.
-pub fn measured(polygon: &[Place]) -> (f64, Place) {
+pub fn measured(polygon: &[PlanePoint]) -> (f64, PlanePoint) {
     let o = polygon[0];
     let (mut area, mut x, mut y) = (0.0, 0.0, 0.0);
     for w in polygon.windows(2) {
@@ -95,12 +95,12 @@ impl Rectangle {
     }
 
     /// Of a point.
-    pub fn at([x, y]: Place) -> Rectangle {
+    pub fn at([x, y]: PlanePoint) -> Rectangle {
         Rectangle([x, x, y, y])
     }
 
     /// Of points.
-    pub fn of(places: &[Place]) -> Rectangle {
+    pub fn of(places: &[PlanePoint]) -> Rectangle {
         let points = places.iter().map(|p| Rectangle::at(*p));
         points.fold(Rectangle::EMPTY, Rectangle::with)
     }
@@ -122,13 +122,13 @@ struct Part {
 
 /// Working memory for one thread: what is left of an outline.
 #[derive(Debug, Default)]
-pub struct Stencil {
-    places: Vec<Place>,
+pub struct PolygonClipper {
+    places: Vec<PlanePoint>,
     parts: Vec<Part>,
     heights: Vec<f64>,
 }
 
-impl Stencil {
+impl PolygonClipper {
     /// Forgets the outline.
     pub fn clear(&mut self) {
         self.places.clear();
@@ -136,7 +136,7 @@ impl Stencil {
     }
 
     /// Adds a convex part of the outline.
-    pub fn add(&mut self, outline: &[Place]) {
+    pub fn add(&mut self, outline: &[PlanePoint]) {
         let from = self.places.len();
         self.places.extend_from_slice(outline);
         self.push(from..self.places.len());
@@ -148,7 +148,7 @@ impl Stencil {
     }
 
     /// The outline of each part that is left.
-    pub fn parts(&self) -> impl Iterator<Item = &[Place]> {
+    pub fn parts(&self) -> impl Iterator<Item = &[PlanePoint]> {
         self.parts.iter().map(|p| &self.places[p.corners.clone()])
     }
 
@@ -159,7 +159,7 @@ impl Stencil {
     }
 
     /// Leaves the parts that `wanted` says.
-    pub fn retain(&mut self, mut wanted: impl FnMut(&[Place]) -> bool) {
+    pub fn retain(&mut self, mut wanted: impl FnMut(&[PlanePoint]) -> bool) {
         let places = &self.places;
         self.parts.retain(|p| wanted(&places[p.corners.clone()]));
     }

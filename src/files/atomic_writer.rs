@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::{FileError, Store, beside, io_error};
 
 /// A file that grows until it is finished; dropped before, it was never there.
-pub trait Growing: Write {
+pub trait AtomicWriter: Write {
     /// Puts the file in its place.
     ///
     /// # Errors
@@ -45,7 +45,7 @@ impl<S: ?Sized> Write for Gathered<'_, S> {
     }
 }
 
-impl<S: Store + ?Sized> Growing for Gathered<'_, S> {
+impl<S: Store + ?Sized> AtomicWriter for Gathered<'_, S> {
     fn finish(self: Box<Self>) -> Result<(), FileError> {
         self.store.write(&self.path, &self.bytes)
     }
@@ -86,7 +86,7 @@ impl Write for Beside {
     }
 }
 
-impl Growing for Beside {
+impl AtomicWriter for Beside {
     fn finish(mut self: Box<Self>) -> Result<(), FileError> {
         let place = |this: &mut Beside| {
             this.flush()?;
@@ -111,7 +111,7 @@ impl Drop for Beside {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::{Disk, Shelf};
+    use crate::files::{Disk, MemoryStore};
 
     #[test]
     fn a_growing_file_takes_its_place_when_it_is_finished_and_not_before() {
@@ -140,11 +140,11 @@ mod tests {
 
     #[test]
     fn a_store_of_whole_files_takes_one_when_it_is_finished() {
-        let shelf = Shelf::default();
-        let mut file = shelf.begin(Path::new("film")).unwrap();
+        let store = MemoryStore::default();
+        let mut file = store.begin(Path::new("film")).unwrap();
         file.write_all(b"one").unwrap();
-        assert!(shelf.paths().is_empty());
+        assert!(store.paths().is_empty());
         file.finish().unwrap();
-        assert_eq!(shelf.read(Path::new("film"), 9).unwrap(), b"one");
+        assert_eq!(store.read(Path::new("film"), 9).unwrap(), b"one");
     }
 }

@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Lamp;
+use super::gobo::Gobo;
 use super::photometric::Distribution;
-use super::slide::Slide;
 
 /// Photometric files and slides by their paths in the show.
 #[derive(Clone, Debug, Default)]
-pub struct Fittings {
+pub struct LuminaireAssets {
     /// Lights of the stage's files, which come with its geometry.
     pub lamps: Vec<Lamp>,
     /// What luminaires send into each direction.
     pub photometric: BTreeMap<String, Arc<Distribution>>,
     /// What projectors throw.
-    pub slides: BTreeMap<String, Arc<Slide>>,
+    pub slides: BTreeMap<String, Arc<Gobo>>,
 }

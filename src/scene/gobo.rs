@@ -1,9 +1,10 @@
 //! The image of a scenic projection, made ready to be thrown.
 //!
-//! A [`Slide`] holds the image and smaller ones of half the size each, down to one texel, every
+//! A [`Gobo`] holds the image and smaller ones of half the size each, down to one texel, every
 //! texel the exact mean of what it covers, odd sizes included: so a light that is averaged over
 //! many texels costs no more than one. Texels are linear, 1 is the projector's peak. Invariants: at
-//! least one texel; every number finite and not negative. It knows neither projectors nor surfaces.
+//! least one texel; every number finite and not negative. It depends on neither projectors nor
+//! surfaces.
 
 use crate::picture::shrink::overlaps;
 use crate::picture::{Image, PictureError, exr, png};
@@ -15,7 +16,7 @@ const MOST_BYTES: usize = MOST_PIXELS * 16;
 
 /// Why an image cannot be thrown.
 #[derive(Debug, thiserror::Error)]
-pub enum SlideError {
+pub enum GoboError {
     /// The file is no image that is read here.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -35,40 +36,40 @@ pub enum SlideError {
 
 /// An image and its prefiltered levels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Slide {
+pub struct Gobo {
     levels: Vec<Image>,
     grey: bool,
 }
 
-impl Slide {
+impl Gobo {
     /// Reads a PNG (sRGB-coded, transparent pixels as black) or OpenEXR file (linear).
     ///
     /// # Errors
-    /// [`SlideError`].
-    pub fn read(bytes: &[u8]) -> Result<Slide, SlideError> {
+    /// [`GoboError`].
+    pub fn read(bytes: &[u8]) -> Result<Gobo, GoboError> {
         let image = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png::decode(bytes, MOST_BYTES)?,
             [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes, MOST_BYTES)?,
-            _ => return Err(SlideError::Format),
+            _ => return Err(GoboError::Format),
         };
-        Slide::new(image)
+        Gobo::new(image)
     }
 
     /// Of a linear image.
     ///
     /// # Errors
-    /// [`SlideError`] when it is too large, has negative numbers, or is black.
-    pub fn new(image: Image) -> Result<Slide, SlideError> {
+    /// [`GoboError`] when it is too large, has negative numbers, or is black.
+    pub fn new(image: Image) -> Result<Gobo, GoboError> {
         let (width, height) = (image.width(), image.height());
         if width.saturating_mul(height) > MOST_PIXELS {
-            return Err(SlideError::Large(width, height));
+            return Err(GoboError::Large(width, height));
         }
         let wrong = image.data().iter().position(|x| !x.is_finite() || *x < 0.0);
         if let Some(at) = wrong {
-            return Err(SlideError::Negative(at / 3 % width, at / 3 / width));
+            return Err(GoboError::Negative(at / 3 % width, at / 3 / width));
         }
         if image.data().iter().all(|x| *x == 0.0) {
-            return Err(SlideError::Black);
+            return Err(GoboError::Black);
         }
         let same = |p: &[f32]| p.windows(2).all(|w| w.first() == w.last());
         let grey = image.data().chunks_exact(3).all(same);
@@ -76,7 +77,7 @@ impl Slide {
         while let Some(last) = levels.last().filter(|l| l.width() > 1 || l.height() > 1) {
             levels.push(halved(last));
         }
-        Ok(Slide { levels, grey })
+        Ok(Gobo { levels, grey })
     }
 
     /// The image itself; everything else follows from it.
@@ -174,7 +175,7 @@ mod tests {
         for (width, height) in [(1, 1), (8, 8), (7, 5), (100, 3), (1, 9)] {
             let noise =
                 |x, y| [(x * 7 + y * 13) % 11, (x * y) % 5 + 1, x % 2].map(|n| n as f32 + 0.5);
-            let slide = Slide::new(image(width, height, noise)).unwrap();
+            let slide = Gobo::new(image(width, height, noise)).unwrap();
             let mean = |i: &Image, c: usize| {
                 let all = i.data().iter().skip(c).step_by(3);
                 all.map(|x| f64::from(*x)).sum::<f64>() / (i.width() * i.height()) as f64
@@ -195,7 +196,7 @@ mod tests {
 
     #[test]
     fn texels_stand_at_their_centres() {
-        let slide = Slide::new(image(4, 2, |x, y| [x as f32, y as f32, 1.0])).unwrap();
+        let slide = Gobo::new(image(4, 2, |x, y| [x as f32, y as f32, 1.0])).unwrap();
         for x in 0..4 {
             for y in 0..2 {
                 let (u, v) = ((x as f64 + 0.5) / 4.0, (y as f64 + 0.5) / 2.0);
@@ -211,7 +212,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_thrown_is_refused() {
-        let refused = |i: Image| Slide::new(i).unwrap_err().to_string();
+        let refused = |i: Image| Gobo::new(i).unwrap_err().to_string();
         assert!(refused(Image::new(3, 2)).contains("black"));
         let negative = image(3, 2, |x, y| {
             [1.0, if (x, y) == (2, 1) { -0.1 } else { 0.0 }, 0.0]
@@ -224,7 +225,7 @@ mod tests {
             b"\x89PNG\r\n\x1a\n",
             b"\x76\x2f\x31\x01",
         ] {
-            assert!(Slide::read(bytes).is_err());
+            assert!(Gobo::read(bytes).is_err());
         }
     }
 }

@@ -1,129 +1,133 @@
-//! Nodes that need no hemicube, as they stand between others that see about the same.
+//! GatherPoints that need no hemicube, as they stand between others that see about the same.
 //!
-//! How fast reflected light can change is known from how near the things are that a node sees
-//! (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection", 1988): over a
-//! distance d by about d / R, with R the harmonic mean of their distances, taken of what sends
-//! light: in the open the light of the little that is seen changes faster, as a share of itself. So
-//! first one node of 64 looks, the eighth along each line, and the last; then those halfway between
-//! two or four of them where d / R is large, then those halfway between these, and so on. All
-//! others take the mean of what they stand between, so that nodes are as dense as the picture wants
-//! them at corners and joints, and as the light wants them elsewhere. At a reach of .07 seven
-//! eighths of the tavern's nodes look, which is full of small things, five sixths of the stage's at
-//! the third step and seven tenths at the fourth, and half of a bare room's at .1. Invariant: who
-//! looks follows from the scene and the nodes alone, so that G stays linear.
+//! How fast reflected light can change is known from how near the things are that a gather point
+//! sees (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection", 1988):
+//! over a distance d by about d / R, with R the harmonic mean of their distances, taken of what
+//! sends light: in the open the light of the little that is seen changes faster, as a share of
+//! itself. So first one gather point of 64 looks, the eighth along each line, and the last; then
+//! those halfway between two or four of them where d / R is large, then those halfway between
+//! these, and so on. All others take the mean of what they stand between, so that gather points are
+//! as dense as the picture wants them at corners and joints, and as the light wants them elsewhere.
+//! At a reach of .07 seven eighths of the tavern's gather points look, which is full of small
+//! things, five sixths of the stage's at the third step and seven tenths at the fourth, and half of
+//! a bare room's at .1. Invariant: who looks follows from the scene and the gather points alone, so
+//! that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "nodes are of the mesh's own elements, whose values are laid out one after the other"
 )]
 
-use crate::radiosity::indirect::hemicube::Outlook;
+use crate::radiosity::indirect::hemicube::NearbyEmission;
 use crate::radiosity::mesh::Mesh;
 use crate::radiosity::mesh::grid::Grid;
 
-/// Cells between the nodes that look first.
+/// Cells between the gather points that look first.
 const COARSEST: usize = 8;
 
-/// A node must stand this near to where its cell has its sample, in cells.
+/// A gather point must stand this near to where its cell has its sample, in cells.
 const OFF: f64 = 0.1;
 
-/// A node that takes shares of others, none of them twice.
+/// A gather point that takes shares of others, none of them twice.
 #[derive(Clone, Debug)]
 struct Fill {
-    node: u32,
+    gather_point: u32,
     from: Vec<(u32, f32)>,
 }
 
-/// What the nodes between others take.
+/// What the gather points between others take.
 #[derive(Clone, Debug)]
-pub struct Between {
+pub struct Interpolation {
     /// In an order in which what is taken is known.
     fills: Vec<Fill>,
-    /// What each node sees.
-    pub outlooks: Vec<Outlook>,
+    /// What each gather point sees.
+    pub nearby: Vec<NearbyEmission>,
 }
 
-impl Between {
-    /// Makes nodes look by `look`, which answers with what they see; those that stand nearer to
-    /// others than a share `reach` of the distance over which their light changes are left out.
+impl Interpolation {
+    /// Makes gather points look by `look`, which answers with what they see; those that stand
+    /// nearer to others than a share `reach` of the distance over which their light changes are
+    /// left out.
     ///
     /// # Errors
     /// Those of `look`.
-    pub fn nodes<E>(
+    pub fn gather_points<E>(
         mesh: &Mesh,
         reach: f64,
-        mut look: impl FnMut(&[u32]) -> Result<Vec<Outlook>, E>,
-    ) -> Result<Between, E> {
-        let mut all = Between {
+        mut look: impl FnMut(&[u32]) -> Result<Vec<NearbyEmission>, E>,
+    ) -> Result<Interpolation, E> {
+        let mut all = Interpolation {
             fills: Vec::new(),
-            outlooks: vec![Outlook::default(); mesh.elements.len()],
+            nearby: vec![NearbyEmission::default(); mesh.elements.len()],
         };
-        // Whoever does not stand as its grid says looks for itself, and nobody takes from it.
+        // A point that does not stand as its grid says looks for itself, and gives to none.
         let mut regular = vec![false; mesh.elements.len()];
-        mesh.each_whole(|grid, at, node| regular[node] = is_regular(mesh, grid, at, node));
+        mesh.each_whole(|grid, at, gather_point| {
+            regular[gather_point] = is_regular(mesh, grid, at, gather_point)
+        });
         let mut missing: Vec<u32> = (0..regular.len() as u32)
             .filter(|n| !regular[*n as usize])
             .collect();
         let mut stride = COARSEST;
         while stride > 0 {
-            mesh.each_whole(|grid, at, node| {
+            mesh.each_whole(|grid, at, gather_point| {
                 let counts = grid.counts();
                 let turn = |stride| (0..2).all(|k| is_on(at[k], counts[k], stride));
                 let done = stride < COARSEST && turn(2 * stride);
-                if !regular[node] || !turn(stride) || done {
+                if !regular[gather_point] || !turn(stride) || done {
                     return;
                 }
                 // These have had their turn: they are on strides of twice the length.
                 let is_even = |from: &Vec<(u32, f32)>| {
                     let near = |(n, _): &(u32, f32)| {
                         let other = *n as usize;
-                        regular[other] && all.way(mesh, node, other) < reach
+                        regular[other] && all.way(mesh, gather_point, other) < reach
                     };
                     stride < COARSEST && from.iter().all(near)
                 };
                 match parents(mesh, grid, at, stride).filter(is_even) {
                     Some(from) => {
-                        all.outlooks[node] = all.mean(&from);
-                        let node = node as u32;
-                        all.fills.push(Fill { node, from });
+                        all.nearby[gather_point] = all.mean(&from);
+                        let gather_point = gather_point as u32;
+                        all.fills.push(Fill { gather_point, from });
                     }
-                    None => missing.push(node as u32),
+                    None => missing.push(gather_point as u32),
                 }
             });
             missing.sort_unstable();
             let seen = look(&missing)?;
-            for (node, outlook) in missing.drain(..).zip(seen) {
-                all.outlooks[node as usize] = outlook;
+            for (gather_point, near) in missing.drain(..).zip(seen) {
+                all.nearby[gather_point as usize] = near;
             }
             stride /= 2;
         }
         Ok(all)
     }
 
-    /// How far it is from a node to another, as a share of the distance over which the light of the
-    /// other changes.
-    fn way(&self, mesh: &Mesh, node: usize, other: usize) -> f64 {
-        let [a, b] = [node, other].map(|n| mesh.elements[n].centre);
-        (a - b).length() * f64::from(self.outlooks[other].change())
+    /// How far it is from a gather point to another, as a share of the distance over which the
+    /// light of the other changes.
+    fn way(&self, mesh: &Mesh, gather_point: usize, other: usize) -> f64 {
+        let [a, b] = [gather_point, other].map(|n| mesh.elements[n].centre);
+        (a - b).length() * f64::from(self.nearby[other].change())
     }
 
-    fn mean(&self, from: &[(u32, f32)]) -> Outlook {
-        let sum = |part: fn(&Outlook) -> f32| {
+    fn mean(&self, from: &[(u32, f32)]) -> NearbyEmission {
+        let sum = |part: fn(&NearbyEmission) -> f32| {
             let shares = from
                 .iter()
-                .map(|(n, share)| share * part(&self.outlooks[*n as usize]));
+                .map(|(n, share)| share * part(&self.nearby[*n as usize]));
             shares.sum()
         };
-        Outlook {
-            closeness: sum(|o| o.closeness),
+        NearbyEmission {
+            inverse_distance: sum(|o| o.inverse_distance),
             seen: sum(|o| o.seen),
         }
     }
 
-    /// Fills rows of `width` values, one row for each node.
+    /// Fills rows of `width` values, one row for each gather point.
     pub fn fill(&self, values: &mut [f32], width: usize) {
-        for Fill { node, from } in &self.fills {
-            let at = *node as usize * width;
+        for Fill { gather_point, from } in &self.fills {
+            let at = *gather_point as usize * width;
             for k in 0..width {
                 let share =
                     |sum, (n, share): &(u32, f32)| sum + share * values[*n as usize * width + k];
@@ -133,8 +137,8 @@ impl Between {
     }
 }
 
-fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], node: usize) -> bool {
-    let place = grid.place(mesh.elements[node].centre);
+fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], gather_point: usize) -> bool {
+    let place = grid.place(mesh.elements[gather_point].centre);
     (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts()[k])).abs() < OFF)
 }
 
@@ -143,9 +147,9 @@ fn is_on(at: usize, count: usize, stride: usize) -> bool {
     at.is_multiple_of(stride) || at + 1 == count
 }
 
-/// Those that a node stands between, `stride` cells away along the axes along which it is an odd
-/// number of strides from the first, or the last of their line, with bilinear shares; `None` if one
-/// is missing.
+/// Those that a gather point stands between, `stride` cells away along the axes along which it is
+/// an odd number of strides from the first, or the last of their line, with bilinear shares; `None`
+/// if one is missing.
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {
@@ -164,8 +168,8 @@ fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Ve
         };
         from = from.into_iter().flat_map(split).collect();
     }
-    let node = |(at, share)| Some((mesh.whole(grid, at)? as u32, share));
-    from.into_iter().map(node).collect()
+    let gather_point = |(at, share)| Some((mesh.whole(grid, at)? as u32, share));
+    from.into_iter().map(gather_point).collect()
 }
 
 #[cfg(test)]
@@ -176,12 +180,12 @@ mod tests {
     use crate::radiosity::direct::Setting;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::indirect::hemicube::{Hemicube, Table, scatter};
-    use crate::radiosity::mesh::{Layout, Wish};
+    use crate::radiosity::mesh::{CellRequest, Layout};
     use crate::radiosity::visibility::Hierarchy;
-    use crate::radiosity::visibility::panorama::Outline;
+    use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
     use std::convert::Infallible;
 
-    /// Elements and nodes of a room of 6 x 6 x 4 m with a table of half a metre in it.
+    /// Elements and gather points of a room of 6 x 6 x 4 m with a table of half a metre in it.
     fn with_room<T>(task: impl Fn(Setting<'_>, &Mesh, &Mesh) -> T) -> T {
         let mut polygons = block([Vec3::ZERO, vec3(6.0, 6.0, 4.0)], true).to_vec();
         let table = [vec3(2.0, 3.0, 0.0), vec3(2.6, 3.6, 0.5)];
@@ -193,29 +197,34 @@ mod tests {
             hierarchy: &hierarchy,
         };
         let made = |layout: Layout| {
-            let wishes = vec![Wish::WANTED; layout.cells()];
-            layout.mesh(setting, &[vec3(3.0, 1.0, 2.0)], &wishes)
+            let requests = vec![CellRequest::WANTED; layout.cells()];
+            layout.mesh(setting, &[vec3(3.0, 1.0, 2.0)], &requests)
         };
         let elements = made(Layout::of_elements(&surfaces, 300));
-        let nodes = made(Layout::of_nodes(&surfaces, 8000, &[0.0; 11]));
-        task(setting, &elements, &nodes)
+        let gather_points = made(Layout::of_gather_points(&surfaces, 8000, &[0.0; 11]));
+        task(setting, &elements, &gather_points)
     }
 
-    /// What every node sees of the ceiling when only some look, by how many looked, and the
+    /// What every gather point sees of the ceiling when only some look, by how many looked, and the
     /// greatest error against all of them looking.
-    fn seen(setting: Setting<'_>, elements: &Mesh, nodes: &Mesh, reach: f64) -> (usize, Vec<f32>) {
+    fn seen(
+        setting: Setting<'_>,
+        elements: &Mesh,
+        gather_points: &Mesh,
+        reach: f64,
+    ) -> (usize, Vec<f32>) {
         let surfaces = setting.surfaces;
-        let (outline, table) = (Outline::new(surfaces), Table::new(64));
-        let mut cube = Hemicube::new(setting, &outline, elements, &table);
-        let mut values = vec![0.0; nodes.elements.len()];
+        let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(64));
+        let mut cube = Hemicube::new(setting, &vertices, elements, &table);
+        let mut values = vec![0.0; gather_points.elements.len()];
         let mut looked = 0;
-        let between = Between::nodes(nodes, reach, |which| {
+        let between = Interpolation::gather_points(gather_points, reach, |which| {
             looked += which.len();
             let mut look = |n: &u32| {
-                let node = &nodes.elements[*n as usize];
+                let gather_point = &gather_points.elements[*n as usize];
                 let sum = &mut values[*n as usize];
                 let turn = scatter(u64::from(*n));
-                cube.visit(node.facet, node.centre, turn, |e, share| {
+                cube.visit(gather_point.facet, gather_point.centre, turn, |e, share| {
                     let facet = elements.elements[e as usize].facet;
                     if surfaces.facets[facet].normal.z < -0.9 {
                         *sum += share;
@@ -230,12 +239,12 @@ mod tests {
 
     #[test]
     fn most_nodes_need_not_look() {
-        with_room(|setting, elements, nodes| {
-            let (all, exact) = seen(setting, elements, nodes, 0.0);
-            assert_eq!(all, nodes.elements.len());
+        with_room(|setting, elements, gather_points| {
+            let (all, exact) = seen(setting, elements, gather_points, 0.0);
+            assert_eq!(all, gather_points.elements.len());
             let mut last = (usize::MAX, 0.0);
             for (reach, share, most) in [(0.1, 0.55, 3e-3), (0.2, 0.35, 8e-3)] {
-                let (looked, found) = seen(setting, elements, nodes, reach);
+                let (looked, found) = seen(setting, elements, gather_points, reach);
                 let apart = found
                     .iter()
                     .zip(&exact)
@@ -253,42 +262,42 @@ mod tests {
         });
     }
 
-    /// Between nodes before which black things stand there may be a gap that lets light in; in the
-    /// void there is nothing to miss.
+    /// Interpolation gather points before which black things stand there may be a gap that lets
+    /// light in; in the void there is nothing to miss.
     #[test]
     fn among_black_things_every_node_looks() {
-        with_room(|_, _, nodes| {
-            let looking = |closeness| {
+        with_room(|_, _, gather_points| {
+            let looking = |inverse_distance| {
                 let mut looked = 0;
-                let dark = Outlook {
-                    closeness,
+                let dark = NearbyEmission {
+                    inverse_distance,
                     seen: 0.0,
                 };
-                let all = Between::nodes(nodes, 0.1, |which| {
+                let all = Interpolation::gather_points(gather_points, 0.1, |which| {
                     looked += which.len();
                     Ok::<_, Infallible>(vec![dark; which.len()])
                 });
                 all.unwrap();
                 looked
             };
-            assert_eq!(looking(0.5), nodes.elements.len());
-            assert!(looking(0.0) < nodes.elements.len() / 8);
+            assert_eq!(looking(0.5), gather_points.elements.len());
+            assert!(looking(0.0) < gather_points.elements.len() / 8);
         });
     }
 
     #[test]
     fn slopes_stay_as_they_are() {
-        with_room(|_, _, nodes| {
+        with_room(|_, _, gather_points| {
             let slope = |n: &u32| {
-                let centre = nodes.elements[*n as usize].centre;
+                let centre = gather_points.elements[*n as usize].centre;
                 centre.dot(vec3(0.3, -0.2, 0.5)) as f32
             };
-            let mut values = vec![f32::NAN; nodes.elements.len()];
-            let near = Outlook {
-                closeness: 0.05,
+            let mut values = vec![f32::NAN; gather_points.elements.len()];
+            let near = NearbyEmission {
+                inverse_distance: 0.05,
                 seen: 1.0,
             };
-            let between = Between::nodes(nodes, 0.5, |which| {
+            let between = Interpolation::gather_points(gather_points, 0.5, |which| {
                 for n in which {
                     values[*n as usize] = slope(n);
                 }

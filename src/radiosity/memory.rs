@@ -1,20 +1,20 @@
-//! What an operator holds of a budget of memory, step by step: each asks for what the others leave.
+//! What an operator holds of a budget of memory, step by step: each takes what the others leave.
 
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
 use crate::work::Work;
 
 /// What one step after the other holds of a budget of memory.
-pub struct Account {
+pub struct MemoryBudget {
     budget: usize,
     /// Bytes so far.
     pub held: usize,
 }
 
-impl Account {
+impl MemoryBudget {
     /// Nothing yet of what a task may hold.
-    pub fn new(work: Work<'_>) -> Account {
-        Account {
+    pub fn new(work: Work<'_>) -> MemoryBudget {
+        MemoryBudget {
             budget: work.memory,
             held: 0,
         }

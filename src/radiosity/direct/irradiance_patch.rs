@@ -1,8 +1,9 @@
 //! Irradiance of one chunk of receivers as it becomes known: point by point, or fitted to a few.
 //!
 //! A patch is a cluster small enough for a fit; a large one is looked at in more places than the
-//! fit has freedom, so that what it misses is seen. Invariant: what a point is given depends on
-//! the points and on what is evaluated at them alone. This room knows no light and no occluder.
+//! fit has freedom, so that what it misses is seen. Invariant: what a point is given depends on the
+//! points and on what is evaluated at them alone. This module depends on neither lights nor
+//! occluders.
 
 #![allow(
     clippy::indexing_slicing,
@@ -11,7 +12,7 @@
 
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::cluster::{CORNERS, Cluster, PATCH, SAMPLES};
-use crate::radiosity::direct::fit::Fit;
+use crate::radiosity::direct::quadratic_fit::QuadraticFit;
 
 /// Points of the largest patch whose fit is believed without a look beside it.
 const UNCHECKED: usize = 32;
@@ -25,7 +26,7 @@ pub const SHADED: usize = 100;
 const BENT: f64 = 4.0;
 
 /// The receivers of one chunk.
-pub struct Sheet<'a> {
+pub struct IrradiancePatch<'a> {
     points: &'a [Vec3],
     frame: [Vec3; 2],
     start: usize,
@@ -37,10 +38,15 @@ pub struct Sheet<'a> {
     known: Vec<f64>,
 }
 
-impl<'a> Sheet<'a> {
+impl<'a> IrradiancePatch<'a> {
     /// All dark. `points` are those of all chunks, on a plane of unit `normal` in this one.
-    pub fn new(points: &'a [Vec3], chunk: &Cluster, normal: Vec3, allowed: f64) -> Sheet<'a> {
-        Sheet {
+    pub fn new(
+        points: &'a [Vec3],
+        chunk: &Cluster,
+        normal: Vec3,
+        allowed: f64,
+    ) -> IrradiancePatch<'a> {
+        IrradiancePatch {
             points,
             frame: frame(normal),
             start: chunk.range.start,
@@ -78,7 +84,7 @@ impl<'a> Sheet<'a> {
             *value = self.known(i, &mut at);
         }
         let (few, their) = (first(&places), first(&values));
-        let Some(fit) = Fit::through(&few, &their) else {
+        let Some(fit) = QuadraticFit::through(&few, &their) else {
             return false;
         };
         let bent = if looked > CORNERS { BENT } else { 1.0 };
@@ -170,9 +176,9 @@ mod tests {
         let [(_, chunk)] = receivers.chunks.as_slice() else {
             unreachable!("a small floor is one chunk")
         };
-        let mut sheet = Sheet::new(&receivers.points, chunk, UP, allowed);
-        let whole = sheet.interpolated(chunk, PATCH, |_, p| light(p));
-        let values = receivers.points.iter().copied().zip(sheet.sums).collect();
+        let mut patch = IrradiancePatch::new(&receivers.points, chunk, UP, allowed);
+        let whole = patch.interpolated(chunk, PATCH, |_, p| light(p));
+        let values = receivers.points.iter().copied().zip(patch.sums).collect();
         (whole, values)
     }
 

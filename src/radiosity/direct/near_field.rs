@@ -13,10 +13,10 @@
 )]
 
 use crate::geometry::Vec3;
-use crate::radiosity::camera::eye::Fragments;
+use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::{Cluster, Receivers};
-use crate::radiosity::geometry::stencil::{Place, measured};
+use crate::radiosity::geometry::clipper::{PlanePoint, measured};
 use crate::radiosity::visibility::shadow::Canvas;
 
 /// The largest size of a pixel's footprint on a surface, against its distance from a point source,
@@ -61,7 +61,7 @@ impl<'a> Picture<'a> {
     }
 
     /// Calls back for each convex part of a receiver's outline.
-    pub fn outline(&self, receiver: usize, each: impl FnMut(&[Place])) {
+    pub fn outline(&self, receiver: usize, each: impl FnMut(&[PlanePoint])) {
         let fragment = self.receivers.origin[receiver];
         self.fragments.outline(fragment, each);
     }
@@ -95,11 +95,15 @@ impl<'a> Picture<'a> {
 }
 
 /// Mean of the values in the middle of `4^depth` equal parts of a triangle.
-fn quartered([a, b, c]: [Place; 3], depth: u32, at: &mut impl FnMut(Place) -> f64) -> f64 {
+fn quartered(
+    [a, b, c]: [PlanePoint; 3],
+    depth: u32,
+    at: &mut impl FnMut(PlanePoint) -> f64,
+) -> f64 {
     if depth == 0 {
         return at([0, 1].map(|i| (a[i] + b[i] + c[i]) / 3.0));
     }
-    let half = |p: Place, q: Place| [0, 1].map(|i| 0.5 * (p[i] + q[i]));
+    let half = |p: PlanePoint, q: PlanePoint| [0, 1].map(|i| 0.5 * (p[i] + q[i]));
     let [ab, bc, ca] = [half(a, b), half(b, c), half(c, a)];
     let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
     let mut sum = 0.0;
@@ -118,9 +122,9 @@ pub fn is_near(beam: &Beam, picture: &Picture<'_>, point: Vec3) -> bool {
 /// Irradiance on a facet within a convex outline of a picture, per unit of the light's own
 /// intensity, nothing in the way: its mean times the outline's area, each part of a pixel counting
 /// alike, and that area.
-pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[Place]) -> (f64, f64) {
+pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[PlanePoint]) -> (f64, f64) {
     let (mut light, mut whole) = (0.0, 0.0);
-    let corner = |place: &Place| Corner::new(*place, beam, canvas);
+    let corner = |place: &PlanePoint| Corner::new(*place, beam, canvas);
     let Some((first, rest)) = part.split_first() else {
         return (0.0, 0.0);
     };
@@ -136,7 +140,7 @@ pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[Place]) -> (f64, f64) {
 }
 
 /// Of a triangle in the picture.
-fn area([a, b, c]: [Place; 3]) -> f64 {
+fn area([a, b, c]: [PlanePoint; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
     0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
 }
@@ -144,12 +148,12 @@ fn area([a, b, c]: [Place; 3]) -> f64 {
 /// A corner in the picture, and from the source.
 #[derive(Clone, Copy)]
 struct Corner {
-    place: Place,
+    place: PlanePoint,
     way: Vec3,
 }
 
 impl Corner {
-    fn new(place: Place, beam: &Beam, canvas: &Canvas<'_>) -> Corner {
+    fn new(place: PlanePoint, beam: &Beam, canvas: &Canvas<'_>) -> Corner {
         Corner {
             place,
             way: canvas.point(place) - beam.position,

@@ -3,7 +3,7 @@
 //! Light adds up, so a picture whose lighting is a sum of lightings with pictures needs no
 //! rendering. Only exact sums count: every light's strength comes out to rounding, and the sum may
 //! not live on cancellation, because each picture carries the rounding of single precision and
-//! that is multiplied. This room knows vectors and pictures, nothing of banks or stores.
+//! that is multiplied. This module handles vectors and pictures, nothing of banks or stores.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -175,7 +175,7 @@ pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f
     solved.map(|terms| terms.map(setting)).collect()
 }
 
-/// Adds pictures of one size up, in double precision with one rounding at the end, and tells
+/// Adds pictures of one size up, in double precision with one rounding at the end, and returns
 /// whether the sum is sound: `None` when it lives on cancellation, so that the rounding of its
 /// parts would show, or when sizes differ.
 pub fn added(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
@@ -259,7 +259,7 @@ mod tests {
         for d in [1e-2, 1e-4, 1e-7, 1e-12] {
             assert_eq!(sum(&[near(0.0), near(d)], &target), None, "{d}");
         }
-        // Pictures tell what strengths do not: light 2 hardly shows beside light 1.
+        // Pictures show what strengths do not: light 2 hardly shows beside light 1.
         let image = |x: f32| Image::from_data(1, 1, vec![x, x, x]).unwrap();
         let (both, one) = (image(1.000_001), image(1.0));
         assert_eq!(added((1, 1), &[([1.0; 3], &both), ([-1.0; 3], &one)]), None);

@@ -1,20 +1,20 @@
 //! What a projector throws: the texel that a place of a surface receives, averaged over the place.
 //!
-//! The light of a projection is that of an even point source ([`crate::radiosity::direct::beam::Beam::even`], which
-//! knows of visibility and distance) times the mean of the image over what the receiver sees of
-//! it: its footprint, a parallelogram on the surface (a pixel's, or a part of an element). The
-//! footprint is carried into the image; along its longer side up to [`MOST_TAPS`] places are
-//! averaged, each over the shorter side by a prefiltered level. At the rim of the frustum the
-//! share of the footprint that is inside counts, so that light ends there within one footprint,
-//! without steps. It knows neither shadows nor settings.
+//! The light of a projection is that of an even point source
+//! ([`crate::radiosity::direct::beam::Beam::even`], which has visibility and distance) times the
+//! mean of the image over what the receiver sees of it: its footprint, a parallelogram on the
+//! surface (a pixel's, or a part of an element). The footprint is carried into the image; along its
+//! longer side up to [`MOST_TAPS`] places are averaged, each over the shorter side by a prefiltered
+//! level. At the rim of the frustum the share of the footprint that is inside counts, so that light
+//! ends there within one footprint, without steps. It depends on neither shadows nor settings.
 
 use std::sync::Arc;
 
 use crate::geometry::Vec3;
 use crate::radiosity::visibility::raster::Camera;
 use crate::scene::Projection;
+use crate::scene::gobo::Gobo;
 use crate::scene::mount::{Axes, Mount};
-use crate::scene::slide::Slide;
 
 /// Places of the image that are averaged for one footprint at most; a footprint more than so many
 /// times as long as wide is blurred across its shorter side.
@@ -22,18 +22,18 @@ pub const MOST_TAPS: usize = 16;
 
 /// A projector made ready.
 #[derive(Clone, Debug)]
-pub struct Throw {
+pub struct Projector {
     mount: Mount,
     axes: Axes,
     half_size: [f64; 2],
-    slide: Arc<Slide>,
+    slide: Arc<Gobo>,
     plane: usize,
 }
 
-impl Throw {
+impl Projector {
     /// `None` where [`crate::radiosity::direct::beam::Beam::even`] is.
-    pub fn new(light: &Projection) -> Option<Throw> {
-        Some(Throw {
+    pub fn new(light: &Projection) -> Option<Projector> {
+        Some(Projector {
             mount: light.mount,
             axes: light.mount.axes()?,
             half_size: Projection::half_size(&light.slide, light.field),
@@ -43,7 +43,7 @@ impl Throw {
     }
 
     /// True when two throw the same image from the same place: then they share visibility.
-    pub fn is_beside(&self, other: &Throw) -> bool {
+    pub fn is_beside(&self, other: &Projector) -> bool {
         self.mount == other.mount
             && self.half_size == other.half_size
             && Arc::ptr_eq(&self.slide, &other.slide)
@@ -166,18 +166,18 @@ mod tests {
     use crate::units::Rgb;
 
     /// A projector at the origin that looks upstage, 90 degrees high.
-    fn throw(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Throw {
+    fn throw(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Projector {
         let at = |i: usize| [f(i % width, i / width); 3];
         let data = (0..width * height).flat_map(at).collect();
         let image = Image::from_data(width, height, data).unwrap();
-        Throw::new(&Projection {
+        Projector::new(&Projection {
             mount: Mount {
                 position: Vec3::ZERO,
                 aim: vec3(0.0, 5.0, 0.0),
                 turn: 0.0,
             },
             field: 90.0,
-            slide: Arc::new(Slide::new(image).unwrap()),
+            slide: Arc::new(Gobo::new(image).unwrap()),
             plane: 0,
             intensity: Rgb::WHITE,
         })

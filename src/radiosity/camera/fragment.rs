@@ -4,7 +4,7 @@
 //! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its middle;
 //! one with edges in it has a fragment for each facet, weighted by the exact area that shows. What
 //! fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they take
-//! their place and leave no fragment. This room knows nothing of lights.
+//! their place and leave no fragment. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,7 +13,7 @@
 
 use crate::geometry::{Vec3, vec3};
 use crate::radiosity::camera::coverage::{Shares, Silhouettes, Square};
-use crate::radiosity::geometry::stencil::Place;
+use crate::radiosity::geometry::clipper::PlanePoint;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 use crate::radiosity::mesh::sample::kept_inside;
 use crate::radiosity::visibility::raster::{Camera, ItemBuffer, NOTHING};
@@ -64,12 +64,12 @@ pub struct Fragments {
     pub camera: Camera,
     /// Convex parts of outlines that are no squares: where in `places` each ends.
     parts: Vec<u32>,
-    places: Vec<Place>,
+    places: Vec<PlanePoint>,
 }
 
 impl Fragments {
     /// Calls back for each convex part of a fragment's outline.
-    pub fn outline(&self, fragment: usize, mut each: impl FnMut(&[Place])) {
+    pub fn outline(&self, fragment: usize, mut each: impl FnMut(&[PlanePoint])) {
         match self.all[fragment].outline {
             Outline::Square(middle, half) => {
                 let [x, y] = middle.map(f64::from);
@@ -114,13 +114,13 @@ struct Found {
     /// Number of fragments up to each pixel and with it.
     ends: Vec<usize>,
     parts: Vec<u32>,
-    places: Vec<Place>,
+    places: Vec<PlanePoint>,
 }
 
 /// Runs of bands for each thread: enough that no thread waits long for the last.
 const RUNS: usize = 4;
 
-/// Sub-pixels along a pixel's side in the item buffer that tells where edges are.
+/// Sub-pixels along a pixel's side in the item buffer that shows where edges are.
 const SUBPIXELS: usize = 4;
 
 /// Into how many parts a pixel's side is split; all of them divide the sub-pixels.
@@ -225,7 +225,7 @@ pub fn fragments(
     work: Work<'_>,
 ) -> Result<Fragments, TransportError> {
     let camera = camera(view)?;
-    let sight = Sight {
+    let rasterized = Rasterized {
         surfaces,
         camera,
         silhouettes: Silhouettes::new(surfaces, &camera),
@@ -239,7 +239,7 @@ pub fn fragments(
         .into_par_iter()
         .with_min_len(count.div_ceil(RUNS * rayon::current_num_threads()))
         .map_init(
-            || sight.band(),
+            || rasterized.band(),
             |band, at| {
                 work.check()?;
                 let from = at * BAND;
@@ -266,7 +266,7 @@ pub fn fragments(
 }
 
 /// What is looked at, and how.
-struct Sight<'a> {
+struct Rasterized<'a> {
     surfaces: &'a Surfaces,
     /// Of the picture, one unit a pixel.
     camera: Camera,
@@ -279,18 +279,18 @@ struct Sight<'a> {
 
 /// Some rows of pixels, with the working memory to draw them.
 struct Band<'a> {
-    sight: &'a Sight<'a>,
+    rasterized: &'a Rasterized<'a>,
     from: usize,
     buffer: ItemBuffer,
     shares: Shares,
     items: Vec<u32>,
 }
 
-impl Sight<'_> {
+impl Rasterized<'_> {
     fn band(&self) -> Band<'_> {
         let s = SUBPIXELS;
         Band {
-            sight: self,
+            rasterized: self,
             from: 0,
             buffer: ItemBuffer::new(self.width * s + 2, self.rows * s + 2),
             shares: Shares::default(),
@@ -302,7 +302,7 @@ impl Sight<'_> {
     fn fragment(
         &self,
         item: u32,
-        [x, y]: Place,
+        [x, y]: PlanePoint,
         weight: f64,
         outline: Outline,
     ) -> Option<Fragment> {
@@ -329,7 +329,7 @@ impl Sight<'_> {
 impl Band<'_> {
     /// Rasterizes the rows from `from` on.
     fn draw(&mut self, from: usize) {
-        let (s, whole) = (SUBPIXELS, &self.sight.camera);
+        let (s, whole) = (SUBPIXELS, &self.rasterized.camera);
         let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
         // One sub-pixel more on each side.
         let camera = Camera {
@@ -343,7 +343,7 @@ impl Band<'_> {
         self.buffer.clear();
         // Of two in one plane the later wins: backs come first, so that a wall of two faces back to
         // back is seen on both sides.
-        let pieces = &self.sight.surfaces.pieces;
+        let pieces = &self.rasterized.surfaces.pieces;
         let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
         let backs = pieces.iter().filter(is_back);
         let fronts = pieces.iter().filter(|p| !is_back(p));
@@ -357,7 +357,7 @@ impl Band<'_> {
         let s = SUBPIXELS;
         let mut out = Found::default();
         for y in 0..rows {
-            for x in 0..self.sight.width {
+            for x in 0..self.rasterized.width {
                 let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
                 let split = self.split(whole, [x, y]);
                 let side = s / split;
@@ -376,16 +376,16 @@ impl Band<'_> {
 
     /// Parts along the side of a pixel that shows one item or several.
     fn split(&self, item: Option<u32>, [x, y]: [usize; 2]) -> usize {
-        let sampling = self.sight.sampling;
+        let sampling = self.rasterized.sampling;
         let Some(item) = item else {
             return sampling.edge_split.parts();
         };
         let is_stretched = |facet| {
-            let camera = &self.sight.camera;
+            let camera = &self.rasterized.camera;
             let ray = camera.ray(x as f64 + 0.5, (self.from + y) as f64 + 0.5);
             is_stretched(facet, camera, ray)
         };
-        match self.sight.surfaces.facets.get(item as usize) {
+        match self.rasterized.surfaces.facets.get(item as usize) {
             Some(facet) if sampling.tells_stretched() && is_stretched(facet) => {
                 sampling.stretched_split.parts()
             }
@@ -404,7 +404,7 @@ impl Band<'_> {
 
     /// The one item of `SIDE` x `SIDE` sub-pixels, if there is only one.
     fn uniform<const SIDE: usize>(&self, x: usize, y: usize) -> Option<u32> {
-        let width = self.sight.width * SUBPIXELS + 2;
+        let width = self.rasterized.width * SUBPIXELS + 2;
         let rows = self.buffer.items()[y * width + x..].chunks(width);
         let mut rows = rows.take(SIDE).filter_map(|row| row.first_chunk::<SIDE>());
         let first = *rows.clone().next()?.first()?;
@@ -419,13 +419,13 @@ impl Band<'_> {
         let half = 0.5 * side;
         let middle = corner.map(|c| c + half);
         let outline = Outline::Square(middle.map(|c| c as f32), half as f32);
-        let fragment = self.sight.fragment(item, middle, side * side, outline);
+        let fragment = self.rasterized.fragment(item, middle, side * side, outline);
         out.all.extend(fragment);
     }
 
     /// Adds the fragments of a square with edges in it.
     fn cut(&mut self, corner: [usize; 2], side: usize, out: &mut Found) {
-        let width = self.sight.width * SUBPIXELS + 2;
+        let width = self.rasterized.width * SUBPIXELS + 2;
         self.items.clear();
         for y in corner[1]..corner[1] + side + 2 {
             let from = y * width + corner[0];
@@ -437,7 +437,7 @@ impl Band<'_> {
         self.items.dedup();
         let square = self.square(corner, side);
         self.shares
-            .find(&self.sight.silhouettes, square, &self.items);
+            .find(&self.rasterized.silhouettes, square, &self.items);
         for share in self.shares.all() {
             if share.area <= LEAST {
                 continue;
@@ -445,7 +445,10 @@ impl Band<'_> {
             let from = out.parts.len() as u32;
             let outline = Outline::Parts(from, from + share.count() as u32);
             let item = share.facet as u32;
-            if let Some(fragment) = self.sight.fragment(item, share.at, share.area, outline) {
+            if let Some(fragment) = self
+                .rasterized
+                .fragment(item, share.at, share.area, outline)
+            {
                 out.all.push(fragment);
                 for part in self.shares.parts(share) {
                     out.places.extend_from_slice(part);

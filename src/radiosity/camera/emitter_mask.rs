@@ -1,14 +1,14 @@
 //! Where the picture shows a light itself, not only what it lights.
 
 use crate::radiosity::Threads;
-use crate::radiosity::camera::eye::{Sampling, Split, fragments};
+use crate::radiosity::camera::fragment::{Sampling, Split, fragments};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::renderer::{Setup, TransportError};
 use crate::scene::Light;
 use crate::work::Work;
 
-/// For each pixel of the setup's view, row by row, whether it shows the front of a surface that some light
-/// of the rig makes emit, be it only in a part of it.
+/// For each pixel of the setup's view, row by row, whether it shows the front of a surface that
+/// some light of the rig makes emit, be it only in a part of it.
 ///
 /// # Errors
 /// [`TransportError`] for a scene or view that cannot be used, and on cancel.

@@ -6,8 +6,8 @@
 //! ones. Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing. Backs
 //! of convex solids are left out: their fronts hide them. Invariants: every outline is drawn wider
 //! by a five-hundredth of a pixel, and a polygon is cut where it comes nearer than any of its
-//! points on the face can be, so that coordinates stay small. This room knows nothing of elements
-//! and lights.
+//! points on the face can be, so that coordinates stay small. This module does not depend on
+//! elements and lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -35,7 +35,7 @@ const WHOLE: f32 = 8_388_608.0;
 
 /// The corners of all pieces.
 #[derive(Clone, Debug)]
-pub struct Outline {
+pub struct VertexBuffer {
     middle: Vec3,
     /// x, y and z of each corner, from the middle of the scene.
     corners: [Vec<f32>; 3],
@@ -44,11 +44,11 @@ pub struct Outline {
     loops: Vec<u32>,
 }
 
-impl Outline {
+impl VertexBuffer {
     /// Collects the corners of a scene's pieces.
-    pub fn new(surfaces: &Surfaces) -> Outline {
+    pub fn new(surfaces: &Surfaces) -> VertexBuffer {
         let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| &p.vertices));
-        let mut out = Outline {
+        let mut out = VertexBuffer {
             middle: (low + high) * 0.5,
             corners: [Vec::new(), Vec::new(), Vec::new()],
             starts: vec![0],
@@ -82,7 +82,7 @@ pub fn lead(edge: usize, row: usize) -> usize {
 
 /// The item buffer of a face, from slope -2 to 1 both ways.
 #[derive(Clone, Debug)]
-pub struct Sheet {
+pub struct FaceBuffer {
     resolution: usize,
     /// Facet of each pixel, [`BLACK`] or [`NOTHING`].
     pub items: Vec<u32>,
@@ -92,10 +92,10 @@ pub struct Sheet {
     right: Vec<f32>,
 }
 
-impl Sheet {
+impl FaceBuffer {
     /// Of `resolution` x `resolution` pixels.
-    pub fn new(resolution: usize) -> Sheet {
-        Sheet {
+    pub fn new(resolution: usize) -> FaceBuffer {
+        FaceBuffer {
             resolution,
             items: vec![NOTHING; resolution * resolution],
             inverse_depths: vec![0.0; resolution * resolution],
@@ -120,9 +120,9 @@ impl Sheet {
 
     /// Draws a convex outline in pixels; its inverse depth is `plane[0] + plane[1] column +
     /// plane[2] row` at the pixels' middles, good to `slack`.
-    fn draw(&mut self, outline: &[[f32; 2]], plane: [f32; 3], slack: f32, item: u32) {
+    fn draw(&mut self, vertices: &[[f32; 2]], plane: [f32; 3], slack: f32, item: u32) {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-        for p in outline {
+        for p in vertices {
             for k in 0..2 {
                 (low[k], high[k]) = (smaller(low[k], p[k]), greater(high[k], p[k]));
             }
@@ -135,8 +135,8 @@ impl Sheet {
         }
         self.left[top..bottom].fill(f32::INFINITY);
         self.right[top..bottom].fill(f32::NEG_INFINITY);
-        let mut a = outline[outline.len() - 1];
-        for &b in outline {
+        let mut a = vertices[vertices.len() - 1];
+        for &b in vertices {
             self.scan(a, b);
             a = b;
         }
@@ -199,8 +199,8 @@ struct Seen {
 
 /// The pieces around one point, in the axes of its cube.
 #[derive(Debug)]
-pub struct Panorama<'a> {
-    outline: &'a Outline,
+pub struct HemicubeRasterizer<'a> {
+    vertices: &'a VertexBuffer,
     turned: [Vec<f32>; 3],
     /// [`sides`] of each corner.
     sides: Vec<u8>,
@@ -220,12 +220,12 @@ fn sides([x, y, z]: [f32; 3]) -> u8 {
     bit(x < y, 0) | bit(y < x, 1) | bit(y < z, 2) | bit(z < y, 3) | bit(z < x, 4) | bit(x < z, 5)
 }
 
-impl<'a> Panorama<'a> {
+impl<'a> HemicubeRasterizer<'a> {
     /// Working memory for a scene.
-    pub fn new(outline: &'a Outline) -> Panorama<'a> {
-        let count = outline.corners[0].len();
-        Panorama {
-            outline,
+    pub fn new(vertices: &'a VertexBuffer) -> HemicubeRasterizer<'a> {
+        let count = vertices.corners[0].len();
+        HemicubeRasterizer {
+            vertices,
             turned: [vec![0.0; count], vec![0.0; count], vec![0.0; count]],
             sides: vec![0; count],
             projected: [vec![0.0; count], vec![0.0; count]],
@@ -237,9 +237,9 @@ impl<'a> Panorama<'a> {
     /// Turns everything into the axes of a cube at `point` of `facet`, whose sum points along the
     /// facet's normal, and keeps what reaches above the facet's plane.
     pub fn look(&mut self, surfaces: &Surfaces, facet: usize, point: Vec3, axes: [Vec3; 3]) {
-        let local = point - self.outline.middle;
+        let local = point - self.vertices.middle;
         let [px, py, pz] = [local.x as f32, local.y as f32, local.z as f32];
-        let [cx, cy, cz] = &self.outline.corners;
+        let [cx, cy, cz] = &self.vertices.corners;
         for (axis, out) in axes.iter().zip(&mut self.turned) {
             let [ax, ay, az] = [axis.x as f32, axis.y as f32, axis.z as f32];
             for (((t, x), y), z) in out.iter_mut().zip(cx).zip(cy).zip(cz) {
@@ -288,8 +288,8 @@ impl<'a> Panorama<'a> {
     }
 
     fn corners(&self, piece: usize) -> &'a [u32] {
-        let starts = &self.outline.starts;
-        &self.outline.loops[starts[piece] as usize..starts[piece + 1] as usize]
+        let starts = &self.vertices.starts;
+        &self.vertices.loops[starts[piece] as usize..starts[piece + 1] as usize]
     }
 
     fn corner(&self, c: u32) -> [f32; 3] {
@@ -299,8 +299,8 @@ impl<'a> Panorama<'a> {
 
     /// Draws what is kept on the face along axis 0, 1 or 2; the next axis leads to the right, the
     /// one after it upwards, both from slope -2 to 1.
-    pub fn draw(&mut self, face: usize, sheet: &mut Sheet) {
-        let scale = sheet.resolution as f32 / 3.0;
+    pub fn draw(&mut self, face: usize, buffer: &mut FaceBuffer) {
+        let scale = buffer.resolution as f32 / 3.0;
         let (f, r, u) = (face, (face + 1) % 3, (face + 2) % 3);
         self.project([f, r, u], scale);
         let counts = [0, 1].map(|side| self.seen[side].len());
@@ -326,7 +326,7 @@ impl<'a> Panorama<'a> {
             let middle = 0.5 * step - 2.0;
             let plane = [pf + (pr + pu) * middle, pr * step, pu * step];
             let slack = ROUNDING * (pf.abs() + pr.abs() + pu.abs());
-            sheet.draw(&self.flat, plane, slack, seen.item);
+            buffer.draw(&self.flat, plane, slack, seen.item);
         }
     }
 

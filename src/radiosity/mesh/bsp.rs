@@ -2,7 +2,8 @@
 //!
 //! Everything is in cells of the facet's grid. The longest segment within a part cuts it first, and
 //! only if it has some length there or runs across most of the part, so that the foot of a table's
-//! leg divides nothing, and if both sides are worth an element. This room knows nothing of space.
+//! leg divides nothing, and if both sides are worth an element. This module does not depend on
+//! space.
 
 #![allow(
     clippy::indexing_slicing,
@@ -10,7 +11,7 @@
 )]
 
 /// A point, in cells.
-type Place = [f64; 2];
+type PlanePoint = [f64; 2];
 
 /// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
 pub type Line = [f64; 3];
@@ -19,7 +20,7 @@ pub type Line = [f64; 3];
 #[derive(Clone, Copy, Debug)]
 pub struct Foot {
     /// Where it stands.
-    pub ends: [Place; 2],
+    pub ends: [PlanePoint; 2],
     /// Its normal: along the two sides in units of one over a cell, and upwards (1/m).
     pub normal: [f64; 3],
     /// Its height (m).
@@ -54,18 +55,18 @@ pub enum Tree<T> {
     /// Not cut any further.
     Leaf(T),
     /// Cut at the foot of what stands there; the part on its line's negative side first.
-    Fork(Upright, Box<[Tree<T>; 2]>),
+    Branch(Upright, Box<[Tree<T>; 2]>),
 }
 
 /// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that
 /// bound it, each not negative on its side.
-pub fn cut(corner: Place, feet: &[Foot]) -> Tree<Vec<Line>> {
+pub fn cut(corner: PlanePoint, feet: &[Foot]) -> Tree<Vec<Line>> {
     let [u, v] = corner;
     let square = [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
     grow(&square, feet, Vec::new())
 }
 
-fn grow(region: &[Place], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
+fn grow(region: &[PlanePoint], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
     if bounds.len() == DEEPEST {
         return Tree::Leaf(bounds);
     }
@@ -85,7 +86,7 @@ fn grow(region: &[Place], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
         lean: lean(line, foot.normal),
         rise: foot.rise,
     };
-    Tree::Fork(
+    Tree::Branch(
         upright,
         Box::new([side(0, line.map(|x| -x)), side(1, line)]),
     )
@@ -93,15 +94,18 @@ fn grow(region: &[Place], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
 
 /// Length of a segment within a region, its line, and the parts below and above that line, if it
 /// is to be cut along it.
-fn divided(region: &[Place], segment: [Place; 2]) -> Option<(f64, Line, [Vec<Place>; 2])> {
+fn divided(
+    region: &[PlanePoint],
+    segment: [PlanePoint; 2],
+) -> Option<(f64, Line, [Vec<PlanePoint>; 2])> {
     let length = length_within(region, segment);
     if length <= 0.0 {
         return None;
     }
     let line = through(segment);
     let parts = [line.map(|x| -x), line].map(|l| kept(region, l));
-    let along = |p: &Place| line[1] * p[0] - line[0] * p[1];
-    let on_line = |p: &&Place| height(line, **p).abs() < 1e-9;
+    let along = |p: &PlanePoint| line[1] * p[0] - line[0] * p[1];
+    let on_line = |p: &&PlanePoint| height(line, **p).abs() < 1e-9;
     let (low, high) = parts[1]
         .iter()
         .filter(on_line)
@@ -121,12 +125,12 @@ fn lean(line: Line, [u, v, up]: [f64; 3]) -> f64 {
 }
 
 /// Height of a place over a line.
-pub fn height(line: Line, [u, v]: Place) -> f64 {
+pub fn height(line: Line, [u, v]: PlanePoint) -> f64 {
     line[0] * u + line[1] * v + line[2]
 }
 
 /// The line through a segment, of unit slope.
-fn through([a, b]: [Place; 2]) -> Line {
+fn through([a, b]: [PlanePoint; 2]) -> Line {
     let (x, y) = (b[0] - a[0], b[1] - a[1]);
     let length = x.hypot(y);
     let (p, q) = (-y / length, x / length);
@@ -134,7 +138,7 @@ fn through([a, b]: [Place; 2]) -> Line {
 }
 
 /// Length of a segment within a convex region whose corners run counter-clockwise.
-fn length_within(region: &[Place], [a, b]: [Place; 2]) -> f64 {
+fn length_within(region: &[PlanePoint], [a, b]: [PlanePoint; 2]) -> f64 {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     let n = region.len();
     for i in 0..n {
@@ -154,7 +158,7 @@ fn length_within(region: &[Place], [a, b]: [Place; 2]) -> f64 {
 }
 
 /// The part of a convex region where a line is not negative.
-fn kept(region: &[Place], line: Line) -> Vec<Place> {
+fn kept(region: &[PlanePoint], line: Line) -> Vec<PlanePoint> {
     let mut out = Vec::with_capacity(region.len() + 1);
     let n = region.len();
     for i in 0..n {
@@ -171,7 +175,7 @@ fn kept(region: &[Place], line: Line) -> Vec<Place> {
     out
 }
 
-fn area(region: &[Place]) -> f64 {
+fn area(region: &[PlanePoint]) -> f64 {
     let n = region.len();
     let twice = |i: usize| {
         let (a, b) = (region[i], region[(i + 1) % n]);
@@ -184,7 +188,7 @@ fn area(region: &[Place]) -> f64 {
 mod tests {
     use super::*;
 
-    fn upright(ends: [Place; 2]) -> Foot {
+    fn upright(ends: [PlanePoint; 2]) -> Foot {
         let [a, b] = ends;
         let normal = [a[1] - b[1], b[0] - a[0], 0.0];
         Foot {
@@ -197,11 +201,11 @@ mod tests {
     fn leaves(tree: &Tree<Vec<Line>>) -> Vec<&Vec<Line>> {
         match tree {
             Tree::Leaf(bounds) => vec![bounds],
-            Tree::Fork(_, sides) => sides.iter().flat_map(leaves).collect(),
+            Tree::Branch(_, sides) => sides.iter().flat_map(leaves).collect(),
         }
     }
 
-    fn part(corner: Place, bounds: &[Line]) -> f64 {
+    fn part(corner: PlanePoint, bounds: &[Line]) -> f64 {
         let [u, v] = corner;
         let square = vec![[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
         area(&bounds.iter().fold(square, |r, l| kept(&r, *l)))
@@ -247,7 +251,7 @@ mod tests {
             normal,
             rise: 2.0,
         };
-        let Tree::Fork(roof, _) = cut([0.0, 0.0], &[foot]) else {
+        let Tree::Branch(roof, _) = cut([0.0, 0.0], &[foot]) else {
             panic!("not cut");
         };
         for up in [0.0, 0.3, 2.0] {

@@ -1,56 +1,57 @@
-//! Reflected light evened out between neighbouring nodes that see about the same.
+//! Reflected light evened out between neighbouring gather points that see about the same.
 //!
-//! A node sees a small bright place in a few pixels of its hemicube, more or less by chance: alone
-//! it would show as blotches, as each node errs by itself. How fast reflected light can change is
-//! known from how near the things are that a node sees: over a distance d by about d / R, with R
-//! the harmonic mean of their distances (Ward, Rubinstein and Clear, "A Ray Tracing Solution for
-//! Diffuse Interreflection", 1988). So neighbours are averaged where d / R is small, and left alone
-//! beside corners and joints, where light does change. Each is held against the two beside it on a
-//! line, so that a slope stays as it is and only what bends is bent less. Invariant: weights follow
-//! from the scene and the nodes alone, so that G stays linear.
+//! A gather point sees a small bright place in a few pixels of its hemicube, more or less by
+//! chance: alone it would show as blotches, as each gather point errs by itself. How fast reflected
+//! light can change is known from how near the things are that a gather point sees: over a distance
+//! d by about d / R, with R the harmonic mean of their distances (Ward, Rubinstein and Clear, "A
+//! Ray Tracing Solution for Diffuse Interreflection", 1988). So neighbours are averaged where d / R
+//! is small, and left alone beside corners and joints, where light does change. Each is held
+//! against the two beside it on a line, so that a slope stays as it is and only what bends is bent
+//! less. Invariant: weights follow from the scene and the gather points alone, so that G stays
+//! linear.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "rows are of the mesh's own elements, whose values are laid out one after the other"
 )]
 
-use crate::radiosity::indirect::hemicube::Outlook;
+use crate::radiosity::indirect::hemicube::NearbyEmission;
 use crate::radiosity::mesh::Mesh;
 
-/// The share of the mean distance of what they see over which nodes are averaged. At half of this
-/// the right wall of the tavern has blotches at every step, the finest too, where it sees the sills
-/// of its windows and the walls above its lamps between banisters; against a far finer operator
-/// both are as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
+/// The share of the mean distance of what they see over which gather points are averaged. At half
+/// of this the right wall of the tavern has blotches at every step, the finest too, where it sees
+/// the sills of its windows and the walls above its lamps between banisters; against a far finer
+/// operator both are as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
 const REACH: f64 = 0.2;
 
 /// Times that neighbours are averaged.
 const ROUNDS: usize = 2;
 
-/// A node between two others: the value halfway, as the way between them is divided, is of the
-/// first and the last so much.
+/// A gather point between two others: the value halfway, as the way between them is divided, is of
+/// the first and the last so much.
 #[derive(Clone, Copy, Debug)]
 struct Row {
-    nodes: [u32; 3],
+    gather_points: [u32; 3],
     shares: [f32; 2],
 }
 
-/// Which nodes are averaged, and how much.
+/// Which gather points are averaged, and how much.
 #[derive(Clone, Debug)]
-pub struct Links {
+pub struct Smoothing {
     /// Along the two axes of the facets' grids.
     rows: [Vec<Row>; 2],
 }
 
-impl Links {
-    /// Between neighbours on a facet that nothing divides, given what each node sees.
-    pub fn new(mesh: &Mesh, outlooks: &[Outlook]) -> Links {
+impl Smoothing {
+    /// Interpolation neighbours on a facet that nothing divides, given what each gather point sees.
+    pub fn new(mesh: &Mesh, nearby: &[NearbyEmission]) -> Smoothing {
         let rows = [0, 1].map(|axis| {
             let mut rows = Vec::new();
-            mesh.each_three(axis, |nodes| {
-                let [from, at, to] = nodes.map(|n| mesh.elements[n].centre);
+            mesh.each_three(axis, |gather_points| {
+                let [from, at, to] = gather_points.map(|n| mesh.elements[n].centre);
                 let (before, behind) = ((at - from).length(), (to - at).length());
-                let nearest = nodes
-                    .map(|n| outlooks[n].closeness)
+                let nearest = gather_points
+                    .map(|n| nearby[n].inverse_distance)
                     .into_iter()
                     .fold(0.0, f32::max);
                 let weight = 1.0 - before.max(behind) * f64::from(nearest) / REACH;
@@ -58,22 +59,22 @@ impl Links {
                     // At a weight of 1 all three count alike. What changes evenly stays as it is.
                     let both = 2.0 * weight / (1.0 + 2.0 * weight) / (before + behind);
                     rows.push(Row {
-                        nodes: nodes.map(|n| n as u32),
+                        gather_points: gather_points.map(|n| n as u32),
                         shares: [behind * both, before * both].map(|x| x as f32),
                     });
                 }
             });
             rows
         });
-        Links { rows }
+        Smoothing { rows }
     }
 
-    /// Averages rows of `width` values, one row for each node.
+    /// Averages rows of `width` values, one row for each gather point.
     pub fn even(&self, values: &mut [f32], width: usize) {
         let mut old = values.to_vec();
         for rows in self.rows.iter().cycle().take(2 * ROUNDS) {
             for row in rows {
-                let [from, at, to] = row.nodes.map(|n| n as usize * width);
+                let [from, at, to] = row.gather_points.map(|n| n as usize * width);
                 let [first, last] = row.shares;
                 for k in 0..width {
                     let own = old[at + k];
@@ -90,13 +91,13 @@ mod tests {
     use super::*;
     use crate::geometry::{Vec3, block, vec3};
     use crate::radiosity::direct::Setting;
-    use crate::radiosity::direct::lambert::{Clipper, Pane};
+    use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::indirect::hemicube::{Hemicube, Table, scatter};
     use crate::radiosity::mesh::element::Element;
-    use crate::radiosity::mesh::{Layout, Wish};
+    use crate::radiosity::mesh::{CellRequest, Layout};
     use crate::radiosity::visibility::Hierarchy;
-    use crate::radiosity::visibility::panorama::Outline;
+    use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
     use std::f64::consts::PI;
 
     /// A room of 6 x 6 x 4 m with a small bright square under its ceiling, the last facet.
@@ -109,7 +110,7 @@ mod tests {
     }
 
     /// On the floor under a bright square of 0.2 m, 4 m above: less than a pixel of a hemicube. By
-    /// itself each node sees all of it, or nothing.
+    /// itself each gather point sees all of it, or nothing.
     #[test]
     fn a_small_bright_place_makes_no_blotches() {
         let (surfaces, spot) = room();
@@ -120,36 +121,42 @@ mod tests {
         };
         let eye = [vec3(3.0, 3.0, 2.0)];
         let made = |layout: Layout| {
-            let wishes = vec![Wish::WANTED; layout.cells()];
-            layout.mesh(setting, &eye, &wishes)
+            let requests = vec![CellRequest::WANTED; layout.cells()];
+            layout.mesh(setting, &eye, &requests)
         };
         let elements = made(Layout::of_elements(&surfaces, 200));
-        let nodes = made(Layout::of_nodes(&surfaces, 20_000, &[0.0; 7]));
-        let (outline, table) = (Outline::new(&surfaces), Table::new(16));
-        let mut cube = Hemicube::new(setting, &outline, &elements, &table);
+        let gather_points = made(Layout::of_gather_points(&surfaces, 20_000, &[0.0; 7]));
+        let (vertices, table) = (VertexBuffer::new(&surfaces), Table::new(16));
+        let mut cube = Hemicube::new(setting, &vertices, &elements, &table);
         let bright = surfaces.facets.len() - 1;
-        let (mut outlooks, mut naive) = (Vec::new(), Vec::new());
-        for (i, node) in nodes.elements.iter().enumerate() {
+        let (mut nearby, mut naive) = (Vec::new(), Vec::new());
+        for (i, gather_point) in gather_points.elements.iter().enumerate() {
             let mut seen = 0.0;
-            let near = cube.visit(node.facet, node.centre, scatter(i as u64), |e, share| {
-                if elements.elements[e as usize].facet == bright {
-                    seen += share;
-                }
-            });
-            outlooks.push(near);
+            let near = cube.visit(
+                gather_point.facet,
+                gather_point.centre,
+                scatter(i as u64),
+                |e, share| {
+                    if elements.elements[e as usize].facet == bright {
+                        seen += share;
+                    }
+                },
+            );
+            nearby.push(near);
             naive.push(seen);
         }
         let mut even = naive.clone();
-        Links::new(&nodes, &outlooks).even(&mut even, 1);
-        let pane = Pane::new(spot, vec3(0.0, 0.0, -1.0));
+        Smoothing::new(&gather_points, &nearby).even(&mut even, 1);
+        let light_polygon = LightPolygon::new(spot, vec3(0.0, 0.0, -1.0));
         let mut clipper = Clipper::default();
         let mut error = |found: &[f32]| {
             let (mut apart, mut power) = (0.0, 0.0);
-            for (node, found) in nodes.elements.iter().zip(found) {
-                let normal = surfaces.facets[node.facet].normal;
-                let beside = (node.centre.x - 3.0).hypot(node.centre.y - 3.0);
+            for (gather_point, found) in gather_points.elements.iter().zip(found) {
+                let normal = surfaces.facets[gather_point.facet].normal;
+                let beside = (gather_point.centre.x - 3.0).hypot(gather_point.centre.y - 3.0);
                 if normal.z > 0.9 && beside < 2.0 {
-                    let exact = clipper.unoccluded(node.centre, normal, &pane) / PI;
+                    let exact =
+                        clipper.unoccluded(gather_point.centre, normal, &light_polygon) / PI;
                     apart += (f64::from(*found) - exact).powi(2);
                     power += exact * exact;
                 }
@@ -170,28 +177,28 @@ mod tests {
             surfaces: &surfaces,
             hierarchy: &hierarchy,
         };
-        let layout = Layout::of_nodes(&surfaces, 2000, &[0.0; 7]);
-        let wishes = vec![Wish::WANTED; layout.cells()];
-        let nodes = layout.mesh(setting, &[vec3(3.0, 3.0, 2.0)], &wishes);
-        let count = nodes.elements.len();
+        let layout = Layout::of_gather_points(&surfaces, 2000, &[0.0; 7]);
+        let requests = vec![CellRequest::WANTED; layout.cells()];
+        let gather_points = layout.mesh(setting, &[vec3(3.0, 3.0, 2.0)], &requests);
+        let count = gather_points.elements.len();
         let slope = |e: &Element| [1.0, e.centre.dot(vec3(0.3, -0.2, 0.5)) as f32];
-        let near = |closeness: f32| {
+        let near = |inverse_distance: f32| {
             vec![
-                Outlook {
-                    closeness,
+                NearbyEmission {
+                    inverse_distance,
                     seen: 1.0
                 };
                 count
             ]
         };
-        let slopes: Vec<f32> = nodes.elements.iter().flat_map(slope).collect();
+        let slopes: Vec<f32> = gather_points.elements.iter().flat_map(slope).collect();
         let mut found = slopes.clone();
-        Links::new(&nodes, &near(0.1)).even(&mut found, 2);
+        Smoothing::new(&gather_points, &near(0.1)).even(&mut found, 2);
         let apart = found.iter().zip(&slopes).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f32::max) < 1e-5);
         let mixed: Vec<f32> = (0..count).map(|i| i as f32).collect();
         let mut left = mixed.clone();
-        Links::new(&nodes, &near(10.0)).even(&mut left, 1);
+        Smoothing::new(&gather_points, &near(10.0)).even(&mut left, 1);
         assert_eq!(left, mixed);
     }
 }

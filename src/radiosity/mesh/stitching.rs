@@ -1,9 +1,10 @@
 //! Where facets that lie in one plane meet: light goes on from one to the other.
 //!
 //! Each facet has a grid of its own, so that what is interpolated on it ends at its rim: a wall
-//! made of several polygons would show each by a shade of its own. Within half a cell of a seam it
-//! goes on to the facet beyond, as far as the samples on both sides are from it; not where
-//! something stands on the seam, as light stops there. This room knows nothing of lights.
+//! made of several polygons would show each by a shade of its own. Within half a cell of a shared
+//! edge it goes on to the facet beyond, as far as the samples on both sides are from it; not where
+//! something stands on the shared edge, as light stops there. This module does not depend on
+//! lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,12 +21,12 @@ use rayon::prelude::*;
 /// Normals of facets in one plane differ by less than this (their product from 1).
 const LEAST_BEND: f64 = 1e-9;
 
-/// Directions in which a seam may be crossed one after the other: two, as the plane has.
+/// Directions in which a shared edge may be crossed one after the other: two, as the plane has.
 const MOST_CROSSED: usize = 2;
 
 /// A straight part of the rim of two facets.
 #[derive(Clone, Copy, Debug)]
-struct Seam {
+struct SharedEdge {
     /// The facet beyond.
     other: usize,
     from: Vec3,
@@ -35,39 +36,41 @@ struct Seam {
     length: f64,
 }
 
-/// The seams of all facets.
+/// The shared edges of all facets.
 #[derive(Clone, Debug)]
-pub struct Seams {
-    of: Vec<Vec<Seam>>,
+pub struct Stitching {
+    of: Vec<Vec<SharedEdge>>,
 }
 
-impl Seams {
-    /// Finds the seams of a scene.
-    pub fn new(surfaces: &Surfaces) -> Seams {
+impl Stitching {
+    /// Finds the shared edges of a scene.
+    pub fn new(surfaces: &Surfaces) -> Stitching {
         let contacts = Contacts::new(surfaces);
         let facets = || (0..surfaces.facets.len()).into_par_iter();
-        let mut of: Vec<Vec<Seam>> = facets().map(|f| beside(surfaces, &contacts, f)).collect();
+        let mut of: Vec<Vec<SharedEdge>> =
+            facets().map(|f| beside(surfaces, &contacts, f)).collect();
         let feet = |f: usize| match of[f].is_empty() {
             true => Vec::new(),
             false => contacts.of(f, 0.0),
         };
         let feet: Vec<Vec<Foot>> = facets().map(feet).collect();
-        for (facet, seams) in of.iter_mut().enumerate() {
-            seams.retain(|seam| {
+        for (facet, stitching) in of.iter_mut().enumerate() {
+            stitching.retain(|seam| {
                 let mut both = feet[facet].iter().chain(&feet[seam.other]);
                 !both.any(|foot| seam.runs_along(foot.ends, surfaces.touching()))
             });
         }
-        Seams { of }
+        Stitching { of }
     }
 
-    /// Elements around a point of a facet and their weights, which sum to 1, as
-    /// [`Mesh::stencil`], but going on across seams: added to `out`. None are if there is none.
+    /// Elements around a point of a facet and their weights, which sum to 1, as [`Mesh::stencil`],
+    /// but going on across shared edges: added to `out`. None are if there is none.
     pub fn stencil(&self, mesh: &Mesh, facet: usize, p: Vec3, out: &mut Vec<(u32, f32)>) {
         self.add(mesh, facet, p, 1.0, [Vec3::ZERO; MOST_CROSSED], out);
     }
 
-    /// Adds a share of the light, which has `crossed` seams in these directions; zero is none.
+    /// Adds a share of the light, which has `crossed` shared edges in these directions; zero is
+    /// none.
     fn add(
         &self,
         mesh: &Mesh,
@@ -98,7 +101,7 @@ impl Seams {
 }
 
 /// The facets in the plane of one that share a part of its rim, and reflect.
-fn beside(surfaces: &Surfaces, contacts: &Contacts<'_>, facet: usize) -> Vec<Seam> {
+fn beside(surfaces: &Surfaces, contacts: &Contacts<'_>, facet: usize) -> Vec<SharedEdge> {
     let own = &surfaces.facets[facet];
     let touching = surfaces.touching();
     let mut out = Vec::new();
@@ -116,7 +119,13 @@ fn beside(surfaces: &Surfaces, contacts: &Contacts<'_>, facet: usize) -> Vec<Sea
         }
         for [a, b] in edges(&own.vertices) {
             for [c, d] in edges(&piece.vertices) {
-                out.extend(Seam::between(own, [a, b], [c, d], piece.facet, touching));
+                out.extend(SharedEdge::between(
+                    own,
+                    [a, b],
+                    [c, d],
+                    piece.facet,
+                    touching,
+                ));
             }
         }
     }
@@ -128,7 +137,7 @@ fn edges(vertices: &[Vec3]) -> impl Iterator<Item = [Vec3; 2]> {
     (0..n).map(move |i| [vertices[i], vertices[(i + 1) % n]])
 }
 
-impl Seam {
+impl SharedEdge {
     /// Where an edge of a facet runs along one of another, which goes the other way.
     fn between(
         own: &Facet,
@@ -136,7 +145,7 @@ impl Seam {
         [c, d]: [Vec3; 2],
         other: usize,
         touching: f64,
-    ) -> Option<Seam> {
+    ) -> Option<SharedEdge> {
         let along = (b - a).normalized();
         let inward = own.normal.cross(along);
         let off = |p: Vec3| (p - a).dot(inward).abs();
@@ -145,7 +154,7 @@ impl Seam {
         }
         let at = |p: Vec3| (p - a).dot(along);
         let (low, high) = (at(d).max(0.0), at(c).min(at(b)));
-        (high - low > touching).then(|| Seam {
+        (high - low > touching).then(|| SharedEdge {
             other,
             from: a + along * low,
             along,
@@ -160,11 +169,12 @@ impl Seam {
         ends.iter().all(near) && a.max(b).min(self.length) - a.min(b).max(0.0) > touching
     }
 
-    /// The place of the seam nearest to a point of the facet, and the share that the facet beyond
-    /// has in the point's light, if the point is between the seam and the samples nearest to it.
+    /// The place of the shared edge nearest to a point of the facet, and the share that the facet
+    /// beyond has in the point's light, if the point is between the shared edge and the samples
+    /// nearest to it.
     fn beyond(&self, mesh: &Mesh, facet: usize, p: Vec3) -> Option<(Vec3, f64)> {
         let [own, other] = [facet, self.other].map(|f| mesh.grids[f].as_ref());
-        // Of a cell of its grid; as wide as that is across the seam.
+        // Of a cell of its grid; as wide as that is across the shared edge.
         let half = |grid: &Grid| {
             let [u, v] = grid.slopes().map(|slope| slope.dot(self.inward));
             0.5 / u.hypot(v)
@@ -184,7 +194,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::radiosity::direct::Setting;
-    use crate::radiosity::mesh::{Layout, Wish};
+    use crate::radiosity::mesh::{CellRequest, Layout};
     use crate::radiosity::visibility::Hierarchy;
 
     /// A floor of four tiles that meet at (2, 1), and what else stands there.
@@ -206,7 +216,7 @@ mod tests {
             hierarchy: &hierarchy,
         };
         let layout = Layout::of_elements(&surfaces, 20);
-        let all = vec![Wish::WANTED; layout.cells()];
+        let all = vec![CellRequest::WANTED; layout.cells()];
         let mesh = layout.mesh(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)], &all);
         (surfaces, mesh)
     }
@@ -239,14 +249,14 @@ mod tests {
     #[test]
     fn light_goes_on_from_tile_to_tile() {
         let (surfaces, mesh) = floor(&[]);
-        let seams = Seams::new(&surfaces);
+        let stitching = Stitching::new(&surfaces);
         let jump = |ours: bool, p: Vec3, way: Vec3| {
             let sides = [-1e-6, 1e-6].map(|d| {
                 let q = p + way * d;
                 let facet = tile(&surfaces, q);
                 let mut shares = Vec::new();
                 match ours {
-                    true => seams.stencil(&mesh, facet, q, &mut shares),
+                    true => stitching.stencil(&mesh, facet, q, &mut shares),
                     false => shares.extend(mesh.stencil(facet, q)),
                 }
                 value(&mesh, &shares)
@@ -287,7 +297,7 @@ mod tests {
             let (surfaces, mesh) = floor(others);
             let p = vec3(1.99, 0.4, 0.0);
             let mut shares = Vec::new();
-            Seams::new(&surfaces).stencil(&mesh, tile(&surfaces, p), p, &mut shares);
+            Stitching::new(&surfaces).stencil(&mesh, tile(&surfaces, p), p, &mut shares);
             shares
                 .iter()
                 .any(|(e, _)| mesh.elements[*e as usize].centre.x > 2.0)

@@ -1,10 +1,10 @@
-//! What a few samples of a smooth function tell of it between them: a plane, and a bend.
+//! A smooth function between a few samples of it: a plane, and a bend.
 //!
 //! The samples lie near the corners and the middle of a square. A plane alone is too high in the
 //! middle of a hill and too low at its foot, everywhere alike for one light, so that it shifts the
-//! mean; the bend takes that back. Invariants: samples that do not tell a slope make no fit, for a
-//! slope guessed from places close together is far off beyond them; and a fit adds and scales with
-//! its values. This room knows nothing of light.
+//! mean; the bend takes that back. Invariants: samples that do not determine a slope make no fit,
+//! for a slope guessed from places close together is far off beyond them; and a fit adds and scales
+//! with its values. This module does not depend on light.
 
 use crate::radiosity::direct::cluster::CORNERS;
 
@@ -14,7 +14,7 @@ const SPREAD: f64 = 0.03;
 
 /// A function on the square from -1 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fit {
+pub struct QuadraticFit {
     /// Constant and slopes.
     plane: [f64; 3],
     /// Constant of the bend, its part that grows with the distance from the middle, and its twist.
@@ -23,12 +23,12 @@ pub struct Fit {
     pub farthest: f64,
 }
 
-impl Fit {
+impl QuadraticFit {
     /// Through values at places, the last of them near the middle and the others near the corners
     /// of the square. None where the places lie along a line or close together.
-    pub fn through(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<Fit> {
+    pub fn through(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<QuadraticFit> {
         let plane = plane(places, values)?;
-        let mut fit = Fit {
+        let mut fit = QuadraticFit {
             plane,
             bend: [0.0; 3],
             farthest: 0.0,
@@ -111,7 +111,7 @@ mod tests {
     fn hills_and_twists_are_met_everywhere() {
         let f = |[x, y]: [f64; 2]| 3.0 - x + 0.5 * y + 0.7 * (x * x + y * y) + 0.2 * x * y;
         let places = EVEN.map(|p| if p[0] == 0.1 { [0.0, 0.0] } else { p });
-        let fit = Fit::through(&places, &places.map(f)).unwrap();
+        let fit = QuadraticFit::through(&places, &places.map(f)).unwrap();
         for p in [[0.0, 0.0], [1.0, 0.3], [-0.4, 0.8], [1.0, -1.0]] {
             assert!(
                 (fit.at(p) - f(p)).abs() < 1e-9,
@@ -121,7 +121,7 @@ mod tests {
             );
         }
         // The plane alone is off by the hill, wherever it is asked.
-        let flat = Fit {
+        let flat = QuadraticFit {
             bend: [0.0; 3],
             ..fit
         };
@@ -138,8 +138,8 @@ mod tests {
     fn places_along_a_line_tell_no_slope() {
         let narrow = EVEN.map(|[x, _]| [x, 0.97 * x + if x > 0.5 { 0.01 } else { 0.0 }]);
         let values = [0.0, 0.02, 0.1, 0.0, 0.05];
-        assert!(Fit::through(&narrow, &values).is_none());
-        assert!(Fit::through(&[[0.3, 0.3]; CORNERS], &values).is_none());
+        assert!(QuadraticFit::through(&narrow, &values).is_none());
+        assert!(QuadraticFit::through(&[[0.3, 0.3]; CORNERS], &values).is_none());
     }
 
     #[test]
@@ -147,7 +147,7 @@ mod tests {
         let (a, b) = ([1.0, 2.0, 0.5, 0.0, 3.0], [0.0, -1.0, 2.0, 4.0, 1.0]);
         let mixed: Vec<f64> = a.iter().zip(b).map(|(a, b)| 2.0 * a - 3.0 * b).collect();
         let at = |v: &[f64]| {
-            Fit::through(&EVEN, v.try_into().unwrap())
+            QuadraticFit::through(&EVEN, v.try_into().unwrap())
                 .unwrap()
                 .at([0.4, -0.7])
         };

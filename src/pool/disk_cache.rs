@@ -7,8 +7,8 @@
 //! foreign or of another version is not used, and the picture is rendered again in its place. So a
 //! crash, a full disk or another process at work costs time at most. When the folder holds more
 //! than its limit, what was used least recently goes first; a use sets the file's time of change.
-//! Trouble is collected, each kind once, for the user to be told. A store is only as trustworthy as
-//! whoever may write to it: checksums find faults, not forgery.
+//! Trouble is collected, each kind once, to warn the user. A store is only as trustworthy as
+//! those who may write to it: checksums find faults, not forgery.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::picture::Image;
 use crate::picture::exr::{self, Precision};
 use crate::renderer::Quality;
 
-use super::address::{Address, Digest, Ground, Hasher, Lighting};
+use super::address::{Address, Digest, Hasher, Lighting, SceneKey};
 
 /// Version of the files' own form.
 const FORMAT: &str = "1";
@@ -45,7 +45,7 @@ const ATTRIBUTE_CHECK: &str = "footlight.check";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// Operator, scene and view.
-    pub ground: Ground,
+    pub scene_key: SceneKey,
     /// Step of the operator's scale.
     pub quality: Quality,
     /// The picture's name.
@@ -82,7 +82,7 @@ impl Place {
     }
 }
 
-/// A refined picture of the store, as its header says; to be verified by [`Depot::find`].
+/// A refined picture of the store, as its header says; to be verified by [`DiskCache::find`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refined {
     /// Step of the operator's scale.
@@ -95,7 +95,7 @@ pub struct Refined {
     pub place: Place,
 }
 
-/// Trouble with a store that the user should know of.
+/// Trouble with a store for a warning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Note {
     /// Stored pictures were of no use and were dropped.
@@ -123,7 +123,7 @@ pub enum Note {
 
 /// The store of one folder.
 #[derive(Debug)]
-pub struct Depot {
+pub struct DiskCache {
     folder: PathBuf,
     limit: u64,
     /// What the operator says of its pictures.
@@ -140,10 +140,10 @@ pub struct Depot {
     told: [bool; 3],
 }
 
-impl Depot {
+impl DiskCache {
     /// In `folder`, of at most `limit` bytes; `operator` is what the operator says of its pictures.
-    pub fn new(folder: impl Into<PathBuf>, limit: u64, operator: &str) -> Depot {
-        Depot {
+    pub fn new(folder: impl Into<PathBuf>, limit: u64, operator: &str) -> DiskCache {
+        DiskCache {
             folder: folder.into(),
             limit,
             operator: operator.to_owned(),
@@ -166,10 +166,10 @@ impl Depot {
         self.limit
     }
 
-    fn path(&self, ground: Ground, quality: Quality, key: Digest) -> PathBuf {
+    fn path(&self, scene_key: SceneKey, quality: Quality, key: Digest) -> PathBuf {
         let name = format!("{}-{key}.exr", quality.0);
-        let ground = ground.0.to_string();
-        self.folder.join("pictures").join(ground).join(name)
+        let scene_key = scene_key.0.to_string();
+        self.folder.join("pictures").join(scene_key).join(name)
     }
 
     /// The verified picture of an address, `size` pixels wide and high, and what it says is lit;
@@ -177,10 +177,10 @@ impl Depot {
     pub fn find(
         &mut self,
         store: &dyn Store,
-        (ground, quality, key): (Ground, Quality, Digest),
+        (scene_key, quality, key): (SceneKey, Quality, Digest),
         size: (usize, usize),
     ) -> Option<(Lighting, Image)> {
-        let path = self.path(ground, quality, key);
+        let path = self.path(scene_key, quality, key);
         let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
         let limit = pixels.saturating_mul(12).saturating_add(HEADER_LIMIT);
         let bytes = match store.read(&path, limit) {
@@ -191,7 +191,7 @@ impl Depot {
                 return None;
             }
         };
-        match verified(&bytes, (ground, quality, key), size) {
+        match verified(&bytes, (scene_key, quality, key), size) {
             Ok(found) => {
                 // A use that cannot be recorded only makes the picture look older.
                 let _ = store.touch(&path);
@@ -199,7 +199,7 @@ impl Depot {
             }
             Err(reason) => {
                 self.damage(&path, &reason);
-                // Else it would be told of again by every command; what cannot be removed is.
+                // Else it would be reported again by every command; what cannot be removed is.
                 let _ = store.remove(&path);
                 None
             }
@@ -213,24 +213,24 @@ impl Depot {
     }
 
     /// What the pictures of a ground and quality say they show; to be verified by
-    /// [`Depot::find`] before any is used.
+    /// [`DiskCache::find`] before any is used.
     pub fn lightings(
         &self,
         store: &dyn Store,
-        ground: Ground,
+        scene_key: SceneKey,
         quality: Quality,
     ) -> Vec<(Digest, Lighting)> {
-        let of_ground = self.of_ground(store, &ground.0.to_string());
-        let wanted = of_ground.into_iter().filter(|s| s.quality == quality);
+        let of_scene = self.of_scene(store, &scene_key.0.to_string());
+        let wanted = of_scene.into_iter().filter(|s| s.quality == quality);
         wanted
             .filter_map(|s| Some((s.key, self.lighting(store, s)?)))
             .collect()
     }
 
     /// The refined pictures of a ground at this quality or a better one.
-    pub fn refined(&self, store: &dyn Store, ground: Ground, least: Quality) -> Vec<Refined> {
-        let of_ground = self.of_ground(store, &ground.0.to_string());
-        let good = of_ground.into_iter().filter(|s| s.quality >= least);
+    pub fn refined(&self, store: &dyn Store, scene_key: SceneKey, least: Quality) -> Vec<Refined> {
+        let of_scene = self.of_scene(store, &scene_key.0.to_string());
+        let good = of_scene.into_iter().filter(|s| s.quality >= least);
         let read = |stored: Stored| {
             let header = self.header(store, stored)?;
             Some(Refined {
@@ -249,14 +249,14 @@ impl Depot {
     }
 
     fn header(&self, store: &dyn Store, stored: Stored) -> Option<Vec<(String, String)>> {
-        let path = self.path(stored.ground, stored.quality, stored.key);
+        let path = self.path(stored.scene_key, stored.quality, stored.key);
         [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
             let start = store.read_start(&path, limit).ok()?;
             exr::attributes(&start).ok()
         })
     }
 
-    /// Stores a picture; `setting` tells people what it shows, `place` where it stands if it is a
+    /// Stores a picture; `setting` says what it shows, `place` where it stands if it is a
     /// refined one. After the first failure nothing more is written in this session.
     pub fn keep(
         &mut self,
@@ -300,7 +300,7 @@ impl Depot {
             self.outdated = self.of_other_versions(store, &stored);
             self.bytes = Some(stored.iter().map(|s| s.bytes).sum());
         }
-        let path = self.path(address.ground, address.quality, address.key);
+        let path = self.path(address.scene_key, address.quality, address.key);
         store.write(&path, content).map_err(words)?;
         let bytes = self.bytes.unwrap_or_default().saturating_add(size);
         self.bytes = Some(bytes);
@@ -324,11 +324,11 @@ impl Depot {
     /// are of one version, so one of them speaks for all.
     fn of_other_versions(&self, store: &dyn Store, stored: &[Stored]) -> (usize, u64) {
         let (mut count, mut bytes) = (0, 0);
-        for ground in stored.chunk_by(|a, b| a.ground == b.ground) {
-            let header = ground.iter().find_map(|s| self.header(store, *s));
+        for scene_key in stored.chunk_by(|a, b| a.scene_key == b.scene_key) {
+            let header = scene_key.iter().find_map(|s| self.header(store, *s));
             if header.is_some_and(|h| value(&h, ATTRIBUTE_OPERATOR) != self.operator) {
-                count += ground.len();
-                bytes += ground.iter().map(|s| s.bytes).sum::<u64>();
+                count += scene_key.len();
+                bytes += scene_key.iter().map(|s| s.bytes).sum::<u64>();
             }
         }
         (count, bytes)
@@ -336,23 +336,23 @@ impl Depot {
 
     /// Every picture in the store, whether it serves or not; none when it cannot be listed.
     pub fn stored(&self, store: &dyn Store) -> Vec<Stored> {
-        let grounds = store.entries(&self.folder.join("pictures"));
-        let grounds = grounds.unwrap_or_default().into_iter();
-        grounds
-            .flat_map(|ground| self.of_ground(store, &ground.name))
+        let scene_keys = store.entries(&self.folder.join("pictures"));
+        let scene_keys = scene_keys.unwrap_or_default().into_iter();
+        scene_keys
+            .flat_map(|scene_key| self.of_scene(store, &scene_key.name))
             .collect()
     }
 
-    fn of_ground(&self, store: &dyn Store, ground: &str) -> Vec<Stored> {
-        let Some(digest) = Digest::parse(ground) else {
+    fn of_scene(&self, store: &dyn Store, scene_key: &str) -> Vec<Stored> {
+        let Some(digest) = Digest::parse(scene_key) else {
             return Vec::new();
         };
-        let folder = self.folder.join("pictures").join(ground);
+        let folder = self.folder.join("pictures").join(scene_key);
         let entries = store.entries(&folder).unwrap_or_default().into_iter();
         let stored = |entry: Entry| {
             let (quality, key) = entry.name.strip_suffix(".exr")?.split_once('-')?;
             Some(Stored {
-                ground: Ground(digest),
+                scene_key: SceneKey(digest),
                 quality: Quality(quality.parse().ok()?),
                 key: Digest::parse(key)?,
                 bytes: entry.bytes,
@@ -373,7 +373,7 @@ impl Depot {
             if bytes <= self.limit {
                 break;
             }
-            store.remove(&self.path(stored.ground, stored.quality, stored.key))?;
+            store.remove(&self.path(stored.scene_key, stored.quality, stored.key))?;
             bytes = bytes.saturating_sub(stored.bytes);
         }
         self.bytes = Some(bytes);
@@ -383,11 +383,11 @@ impl Depot {
     /// Removes parts of files that were last written before `until`, and folders left empty.
     fn sweep(&self, store: &dyn Store, until: u64) -> Result<(), FileError> {
         let pictures = self.folder.join("pictures");
-        for ground in store.entries(&pictures)? {
-            if Digest::parse(&ground.name).is_none() {
+        for scene_key in store.entries(&pictures)? {
+            if Digest::parse(&scene_key.name).is_none() {
                 continue;
             }
-            let folder = pictures.join(&ground.name);
+            let folder = pictures.join(&scene_key.name);
             for entry in store.entries(&folder)? {
                 if entry.name.ends_with(".part") && entry.used < until {
                     store.remove(&folder.join(&entry.name))?;
@@ -413,7 +413,7 @@ impl Depot {
         let newest = all.iter().map(|s| s.used).max();
         self.sweep(store, newest.map_or(u64::MAX, |n| n.saturating_sub(STALE)))?;
         for stored in all.into_iter().filter(which) {
-            let path = self.path(stored.ground, stored.quality, stored.key);
+            let path = self.path(stored.scene_key, stored.quality, stored.key);
             store.remove(&path)?;
             count += 1;
             bytes += stored.bytes;
@@ -423,7 +423,7 @@ impl Depot {
         Ok((count, bytes))
     }
 
-    /// What the user should know, each kind of trouble once in a session.
+    /// Warnings for the user, each kind of trouble once in a session.
     pub fn notes(&mut self) -> Vec<Note> {
         let mut notes = Vec::new();
         if let (Some((path, reason)), false) = (&self.first_damage, self.told[0]) {
@@ -457,7 +457,7 @@ fn encoded(address: &Address, said: [(&str, String); 3], image: &Image) -> Resul
         .collect();
     let named = [
         (ATTRIBUTE_FORMAT, FORMAT.to_owned()),
-        (ATTRIBUTE_GROUND, address.ground.0.to_string()),
+        (ATTRIBUTE_GROUND, address.scene_key.0.to_string()),
         (ATTRIBUTE_QUALITY, address.quality.0.to_string()),
         (ATTRIBUTE_KEY, address.key.to_string()),
         (ATTRIBUTE_LIT, lit.join(" ")),
@@ -486,7 +486,7 @@ fn checksum(attributes: &[(String, String)], image: &Image) -> Digest {
 /// What a file shows, if it is whole and what its name says.
 fn verified(
     bytes: &[u8],
-    (ground, quality, key): (Ground, Quality, Digest),
+    (scene_key, quality, key): (SceneKey, Quality, Digest),
     size: (usize, usize),
 ) -> Result<(Lighting, Image), String> {
     let words = |error: crate::picture::PictureError| error.to_string();
@@ -496,7 +496,11 @@ fn verified(
         return Err("it is not a picture of this version's store".to_owned());
     }
     let said = [ATTRIBUTE_GROUND, ATTRIBUTE_QUALITY, ATTRIBUTE_KEY].map(value);
-    let meant = [ground.0.to_string(), quality.0.to_string(), key.to_string()];
+    let meant = [
+        scene_key.0.to_string(),
+        quality.0.to_string(),
+        key.to_string(),
+    ];
     if said != meant {
         return Err("it is a picture of something else under this name".to_owned());
     }
@@ -533,5 +537,5 @@ fn parse_lit(text: &str) -> Option<Lighting> {
 }
 
 #[cfg(test)]
-#[path = "depot_test.rs"]
+#[path = "disk_cache_test.rs"]
 mod tests;

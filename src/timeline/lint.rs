@@ -170,9 +170,9 @@ struct Out {
     ended_by: Option<NodeId>,
 }
 
-/// The stretches between two lit moments in which every bank is out, and nobody said so. It is said
-/// by a cue that takes every bank out, as `blackout` does, and by a path that ends at 0: who draws
-/// levels over time has seen them. What `cueonly` or `assert` restores was said before.
+/// The stretches between two lit moments in which every bank is out, and that is not stated. It is
+/// said by a cue that takes every bank out, as `blackout` does, and by a path that ends at 0: who
+/// draws levels over time has seen them. What `cueonly` or `assert` restores was said before.
 pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<Warning> {
     let banks: Vec<usize> = show
         .coordinates()

@@ -8,7 +8,7 @@ use crate::units::Rgb;
 
 /// A light of the stage's file ([`scene::Lamp`]), and what the show says otherwise.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hung {
+pub struct ImportedLuminaire {
     /// Its name in the file.
     pub name: String,
     /// Where it hangs; without an `aim` it keeps its direction.
@@ -32,7 +32,7 @@ pub struct Hung {
 const EVERYWHERE: (f64, f64) = (359.8, 360.0);
 
 /// The first light called so, as a spot.
-pub(super) fn spot(id: NodeId, hung: &Hung, lamps: &[Lamp]) -> Result<Spot, RigError> {
+pub(super) fn spot(id: NodeId, hung: &ImportedLuminaire, lamps: &[Lamp]) -> Result<Spot, RigError> {
     let name = || hung.name.clone();
     let found = lamps.iter().find(|l| l.name == hung.name);
     let lamp = found.ok_or_else(|| RigError::NoLamp {
@@ -96,8 +96,8 @@ mod tests {
         }
     }
 
-    fn hung(name: &str) -> Hung {
-        Hung {
+    fn hung(name: &str) -> ImportedLuminaire {
+        ImportedLuminaire {
             name: name.to_owned(),
             position: None,
             aim: None,
@@ -121,7 +121,7 @@ mod tests {
         assert_eq!((own.beam, own.field), (20.0, 30.0));
         assert_eq!(own.aim, vec3(1.0, 2.0, 2.0));
         assert_eq!(own.intensity, Rgb([800.0, 400.0, 200.0]));
-        let said = Hung {
+        let said = ImportedLuminaire {
             position: Some(vec3(0.0, 0.0, 5.0)),
             field: Some(50.0),
             white: Some(Rgb::WHITE),
@@ -146,7 +146,7 @@ mod tests {
             spot(id, &hung("Sun"), &lamps),
             Err(RigError::Distant { .. })
         ));
-        let narrow = Hung {
+        let narrow = ImportedLuminaire {
             field: Some(10.0),
             ..hung("Key")
         };
