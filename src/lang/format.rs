@@ -41,12 +41,11 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     let mut layout = layout::Layout::default();
     let mut from = 0;
     for cut in scan.cuts {
-        let statement = unix.get(cut.span.clone()).unwrap_or("");
-        let pieces = piece::pieces(statement);
+        let pieces = piece::pieces(cut.text);
         for (i, piece) in pieces.iter().enumerate() {
             let start = cut.span.start + piece.span.start;
             let gap = unix.get(from..start).unwrap_or("");
-            layout.piece(piece, gap, || rest_of_block(&pieces, i, statement));
+            layout.piece(piece, gap, || rest_of_block(&pieces, i, cut.text));
             from = cut.span.start + piece.span.end;
         }
     }

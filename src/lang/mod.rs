@@ -101,15 +101,17 @@ pub fn parse_again(
         return failed(report);
     }
     let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
+    let scans: Vec<_> = parts.iter().map(include::Part::scan).collect();
     let mut environment = String::new();
-    for part in &parts {
-        read::environment(&part.text, &part.scan, &mut environment);
+    for scan in &scans {
+        read::environment(scan, &mut environment);
     }
     let within = cache.within(&environment);
-    let reads = parts
-        .iter()
-        .map(|p| read::read(&p.text, p.file, &p.scan, within, &mut report));
-    let read = include::joined(&parts, reads.collect());
+    let mut reads = Vec::new();
+    for (part, scan) in parts.iter().zip(&scans) {
+        reads.push(read::read(&part.text, part.file, scan, within, &mut report));
+    }
+    let read = include::joined(&parts, reads);
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
         report.add(
@@ -214,18 +216,19 @@ pub fn time(text: &str) -> Option<Time> {
 /// What a text that parses declares beside cues, in order: what each is (`bank lamps`), and its
 /// canonical text.
 pub fn declarations(text: &str) -> Vec<(String, String)> {
-    let cuts = scan::scan(text).cuts.into_iter();
-    let texts = cuts.filter_map(|cut| text.get(cut.span));
-    texts
-        .filter(|text| scan::first_word(text) != "cue")
-        .filter_map(|text| Some((edit::name(text)?, format(text).ok()?.trim_end().to_owned())))
-        .collect()
+    let mut out = Vec::new();
+    for cut in scan::scan(text).cuts.iter().filter(|cut| !cut.is_cue()) {
+        if let (Some(name), Ok(formatted)) = (edit::name(cut.text), format(cut.text)) {
+            out.push((name, formatted.trim_end().to_owned()));
+        }
+    }
+    out
 }
 
 /// The names that a text gives to values.
 pub fn values(text: &str) -> Vec<String> {
     let cuts = scan::scan(text).cuts.into_iter();
-    let names = cuts.filter_map(|cut| edit::name(text.get(cut.span)?));
+    let names = cuts.filter_map(|cut| edit::name(cut.text));
     let value = |name: String| name.strip_prefix("let ").map(str::to_owned);
     names.filter_map(value).collect()
 }

@@ -29,7 +29,7 @@ pub struct Read<'a> {
 pub fn read<'a>(
     text: &'a str,
     file: u32,
-    scan: &Scan,
+    scan: &Scan<'a>,
     cache: Option<&'a LoweringCache>,
     report: &mut Report,
 ) -> Read<'a> {
@@ -57,7 +57,7 @@ pub fn read<'a>(
 ///
 /// # Errors
 /// Diagnostics for a text that is too large or does not parse.
-pub fn typed(text: &str) -> Result<(Scan, Read<'_>, Report), Vec<Diagnostic>> {
+pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>> {
     if text.len() > limits::STATEMENT {
         let message = format!("more than {} bytes at once", limits::STATEMENT);
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
@@ -72,13 +72,10 @@ pub fn typed(text: &str) -> Result<(Scan, Read<'_>, Report), Vec<Diagnostic>> {
 }
 
 /// All statements that are no cues, one after the other, added to `out`.
-pub fn environment(text: &str, scan: &Scan, out: &mut String) {
-    for cut in &scan.cuts {
-        let text = text.get(cut.span.clone()).unwrap_or_default();
-        if first_word(text) != "cue" {
-            out.push_str(text);
-            out.push('\n');
-        }
+pub fn environment(scan: &Scan<'_>, out: &mut String) {
+    for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
+        out.push_str(cut.text);
+        out.push('\n');
     }
 }
 
@@ -165,8 +162,8 @@ impl<'a> Reader<'a, '_> {
         self.report.add(diagnostic.help(help));
     }
 
-    fn statement(&mut self, cut: &Cut) {
-        let text = self.text.get(cut.span.clone()).unwrap_or("");
+    fn statement(&mut self, cut: &Cut<'a>) {
+        let text = cut.text;
         let word = first_word(text);
         let cache = self.cache.and_then(|k| k.cue(text));
         if let Some(lowered) = cache.filter(|_| !cut.broken) {

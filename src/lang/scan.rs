@@ -19,13 +19,22 @@ pub const STATEMENTS: [&str; 15] = [
     "group", "look", "default", "curve", "cue",
 ];
 
-/// One statement.
+/// One statement, without the blanks and comments around it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cut {
-    /// Its bytes, without the blanks and comments around it.
+pub struct Cut<'a> {
+    /// As written.
+    pub text: &'a str,
+    /// Its bytes in the file.
     pub span: Range<usize>,
     /// A fault inside it was reported already; parsing it would only say it again.
     pub broken: bool,
+}
+
+impl Cut<'_> {
+    /// Whether it is a cue.
+    pub fn is_cue(&self) -> bool {
+        first_word(self.text) == "cue"
+    }
 }
 
 /// What is wrong with the cutting itself.
@@ -49,9 +58,9 @@ pub enum Fault {
 
 /// The statements of a file, and what went wrong in finding them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Scan {
+pub struct Scan<'a> {
     /// In order.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<Cut<'a>>,
     /// In order.
     pub faults: Vec<Fault>,
     /// The text ends inside a statement: a brace, quote or comment is open, or it ends in a
@@ -60,7 +69,7 @@ pub struct Scan {
 }
 
 /// Cuts `text`.
-pub fn scan(text: &str) -> Scan {
+pub fn scan(text: &str) -> Scan<'_> {
     let mut scanner = Scanner {
         text,
         bytes: text.as_bytes(),
@@ -93,7 +102,7 @@ struct Open {
 struct Scanner<'a> {
     text: &'a str,
     bytes: &'a [u8],
-    out: Scan,
+    out: Scan<'a>,
     current: Option<Open>,
     opens: Vec<usize>,
     /// Round brackets open in the current statement.
@@ -197,15 +206,16 @@ impl Scanner<'_> {
         let Some(open) = self.current.take() else {
             return;
         };
-        let span = open.start..self.end.max(open.start);
-        if span.is_empty() {
+        let span = open.start..self.end;
+        let Some(text) = self.text.get(span.clone()).filter(|t| !t.is_empty()) else {
             return;
-        }
+        };
         let long = span.len() > limits::STATEMENT;
         if long {
             self.out.faults.push(Fault::Long(span.clone()));
         }
         self.out.cuts.push(Cut {
+            text,
             span,
             broken: open.broken || long,
         });
@@ -265,11 +275,7 @@ mod tests {
     use super::*;
 
     fn cuts(text: &str) -> Vec<&str> {
-        scan(text)
-            .cuts
-            .iter()
-            .map(|c| &text[c.span.clone()])
-            .collect()
+        scan(text).cuts.iter().map(|c| c.text).collect()
     }
 
     #[test]
