@@ -28,7 +28,7 @@ use crate::units::{CueNumber, Rgb, Time};
 pub struct NodeId(pub u32);
 
 /// A whole show.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Show {
     /// Its title.
     pub title: String,

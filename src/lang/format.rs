@@ -83,6 +83,4 @@ fn rest_of_block<'p, 'a>(
 }
 
 #[cfg(test)]
-mod generated;
-#[cfg(test)]
 mod tests;

@@ -39,6 +39,7 @@ pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
 pub use names::nearest;
 pub use preview::preview_statement;
+pub use report::Place;
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};

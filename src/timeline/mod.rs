@@ -25,12 +25,7 @@ mod sweep;
 mod track;
 
 #[cfg(test)]
-mod naive;
-#[cfg(test)]
-pub(crate) mod planted;
-#[cfg(test)]
-#[path = "timeline_test.rs"]
-mod tests;
+pub(crate) mod tests;
 
 pub use blend::{Blend, blend};
 pub use clock::CueTime;

@@ -126,7 +126,8 @@ pub fn includes(cuts: &[Cut<'_>]) -> bool {
 }
 
 fn keys<'c, 's>(cuts: &'c [Cut<'s>]) -> impl Iterator<Item = (Key, &'c Cut<'s>)> {
-    cuts.iter().filter_map(|cut| Some((Key::of(cut.text)?, cut)))
+    cuts.iter()
+        .filter_map(|cut| Some((Key::of(cut.text)?, cut)))
 }
 
 /// The statement that declares `wanted`.

@@ -1,5 +1,7 @@
 //! Layouts that must come out, and what must hold for every text.
 
+mod random_shows;
+
 use super::format;
 use crate::diagnostic::Sources;
 use crate::lang;

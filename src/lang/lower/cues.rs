@@ -364,60 +364,6 @@ impl<'a> Lower<'a, '_> {
         out.sort_by_key(|m| m.coordinate);
         out
     }
-
-    // ---- remarks ----------------------------------------------------------------------------
-
-    /// Banks that no cue moves, and cues that move nothing.
-    pub fn banks_in_use(&mut self) {
-        if self.show.cues.is_empty() {
-            return;
-        }
-        let coordinates = self.first_coordinates.last().copied().unwrap_or(0);
-        let mut used = vec![false; coordinates];
-        let mut still = Vec::new();
-        for cue in &self.show.cues {
-            let mut moves = cue.parts.iter().flat_map(|p| &p.moves).peekable();
-            if moves.peek().is_none() {
-                still.push((cue.id, cue.number));
-            }
-            for one in moves {
-                if let Some(slot) = used.get_mut(one.coordinate) {
-                    *slot = true;
-                }
-            }
-        }
-        for (id, number) in still {
-            let Some(span) = self.spans.get(id) else {
-                continue;
-            };
-            let message = format!("cue {number} moves nothing");
-            self.report.add(
-                Diagnostic::warning(codes::STILL_CUE, message)
-                    .place(span, "")
-                    .help(
-                        "give it a move, such as `lamps 40`; to wait, give the next cue its time",
-                    ),
-            );
-        }
-        let ends = self
-            .first_coordinates
-            .iter()
-            .zip(self.first_coordinates.iter().skip(1));
-        for (bank, (first, end)) in self.show.banks.iter().zip(ends) {
-            let moved = used.get(*first..*end).is_some_and(|u| u.iter().any(|m| *m));
-            if let (false, Some(span)) = (moved, self.spans.get(bank.id)) {
-                let message = format!("no cue moves the bank `{}`: it stays out", bank.name);
-                self.report.add(
-                    Diagnostic::warning(codes::UNUSED_BANK, message)
-                        .place(span, "")
-                        .help(format!(
-                            "write `{} 50` in a cue, or make it `fixed`",
-                            bank.name
-                        )),
-                );
-            }
-        }
-    }
 }
 
 /// A cue or a part stands in messages by its word and number; its body would hide what matters.

@@ -27,7 +27,7 @@ use super::report::{Place, Report};
 use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits, unquoted};
 use crate::diagnostic::Diagnostic;
-use crate::show::{NodeId, Preview, Show};
+use crate::show::{NodeId, Show};
 
 /// What lowering made.
 pub struct Lowering {
@@ -46,7 +46,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
         names: Names::default(),
         report,
         spans: SpanMap::default(),
-        show: empty(),
+        show: Show::default(),
         values: Vec::new(),
         first_coordinates: Vec::new(),
         budget: limits::LEVELS,
@@ -69,29 +69,12 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
     }
     let failed = lower.report.failed();
     if !failed {
-        lower.remarks();
+        lower.lints();
     }
     Lowering {
         show: (!failed).then_some(lower.show),
         spans: lower.spans,
         fresh: lower.fresh,
-    }
-}
-
-fn empty() -> Show {
-    Show {
-        title: String::new(),
-        preview: Preview::default(),
-        stages: Vec::new(),
-        surfaces: Vec::new(),
-        views: Vec::new(),
-        lights: Vec::new(),
-        banks: Vec::new(),
-        fixed: Vec::new(),
-        groups: Vec::new(),
-        looks: Vec::new(),
-        curves: Vec::new(),
-        cues: Vec::new(),
     }
 }
 
@@ -241,13 +224,6 @@ impl<'a> Lower<'a, '_> {
             );
         }
         self.budget > 0
-    }
-
-    /// What is legal and surely not meant.
-    fn remarks(&mut self) {
-        self.lights_in_use();
-        self.banks_in_use();
-        self.channels_in_use();
     }
 }
 
