@@ -168,23 +168,23 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     if bytes.len() > limits::FILE {
         return Err(Box::new(too_large(name, bytes.len())));
     }
-    let binary = bytes.iter().position(|b| *b == 0);
-    let error = std::str::from_utf8(bytes).err().map(|e| e.valid_up_to());
-    let (message, at) = match (binary, error) {
-        (Some(at), _) => (format!("`{name}` is not a text: byte {at} is zero"), at),
-        (None, Some(at)) => (
-            format!("`{name}` is not UTF-8: byte {at} begins no character"),
-            at,
-        ),
-        (None, None) => {
-            let text = String::from_utf8_lossy(bytes);
-            return Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned());
+    let (what, at) = match (
+        bytes.iter().position(|b| *b == 0),
+        std::str::from_utf8(bytes),
+    ) {
+        (Some(at), _) => (format!("not a text: byte {at} is zero"), at),
+        (None, Err(error)) => {
+            let at = error.valid_up_to();
+            (format!("not UTF-8: byte {at} begins no character"), at)
         }
+        (None, Ok(text)) => return Ok(text.strip_prefix('\u{feff}').unwrap_or(text).to_owned()),
     };
     let line = bytes.iter().take(at).filter(|b| **b == b'\n').count() + 1;
-    Err(Box::new(Diagnostic::error(codes::NOT_TEXT, message).help(
-        format!("the byte is in line {line}; a show is a text file in UTF-8"),
-    )))
+    let message = format!("`{name}` is {what}");
+    let help = format!("the byte is in line {line}; a show is a text file in UTF-8");
+    Err(Box::new(
+        Diagnostic::error(codes::NOT_TEXT, message).help(help),
+    ))
 }
 
 /// A text without its quotes and backslashes.

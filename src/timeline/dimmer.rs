@@ -131,9 +131,7 @@ impl Law {
         };
         match self {
             Law::Linear => whole(Bernstein::linear(0.0, 1.0)),
-            Law::Square => {
-                whole(Bernstein::new(&[0.0, 0.0, 1.0]).unwrap_or(Bernstein::constant(0.0)))
-            }
+            Law::Square => whole(Bernstein::quadratic([0.0, 0.0, 1.0])),
             Law::Spans { at, last, .. } => {
                 let after = at.partition_point(|a| *a <= level);
                 let span = after.saturating_sub(1).min(at.len().saturating_sub(2));
@@ -225,7 +223,7 @@ impl Law {
         };
         match exact {
             Some(polynomial) => out.push(Piece {
-                polynomial: with_ends(&polynomial, ends),
+                polynomial: polynomial.with_ends(ends.0, ends.1),
                 ..*level
             }),
             None => fit(&law, level, ends, out),
@@ -255,25 +253,12 @@ fn squared(piece: &Piece) -> Piece {
     let polynomial = if piece.polynomial.degree() == 0 {
         Bernstein::constant(a * a)
     } else {
-        Bernstein::new(&[a * a, a * b, b * b]).unwrap_or(Bernstein::constant(a * a))
+        Bernstein::quadratic([a * a, a * b, b * b])
     };
     Piece {
         polynomial,
         ..*piece
     }
-}
-
-fn with_ends(p: &Bernstein, ends: (f64, f64)) -> Bernstein {
-    let mut c = p.coefficients().to_vec();
-    if let Some(first) = c.first_mut() {
-        *first = ends.0;
-    }
-    if c.len() > 1
-        && let Some(last) = c.last_mut()
-    {
-        *last = ends.1;
-    }
-    Bernstein::new(&c).unwrap_or(*p)
 }
 
 /// Where `p`, monotone on [s, e], crosses `value` strictly inside, by bisection.
