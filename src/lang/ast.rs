@@ -41,6 +41,8 @@ pub struct Word<'a> {
 pub struct Statement<'a> {
     /// All of it.
     pub span: Span,
+    /// As written; `None` where lines with mistakes were left out, or it was lowered before.
+    pub text: Option<&'a str>,
     /// What it says.
     pub item: Declaration<'a>,
 }

@@ -1,14 +1,10 @@
 //! The canonical layout of a show's text.
 //!
-//! What it settles: one declaration, move or part a line; two blanks of indentation a brace; one
-//! blank between words, two between clauses; clauses of neighbouring lines under each other;
-//! one empty line at most, none at the ends of a block. What it keeps: every comment, every group
-//! of lines that an empty line sets apart, and every line break inside a declaration, because
-//! there the writer decides.
-//!
-//! Invariants: the words of the text and their order stay (colours become lower case); the parsed
-//! show is the same before and after; formatting twice is formatting once. It knows the grammar's
-//! rules and nothing of what names or numbers mean.
+//! One declaration, move or part a line; two blanks of indentation a brace; one blank between
+//! words, two between clauses; clauses of neighbouring lines under each other; one empty line at
+//! most. Comments, groups of lines and line breaks inside a declaration stay. Invariants: the words
+//! and their order stay (colours become lower case); the show stays; formatting twice is formatting
+//! once.
 
 mod column;
 mod gap;

@@ -1,14 +1,10 @@
 //! The language of cue sheets: text in, [`Show`], places and diagnostics out.
 //!
-//! The way of a text: `scan` cuts it into statements, `syntax` parses each by the grammar
-//! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
-//! quantities and writes the model. Every error of a file is reported in one run.
-//!
-//! Invariants: no file is read but what a show includes, and nothing is written here; time and
-//! memory are linear in the text (within [`limits`]); of the parser generator nothing gets out; a
-//! show comes out exactly when there is no error, and then keeps every invariant of
-//! [`crate::show`]. This module does not depend on curves over time: what follows from them alone
-//! is `check`'s to say.
+//! `scan` cuts a text into statements, `syntax` parses each by the grammar (`grammar/lxq.pest`),
+//! `build` makes the tree of `ast`, `lower` resolves names and quantities and writes the model.
+//! Invariants: every error of a file is reported in one run; time and memory are linear in the text
+//! (within [`limits`]); a show comes out exactly when there is no error, and then keeps every
+//! invariant of [`crate::show`].
 
 mod ast;
 mod build;
@@ -124,12 +120,9 @@ pub fn parse_again(
     }
     let lowered = lower::lower(&read, &mut report);
     let (mut show, spans) = (lowered.show, lowered.spans);
-    let texts = lowered.fresh.into_iter().filter_map(|(span, cue)| {
-        let part = parts.iter().find(|p| p.file == span.file)?;
-        let text = part.text.get(span.range())?.to_owned();
-        Some((text, cue))
-    });
-    let (fresh, statements) = (texts.collect(), read.statements.len());
+    let fresh = lowered.fresh.into_iter();
+    let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
+    let statements = read.statements.len();
     cache.learn(environment, fresh, statements);
     if let Some(show) = &mut show
         && show.title.is_empty()

@@ -169,7 +169,8 @@ impl<'a> Reader<'a, '_> {
         if let Some(lowered) = cache.filter(|_| !cut.broken) {
             let span = self.span(cut.span.start, cut.span.end);
             let item = Declaration::Cached(lowered);
-            self.out.statements.push(Statement { span, item });
+            let text = None;
+            self.out.statements.push(Statement { span, text, item });
             return;
         }
         let Some(rule) = syntax::rule_of(word) else {
@@ -229,14 +230,18 @@ impl<'a> Reader<'a, '_> {
 
     /// Parses a statement; after a mistake inside braces once more without the line of the mistake,
     /// to find the next.
-    fn parse(&mut self, rule: Rule, text: &str, base: usize) -> Option<Statement<'a>> {
+    fn parse(&mut self, rule: Rule, text: &'a str, base: usize) -> Option<Statement<'a>> {
         let builder = Builder {
             source: self.text,
             file: self.file,
             base,
         };
         let first = match syntax::parse(rule, text) {
-            Ok(pairs) => return builder.statement(pairs),
+            Ok(pairs) => {
+                let mut statement = builder.statement(pairs)?;
+                statement.text = Some(text);
+                return Some(statement);
+            }
             Err(failure) => failure,
         };
         self.failure(&first, text, base);

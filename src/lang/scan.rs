@@ -1,13 +1,11 @@
-//! Cuts a file into statements, before any grammar sees it.
+//! Cuts a file into statements, before any grammar sees it, so that a mistake ends with its
+//! statement and the parser holds one statement at a time.
 //!
-//! That gives recovery (a mistake ends with its statement) and bounded memory (the parser holds
-//! one statement at a time). A statement begins where a line outside all braces begins with a
-//! statement word; it goes on over lines that are indented more, or that begin with punctuation.
-//! Inside braces everything goes on, but a line that begins with a statement word, no deeper than
-//! the statement itself, shows that a brace was forgotten.
-//!
-//! Invariants: one pass, linear, no recursion; cuts are in order, disjoint and on character
-//! boundaries; braces, quotes and comments are balanced in every cut that is not `broken`.
+//! A statement begins where a line outside all braces begins with a statement word; it goes on over
+//! lines that are indented more, or that begin with punctuation. Inside braces a line that begins
+//! with a statement word, no deeper than the statement itself, shows that a brace was forgotten.
+//! Invariants: one pass, no recursion; cuts are in order, disjoint and on character boundaries;
+//! braces, quotes and comments are balanced in every cut that is not `broken`.
 
 use std::ops::Range;
 

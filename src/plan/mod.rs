@@ -4,13 +4,9 @@
 //! With K a segment's control points, B its Bernstein mass matrix and h its length, the integral of
 //! L·Lᵀ over the sequence is M = A·Aᵀ for A = [K · chol(h·B)] over all segments; the singular value
 //! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
-//! the weighted error that they remove, summed over time. The decomposition is taken of the factor,
-//! never of M: squaring costs half the digits.
-//!
+//! the weighted error that they remove. M itself is never decomposed: squaring costs half the digits.
 //! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
-//! key can still be expressed while such banks come last in every order.
-//!
-//! This module depends on neither pixels nor a clock: norms of images come in as numbers.
+//! key can still be expressed while such banks come last.
 
 mod express;
 mod moment;

@@ -84,8 +84,8 @@ pub enum Output {
 pub enum Strength {
     /// As the material itself says.
     Own,
-    /// Emitted radiance L (cd/m2).
-    Radiance(Rgb),
+    /// Luminance L (cd/m2).
+    Luminance(Rgb),
     /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
     /// surface emits pi L into its half space.
     Flux(Rgb),
@@ -101,7 +101,7 @@ impl Strength {
     fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
         match self {
             Strength::Own => None,
-            Strength::Radiance(rgb) => Some(rgb),
+            Strength::Luminance(rgb) => Some(rgb),
             Strength::Flux(rgb) => Some(rgb.scaled(1.0 / (std::f64::consts::PI * area))),
             Strength::Intensity(rgb) => Some(rgb.scaled(1.0 / shown)),
         }

@@ -53,6 +53,7 @@ pub fn update(
             Statement {
                 item: Declaration::Cue(cue),
                 span,
+                ..
             },
         ] if !report.failed() => (cue, *span),
         _ => return Err(vec![unread(number)]),

@@ -2,10 +2,8 @@
 //!
 //! Quantities of one kind are added and subtracted; one of them is multiplied or divided by a plain
 //! number; two of a kind make a plain number when divided. A number without a unit is of whatever
-//! kind it meets. Invariants: the order of declaration plays no part; each value is worked out
-//! once, and what is wrong with it is said once, where it is declared; a result is handed on as the
-//! text that would have been written for it, so that everything that holds of quantities holds of
-//! it.
+//! kind it meets. Invariants: each value is worked out once, in any order of declaration; a result
+//! is the text that would have been written for it.
 
 use std::borrow::Cow;
 
@@ -264,7 +262,7 @@ fn written(value: &Value) -> String {
         Unit::Degree => "deg",
         Unit::Candela => " cd",
         Unit::Lumen => " lm",
-        Unit::Radiance => " cd/m2",
+        Unit::Luminance => " cd/m2",
         Unit::Kelvin => " K",
         // Rounded to the microsecond, which makes sums of times exact.
         Unit::Time => return format!("{value:.6}s"),

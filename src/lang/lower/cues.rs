@@ -47,9 +47,7 @@ impl<'a> Lower<'a, '_> {
                 return;
             }
             let (cue, number) = match &statement.item {
-                Declaration::Cue(cue) => {
-                    (self.fresh_cue(cue, statement.span, times), cue.number.span)
-                }
+                Declaration::Cue(cue) => (self.fresh_cue(cue, statement, times), cue.number.span),
                 Declaration::Cached(lowered) if self.afford(lowered, statement.span) => {
                     let (cue, number) = lowered.again(statement.span, &mut self.spans);
                     (Some(cue), number)
@@ -71,17 +69,25 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// Lowers a cue, and keeps it for the next time when there is nothing to say of it.
-    fn fresh_cue(&mut self, cue: &ast::Cue<'a>, span: Span, times: Times) -> Option<Cue> {
+    fn fresh_cue(
+        &mut self,
+        cue: &ast::Cue<'a>,
+        statement: &Statement<'a>,
+        times: Times,
+    ) -> Option<Cue> {
+        let span = statement.span;
         let before = (self.report.count(), self.spans.spans.len(), self.budget);
         let number = self.cue_number(cue.number);
         let header = headed(span, cue.number);
         let made = self.cue(cue, header, number, times)?;
-        if self.report.count() == before.0 {
+        if let Some(text) = statement.text
+            && self.report.count() == before.0
+        {
             let nodes = self.spans.spans.len() - before.1;
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
             let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
-            self.fresh.push((span, lowered));
+            self.fresh.push((text, lowered));
         }
         Some(made)
     }

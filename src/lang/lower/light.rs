@@ -43,7 +43,7 @@ impl Form {
     fn takes_amount(&self, unit: Unit) -> bool {
         match unit {
             Unit::Candela | Unit::Lumen => true,
-            Unit::Radiance => self.luminance,
+            Unit::Luminance => self.luminance,
             _ => false,
         }
     }
@@ -347,7 +347,7 @@ impl<'a> Lower<'a, '_> {
         match spec.amount {
             Some((flux, Unit::Lumen)) => Some(Strength::Flux(tint.scaled(flux))),
             Some((intensity, Unit::Candela)) => Some(Strength::Intensity(tint.scaled(intensity))),
-            Some((radiance, _)) => Some(Strength::Radiance(tint.scaled(radiance))),
+            Some((radiance, _)) => Some(Strength::Luminance(tint.scaled(radiance))),
             None if tint == Rgb::WHITE => Some(Strength::Own),
             None => {
                 let message = format!(

@@ -30,17 +30,17 @@ use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Show};
 
 /// What lowering made.
-pub struct Lowering {
+pub struct Lowering<'a> {
     /// The show, if there was no error.
     pub show: Option<Show>,
     /// Places of its nodes.
     pub spans: SpanMap,
-    /// Cues that were lowered without a word, with the places of their statements.
-    pub fresh: Vec<(Span, Lowered)>,
+    /// Cues that were lowered without a word, with their texts.
+    pub fresh: Vec<(&'a str, Lowered)>,
 }
 
 /// Lowers what was read of a show.
-pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
+pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
     let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
@@ -90,7 +90,7 @@ struct Lower<'a, 'r> {
     /// Levels that may still be written out.
     budget: usize,
     /// Cues that were lowered without a word.
-    fresh: Vec<(Span, Lowered)>,
+    fresh: Vec<(&'a str, Lowered)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
 }
