@@ -21,7 +21,6 @@ use crate::files::Files;
 pub struct Part<'a> {
     /// Index among the sources.
     pub file: u32,
-    /// Its text.
     pub text: Cow<'a, str>,
     /// Relative to the show's folder.
     path: String,
@@ -32,7 +31,6 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Its statements.
     pub fn scan(&self) -> Scan<'_> {
         scan(&self.text)
     }

@@ -240,9 +240,8 @@ pub fn words() -> Vec<&'static str> {
 /// True when `text` begins with a statement word. `show` is one only before a title and `view` only
 /// before more than a name, since they are also what a user says to be shown something.
 pub fn is_declaration(text: &str) -> bool {
-    let text = text.trim_start();
-    let word = scan::first_word(text);
-    let rest = text.get(word.len()..).unwrap_or_default().trim();
+    let (word, rest) = scan::split_word(text.trim_start());
+    let rest = rest.trim();
     match word {
         "show" => rest.starts_with('"'),
         "view" => rest.contains(char::is_whitespace),

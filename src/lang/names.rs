@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::show::Fade;
 
 /// What a name stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A camera.
     View,

@@ -7,7 +7,7 @@ use super::build::Builder;
 use super::lowering_cache::LoweringCache;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
-use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan};
+use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -218,9 +218,9 @@ impl<'a> Reader<'a, '_> {
         let Some(kind) = Kind::of_statement(word) else {
             return;
         };
-        let rest = text.get(word.len()..).unwrap_or("");
+        let (_, rest) = split_word(text);
         let name = rest.trim_start();
-        let at = start + word.len() + (rest.len() - name.len());
+        let at = start + text.len() - name.len();
         let name = first_word(name);
         if !name.is_empty() {
             let span = self.span(at, at + name.len());

@@ -20,7 +20,6 @@ pub const STATEMENTS: [&str; 15] = [
 /// One statement, without the blanks and comments around it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cut<'a> {
-    /// As written.
     pub text: &'a str,
     /// Its bytes in the file.
     pub span: Range<usize>,
@@ -57,9 +56,7 @@ pub enum Fault {
 /// The statements of a file, and what went wrong in finding them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scan<'a> {
-    /// In order.
     pub cuts: Vec<Cut<'a>>,
-    /// In order.
     pub faults: Vec<Fault>,
     /// The text ends inside a statement: a brace, quote or comment is open, or it ends in a
     /// character after which more must come.
@@ -84,11 +81,25 @@ pub fn scan(text: &str) -> Scan<'_> {
 
 /// The word that `text` begins with; empty when it does not begin with a letter.
 pub fn first_word(text: &str) -> &str {
+    split_word(text).0
+}
+
+/// The word that `text` begins with, as in [`first_word`], and what follows it.
+pub fn split_word(text: &str) -> (&str, &str) {
     if !text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
-        return "";
+        return ("", text);
     }
     let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
-    text.get(..end.unwrap_or(text.len())).unwrap_or("")
+    text.split_at(end.unwrap_or(text.len()))
+}
+
+/// The length of the comment that `text` begins with: all of it where it is not closed.
+pub fn comment_length(text: &str) -> Option<usize> {
+    if text.starts_with("//") {
+        return Some(text.find('\n').unwrap_or(text.len()));
+    }
+    let inner = text.strip_prefix("/*")?;
+    Some(inner.find("*/").map_or(text.len(), |end| end + 4))
 }
 
 struct Open {

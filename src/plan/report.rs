@@ -185,7 +185,6 @@ impl Plan {
                     .collect()
             })
             .collect();
-        let varying = |row: &[f64]| row.windows(2).any(|w| w.first() != w.last());
         let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
         for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
             if coordinate.bank.is_none() {
@@ -194,8 +193,12 @@ impl Plan {
             let mut earlier = seen.iter();
             let multiple = earlier.find_map(|(other, r)| Some((*other, factor(r, row)?)));
             let name = name.clone();
-            out.push(if !varying(row) {
-                match row.first().copied().unwrap_or(0.0) {
+            let constant = match row.as_slice() {
+                [] => Some(0.0),
+                [first, rest @ ..] => rest.iter().all(|x| x == first).then_some(*first),
+            };
+            out.push(if let Some(setting) = constant {
+                match setting {
                     0.0 => LeftOut::StaysOut { name },
                     setting => LeftOut::Constant { name, setting },
                 }

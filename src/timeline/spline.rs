@@ -20,6 +20,26 @@ pub(super) fn path_spans(path: &Path) -> Vec<Bernstein> {
     spans(path.interpolation, &knots)
 }
 
+/// A named curve ready to be evaluated.
+pub(super) struct Splined {
+    /// Where its knots are, as fractions.
+    pub at: Vec<f64>,
+    /// What it does between them.
+    pub spans: Vec<Bernstein>,
+    /// Where it arrives.
+    pub last: f64,
+}
+
+impl Splined {
+    pub fn new(curve: &Curve) -> Splined {
+        Splined {
+            at: curve.knots.iter().map(|k| k.at).collect(),
+            spans: curve_spans(curve),
+            last: curve.knots.last().map_or(1.0, |k| k.value),
+        }
+    }
+}
+
 /// The spans between a named curve's knots, over fractions.
 pub(super) fn curve_spans(curve: &Curve) -> Vec<Bernstein> {
     spans(curve.interpolation, &curve.knots)

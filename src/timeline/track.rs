@@ -12,7 +12,7 @@ use super::clock::{CueTime, length};
 use super::curve::Piece;
 use super::error::{TimelineError, Warning};
 use super::lint::{Run, Watch};
-use super::spline::{curve_spans, path_spans};
+use super::spline::{Splined, path_spans};
 use crate::linalg::Bernstein;
 use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Part, Path, Show};
 use crate::units::Time;
@@ -287,31 +287,15 @@ fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
     })
 }
 
-/// A named curve as a fade: completion over fractions of its time.
-struct Shape {
-    /// Where its knots are.
-    at: Vec<f64>,
-    /// What it does between them.
-    spans: Vec<Bernstein>,
-    /// Where it arrives.
-    arrives: f64,
-}
-
 /// Shapes of the show's own curves, made once.
 struct Fades {
-    named: Vec<Shape>,
+    named: Vec<Splined>,
 }
 
 impl Fades {
     fn new(show: &Show) -> Fades {
-        let named = |c: &crate::show::Curve| Shape {
-            at: c.knots.iter().map(|k| k.at).collect(),
-            spans: curve_spans(c),
-            arrives: c.knots.last().map_or(1.0, |k| k.value),
-        };
-        Fades {
-            named: show.curves.iter().map(named).collect(),
-        }
+        let named = show.curves.iter().map(Splined::new).collect();
+        Fades { named }
     }
 
     /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
@@ -335,8 +319,8 @@ impl Fades {
                 (&[0.0, 1.0][..], built_in.as_slice(), 1.0)
             }
             Fade::Curve(i) => {
-                let Shape { at, spans, arrives } = &self.named[i];
-                (at.as_slice(), spans.as_slice(), *arrives)
+                let Splined { at, spans, last } = &self.named[i];
+                (at.as_slice(), spans.as_slice(), *last)
             }
         };
         let whole = if to < from {

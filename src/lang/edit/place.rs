@@ -6,7 +6,7 @@ use super::change::{Action, Change, Splice};
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::names::nearest;
-use crate::lang::scan::{self, Cut, STATEMENTS, first_word};
+use crate::lang::scan::{self, Cut, STATEMENTS, comment_length, first_word, split_word};
 use crate::units::CueNumber;
 
 /// What a declaration declares: statement word and name, number or path.
@@ -65,10 +65,9 @@ impl Key {
 /// The word that a statement begins with, and where its name, number or path stands, without
 /// quotes.
 pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
-    let start = text.len() - text.trim_start().len();
-    let first = first_word(text.get(start..)?);
+    let (first, rest) = split_word(text.trim_start());
     let word = STATEMENTS.into_iter().find(|w| *w == first)?;
-    let rest = after_blanks(text.get(start + first.len()..)?);
+    let rest = after_blanks(rest);
     let at = text.len() - rest.len();
     let range = match word {
         "show" | "preview" | "default" => 0..0,
@@ -139,16 +138,11 @@ pub fn find<'c, 's>(cuts: &'c [Cut<'s>], wanted: &Key) -> Option<&'c Cut<'s>> {
 /// `text` without leading blanks and comments.
 fn after_blanks(text: &str) -> &str {
     let mut rest = text.trim_start();
-    loop {
-        let skipped = if let Some(comment) = rest.strip_prefix("//") {
-            comment.find('\n').and_then(|i| comment.get(i..))
-        } else if let Some(comment) = rest.strip_prefix("/*") {
-            comment.find("*/").and_then(|i| comment.get(i + 2..))
-        } else {
-            return rest;
-        };
-        rest = skipped.unwrap_or("").trim_start();
+    while let Some(length) = comment_length(rest) {
+        let (_, after) = rest.split_at(length);
+        rest = after.trim_start();
     }
+    rest
 }
 
 /// The declaration `text` in the place of another.
@@ -244,22 +238,12 @@ pub fn indent(source: &str, at: usize) -> Option<&str> {
 
 /// Where the line after a statement begins, which is after the comments beside it.
 pub fn after_line(source: &str, end: usize) -> usize {
-    let rest = source.get(end..).unwrap_or("");
-    let mut at = 0;
-    while let Some(here) = rest.get(at..) {
-        let step = if here.starts_with("/*") {
-            here.find("*/").map(|i| i + 2)
-        } else if here.starts_with("//") {
-            here.find('\n')
-        } else if here.starts_with('\n') {
-            return end + at + 1;
-        } else {
-            here.chars().next().map(char::len_utf8)
-        };
-        match step {
-            Some(step) => at += step,
-            None => break,
+    let (_, mut rest) = source.split_at(end);
+    while let Some(c) = rest.chars().next() {
+        if c == '\n' {
+            return source.len() - rest.len() + 1;
         }
+        (_, rest) = rest.split_at(comment_length(rest).unwrap_or(c.len_utf8()));
     }
     source.len()
 }

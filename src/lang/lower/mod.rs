@@ -18,6 +18,8 @@ mod solid;
 mod triggers;
 mod values;
 
+use std::collections::BTreeMap;
+
 use self::calculation::Named;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::lowering_cache::Lowered;
@@ -97,7 +99,7 @@ struct Lower<'a, 'r> {
 
 impl<'a> Lower<'a, '_> {
     fn declare(&mut self, statements: &[Statement<'a>]) {
-        let mut counts = [0_usize; 8];
+        let mut counts: BTreeMap<Kind, usize> = BTreeMap::new();
         for statement in statements {
             let (name, kind) = match &statement.item {
                 Declaration::View { name, .. } => (name, Kind::View),
@@ -110,12 +112,9 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Let { name, .. } => (name, Kind::Value),
                 _ => continue,
             };
-            let Some(count) = counts.get_mut(kind as usize) else {
-                continue;
-            };
-            let index = *count;
+            let count = counts.entry(kind).or_default();
+            self.declare_one(*name, kind, *count);
             *count += 1;
-            self.declare_one(*name, kind, index);
         }
     }
 
