@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostic::Diagnostic;
-use crate::lang::{SpanMap, codes};
+use crate::lang::{Place, SpanMap, codes};
 use crate::show::{Interpolation, Motion, Move, NodeId, Show};
 use crate::timeline::{Timeline, TimelineError, Warning};
 use crate::units::{Time, percent};
@@ -24,25 +24,26 @@ pub struct Checked {
 
 /// Compiles a show's curves and says what is wrong with them.
 pub fn check(show: &Show, spans: &SpanMap) -> Checked {
-    let teller = Teller { show, spans };
+    let words = Words { show, spans };
     match Timeline::new(show) {
         Ok(timeline) => Checked {
-            diagnostics: teller.warnings(timeline.warnings()),
+            diagnostics: words.warnings(timeline.warnings()),
             timeline: Some(timeline),
         },
         Err(errors) => Checked {
             timeline: None,
-            diagnostics: teller.errors(&errors),
+            diagnostics: words.errors(&errors),
         },
     }
 }
 
-struct Teller<'a> {
+/// What findings are called in the show's own names.
+struct Words<'a> {
     show: &'a Show,
     spans: &'a SpanMap,
 }
 
-impl Teller<'_> {
+impl Words<'_> {
     fn errors(&self, errors: &[TimelineError]) -> Vec<Diagnostic> {
         let mut told = BTreeSet::new();
         let mut out = Vec::new();
@@ -74,22 +75,21 @@ impl Teller<'_> {
     }
 
     fn error(&self, error: &TimelineError) -> Diagnostic {
-        let say = |code, message: String| Diagnostic::error(code, message);
         match *error {
             TimelineError::AtAndLink { cue, link } => {
                 let name = self.cue(cue);
                 let message = format!("{name} is started twice: by the cue before it, and by `at`");
-                let there = self.place(
-                    say(codes::STARTED_TWICE, message),
-                    cue,
-                    "has a time of its own",
-                );
-                self.place(there, link, "starts it too")
+                Diagnostic::error(codes::STARTED_TWICE, message)
+                    .place_of(cue, self.spans, "has a time of its own")
+                    .place_of(link, self.spans, "starts it too")
             }
             TimelineError::LinkOnLast { link, .. } => {
-                let message =
-                    "`follow` and `hang` start the next cue, but this is the last".to_owned();
-                self.place(say(codes::LAST_LINK, message), link, "starts nothing")
+                let message = "`follow` and `hang` start the next cue, but this is the last";
+                Diagnostic::error(codes::LAST_LINK, message).place_of(
+                    link,
+                    self.spans,
+                    "starts nothing",
+                )
             }
             TimelineError::Backwards {
                 cue,
@@ -101,21 +101,22 @@ impl Teller<'_> {
                 let (name, before) = (self.cue(cue), self.cue(previous));
                 let message =
                     format!("{name} would start at {go}, before {before} at {previous_go}");
-                let first =
-                    self.place(say(codes::ORDER, message), link.unwrap_or(cue), "too early");
-                let both = self.place(first, previous, "starts later");
-                both.help(match link {
-                    Some(_) => "a negative `hang` reaches back at most to its own cue's GO",
-                    None => "change its `at`: cues run in the order of their numbers",
-                })
+                Diagnostic::error(codes::ORDER, message)
+                    .place_of(link.unwrap_or(cue), self.spans, "too early")
+                    .place_of(previous, self.spans, "starts later")
+                    .help(match link {
+                        Some(_) => "a negative `hang` reaches back at most to its own cue's GO",
+                        None => "change its `at`: cues run in the order of their numbers",
+                    })
             }
             TimelineError::TooLong { cue } => {
                 let message = format!("the show runs beyond {}", Time::MAX);
-                self.place(say(codes::TIMELINE, message), cue, "here")
+                Diagnostic::error(codes::TIMELINE, message).place_of(cue, self.spans, "here")
             }
             TimelineError::TooManyPieces { id, limit } => {
                 let message = format!("the curves have more than {limit} pieces");
-                self.place(say(codes::TOO_LARGE, message), id, "here")
+                Diagnostic::error(codes::TOO_LARGE, message)
+                    .place_of(id, self.spans, "here")
                     .help("repeat fewer times: every pass counts")
             }
             TimelineError::Level {
@@ -127,18 +128,16 @@ impl Teller<'_> {
             TimelineError::Dimmer { id, at, value } => {
                 let (at, light) = (rounded(at), rounded(value));
                 let message = format!("this dimmer gives {light} % of the light at level {at}");
-                self.place(say(codes::CURVE_RANGE, message), id, "leaves 0 to 100")
+                Diagnostic::error(codes::CURVE_RANGE, message)
+                    .place_of(id, self.spans, "leaves 0 to 100")
                     .help("a `monotone` curve stays between its knots")
             }
         }
     }
 
     fn level(&self, id: NodeId, coordinate: usize, time: Time, level: f64) -> Diagnostic {
-        let name = self.coordinate(coordinate);
-        let message = format!(
-            "`{name}` reaches {} at {time}: levels are 0 to 100",
-            rounded(level)
-        );
+        let (name, reached) = (self.coordinate(coordinate), rounded(level));
+        let message = format!("`{name}` reaches {reached} at {time}: levels are 0 to 100");
         let help = match self.find(id, coordinate).map(|m| &m.motion) {
             Some(Motion::Path(path)) => match path.interpolation {
                 Interpolation::Hermite => {
@@ -151,13 +150,13 @@ impl Teller<'_> {
             },
             _ => "the fade's curve overshoots: give it `monotone` knots, or another `curve`",
         };
-        let what = if level > 1.0 {
-            "too bright"
-        } else {
-            "darker than out"
+        let what = match level > 1.0 {
+            true => "too bright",
+            false => "darker than out",
         };
-        let error = Diagnostic::error(codes::CURVE_RANGE, message);
-        self.place(error, id, what).help(help)
+        Diagnostic::error(codes::CURVE_RANGE, message)
+            .place_of(id, self.spans, what)
+            .help(help)
     }
 
     fn warning(&self, warning: &Warning) -> Diagnostic {
@@ -171,14 +170,11 @@ impl Teller<'_> {
             } => {
                 let (name, from, to) = (self.coordinate(coordinate), rounded(from), rounded(to));
                 let message = format!("`{name}` jumps from {from} to {to} at {time}");
-                self.place(
-                    Diagnostic::warning(codes::JUMP, message),
-                    id,
-                    "starts elsewhere",
-                )
-                .help(format!(
-                    "a path gives absolute levels: begin it with `0s {from}`, or get there before"
-                ))
+                Diagnostic::warning(codes::JUMP, message)
+                    .place_of(id, self.spans, "starts elsewhere")
+                    .help(format!(
+                        "a path gives absolute levels: begin it with `0s {from}`, or get there before"
+                    ))
             }
             Warning::Overtaken {
                 id,
@@ -190,9 +186,9 @@ impl Teller<'_> {
                 let message = format!(
                     "this move of `{name}` never happens: at {time} another has taken over"
                 );
-                let warning = Diagnostic::warning(codes::OVERTAKEN, message);
-                let first = self.place(warning, id, "never starts");
-                self.place(first, by, "comes first")
+                Diagnostic::warning(codes::OVERTAKEN, message)
+                    .place_of(id, self.spans, "never starts")
+                    .place_of(by, self.spans, "comes first")
                     .help("a shorter `delay` here, or a later GO there")
             }
             Warning::CutOff {
@@ -206,19 +202,16 @@ impl Teller<'_> {
                 let (name, level, to) = (self.coordinate(coordinate), rounded(level), rounded(to));
                 let message =
                     format!("`{name}` never gets to {to}: at {time} it is at {level} and turns");
-                let warning = Diagnostic::warning(codes::CUT_OFF, message);
-                let first = self.place(warning, id, "takes longer");
-                self.place(first, by, "takes over")
+                Diagnostic::warning(codes::CUT_OFF, message)
+                    .place_of(id, self.spans, "takes longer")
+                    .place_of(by, self.spans, "takes over")
                     .help("a shorter `time` here, or a later GO there")
             }
             Warning::Still { cue } => {
                 let message = format!("{} changes nothing", self.cue(cue));
-                self.place(
-                    Diagnostic::warning(codes::NO_CHANGE, message),
-                    cue,
-                    "every bank it names is there already",
-                )
-                .help("give it other levels; `block` says that levels are restated on purpose")
+                Diagnostic::warning(codes::NO_CHANGE, message)
+                    .place_of(cue, self.spans, "every bank it names is there already")
+                    .help("give it other levels; `block` says that levels are restated on purpose")
             }
             Warning::Dark {
                 id,
@@ -227,20 +220,14 @@ impl Teller<'_> {
                 until,
             } => {
                 let message = format!("every bank is out from {time} to {until}");
-                let warning = Diagnostic::warning(codes::DARK_STRETCH, message);
-                let first = self.place(warning, id, "puts the last light out");
-                self.place(first, by, "brings light again").help(
-                    "where darkness is meant write `blackout`; else let one fade begin before the \
-                     other ends",
-                )
+                Diagnostic::warning(codes::DARK_STRETCH, message)
+                    .place_of(id, self.spans, "puts the last light out")
+                    .place_of(by, self.spans, "brings light again")
+                    .help(
+                        "where darkness is meant write `blackout`; else let one fade begin before \
+                         the other ends",
+                    )
             }
-        }
-    }
-
-    fn place(&self, diagnostic: Diagnostic, id: NodeId, text: &str) -> Diagnostic {
-        match self.spans.get(id) {
-            Some(span) => diagnostic.at(span.file as usize, span.range(), text),
-            None => diagnostic,
         }
     }
 

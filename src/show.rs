@@ -11,7 +11,6 @@
 mod fade;
 mod imported_luminaire;
 mod light;
-mod motion;
 mod rig;
 
 pub use self::fade::{FADES, Fade, FadeCurve};
@@ -28,7 +27,7 @@ use crate::units::{CueNumber, Rgb, Time};
 pub struct NodeId(pub u32);
 
 /// A whole show.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Show {
     /// Its title.
     pub title: String,
@@ -355,6 +354,16 @@ pub enum Motion {
     To(f64),
     /// Along a path, in the path's own time.
     Path(Path),
+}
+
+impl Motion {
+    /// The level it arrives at, 0 to 1.
+    pub fn target(&self) -> f64 {
+        match self {
+            Motion::To(level) => *level,
+            Motion::Path(path) => path.knots.last().map_or(0.0, |k| k.level),
+        }
+    }
 }
 
 /// One dimension of a setting.

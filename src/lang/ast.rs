@@ -1,8 +1,8 @@
 //! What was written, with its places: the tree between the grammar and the model.
 //!
 //! Invariants: texts are slices of the source; a [`Span`] is a byte range on character
-//! boundaries. Nothing here is checked yet beyond the grammar: names are words, quantities are
-//! texts. It must not depend on indices, units or the model's lists.
+//! boundaries, of all of a node unless it says otherwise; lists are in the order of the text.
+//! Nothing here is checked beyond the grammar: names are words, quantities are texts.
 
 use std::ops::Range;
 
@@ -32,16 +32,15 @@ impl Span {
 pub struct Word<'a> {
     /// As written.
     pub text: &'a str,
-    /// Where.
     pub span: Span,
 }
 
 /// A statement of the file.
 #[derive(Debug)]
 pub struct Statement<'a> {
-    /// All of it.
     pub span: Span,
-    /// What it says.
+    /// As written; `None` where lines with mistakes were left out, or it was lowered before.
+    pub text: Option<&'a str>,
     pub item: Declaration<'a>,
 }
 
@@ -118,7 +117,6 @@ pub struct Clause<'a> {
     pub word: Word<'a>,
     /// What follows the keyword: one value, or three of a position.
     pub values: Vec<Word<'a>>,
-    /// All of it.
     pub span: Span,
 }
 
@@ -129,22 +127,18 @@ pub struct Solid<'a> {
     pub kind: Word<'a>,
     /// Three lengths of each of a quad's four corners.
     pub corners: Vec<Word<'a>>,
-    /// In order.
     pub clauses: Vec<Clause<'a>>,
-    /// All of it.
     pub span: Span,
 }
 
 /// `light NAME KIND clauses`
 #[derive(Debug)]
 pub struct Light<'a> {
-    /// Its name.
     pub name: Word<'a>,
     /// `spot`, `panel`, `sphere`, `disc`, `photometric`, `project` or `like`.
     pub kind: Word<'a>,
     /// The panel's material, the file, or the light that this one is like.
     pub of: Option<Word<'a>>,
-    /// In order.
     pub clauses: Vec<Clause<'a>>,
 }
 
@@ -160,7 +154,6 @@ pub struct ImageWords<'a> {
 /// `bank NAME = lights options`, `bank NAME image … options`
 #[derive(Debug)]
 pub struct Bank<'a> {
-    /// Its name.
     pub name: Word<'a>,
     /// Names of lights; none when it is an image.
     pub lights: Vec<Word<'a>>,
@@ -181,23 +174,19 @@ pub struct Target<'a> {
     pub name: Word<'a>,
     /// `r`, `g` or `b`.
     pub channel: Option<Word<'a>>,
-    /// All of it.
     pub span: Span,
 }
 
 /// A term of a look: another look, or levels.
 #[derive(Debug)]
 pub enum Term<'a> {
-    /// By name.
     Look(Word<'a>),
-    /// In braces.
     Levels(Vec<Level<'a>>),
 }
 
 /// `lamps 40` in a look.
 #[derive(Debug)]
 pub struct Level<'a> {
-    /// What.
     pub target: Target<'a>,
     /// A quantity, `full`, `out` or a colour.
     pub value: Word<'a>,
@@ -210,7 +199,6 @@ pub struct Path<'a> {
     pub interpolation: Interpolation,
     /// At least one.
     pub knots: Vec<Knot<'a>>,
-    /// All of it.
     pub span: Span,
 }
 
@@ -225,7 +213,6 @@ pub struct Knot<'a> {
     pub slope: Option<Word<'a>>,
     /// After `via`.
     pub via: Option<(Word<'a>, Word<'a>)>,
-    /// All of it.
     pub span: Span,
 }
 
@@ -251,20 +238,16 @@ pub enum TimingKind {
 /// A timing word with its values.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing<'a> {
-    /// Which.
     pub kind: TimingKind,
-    /// The value, if it has one.
     pub value: Option<Word<'a>>,
     /// `time UP/DOWN`: the second.
     pub second: Option<Word<'a>>,
-    /// All of it.
     pub span: Span,
 }
 
 /// `cue NUMBER "label" at T { … }`
 #[derive(Debug)]
 pub struct Cue<'a> {
-    /// Its number.
     pub number: Word<'a>,
     /// Its label, with the quotes.
     pub label: Option<Word<'a>>,
@@ -279,7 +262,6 @@ pub struct Cue<'a> {
 pub struct Body<'a> {
     /// Timing of the whole.
     pub timing: Vec<Timing<'a>>,
-    /// Moves.
     pub moves: Vec<Move<'a>>,
     /// `part N { … }`
     pub parts: Vec<Part<'a>>,
@@ -307,13 +289,10 @@ pub enum Mark {
 /// `part N "label" { … }`
 #[derive(Debug)]
 pub struct Part<'a> {
-    /// Its number.
     pub number: Word<'a>,
     /// Its label, with the quotes.
     pub label: Option<Word<'a>>,
-    /// What it does.
     pub body: Body<'a>,
-    /// All of it.
     pub span: Span,
 }
 
@@ -322,9 +301,7 @@ pub struct Part<'a> {
 pub struct Move<'a> {
     /// What moves; `None` for `blackout`.
     pub target: Option<Target<'a>>,
-    /// Where it goes.
     pub motion: Motion<'a>,
-    /// Its own timing.
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,

@@ -61,7 +61,8 @@ impl<'a> Builder<'a> {
             Rule::cue_statement => Declaration::Cue(self.cue(inner)?),
             _ => return None,
         };
-        Some(Statement { span, item })
+        let text = None;
+        Some(Statement { span, text, item })
     }
 
     /// The path of an `include`.

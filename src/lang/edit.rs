@@ -113,13 +113,17 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
     let mut draft = Draft::new(source);
     let mut changes = Vec::new();
     for cut in scan.cuts {
-        let text = statements.get(cut.span).unwrap_or("");
-        let Some(key) = Key::of(text) else { continue };
+        let Some(key) = Key::of(cut.text) else {
+            continue;
+        };
         let now = draft.text();
         let scan = sound(&now)?;
-        let (splice, action) = match place::find(&now, &scan.cuts, &key) {
-            Some(cut) => (place::replaced(&now, cut, text), Action::Replaced),
-            None => (place::added(&now, &scan.cuts, text, &key), Action::Added),
+        let (splice, action) = match place::find(&scan.cuts, &key) {
+            Some(old) => (place::replaced(&now, old, cut.text), Action::Replaced),
+            None => (
+                place::added(&now, &scan.cuts, cut.text, &key),
+                Action::Added,
+            ),
         };
         draft.splice(splice);
         changes.push(key.change(action));
@@ -129,7 +133,7 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
 
 fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
-    let (cut, key) = place::resolve(source, &scan.cuts, what)?;
+    let (cut, key) = place::resolve(&scan.cuts, what)?;
     let splice = Splice {
         range: place::with_line(source, cut.span.clone()),
         text: String::new(),
@@ -139,7 +143,7 @@ fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
 }
 
 /// The statements of a text whose braces, quotes and comments are closed.
-fn sound(source: &str) -> Result<Scan, Vec<Diagnostic>> {
+fn sound(source: &str) -> Result<Scan<'_>, Vec<Diagnostic>> {
     let scan = scan::scan(source);
     if scan.faults.is_empty() {
         return Ok(scan);

@@ -1,14 +1,10 @@
 //! The canonical layout of a show's text.
 //!
-//! What it settles: one declaration, move or part a line; two blanks of indentation a brace; one
-//! blank between words, two between clauses; clauses of neighbouring lines under each other;
-//! one empty line at most, none at the ends of a block. What it keeps: every comment, every group
-//! of lines that an empty line sets apart, and every line break inside a declaration, because
-//! there the writer decides.
-//!
-//! Invariants: the words of the text and their order stay (colours become lower case); the parsed
-//! show is the same before and after; formatting twice is formatting once. It knows the grammar's
-//! rules and nothing of what names or numbers mean.
+//! One declaration, move or part a line; two blanks of indentation a brace; one blank between
+//! words, two between clauses; clauses of neighbouring lines under each other; one empty line at
+//! most. Comments, groups of lines and line breaks inside a declaration stay. Invariants: the words
+//! and their order stay (colours become lower case); the show stays; formatting twice is formatting
+//! once.
 
 mod column;
 mod gap;
@@ -41,12 +37,11 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     let mut layout = layout::Layout::default();
     let mut from = 0;
     for cut in scan.cuts {
-        let statement = unix.get(cut.span.clone()).unwrap_or("");
-        let pieces = piece::pieces(statement);
+        let pieces = piece::pieces(cut.text);
         for (i, piece) in pieces.iter().enumerate() {
             let start = cut.span.start + piece.span.start;
             let gap = unix.get(from..start).unwrap_or("");
-            layout.piece(piece, gap, || rest_of_block(&pieces, i, statement));
+            layout.piece(piece, gap, || rest_of_block(&pieces, i, cut.text));
             from = cut.span.start + piece.span.end;
         }
     }
@@ -83,7 +78,5 @@ fn rest_of_block<'p, 'a>(
     (&[], false)
 }
 
-#[cfg(test)]
-mod generated;
 #[cfg(test)]
 mod tests;

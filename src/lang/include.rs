@@ -11,7 +11,7 @@ use super::ast::{Declaration, Span};
 use super::build::Builder;
 use super::read::Read;
 use super::report::{Place, Report};
-use super::scan::{self, Scan, first_word};
+use super::scan::{Scan, first_word, scan};
 use super::syntax::{self, Rule};
 use super::{codes, decode, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
@@ -21,16 +21,19 @@ use crate::files::Files;
 pub struct Part<'a> {
     /// Index among the sources.
     pub file: u32,
-    /// Its text.
     pub text: Cow<'a, str>,
-    /// Its statements.
-    pub scan: Scan,
     /// Relative to the show's folder.
     path: String,
     /// The part that includes it.
     parent: Option<usize>,
     /// Where an `include` stands, and the part that it names.
     children: BTreeMap<u32, usize>,
+}
+
+impl Part<'_> {
+    pub fn scan(&self) -> Scan<'_> {
+        scan(&self.text)
+    }
 }
 
 /// The show's file `name`, already among the sources as `file`, and all that it includes.
@@ -51,7 +54,6 @@ pub fn gather<'a>(
         parts: vec![Part {
             file,
             text: Cow::Borrowed(text),
-            scan: scan::scan(text),
             path: own.to_owned(),
             parent: None,
             children: BTreeMap::new(),
@@ -114,9 +116,8 @@ impl Gathering<'_, '_> {
             return;
         };
         let mut found = Vec::new();
-        for cut in &part.scan.cuts {
-            let text = part.text.get(cut.span.clone()).unwrap_or_default();
-            if cut.broken || first_word(text) != "include" {
+        for cut in part.scan().cuts {
+            if cut.broken || first_word(cut.text) != "include" {
                 continue;
             }
             let builder = Builder {
@@ -125,7 +126,7 @@ impl Gathering<'_, '_> {
                 base: cut.span.start,
             };
             // What does not parse is said when the statement is read.
-            let path = syntax::parse(Rule::include_statement, text);
+            let path = syntax::parse(Rule::include_statement, cut.text);
             if let Some(path) = path.ok().and_then(|pairs| builder.included(pairs)) {
                 found.push((cut.span.start as u32, unquoted(path), path.span));
             }
@@ -206,7 +207,6 @@ impl Gathering<'_, '_> {
         let file = self.sources.add(shown, text.as_str()) as u32;
         self.parts.push(Part {
             file,
-            scan: scan::scan(&text),
             text: Cow::Owned(text),
             path,
             parent: Some(index),

@@ -5,7 +5,6 @@
 
 use super::lower::{self, Lowering};
 use super::read::{self, Read};
-use super::scan::first_word;
 use super::{codes, include};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::Files;
@@ -71,16 +70,14 @@ fn cue(
         return Err(vec![Diagnostic::error(codes::MISPLACED, message)]);
     }
     let own = sources.add(name, source) as u32;
-    let mut parts = include::gather(files, &mut sources, (name, own, source), &mut report);
-    for part in &mut parts {
-        let text = &part.text;
-        let is_cue = |span| first_word(text.get(span).unwrap_or_default()) == "cue";
-        part.scan.cuts.retain(|cut| !is_cue(cut.span.clone()));
+    let parts = include::gather(files, &mut sources, (name, own, source), &mut report);
+    let mut reads = Vec::new();
+    for part in &parts {
+        let mut scan = part.scan();
+        scan.cuts.retain(|cut| !cut.is_cue());
+        reads.push(read::read(&part.text, part.file, &scan, None, &mut report));
     }
-    let reads = parts
-        .iter()
-        .map(|part| read::read(&part.text, part.file, &part.scan, None, &mut report));
-    let mut read: Read<'_> = include::joined(&parts, reads.collect());
+    let mut read: Read<'_> = include::joined(&parts, reads);
     read.statements.extend(moves.statements);
     let Lowering { show, .. } = lower::lower(&read, &mut report);
     let cue = show.and_then(|show| show.cues.into_iter().next());

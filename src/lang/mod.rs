@@ -1,14 +1,10 @@
 //! The language of cue sheets: text in, [`Show`], places and diagnostics out.
 //!
-//! The way of a text: `scan` cuts it into statements, `syntax` parses each by the grammar
-//! (`grammar/lxq.pest`), `build` makes the tree of `ast`, `lower` resolves names, checks
-//! quantities and writes the model. Every error of a file is reported in one run.
-//!
-//! Invariants: no file is read but what a show includes, and nothing is written here; time and
-//! memory are linear in the text (within [`limits`]); of the parser generator nothing gets out; a
-//! show comes out exactly when there is no error, and then keeps every invariant of
-//! [`crate::show`]. This module does not depend on curves over time: what follows from them alone
-//! is `check`'s to say.
+//! `scan` cuts a text into statements, `syntax` parses each by the grammar (`grammar/lxq.pest`),
+//! `build` makes the tree of `ast`, `lower` resolves names and quantities and writes the model.
+//! Invariants: every error of a file is reported in one run; time and memory are linear in the text
+//! (within [`limits`]); a show comes out exactly when there is no error, and then keeps every
+//! invariant of [`crate::show`].
 
 mod ast;
 mod build;
@@ -39,6 +35,7 @@ pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
 pub use names::nearest;
 pub use preview::preview_statement;
+pub use report::Place;
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
@@ -101,15 +98,17 @@ pub fn parse_again(
         return failed(report);
     }
     let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
+    let scans: Vec<_> = parts.iter().map(include::Part::scan).collect();
     let mut environment = String::new();
-    for part in &parts {
-        read::environment(&part.text, &part.scan, &mut environment);
+    for scan in &scans {
+        read::environment(scan, &mut environment);
     }
     let within = cache.within(&environment);
-    let reads = parts
-        .iter()
-        .map(|p| read::read(&p.text, p.file, &p.scan, within, &mut report));
-    let read = include::joined(&parts, reads.collect());
+    let mut reads = Vec::new();
+    for (part, scan) in parts.iter().zip(&scans) {
+        reads.push(read::read(&part.text, part.file, scan, within, &mut report));
+    }
+    let read = include::joined(&parts, reads);
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
         report.add(
@@ -121,12 +120,9 @@ pub fn parse_again(
     }
     let lowered = lower::lower(&read, &mut report);
     let (mut show, spans) = (lowered.show, lowered.spans);
-    let texts = lowered.fresh.into_iter().filter_map(|(span, cue)| {
-        let part = parts.iter().find(|p| p.file == span.file)?;
-        let text = part.text.get(span.range())?.to_owned();
-        Some((text, cue))
-    });
-    let (fresh, statements) = (texts.collect(), read.statements.len());
+    let fresh = lowered.fresh.into_iter();
+    let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
+    let statements = read.statements.len();
     cache.learn(environment, fresh, statements);
     if let Some(show) = &mut show
         && show.title.is_empty()
@@ -165,23 +161,23 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     if bytes.len() > limits::FILE {
         return Err(Box::new(too_large(name, bytes.len())));
     }
-    let binary = bytes.iter().position(|b| *b == 0);
-    let error = std::str::from_utf8(bytes).err().map(|e| e.valid_up_to());
-    let (message, at) = match (binary, error) {
-        (Some(at), _) => (format!("`{name}` is not a text: byte {at} is zero"), at),
-        (None, Some(at)) => (
-            format!("`{name}` is not UTF-8: byte {at} begins no character"),
-            at,
-        ),
-        (None, None) => {
-            let text = String::from_utf8_lossy(bytes);
-            return Ok(text.strip_prefix('\u{feff}').unwrap_or(&text).to_owned());
+    let (what, at) = match (
+        bytes.iter().position(|b| *b == 0),
+        std::str::from_utf8(bytes),
+    ) {
+        (Some(at), _) => (format!("not a text: byte {at} is zero"), at),
+        (None, Err(error)) => {
+            let at = error.valid_up_to();
+            (format!("not UTF-8: byte {at} begins no character"), at)
         }
+        (None, Ok(text)) => return Ok(text.strip_prefix('\u{feff}').unwrap_or(text).to_owned()),
     };
     let line = bytes.iter().take(at).filter(|b| **b == b'\n').count() + 1;
-    Err(Box::new(Diagnostic::error(codes::NOT_TEXT, message).help(
-        format!("the byte is in line {line}; a show is a text file in UTF-8"),
-    )))
+    let message = format!("`{name}` is {what}");
+    let help = format!("the byte is in line {line}; a show is a text file in UTF-8");
+    Err(Box::new(
+        Diagnostic::error(codes::NOT_TEXT, message).help(help),
+    ))
 }
 
 /// A text without its quotes and backslashes.
@@ -214,18 +210,19 @@ pub fn time(text: &str) -> Option<Time> {
 /// What a text that parses declares beside cues, in order: what each is (`bank lamps`), and its
 /// canonical text.
 pub fn declarations(text: &str) -> Vec<(String, String)> {
-    let cuts = scan::scan(text).cuts.into_iter();
-    let texts = cuts.filter_map(|cut| text.get(cut.span));
-    texts
-        .filter(|text| scan::first_word(text) != "cue")
-        .filter_map(|text| Some((edit::name(text)?, format(text).ok()?.trim_end().to_owned())))
-        .collect()
+    let mut out = Vec::new();
+    for cut in scan::scan(text).cuts.iter().filter(|cut| !cut.is_cue()) {
+        if let (Some(name), Ok(formatted)) = (edit::name(cut.text), format(cut.text)) {
+            out.push((name, formatted.trim_end().to_owned()));
+        }
+    }
+    out
 }
 
 /// The names that a text gives to values.
 pub fn values(text: &str) -> Vec<String> {
     let cuts = scan::scan(text).cuts.into_iter();
-    let names = cuts.filter_map(|cut| edit::name(text.get(cut.span)?));
+    let names = cuts.filter_map(|cut| edit::name(cut.text));
     let value = |name: String| name.strip_prefix("let ").map(str::to_owned);
     names.filter_map(value).collect()
 }
@@ -243,9 +240,8 @@ pub fn words() -> Vec<&'static str> {
 /// True when `text` begins with a statement word. `show` is one only before a title and `view` only
 /// before more than a name, since they are also what a user says to be shown something.
 pub fn is_declaration(text: &str) -> bool {
-    let text = text.trim_start();
-    let word = scan::first_word(text);
-    let rest = text.get(word.len()..).unwrap_or_default().trim();
+    let (word, rest) = scan::split_word(text.trim_start());
+    let rest = rest.trim();
     match word {
         "show" => rest.starts_with('"'),
         "view" => rest.contains(char::is_whitespace),

@@ -3,7 +3,7 @@
 //! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
 //! stage's names, not the show's: they are not in this table.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use super::ast::{Span, Word};
 use super::codes;
@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::show::Fade;
 
 /// What a name stands for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A camera.
     View,
@@ -77,8 +77,6 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub struct Names<'a> {
     table: BTreeMap<&'a str, Entry>,
-    /// The same to look one name up, which every move does; only looked up, never iterated.
-    index: HashMap<&'a str, Entry>,
 }
 
 impl<'a> Names<'a> {
@@ -90,13 +88,12 @@ impl<'a> Names<'a> {
         let span = name.span;
         let entry = Entry { kind, index, span };
         self.table.insert(name.text, entry);
-        self.index.insert(name.text, entry);
         None
     }
 
     /// Looks a name up.
     pub fn get(&self, name: &str) -> Option<Entry> {
-        self.index.get(name).copied()
+        self.table.get(name).copied()
     }
 
     /// The declared names of some kinds, in order.
@@ -155,22 +152,22 @@ pub fn reserved(name: &str) -> Diagnostic {
 /// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one
 /// mistake in three characters. The first wins among equals.
 pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Option<&'c str> {
-    let word: Vec<char> = word.chars().take(LONGEST + 1).collect();
-    let limit = (word.len() / 3).max(1);
-    if word.len() > LONGEST {
+    let length = word.chars().take(LONGEST + 1).count();
+    if length > LONGEST {
         return None;
     }
+    let limit = (length / 3).max(1);
     let mut best: Option<(usize, &str)> = None;
     for candidate in candidates.take(CANDIDATES) {
-        if candidate.len() > 4 * LONGEST {
+        if candidate.len() > 4 * LONGEST || candidate == word {
             continue;
         }
-        let other: Vec<char> = candidate.chars().collect();
-        if other.len().abs_diff(word.len()) > limit || other == word {
+        if candidate.chars().count().abs_diff(length) > limit {
             continue;
         }
-        let distance = distance(&word, &other);
-        if distance <= limit && best.is_none_or(|(d, _)| distance < d) && distance < word.len() {
+        // Optimal string alignment: swapping two neighbours is one mistake.
+        let distance = strsim::osa_distance(word, candidate);
+        if distance <= limit && distance < length && best.is_none_or(|(d, _)| distance < d) {
             best = Some((distance, candidate));
         }
     }
@@ -182,27 +179,6 @@ const CANDIDATES: usize = 10_000;
 
 /// No suggestion is made for longer words.
 const LONGEST: usize = 40;
-
-/// Edit distance in which swapping two neighbours is one mistake (optimal string alignment).
-fn distance(a: &[char], b: &[char]) -> usize {
-    let mut before: Vec<usize> = Vec::new();
-    let mut last: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.iter().enumerate() {
-        let mut row = vec![i + 1];
-        for (j, y) in b.iter().enumerate() {
-            let at = |r: &[usize], k: usize| r.get(k).copied().unwrap_or(usize::MAX / 2);
-            let change = at(&last, j) + usize::from(x != y);
-            let mut best = change.min(at(&last, j + 1) + 1).min(at(&row, j) + 1);
-            let swapped = i > 0 && j > 0 && a.get(i - 1) == Some(y) && b.get(j - 1) == Some(x);
-            if swapped {
-                best = best.min(at(&before, j - 1) + 1);
-            }
-            row.push(best);
-        }
-        before = std::mem::replace(&mut last, row);
-    }
-    last.last().copied().unwrap_or(0)
-}
 
 #[cfg(test)]
 mod tests {

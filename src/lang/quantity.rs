@@ -23,7 +23,7 @@ pub enum Unit {
     /// `lm`
     Lumen,
     /// `cd/m2`
-    Radiance,
+    Luminance,
     /// `K`
     Kelvin,
 }
@@ -39,7 +39,7 @@ impl Unit {
             Unit::Degree => "an angle",
             Unit::Candela => "an intensity",
             Unit::Lumen => "a luminous flux",
-            Unit::Radiance => "a radiance",
+            Unit::Luminance => "a radiance",
             Unit::Kelvin => "a colour temperature",
         }
     }
@@ -140,7 +140,7 @@ pub fn unit(text: &str) -> Result<Unit, Fault> {
         "deg" => Unit::Degree,
         "cd" => Unit::Candela,
         "lm" => Unit::Lumen,
-        "cd/m2" => Unit::Radiance,
+        "cd/m2" => Unit::Luminance,
         "K" => Unit::Kelvin,
         other => return Err(Fault::Unit(other.to_owned())),
     })
@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(read("24m", Wanted::Angle), Err(Fault::Kind("a length")));
         assert_eq!(read("5s", Wanted::Level), Err(Fault::Kind("a time")));
         assert_eq!(unit("2700 K"), Ok(Unit::Kelvin));
-        assert_eq!(unit("12cd/m2"), Ok(Unit::Radiance));
+        assert_eq!(unit("12cd/m2"), Ok(Unit::Luminance));
         assert_eq!(number("1200 cd"), Ok(1200.0));
     }
 }

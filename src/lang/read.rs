@@ -7,7 +7,7 @@ use super::build::Builder;
 use super::lowering_cache::LoweringCache;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
-use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan};
+use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -29,7 +29,7 @@ pub struct Read<'a> {
 pub fn read<'a>(
     text: &'a str,
     file: u32,
-    scan: &Scan,
+    scan: &Scan<'a>,
     cache: Option<&'a LoweringCache>,
     report: &mut Report,
 ) -> Read<'a> {
@@ -57,7 +57,7 @@ pub fn read<'a>(
 ///
 /// # Errors
 /// Diagnostics for a text that is too large or does not parse.
-pub fn typed(text: &str) -> Result<(Scan, Read<'_>, Report), Vec<Diagnostic>> {
+pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>> {
     if text.len() > limits::STATEMENT {
         let message = format!("more than {} bytes at once", limits::STATEMENT);
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
@@ -72,13 +72,10 @@ pub fn typed(text: &str) -> Result<(Scan, Read<'_>, Report), Vec<Diagnostic>> {
 }
 
 /// All statements that are no cues, one after the other, added to `out`.
-pub fn environment(text: &str, scan: &Scan, out: &mut String) {
-    for cut in &scan.cuts {
-        let text = text.get(cut.span.clone()).unwrap_or_default();
-        if first_word(text) != "cue" {
-            out.push_str(text);
-            out.push('\n');
-        }
+pub fn environment(scan: &Scan<'_>, out: &mut String) {
+    for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
+        out.push_str(cut.text);
+        out.push('\n');
     }
 }
 
@@ -165,14 +162,15 @@ impl<'a> Reader<'a, '_> {
         self.report.add(diagnostic.help(help));
     }
 
-    fn statement(&mut self, cut: &Cut) {
-        let text = self.text.get(cut.span.clone()).unwrap_or("");
+    fn statement(&mut self, cut: &Cut<'a>) {
+        let text = cut.text;
         let word = first_word(text);
         let cache = self.cache.and_then(|k| k.cue(text));
         if let Some(lowered) = cache.filter(|_| !cut.broken) {
             let span = self.span(cut.span.start, cut.span.end);
             let item = Declaration::Cached(lowered);
-            self.out.statements.push(Statement { span, item });
+            let text = None;
+            self.out.statements.push(Statement { span, text, item });
             return;
         }
         let Some(rule) = syntax::rule_of(word) else {
@@ -220,9 +218,9 @@ impl<'a> Reader<'a, '_> {
         let Some(kind) = Kind::of_statement(word) else {
             return;
         };
-        let rest = text.get(word.len()..).unwrap_or("");
+        let (_, rest) = split_word(text);
         let name = rest.trim_start();
-        let at = start + word.len() + (rest.len() - name.len());
+        let at = start + text.len() - name.len();
         let name = first_word(name);
         if !name.is_empty() {
             let span = self.span(at, at + name.len());
@@ -232,14 +230,18 @@ impl<'a> Reader<'a, '_> {
 
     /// Parses a statement; after a mistake inside braces once more without the line of the mistake,
     /// to find the next.
-    fn parse(&mut self, rule: Rule, text: &str, base: usize) -> Option<Statement<'a>> {
+    fn parse(&mut self, rule: Rule, text: &'a str, base: usize) -> Option<Statement<'a>> {
         let builder = Builder {
             source: self.text,
             file: self.file,
             base,
         };
         let first = match syntax::parse(rule, text) {
-            Ok(pairs) => return builder.statement(pairs),
+            Ok(pairs) => {
+                let mut statement = builder.statement(pairs)?;
+                statement.text = Some(text);
+                return Some(statement);
+            }
             Err(failure) => failure,
         };
         self.failure(&first, text, base);

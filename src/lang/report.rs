@@ -3,7 +3,8 @@
 use crate::diagnostic::{Diagnostic, Severity};
 
 use super::ast::Span;
-use super::{codes, limits};
+use super::{SpanMap, codes, limits};
+use crate::show::NodeId;
 
 /// The diagnostics of one run.
 #[derive(Debug, Default)]
@@ -66,11 +67,20 @@ impl Report {
     }
 }
 
-/// Labels by spans of the tree.
-pub trait Place {
+/// Labels by spans of the tree and by nodes of the model.
+pub trait Place: Sized {
     /// Adds a labelled place.
     #[must_use]
     fn place(self, span: Span, text: impl Into<String>) -> Self;
+
+    /// Adds the labelled place of a node.
+    #[must_use]
+    fn place_of(self, id: NodeId, spans: &SpanMap, text: impl Into<String>) -> Self {
+        match spans.get(id) {
+            Some(span) => self.place(span, text),
+            None => self,
+        }
+    }
 }
 
 impl Place for Diagnostic {

@@ -1,13 +1,11 @@
-//! Cuts a file into statements, before any grammar sees it.
+//! Cuts a file into statements, before any grammar sees it, so that a mistake ends with its
+//! statement and the parser holds one statement at a time.
 //!
-//! That gives recovery (a mistake ends with its statement) and bounded memory (the parser holds
-//! one statement at a time). A statement begins where a line outside all braces begins with a
-//! statement word; it goes on over lines that are indented more, or that begin with punctuation.
-//! Inside braces everything goes on, but a line that begins with a statement word, no deeper than
-//! the statement itself, shows that a brace was forgotten.
-//!
-//! Invariants: one pass, linear, no recursion; cuts are in order, disjoint and on character
-//! boundaries; braces, quotes and comments are balanced in every cut that is not `broken`.
+//! A statement begins where a line outside all braces begins with a statement word; it goes on over
+//! lines that are indented more, or that begin with punctuation. Inside braces a line that begins
+//! with a statement word, no deeper than the statement itself, shows that a brace was forgotten.
+//! Invariants: one pass, no recursion; cuts are in order, disjoint and on character boundaries;
+//! braces, quotes and comments are balanced in every cut that is not `broken`.
 
 use std::ops::Range;
 
@@ -19,13 +17,21 @@ pub const STATEMENTS: [&str; 15] = [
     "group", "look", "default", "curve", "cue",
 ];
 
-/// One statement.
+/// One statement, without the blanks and comments around it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cut {
-    /// Its bytes, without the blanks and comments around it.
+pub struct Cut<'a> {
+    pub text: &'a str,
+    /// Its bytes in the file.
     pub span: Range<usize>,
     /// A fault inside it was reported already; parsing it would only say it again.
     pub broken: bool,
+}
+
+impl Cut<'_> {
+    /// Whether it is a cue.
+    pub fn is_cue(&self) -> bool {
+        first_word(self.text) == "cue"
+    }
 }
 
 /// What is wrong with the cutting itself.
@@ -49,10 +55,8 @@ pub enum Fault {
 
 /// The statements of a file, and what went wrong in finding them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Scan {
-    /// In order.
-    pub cuts: Vec<Cut>,
-    /// In order.
+pub struct Scan<'a> {
+    pub cuts: Vec<Cut<'a>>,
     pub faults: Vec<Fault>,
     /// The text ends inside a statement: a brace, quote or comment is open, or it ends in a
     /// character after which more must come.
@@ -60,7 +64,7 @@ pub struct Scan {
 }
 
 /// Cuts `text`.
-pub fn scan(text: &str) -> Scan {
+pub fn scan(text: &str) -> Scan<'_> {
     let mut scanner = Scanner {
         text,
         bytes: text.as_bytes(),
@@ -77,11 +81,25 @@ pub fn scan(text: &str) -> Scan {
 
 /// The word that `text` begins with; empty when it does not begin with a letter.
 pub fn first_word(text: &str) -> &str {
+    split_word(text).0
+}
+
+/// The word that `text` begins with, as in [`first_word`], and what follows it.
+pub fn split_word(text: &str) -> (&str, &str) {
     if !text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
-        return "";
+        return ("", text);
     }
     let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
-    text.get(..end.unwrap_or(text.len())).unwrap_or("")
+    text.split_at(end.unwrap_or(text.len()))
+}
+
+/// The length of the comment that `text` begins with: all of it where it is not closed.
+pub fn comment_length(text: &str) -> Option<usize> {
+    if text.starts_with("//") {
+        return Some(text.find('\n').unwrap_or(text.len()));
+    }
+    let inner = text.strip_prefix("/*")?;
+    Some(inner.find("*/").map_or(text.len(), |end| end + 4))
 }
 
 struct Open {
@@ -93,7 +111,7 @@ struct Open {
 struct Scanner<'a> {
     text: &'a str,
     bytes: &'a [u8],
-    out: Scan,
+    out: Scan<'a>,
     current: Option<Open>,
     opens: Vec<usize>,
     /// Round brackets open in the current statement.
@@ -197,15 +215,16 @@ impl Scanner<'_> {
         let Some(open) = self.current.take() else {
             return;
         };
-        let span = open.start..self.end.max(open.start);
-        if span.is_empty() {
+        let span = open.start..self.end;
+        let Some(text) = self.text.get(span.clone()).filter(|t| !t.is_empty()) else {
             return;
-        }
+        };
         let long = span.len() > limits::STATEMENT;
         if long {
             self.out.faults.push(Fault::Long(span.clone()));
         }
         self.out.cuts.push(Cut {
+            text,
             span,
             broken: open.broken || long,
         });
@@ -265,11 +284,7 @@ mod tests {
     use super::*;
 
     fn cuts(text: &str) -> Vec<&str> {
-        scan(text)
-            .cuts
-            .iter()
-            .map(|c| &text[c.span.clone()])
-            .collect()
+        scan(text).cuts.iter().map(|c| c.text).collect()
     }
 
     #[test]

@@ -241,8 +241,8 @@ pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"
 /// Words that may stand inside statements, for suggestions.
 pub fn inner_words() -> impl Iterator<Item = &'static str> {
     let of_tables = light::words().chain(FADES.iter().map(|curve| curve.name));
-    let more = of_tables.filter(|word| !INNER_WORDS.contains(word));
-    INNER_WORDS.into_iter().chain(more)
+    let more = of_tables.filter(|word| INNER_WORDS.split_whitespace().all(|inner| inner != *word));
+    INNER_WORDS.split_whitespace().chain(more)
 }
 
 /// Whether `word` may stand inside statements.
@@ -251,73 +251,9 @@ pub fn is_inner_word(word: &str) -> bool {
 }
 
 /// Those of [`inner_words`] that no table has elsewhere.
-const INNER_WORDS: [&str; 68] = [
-    "aim",
-    "assert",
-    "at",
-    "auto",
-    "beam",
-    "bezier",
-    "blackout",
-    "box",
-    "block",
-    "catmull-rom",
-    "channel",
-    "clamped",
-    "coarse",
-    "cueonly",
-    "cylinder",
-    "curve",
-    "delay",
-    "dimmer",
-    "disc",
-    "dither",
-    "down",
-    "exposure",
-    "field",
-    "filmic",
-    "follow",
-    "fov",
-    "from",
-    "full",
-    "gap",
-    "hang",
-    "hermite",
-    "image",
-    "inside",
-    "layer",
-    "level",
-    "like",
-    "linear",
-    "monotone",
-    "natural",
-    "off",
-    "on",
-    "one-sided",
-    "out",
-    "part",
-    "plain",
-    "quad",
-    "radius",
-    "rate",
-    "refined",
-    "reflectance",
-    "repeat",
-    "rgb",
-    "sides",
-    "size",
-    "slope",
-    "snap",
-    "spline",
-    "square",
-    "steps",
-    "time",
-    "to",
-    "tolerance",
-    "tone",
-    "turn",
-    "two-sided",
-    "up",
-    "via",
-    "z",
-];
+const INNER_WORDS: &str = "\
+    aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
+    cueonly cylinder curve delay dimmer disc dither down exposure field filmic follow fov \
+    from full gap hang hermite image inside layer level like linear monotone natural off on \
+    one-sided out part plain quad radius rate refined reflectance repeat rgb sides size \
+    slope snap spline square steps time to tolerance tone turn two-sided up via z";

@@ -262,6 +262,7 @@ fn a_text_read_again_means_the_same() {
         whole.replace("bank a = l", "bank c = l"),
         whole.replace("cue 5", "cue 2"),
         whole.replace("a 60", "a 600"),
+        whole.replace("cue 4 { }", "cue 4 {\n a 20\n b =\n}"),
         format!("{cues}{rig}{curve}"),
         format!("{rig}{curve}default time 2\n{cues}"),
         whole.clone(),

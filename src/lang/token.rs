@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::scan::STATEMENTS;
+use super::scan::{STATEMENTS, comment_length};
 use super::syntax::{self, Rule};
 
 /// What a piece is.
@@ -31,40 +31,30 @@ pub enum Token {
 
 /// The pieces of a text, blanks left out.
 pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
-    let mut out: Vec<(Range<usize>, Token)> = Vec::new();
-    let mut at = 0;
-    while let Some(rest) = text.get(at..).filter(|rest| !rest.is_empty()) {
-        let blanks = rest.len() - rest.trim_start().len();
-        if blanks > 0 {
-            at += blanks;
+    let (mut out, mut rest, mut first_of_line) = (Vec::new(), text, true);
+    while let Some(c) = rest.chars().next() {
+        if c.is_whitespace() {
+            first_of_line |= c == '\n';
+            (_, rest) = rest.split_at(c.len_utf8());
             continue;
         }
+        let start = text.len() - rest.len();
         let (length, token) = token(rest);
-        // A statement word in the middle of a line is a name like any other, or a clause.
-        let fresh = text.get(..at).unwrap_or_default();
-        let first = fresh
-            .rsplit('\n')
-            .next()
-            .is_none_or(|line| line.trim().is_empty());
         let token = match token {
-            Token::Statement if !first => Token::Word,
+            // In the middle of a line it is a name like any other, or a clause.
+            Token::Statement if !first_of_line => Token::Word,
             token => token,
         };
-        out.push((at..at + length, token));
-        at += length;
+        out.push((start..start + length, token));
+        (_, rest) = rest.split_at(length);
+        first_of_line = false;
     }
     out
 }
 
 fn token(rest: &str) -> (usize, Token) {
-    if rest.starts_with("//") {
-        return (rest.find('\n').unwrap_or(rest.len()), Token::Comment);
-    }
-    if let Some(inner) = rest.strip_prefix("/*") {
-        return (
-            inner.find("*/").map_or(rest.len(), |i| i + 4),
-            Token::Comment,
-        );
+    if let Some(length) = comment_length(rest) {
+        return (length, Token::Comment);
     }
     let rules = [
         (Rule::text, Token::Text),
@@ -78,7 +68,7 @@ fn token(rest: &str) -> (usize, Token) {
     });
     match found {
         Some((length, Token::Name)) => {
-            let word = rest.get(..length).unwrap_or_default();
+            let (word, _) = rest.split_at(length);
             let token = match word {
                 word if STATEMENTS.contains(&word) => Token::Statement,
                 word if syntax::is_inner_word(word) => Token::Word,

@@ -70,6 +70,14 @@ impl Bernstein {
         })
     }
 
+    /// A quadratic by its coefficients.
+    pub fn quadratic([a, b, c]: [f64; 3]) -> Bernstein {
+        Bernstein {
+            degree: 2,
+            coefficients: [a, b, c, 0.0],
+        }
+    }
+
     /// A cubic by its coefficients.
     pub fn cubic(coefficients: [f64; 4]) -> Bernstein {
         Bernstein {
@@ -107,6 +115,13 @@ impl Bernstein {
     /// Its `degree + 1` coefficients.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients[..=self.degree]
+    }
+
+    /// The polynomial with other end values; the first is that of a constant.
+    pub fn with_ends(mut self, first: f64, last: f64) -> Bernstein {
+        self.coefficients[self.degree] = last;
+        self.coefficients[0] = first;
+        self
     }
 
     /// Value at 0.

@@ -1,6 +1,6 @@
 //! Keys in terms of a basis: whether they can be expressed, and how.
 
-use super::PlanError;
+use super::{PlanError, weighted_columns};
 use crate::linalg::{Matrix, Orthonormal};
 use crate::timeline::KeySequence;
 
@@ -15,14 +15,8 @@ const BLOCK: usize = 512;
 
 /// The weighted keys in their order, coordinates x at most [`BLOCK`] at a time.
 fn blocks<'a>(keys: &'a KeySequence, w: &'a [f64]) -> impl Iterator<Item = Matrix> + 'a {
-    keys.keys().chunks(BLOCK).map(move |chunk| {
-        let mut out = Matrix::zeros(w.len(), chunk.len());
-        for (mut column, key) in out.column_iter_mut().zip(chunk) {
-            let weighted = key.iter().zip(w).map(|(x, w)| x * w);
-            column.iter_mut().zip(weighted).for_each(|(to, x)| *to = x);
-        }
-        out
-    })
+    let chunks = keys.keys().chunks(BLOCK);
+    chunks.map(move |chunk| weighted_columns(chunk, w))
 }
 
 /// Adds directions, worst key first, until every key is expressed; `lower` is the sequence's

@@ -4,13 +4,9 @@
 //! With K a segment's control points, B its Bernstein mass matrix and h its length, the integral of
 //! L·Lᵀ over the sequence is M = A·Aᵀ for A = [K · chol(h·B)] over all segments; the singular value
 //! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
-//! the weighted error that they remove, summed over time. The decomposition is taken of the factor,
-//! never of M: squaring costs half the digits.
-//!
+//! the weighted error that they remove. M itself is never decomposed: squaring costs half the digits.
 //! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
-//! key can still be expressed while such banks come last in every order.
-//!
-//! This module depends on neither pixels nor a clock: norms of images come in as numbers.
+//! key can still be expressed while such banks come last.
 
 mod express;
 mod moment;
@@ -19,7 +15,6 @@ mod projection;
 mod report;
 
 #[cfg(test)]
-#[path = "plan_test.rs"]
 mod tests;
 
 pub use moment::{second_moment, sequence_norm};
@@ -27,7 +22,7 @@ pub use next::{Direction, NextSteps, next};
 pub use projection::{forecast, projection};
 pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
 
-use crate::linalg::{Orthonormal, SvdError, svd};
+use crate::linalg::{Matrix, Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;
 
 /// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse
@@ -158,6 +153,17 @@ impl Weighting {
     }
 }
 
+/// Settings as the columns of a matrix, each coordinate times its weight.
+fn weighted_columns(settings: &[impl AsRef<[f64]>], w: &[f64]) -> Matrix {
+    let mut out = Matrix::zeros(w.len(), settings.len());
+    for (mut column, setting) in out.column_iter_mut().zip(settings) {
+        for ((to, x), w) in column.iter_mut().zip(setting.as_ref()).zip(w) {
+            *to = x * w;
+        }
+    }
+    out
+}
+
 fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
     let wanted = keys.coordinates();
     if found == wanted {
@@ -170,15 +176,25 @@ fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
 /// A basis of all key settings in the order of what it is worth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    metric: Metric,
-    tolerance: f64,
-    time_weighted: bool,
-    singular_values: Vec<f64>,
-    basis: Vec<Vec<f64>>,
-    weights: Vec<Vec<f64>>,
-    predicted: Vec<f64>,
-    used: usize,
-    unseen: Vec<usize>,
+    /// The metric it was made in.
+    pub metric: Metric,
+    /// The error of the sequence that was aimed for.
+    pub tolerance: f64,
+    /// False where the sequence has no length and all looks count alike.
+    pub time_weighted: bool,
+    /// One for each basis setting, descending: weighted light times the square root of seconds.
+    pub singular_values: Vec<f64>,
+    /// Settings, each scaled so that its largest number (disregarding signs) is 1. Many are
+    /// negative in places: G takes settings of any sign.
+    pub basis: Vec<Vec<f64>>,
+    /// For each key, a number for each basis setting: key = sum of weight · basis setting.
+    pub weights: Vec<Vec<f64>>,
+    /// Predicted error of the sequence after each number of refined images, 0 to the rank.
+    pub predicted: Vec<f64>,
+    /// How many of the basis settings the tolerance needs.
+    pub used: usize,
+    /// Coordinates whose weight is zero.
+    pub unseen: Vec<usize>,
 }
 
 impl Plan {
@@ -237,55 +253,9 @@ impl Plan {
         })
     }
 
-    /// The metric it was made in.
-    pub fn metric(&self) -> Metric {
-        self.metric
-    }
-
-    /// The error of the sequence that was aimed for.
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
-    }
-
-    /// False where the sequence has no length and all looks count alike.
-    pub fn time_weighted(&self) -> bool {
-        self.time_weighted
-    }
-
     /// The numerical rank of the key settings.
     pub fn rank(&self) -> usize {
         self.basis.len()
-    }
-
-    /// How many of the basis settings the tolerance needs.
-    pub fn used(&self) -> usize {
-        self.used
-    }
-
-    /// `rank` numbers, descending: weighted light times the square root of seconds.
-    pub fn singular_values(&self) -> &[f64] {
-        &self.singular_values
-    }
-
-    /// `rank` settings, each scaled so that its largest number (disregarding signs) is 1. Many are
-    /// negative in places: G takes settings of any sign.
-    pub fn basis(&self) -> &[Vec<f64>] {
-        &self.basis
-    }
-
-    /// For each key, `rank` numbers: key = sum of weight · basis setting.
-    pub fn weights(&self) -> &[Vec<f64>] {
-        &self.weights
-    }
-
-    /// Predicted error of the sequence after each number of refined images, 0 to `rank`.
-    pub fn predicted(&self) -> &[f64] {
-        &self.predicted
-    }
-
-    /// Coordinates whose weight is zero.
-    pub fn unseen(&self) -> &[usize] {
-        &self.unseen
     }
 }
 

@@ -1,7 +1,7 @@
 //! A setting in terms of the refined ones: c = (Sᵀ W² S)⁻¹ Sᵀ W² L, by QR of W·S.
 
 use super::next::span;
-use super::{PlanError, Weighting, moment, same_shape};
+use super::{PlanError, Weighting, moment, same_shape, weighted_columns};
 use crate::linalg::{Matrix, least_squares};
 use crate::timeline::KeySequence;
 
@@ -17,25 +17,17 @@ pub fn projection(
     settings: &[Vec<f64>],
 ) -> Result<Vec<Vec<f64>>, PlanError> {
     let w = weighting.lifted();
-    let matrix = |rows: &[&Vec<f64>]| {
-        let mut out = Matrix::zeros(w.len(), rows.len());
-        for (mut column, row) in out.column_iter_mut().zip(rows) {
-            let weighted = row.iter().zip(&w).map(|(x, w)| x * w);
-            column.iter_mut().zip(weighted).for_each(|(to, x)| *to = x);
-        }
-        out
-    };
     for setting in pool.iter().chain(settings) {
         let (found, wanted) = (setting.len(), w.len());
         if found != wanted {
             return Err(PlanError::Shape { found, wanted });
         }
     }
-    let right = matrix(&settings.iter().collect::<Vec<_>>());
+    let right = weighted_columns(settings, &w);
     let mut used: Vec<usize> = (0..pool.len()).collect();
     let solved = loop {
         let columns: Vec<&Vec<f64>> = used.iter().filter_map(|i| pool.get(*i)).collect();
-        match least_squares(&matrix(&columns), &right) {
+        match least_squares(&weighted_columns(&columns, &w), &right) {
             Ok(x) => break x,
             Err(dependent) if dependent.index < used.len() => {
                 used.remove(dependent.index);

@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::Plan;
+use super::{Plan, weighted_columns};
 use crate::linalg::{Matrix, svd};
 use crate::show::Show;
 use crate::timeline::KeySequence;
@@ -149,20 +149,20 @@ impl Plan {
             degree: s.degree,
             keys: s.keys.clone(),
         };
-        let predicted = self.predicted().iter().enumerate();
+        let predicted = self.predicted.iter().enumerate();
         PlanReport {
             show: show.title.clone(),
             banks,
             segments: keys.segments().iter().map(segment).collect(),
             keys: keys.keys().to_vec(),
-            metric: self.metric().name(),
-            time_weighted: self.time_weighted(),
-            tolerance: self.tolerance(),
+            metric: self.metric.name(),
+            time_weighted: self.time_weighted,
+            tolerance: self.tolerance,
             rank: self.rank(),
-            used: self.used(),
-            singular_values: self.singular_values().to_vec(),
-            basis: self.basis().to_vec(),
-            weights: self.weights().to_vec(),
+            used: self.used,
+            singular_values: self.singular_values.clone(),
+            basis: self.basis.clone(),
+            weights: self.weights.clone(),
             predicted: predicted
                 .map(|(refined, error)| Predicted {
                     refined,
@@ -185,7 +185,6 @@ impl Plan {
                     .collect()
             })
             .collect();
-        let varying = |row: &[f64]| row.windows(2).any(|w| w.first() != w.last());
         let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
         for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
             if coordinate.bank.is_none() {
@@ -194,8 +193,12 @@ impl Plan {
             let mut earlier = seen.iter();
             let multiple = earlier.find_map(|(other, r)| Some((*other, factor(r, row)?)));
             let name = name.clone();
-            out.push(if !varying(row) {
-                match row.first().copied().unwrap_or(0.0) {
+            let constant = match row.as_slice() {
+                [] => Some(0.0),
+                [first, rest @ ..] => rest.iter().all(|x| x == first).then_some(*first),
+            };
+            out.push(if let Some(setting) = constant {
+                match setting {
                     0.0 => LeftOut::StaysOut { name },
                     setting => LeftOut::Constant { name, setting },
                 }
@@ -210,7 +213,7 @@ impl Plan {
                 continue;
             });
         }
-        let unseen = self.unseen().iter().filter_map(|i| names.get(*i));
+        let unseen = self.unseen.iter().filter_map(|i| names.get(*i));
         out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));
         self.counts(keys, &mut out);
         if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys) {
@@ -230,13 +233,13 @@ impl Plan {
         ];
         let some = counted.into_iter().filter(|(n, _)| *n > 0);
         out.extend(some.map(|(n, of)| of(n)));
-        let spared = self.rank() - self.used();
+        let spared = self.rank() - self.used;
         if spared > 0 {
             out.push(LeftOut::SparedDirections {
                 count: spared,
-                used: self.used(),
-                error: self.predicted().get(self.used()).copied().unwrap_or(0.0),
-                tolerance: self.tolerance(),
+                used: self.used,
+                error: self.predicted.get(self.used).copied().unwrap_or(0.0),
+                tolerance: self.tolerance,
             });
         }
     }
@@ -254,11 +257,8 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
 
 /// Whether the keys without their last coordinate have a smaller rank.
 fn fixed_raises_rank(keys: &KeySequence) -> bool {
-    let (n, m) = (keys.coordinates(), keys.keys().len());
-    let mut all = Matrix::zeros(n, m);
-    for (mut column, key) in all.column_iter_mut().zip(keys.keys()) {
-        column.iter_mut().zip(key).for_each(|(to, x)| *to = *x);
-    }
+    let n = keys.coordinates();
+    let all = weighted_columns(keys.keys(), &vec![1.0; n]);
     let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12)).unwrap_or(0);
     n > 0 && rank(&all) > rank(&all.rows(0, n - 1).into_owned())
 }

@@ -324,7 +324,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use crate::timeline::planted::empty;
+    use crate::timeline::tests::planted::empty;
     use crate::timeline::{KeyOptions, Timeline};
 
     fn tone() -> Tone {

@@ -84,8 +84,8 @@ pub enum Output {
 pub enum Strength {
     /// As the material itself says.
     Own,
-    /// Emitted radiance L (cd/m2).
-    Radiance(Rgb),
+    /// Luminance L (cd/m2).
+    Luminance(Rgb),
     /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
     /// surface emits pi L into its half space.
     Flux(Rgb),
@@ -101,7 +101,7 @@ impl Strength {
     fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
         match self {
             Strength::Own => None,
-            Strength::Radiance(rgb) => Some(rgb),
+            Strength::Luminance(rgb) => Some(rgb),
             Strength::Flux(rgb) => Some(rgb.scaled(1.0 / (std::f64::consts::PI * area))),
             Strength::Intensity(rgb) => Some(rgb.scaled(1.0 / shown)),
         }
@@ -116,23 +116,20 @@ impl Light {
         images: &scene::Images,
         luminaires: &LuminaireAssets,
     ) -> Result<Vec<scene::Light>, RigError> {
-        match &self.kind {
+        let one = match &self.kind {
             LightKind::Image(file) => {
                 let read = images.get(file).cloned().map(scene::Light::Image);
-                let missing = || RigError::NoImage {
+                read.ok_or_else(|| RigError::NoImage {
                     id: self.id,
                     path: file.path.clone(),
-                };
-                Ok(vec![read.ok_or_else(missing)?])
+                })?
             }
-            LightKind::Spot(spot) => Ok(vec![scene::Light::Spot(spot.clone())]),
-            LightKind::ImportedLuminaire(hung) => {
-                imported_luminaire::spot(self.id, hung, &luminaires.lamps)
-                    .map(|s| vec![scene::Light::Spot(s)])
+            LightKind::Spot(spot) => scene::Light::Spot(spot.clone()),
+            LightKind::ImportedLuminaire(imported) => {
+                let lamps = &luminaires.lamps;
+                scene::Light::Spot(imported_luminaire::spot(self.id, imported, lamps)?)
             }
-            LightKind::Panel { material, strength } => {
-                panel(self.id, material, *strength, scene).map(|panel| vec![panel])
-            }
+            LightKind::Panel { material, strength } => panel(self.id, material, *strength, scene)?,
             LightKind::Shape { shape, strength } => {
                 let name = shape_material(&self.name);
                 let material = scene.materials.iter().rposition(|m| m.name == name);
@@ -141,17 +138,17 @@ impl Light {
                     id: self.id,
                     material: name.clone(),
                 };
-                Ok(vec![scene::Light::Panel {
+                scene::Light::Panel {
                     material: material.ok_or_else(missing)?,
                     radiance: radiance.unwrap_or_default(),
-                }])
+                }
             }
             LightKind::Photometric {
                 path,
                 mount,
                 tint,
                 output,
-            } => measured(self.id, path, *mount, *tint, *output, luminaires).map(|m| vec![m]),
+            } => measured(self.id, path, *mount, *tint, *output, luminaires)?,
             LightKind::Projection {
                 path,
                 mount,
@@ -181,11 +178,11 @@ impl Light {
                 }
                 let primaries = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
                 let planes = primaries.into_iter().enumerate();
-                Ok(planes
-                    .map(|(c, primary)| plane(c, whole.filtered(Rgb(primary))))
-                    .collect())
+                let lights = planes.map(|(c, primary)| plane(c, whole.filtered(Rgb(primary))));
+                return Ok(lights.collect());
             }
-        }
+        };
+        Ok(vec![one])
     }
 }
 

@@ -1,7 +1,7 @@
 //! When each cue starts and when it is complete.
 
 use super::error::TimelineError;
-use super::track::Motions;
+use super::track::Moved;
 use crate::show::{Link, Motion, NodeId, Part, Path, Show, Trigger};
 use crate::units::{CueNumber, Time};
 
@@ -30,7 +30,7 @@ pub struct CueTime {
 /// GO and completion of every cue.
 pub(super) fn cue_times(
     show: &Show,
-    motions: &[Motions],
+    motions: &[Vec<Moved<'_>>],
 ) -> Result<Vec<CueTime>, Vec<TimelineError>> {
     let mut errors = Vec::new();
     let mut times: Vec<CueTime> = Vec::with_capacity(show.cues.len());
@@ -83,19 +83,19 @@ pub(super) fn cue_times(
     }
 }
 
-fn duration(parts: &[Part], moved: &Motions) -> Time {
-    if moved.moves.is_empty() {
+fn duration(parts: &[Part], moved: &[Moved<'_>]) -> Time {
+    if moved.is_empty() {
         let stated = |p: &Part| p.delay + p.up.max(p.down);
         return parts.iter().map(stated).max().unwrap_or(Time::ZERO);
     }
-    let of = |m: &super::track::Moved| {
+    let of = |m: &Moved<'_>| {
         let once = match m.motion.as_ref() {
             Motion::To(_) => m.timing.up.max(m.timing.down),
             Motion::Path(path) => length(path),
         };
         m.timing.delay + repeated(once, m.repeat)
     };
-    moved.moves.iter().map(of).max().unwrap_or(Time::ZERO)
+    moved.iter().map(of).max().unwrap_or(Time::ZERO)
 }
 
 /// From a path's first knot to its last.

@@ -67,17 +67,10 @@ impl Piece {
         let own_is_longer = self.end - self.start >= next.end - next.start;
         let long = if own_is_longer { self } else { next };
         let whole = long.between(self.start, next.end);
-        let mut coefficients = whole.coefficients().to_vec();
-        if let Some(last) = coefficients.last_mut() {
-            *last = next.polynomial.last();
-        }
-        if let Some(first) = coefficients.first_mut() {
-            *first = self.polynomial.first();
-        }
         Piece {
             start: self.start,
             end: next.end,
-            polynomial: Bernstein::new(&coefficients).unwrap_or(whole),
+            polynomial: whole.with_ends(self.polynomial.first(), next.polynomial.last()),
         }
     }
 }

@@ -8,7 +8,7 @@
 
 use super::curve::Piece;
 use super::error::TimelineError;
-use super::spline::curve_spans;
+use super::spline::{Splined, curve_spans};
 use crate::linalg::Bernstein;
 use crate::show::{Curve, Dimmer, Interpolation, Show};
 use crate::units::Time;
@@ -24,12 +24,7 @@ const SAMPLES: usize = 15;
 pub(super) enum Law {
     Linear,
     Square,
-    Spans {
-        at: Vec<f64>,
-        spans: Vec<Bernstein>,
-        last: f64,
-        jumps: bool,
-    },
+    Curve { curve: Splined, jumps: bool },
 }
 
 /// The settings (0 to 1) of levels (0 to 1) by a dimmer; `curves` are the show's.
@@ -85,10 +80,8 @@ impl Law {
             Dimmer::Square => return Law::Square,
             Dimmer::Curve(i) => curves.get(i),
         };
-        curve.map_or(Law::Linear, |c| Law::Spans {
-            at: c.knots.iter().map(|k| k.at).collect(),
-            spans: curve_spans(c),
-            last: c.knots.last().map_or(1.0, |k| k.value),
+        curve.map_or(Law::Linear, |c| Law::Curve {
+            curve: Splined::new(c),
             jumps: c.interpolation == Interpolation::Steps,
         })
     }
@@ -98,7 +91,10 @@ impl Law {
         match self {
             Law::Linear => level,
             Law::Square => level * level,
-            Law::Spans { at, last, .. } => {
+            Law::Curve {
+                curve: Splined { at, last, .. },
+                ..
+            } => {
                 if level >= at.last().copied().unwrap_or(1.0) {
                     return *last;
                 }
@@ -111,7 +107,11 @@ impl Law {
 
     /// The law's one polynomial around a span, as (from, length, polynomial).
     fn local(&self, span: usize) -> Option<Local> {
-        let Law::Spans { at, spans, .. } = self else {
+        let Law::Curve {
+            curve: Splined { at, spans, .. },
+            ..
+        } = self
+        else {
             return None;
         };
         let (from, to) = (*at.get(span)?, *at.get(span + 1)?);
@@ -131,10 +131,11 @@ impl Law {
         };
         match self {
             Law::Linear => whole(Bernstein::linear(0.0, 1.0)),
-            Law::Square => {
-                whole(Bernstein::new(&[0.0, 0.0, 1.0]).unwrap_or(Bernstein::constant(0.0)))
-            }
-            Law::Spans { at, last, .. } => {
+            Law::Square => whole(Bernstein::quadratic([0.0, 0.0, 1.0])),
+            Law::Curve {
+                curve: Splined { at, last, .. },
+                ..
+            } => {
                 let after = at.partition_point(|a| *a <= level);
                 let span = after.saturating_sub(1).min(at.len().saturating_sub(2));
                 self.local(span)
@@ -145,7 +146,7 @@ impl Law {
 
     fn knots(&self) -> &[f64] {
         match self {
-            Law::Spans { at, .. } => at,
+            Law::Curve { curve, .. } => &curve.at,
             _ => &[],
         }
     }
@@ -211,7 +212,7 @@ impl Law {
     fn compose_monotone(&self, level: &Piece, out: &mut Vec<Piece>) {
         let q = &level.polynomial;
         let law = self.around(q.value(0.5));
-        let jumps = matches!(self, Law::Spans { jumps: true, .. });
+        let jumps = matches!(self, Law::Curve { jumps: true, .. });
         let one_sided = |x: f64| if jumps { law.value(x) } else { self.value(x) };
         let ends = (one_sided(q.first()), one_sided(q.last()));
         let exact = match (q.degree(), law.polynomial.degree()) {
@@ -225,7 +226,7 @@ impl Law {
         };
         match exact {
             Some(polynomial) => out.push(Piece {
-                polynomial: with_ends(&polynomial, ends),
+                polynomial: polynomial.with_ends(ends.0, ends.1),
                 ..*level
             }),
             None => fit(&law, level, ends, out),
@@ -255,25 +256,12 @@ fn squared(piece: &Piece) -> Piece {
     let polynomial = if piece.polynomial.degree() == 0 {
         Bernstein::constant(a * a)
     } else {
-        Bernstein::new(&[a * a, a * b, b * b]).unwrap_or(Bernstein::constant(a * a))
+        Bernstein::quadratic([a * a, a * b, b * b])
     };
     Piece {
         polynomial,
         ..*piece
     }
-}
-
-fn with_ends(p: &Bernstein, ends: (f64, f64)) -> Bernstein {
-    let mut c = p.coefficients().to_vec();
-    if let Some(first) = c.first_mut() {
-        *first = ends.0;
-    }
-    if c.len() > 1
-        && let Some(last) = c.last_mut()
-    {
-        *last = ends.1;
-    }
-    Bernstein::new(&c).unwrap_or(*p)
 }
 
 /// Where `p`, monotone on [s, e], crosses `value` strictly inside, by bisection.

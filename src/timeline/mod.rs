@@ -2,15 +2,10 @@
 //!
 //! A [`Timeline`] is the whole show as exact piecewise polynomials, one list of pieces for each
 //! coordinate, in settings (light after the dimmer, 1 = full). [`KeySequence`] cuts it into
-//! segments on which all coordinates are one polynomial each, so that every frame is a blend of at
-//! most four key settings.
-//!
-//! Invariants: the knots are whole microseconds; a piece's degree comes from the kind of part,
-//! never from its coefficients (only coefficients that are all the same number count as constant);
-//! a knot's value is computed once and shared by the pieces that meet there, so what is continuous
-//! is so to the bit; pieces cover the sequence without gaps. At a jump the later value holds.
-//!
-//! It must not depend on text, images or what a setting costs.
+//! segments on which the setting is one Bezier curve of at most four keys. Invariants: the knots
+//! are whole microseconds; a piece's degree comes from the kind of part, never from its coefficients
+//! (but for constants); a knot's value is computed once and shared by the pieces that meet there;
+//! pieces cover the sequence without gaps. At a jump the later value holds.
 
 mod blend;
 mod clock;
@@ -25,12 +20,7 @@ mod sweep;
 mod track;
 
 #[cfg(test)]
-mod naive;
-#[cfg(test)]
-pub(crate) mod planted;
-#[cfg(test)]
-#[path = "timeline_test.rs"]
-mod tests;
+pub(crate) mod tests;
 
 pub use blend::{Blend, blend};
 pub use clock::CueTime;

@@ -6,52 +6,50 @@
 )]
 
 use crate::linalg::Bernstein;
-use crate::show::{Curve, Interpolation, Path};
-
-/// A knot with its abscissa in the caller's unit.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SplineKnot {
-    pub at: f64,
-    pub value: f64,
-    pub slope: f64,
-    pub handles: [f64; 2],
-}
+use crate::show::{Curve, CurveKnot, Interpolation, Knot, Path};
 
 /// The spans between a path's knots, over seconds, in levels.
 pub(super) fn path_spans(path: &Path) -> Vec<Bernstein> {
-    let knots: Vec<SplineKnot> = path
-        .knots
-        .iter()
-        .map(|k| SplineKnot {
-            at: k.time.seconds(),
-            value: k.level,
-            slope: k.slope,
-            handles: k.handles,
-        })
-        .collect();
+    let knot = |k: &Knot| CurveKnot {
+        at: k.time.seconds(),
+        value: k.level,
+        slope: k.slope,
+        handles: k.handles,
+    };
+    let knots: Vec<CurveKnot> = path.knots.iter().map(knot).collect();
     spans(path.interpolation, &knots)
+}
+
+/// A named curve ready to be evaluated.
+pub(super) struct Splined {
+    /// Where its knots are, as fractions.
+    pub at: Vec<f64>,
+    /// What it does between them.
+    pub spans: Vec<Bernstein>,
+    /// Where it arrives.
+    pub last: f64,
+}
+
+impl Splined {
+    pub fn new(curve: &Curve) -> Splined {
+        Splined {
+            at: curve.knots.iter().map(|k| k.at).collect(),
+            spans: curve_spans(curve),
+            last: curve.knots.last().map_or(1.0, |k| k.value),
+        }
+    }
 }
 
 /// The spans between a named curve's knots, over fractions.
 pub(super) fn curve_spans(curve: &Curve) -> Vec<Bernstein> {
-    let knots: Vec<SplineKnot> = curve
-        .knots
-        .iter()
-        .map(|k| SplineKnot {
-            at: k.at,
-            value: k.value,
-            slope: k.slope,
-            handles: k.handles,
-        })
-        .collect();
-    spans(curve.interpolation, &knots)
+    spans(curve.interpolation, &curve.knots)
 }
 
 /// One polynomial between each two neighbouring knots (each on its own [0, 1]). Two knots without
 /// slopes of their own are joined by a straight line, whatever the spline's kind (but `Clamped`).
-fn spans(interpolation: Interpolation, knots: &[SplineKnot]) -> Vec<Bernstein> {
+fn spans(interpolation: Interpolation, knots: &[CurveKnot]) -> Vec<Bernstein> {
     use Interpolation as I;
-    let each = |f: &dyn Fn(&SplineKnot, &SplineKnot) -> Bernstein| -> Vec<Bernstein> {
+    let each = |f: &dyn Fn(&CurveKnot, &CurveKnot) -> Bernstein| -> Vec<Bernstein> {
         knots.windows(2).map(|w| f(&w[0], &w[1])).collect()
     };
     match interpolation {
@@ -72,7 +70,7 @@ fn spans(interpolation: Interpolation, knots: &[SplineKnot]) -> Vec<Bernstein> {
     }
 }
 
-fn hermite(knots: &[SplineKnot], slopes: &[f64]) -> Vec<Bernstein> {
+fn hermite(knots: &[CurveKnot], slopes: &[f64]) -> Vec<Bernstein> {
     knots
         .windows(2)
         .zip(slopes.windows(2))
@@ -84,7 +82,7 @@ fn hermite(knots: &[SplineKnot], slopes: &[f64]) -> Vec<Bernstein> {
 }
 
 /// Lengths of the spans and slopes of their chords.
-fn chords(knots: &[SplineKnot]) -> (Vec<f64>, Vec<f64>) {
+fn chords(knots: &[CurveKnot]) -> (Vec<f64>, Vec<f64>) {
     knots
         .windows(2)
         .map(|k| {
@@ -94,7 +92,7 @@ fn chords(knots: &[SplineKnot]) -> (Vec<f64>, Vec<f64>) {
         .unzip()
 }
 
-fn neighbour_chords(knots: &[SplineKnot]) -> Vec<f64> {
+fn neighbour_chords(knots: &[CurveKnot]) -> Vec<f64> {
     let last = knots.len().saturating_sub(1);
     (0..knots.len())
         .map(|i| {
@@ -110,7 +108,7 @@ fn neighbour_chords(knots: &[SplineKnot]) -> Vec<f64> {
 /// Slopes that make the spline C2: the tridiagonal system of the cubic spline in its slopes
 /// (de Boor, "A practical guide to splines", ch. IV), by elimination without pivoting (it is
 /// diagonally dominant). At the ends the slope (clamped) or the second derivative (natural) is 0.
-fn continuous_curvature(knots: &[SplineKnot], clamped: bool) -> Vec<f64> {
+fn continuous_curvature(knots: &[CurveKnot], clamped: bool) -> Vec<f64> {
     let n = knots.len();
     if n < 2 {
         return vec![0.0; n];
@@ -145,7 +143,7 @@ fn continuous_curvature(knots: &[SplineKnot], clamped: bool) -> Vec<f64> {
 /// Fritsch and Butland's weighted harmonic means, "A method for constructing local monotone
 /// piecewise cubic interpolants" (1984); zero at local extremes, three-point formula at the ends,
 /// limited as in Fritsch and Carlson.
-fn monotone_slopes(knots: &[SplineKnot]) -> Vec<f64> {
+fn monotone_slopes(knots: &[CurveKnot]) -> Vec<f64> {
     let n = knots.len();
     if n < 2 {
         return vec![0.0; n];
@@ -182,10 +180,10 @@ fn end_slope(h0: f64, h1: f64, d0: f64, d1: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn knots(points: &[(f64, f64)]) -> Vec<SplineKnot> {
+    fn knots(points: &[(f64, f64)]) -> Vec<CurveKnot> {
         points
             .iter()
-            .map(|(at, value)| SplineKnot {
+            .map(|(at, value)| CurveKnot {
                 at: *at,
                 value: *value,
                 slope: 0.0,

@@ -12,9 +12,9 @@ use super::clock::{CueTime, length};
 use super::curve::Piece;
 use super::error::{TimelineError, Warning};
 use super::lint::{Run, Watch};
-use super::spline::{curve_spans, path_spans};
+use super::spline::{Splined, path_spans};
 use crate::linalg::Bernstein;
-use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Path, Show};
+use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Part, Path, Show};
 use crate::units::Time;
 
 /// Levels outside 0 to 1 by less than this are rounding.
@@ -43,12 +43,6 @@ pub(super) struct Moved<'a> {
     pub timing: Timing,
 }
 
-/// All that one cue moves.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Motions<'a> {
-    pub moves: Vec<Moved<'a>>,
-}
-
 /// A stretch of levels with the move that made it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
@@ -63,7 +57,7 @@ pub(super) type Track = Vec<Stretch>;
 
 /// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
 /// the list by what is written, whether or not a move is later interrupted.
-pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
+pub(super) fn motions(show: &Show) -> Vec<Vec<Moved<'_>>> {
     let n = show.coordinates().len();
     let lit: Vec<bool> = show
         .coordinates()
@@ -75,24 +69,22 @@ pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
     let mut to_restore: Vec<usize> = Vec::new();
     let mut out = Vec::with_capacity(show.cues.len());
     for cue in &show.cues {
-        let mut all = Motions {
-            moves: written(cue),
-        };
+        let mut all = written(cue);
         let mut moved = vec![false; n];
         let mut here = Vec::new();
-        for m in &all.moves {
+        for m in &all {
             moved[m.coordinate] = true;
             here.push((m.coordinate, m.motion.target()));
         }
         for c in to_restore.drain(..).filter(|c| !moved[*c]) {
             now[c] = lasting[c];
             if !cue.assert {
-                all.moves.push(implied(cue, c, now[c]));
+                all.push(implied(cue, c, now[c]));
             }
         }
         if cue.assert {
             let stay = (0..n).filter(|c| !moved[*c] && lit[*c]);
-            all.moves.extend(stay.map(|c| implied(cue, c, now[c])));
+            all.extend(stay.map(|c| implied(cue, c, now[c])));
         }
         for (c, level) in here {
             now[c] = level;
@@ -107,49 +99,39 @@ pub(super) fn motions(show: &Show) -> Vec<Motions<'_>> {
     out
 }
 
+impl Timing {
+    fn of(part: &Part) -> Timing {
+        Timing {
+            delay: part.delay,
+            up: part.up,
+            down: part.down,
+            fade: part.curve,
+        }
+    }
+}
+
 fn written(cue: &Cue) -> Vec<Moved<'_>> {
-    let of = |part: &crate::show::Part| Timing {
-        delay: part.delay,
-        up: part.up,
-        down: part.down,
-        fade: part.curve,
-    };
-    let parts = cue.parts.iter();
-    parts
-        .flat_map(|part| {
-            part.moves.iter().map(move |m| Moved {
-                id: m.id,
-                coordinate: m.coordinate,
-                motion: Cow::Borrowed(&m.motion),
-                repeat: m.repeat.max(1),
-                timing: of(part),
-            })
-        })
-        .collect()
+    let mut out = Vec::new();
+    for part in &cue.parts {
+        out.extend(part.moves.iter().map(|m| Moved {
+            id: m.id,
+            coordinate: m.coordinate,
+            motion: Cow::Borrowed(&m.motion),
+            repeat: m.repeat.max(1),
+            timing: Timing::of(part),
+        }));
+    }
+    out
 }
 
 /// A move to `level` that the cue makes without saying so, in its first part's time.
 fn implied<'a>(cue: &Cue, coordinate: usize, level: f64) -> Moved<'a> {
-    let timing = cue.parts.first().map_or(
-        Timing {
-            delay: Time::ZERO,
-            up: Time::ZERO,
-            down: Time::ZERO,
-            fade: Fade::LINEAR,
-        },
-        |p| Timing {
-            delay: p.delay,
-            up: p.up,
-            down: p.down,
-            fade: p.curve,
-        },
-    );
     Moved {
         id: cue.id,
         coordinate,
         motion: Cow::Owned(Motion::To(level)),
         repeat: 1,
-        timing,
+        timing: Timing::of(&cue.parts[0]),
     }
 }
 
@@ -157,7 +139,7 @@ fn implied<'a>(cue: &Cue, coordinate: usize, level: f64) -> Moved<'a> {
 pub(super) fn tracks(
     show: &Show,
     cues: &[CueTime],
-    motions: Vec<Motions>,
+    motions: Vec<Vec<Moved<'_>>>,
 ) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
     let dark = Stretch {
         piece: Piece {
@@ -173,7 +155,7 @@ pub(super) fn tracks(
     let mut watch = Watch::new(show, cues, tracks.len());
     let mut count = 0usize;
     for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
-        for m in &moved.moves {
+        for m in moved {
             let start = time.go + m.timing.delay;
             let track = &mut tracks[m.coordinate];
             let from = cut(track, start);
@@ -272,67 +254,48 @@ pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<Piece> {
 
 /// One error for each move that leaves 0 to 1 where it is seen: where it is farthest outside.
 pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
-    let mut errors: Vec<TimelineError> = Vec::new();
+    let mut errors = Vec::new();
     for track in tracks {
-        let mut worst: Option<((NodeId, usize), Time, f64, f64)> = None;
-        let mut report = |found: &mut Option<((NodeId, usize), Time, f64, f64)>| {
-            if let Some(((id, coordinate), time, level, _)) = found.take() {
-                errors.push(TimelineError::Level {
-                    id,
-                    coordinate,
-                    time,
-                    level,
-                });
-            }
-        };
-        for s in track
-            .iter()
-            .filter(|s| s.piece.start <= end && s.piece.end >= start)
-        {
-            let Some(by) = s.by else { continue };
-            if worst.is_some_and(|w| w.0 != by) {
-                report(&mut worst);
-            }
-            let (low, high) = s.piece.polynomial.range();
-            for (t, level) in [low, high] {
-                let off = (-level).max(level - 1.0);
-                if off > ROUNDING && worst.is_none_or(|w| off > w.3) {
-                    let span = s.piece.end - s.piece.start;
-                    let time = s.piece.start + if t == 0.0 { Time::ZERO } else { span.scaled(t) };
-                    worst = Some((by, time, level, off));
-                }
-            }
+        let seen = |s: &&Stretch| s.piece.start <= end && s.piece.end >= start;
+        let seen: Vec<&Stretch> = track.iter().filter(seen).collect();
+        for move_ in seen.chunk_by(|a, b| a.by == b.by) {
+            errors.extend(farthest_outside(move_));
         }
-        report(&mut worst);
     }
     errors
 }
 
-/// A named curve as a fade: completion over fractions of its time.
-struct Shape {
-    /// Where its knots are.
-    at: Vec<f64>,
-    /// What it does between them.
-    spans: Vec<Bernstein>,
-    /// Where it arrives.
-    arrives: f64,
+/// Where the stretches of one move are farthest outside 0 to 1, if they are outside.
+fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
+    let (id, coordinate) = stretches.first()?.by?;
+    let mut worst: Option<(f64, Time, f64)> = None;
+    for Stretch { piece, .. } in stretches {
+        let (low, high) = piece.polynomial.range();
+        for (t, level) in [low, high] {
+            let off = (-level).max(level - 1.0);
+            if off > ROUNDING && worst.is_none_or(|w| off > w.0) {
+                let after_start = (piece.end - piece.start).scaled(t);
+                worst = Some((off, piece.start + after_start, level));
+            }
+        }
+    }
+    worst.map(|(_, time, level)| TimelineError::Level {
+        id,
+        coordinate,
+        time,
+        level,
+    })
 }
 
 /// Shapes of the show's own curves, made once.
 struct Fades {
-    named: Vec<Shape>,
+    named: Vec<Splined>,
 }
 
 impl Fades {
     fn new(show: &Show) -> Fades {
-        let named = |c: &crate::show::Curve| Shape {
-            at: c.knots.iter().map(|k| k.at).collect(),
-            spans: curve_spans(c),
-            arrives: c.knots.last().map_or(1.0, |k| k.value),
-        };
-        Fades {
-            named: show.curves.iter().map(named).collect(),
-        }
+        let named = show.curves.iter().map(Splined::new).collect();
+        Fades { named }
     }
 
     /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
@@ -356,8 +319,8 @@ impl Fades {
                 (&[0.0, 1.0][..], built_in.as_slice(), 1.0)
             }
             Fade::Curve(i) => {
-                let Shape { at, spans, arrives } = &self.named[i];
-                (at.as_slice(), spans.as_slice(), *arrives)
+                let Splined { at, spans, last } = &self.named[i];
+                (at.as_slice(), spans.as_slice(), *last)
             }
         };
         let whole = if to < from {

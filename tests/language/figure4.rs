@@ -35,10 +35,10 @@ fn the_simple_example_has_rank_four_and_its_plan_prints_the_same_bytes_twice() {
         let timeline = Timeline::new(&show).unwrap();
         let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
         let plan = Plan::new(&keys, &Weighting::settings(8), 0.0, None).unwrap();
-        assert_eq!((plan.rank(), plan.used()), (4, 4));
-        for (key, weights) in keys.keys().iter().zip(plan.weights()) {
+        assert_eq!((plan.rank(), plan.used), (4, 4));
+        for (key, weights) in keys.keys().iter().zip(&plan.weights) {
             for (c, x) in key.iter().enumerate() {
-                let sum: f64 = (weights.iter().zip(plan.basis()))
+                let sum: f64 = (weights.iter().zip(&plan.basis))
                     .map(|(w, b)| w * b[c])
                     .sum();
                 assert!((sum - x).abs() < 1e-9);

@@ -97,19 +97,19 @@ fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
 /// The text of the cue `from` once more under the number `to`.
 pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
-    let (cut, _) = place::resolve(source, &scan.cuts, &format!("cue {from}"))?;
+    let (cut, _) = place::resolve(&scan.cuts, &format!("cue {from}"))?;
     let key = Key::cue(to);
-    if place::find(source, &scan.cuts, &key).is_some() {
+    if place::find(&scan.cuts, &key).is_some() {
         let message = format!("there is a cue {to} already");
         let help = "copy to a number that no cue has";
         return Err(vec![
             Diagnostic::error(codes::CUE_TWICE, message).help(help),
         ]);
     }
-    let text = source.get(cut.span.clone()).unwrap_or("");
-    let number = place::heading(text).map_or(0..0, |(_, range)| range);
-    let (head, tail) = (text.get(..number.start), text.get(number.end..));
-    let text = format!("{}{to}{}", head.unwrap_or(""), tail.unwrap_or(""));
+    let mut text = cut.text.to_owned();
+    if let Some((_, number)) = place::heading(cut.text) {
+        text.replace_range(number, &to.to_string());
+    }
     let indent = place::indent(source, cut.span.start).unwrap_or("");
     let splice = place::added(source, &scan.cuts, &text, &key).indented(indent);
     let changes = vec![key.change(Action::Added)];

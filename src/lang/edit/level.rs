@@ -45,7 +45,7 @@ pub fn update(
 ) -> Result<Edited, Vec<Diagnostic>> {
     let (written, percent) = (movement(target, level)?, percent(level)?);
     let scan = sound(source)?;
-    let (found, key) = place::resolve(source, &scan.cuts, &format!("cue {number}"))?;
+    let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
     let mut report = Report::default();
     let read = only(source, scan.clone(), &mut report, |cut| cut == found);
     let cue = match read.statements.as_slice() {
@@ -53,6 +53,7 @@ pub fn update(
             Statement {
                 item: Declaration::Cue(cue),
                 span,
+                ..
             },
         ] if !report.failed() => (cue, *span),
         _ => return Err(vec![unread(number)]),
@@ -72,9 +73,9 @@ pub fn update(
 /// Reads some of the statements.
 fn only<'a>(
     source: &'a str,
-    mut scan: Scan,
+    mut scan: Scan<'a>,
     report: &mut Report,
-    wanted: impl Fn(&Cut) -> bool,
+    wanted: impl Fn(&Cut<'_>) -> bool,
 ) -> Read<'a> {
     scan.cuts.retain(|cut| wanted(cut));
     read::read(source, 0, &scan, None, report)
@@ -111,8 +112,8 @@ fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Motion<'a>> {
 
 /// True when a word is a level, not a colour or a colour temperature, nor worked out from one.
 /// A value of another file may be either, so that it is no level here.
-fn is_level(word: Word<'_>, source: &str, scan: &Scan) -> bool {
-    let is_value = |cut: &Cut| source.get(cut.span.clone()).map(first_word) == Some("let");
+fn is_level(word: Word<'_>, source: &str, scan: &Scan<'_>) -> bool {
+    let is_value = |cut: &Cut<'_>| first_word(cut.text) == "let";
     let read = only(source, scan.clone(), &mut Report::default(), is_value);
     let value = |wanted: &str| {
         read.statements.iter().find_map(|s| match s.item {

@@ -6,7 +6,7 @@ use super::change::{Action, Change, Splice};
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::names::nearest;
-use crate::lang::scan::{self, Cut, STATEMENTS, first_word};
+use crate::lang::scan::{self, Cut, STATEMENTS, comment_length, first_word, split_word};
 use crate::units::CueNumber;
 
 /// What a declaration declares: statement word and name, number or path.
@@ -65,10 +65,9 @@ impl Key {
 /// The word that a statement begins with, and where its name, number or path stands, without
 /// quotes.
 pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
-    let start = text.len() - text.trim_start().len();
-    let first = first_word(text.get(start..)?);
+    let (first, rest) = split_word(text.trim_start());
     let word = STATEMENTS.into_iter().find(|w| *w == first)?;
-    let rest = after_blanks(text.get(start + first.len()..)?);
+    let rest = after_blanks(rest);
     let at = text.len() - rest.len();
     let range = match word {
         "show" | "preview" | "default" => 0..0,
@@ -91,29 +90,28 @@ pub fn name(text: &str) -> Option<String> {
 pub fn locate(source: &str, what: &str) -> Option<Range<usize>> {
     let wanted = Key::of(what)?;
     let cuts = scan::scan(source).cuts;
-    find(source, &cuts, &wanted).map(|cut| cut.span.clone())
+    find(&cuts, &wanted).map(|cut| cut.span.clone())
 }
 
 /// The statement that `what` names, such as `cue 2.5`, and what it declares.
 ///
 /// # Errors
 /// The one diagnostic of a declaration that the text does not have.
-pub fn resolve<'c>(
-    source: &str,
-    cuts: &'c [Cut],
+pub fn resolve<'c, 's>(
+    cuts: &'c [Cut<'s>],
     what: &str,
-) -> Result<(&'c Cut, Key), Vec<Diagnostic>> {
-    let found = Key::of(what).and_then(|key| Some((find(source, cuts, &key)?, key)));
-    found.ok_or_else(|| vec![not_found(source, cuts, what)])
+) -> Result<(&'c Cut<'s>, Key), Vec<Diagnostic>> {
+    let found = Key::of(what).and_then(|key| Some((find(cuts, &key)?, key)));
+    found.ok_or_else(|| vec![not_found(cuts, what)])
 }
 
-fn not_found(source: &str, cuts: &[Cut], what: &str) -> Diagnostic {
-    let keys: Vec<String> = keys(source, cuts).map(|(key, _)| key.text()).collect();
+fn not_found(cuts: &[Cut<'_>], what: &str) -> Diagnostic {
+    let keys: Vec<String> = keys(cuts).map(|(key, _)| key.text()).collect();
     let message = format!("there is no `{}` in the show", what.trim());
     let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, message);
     match nearest(what.trim(), keys.iter().map(String::as_str)) {
         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-        None if includes(source, cuts) => diagnostic.help(IN_ANOTHER_FILE),
+        None if includes(cuts) => diagnostic.help(IN_ANOTHER_FILE),
         None => diagnostic.help("name it by kind and name, such as `cue 2.5` or `bank lamps`"),
     }
 }
@@ -122,39 +120,33 @@ fn not_found(source: &str, cuts: &[Cut], what: &str) -> Diagnostic {
 pub const IN_ANOTHER_FILE: &str = "what an included file declares is edited in that file";
 
 /// True when the text includes others.
-pub fn includes(source: &str, cuts: &[Cut]) -> bool {
-    keys(source, cuts).any(|(key, _)| key.word == "include")
+pub fn includes(cuts: &[Cut<'_>]) -> bool {
+    keys(cuts).any(|(key, _)| key.word == "include")
 }
 
-fn keys<'c>(source: &str, cuts: &'c [Cut]) -> impl Iterator<Item = (Key, &'c Cut)> {
+fn keys<'c, 's>(cuts: &'c [Cut<'s>]) -> impl Iterator<Item = (Key, &'c Cut<'s>)> {
     cuts.iter()
-        .filter_map(|cut| Some((Key::of(source.get(cut.span.clone())?)?, cut)))
+        .filter_map(|cut| Some((Key::of(cut.text)?, cut)))
 }
 
 /// The statement that declares `wanted`.
-pub fn find<'c>(source: &str, cuts: &'c [Cut], wanted: &Key) -> Option<&'c Cut> {
-    keys(source, cuts)
-        .find(|(key, _)| key == wanted)
-        .map(|(_, cut)| cut)
+pub fn find<'c, 's>(cuts: &'c [Cut<'s>], wanted: &Key) -> Option<&'c Cut<'s>> {
+    let (_, cut) = keys(cuts).find(|(key, _)| key == wanted)?;
+    Some(cut)
 }
 
 /// `text` without leading blanks and comments.
 fn after_blanks(text: &str) -> &str {
     let mut rest = text.trim_start();
-    loop {
-        let skipped = if let Some(comment) = rest.strip_prefix("//") {
-            comment.find('\n').and_then(|i| comment.get(i..))
-        } else if let Some(comment) = rest.strip_prefix("/*") {
-            comment.find("*/").and_then(|i| comment.get(i + 2..))
-        } else {
-            return rest;
-        };
-        rest = skipped.unwrap_or("").trim_start();
+    while let Some(length) = comment_length(rest) {
+        let (_, after) = rest.split_at(length);
+        rest = after.trim_start();
     }
+    rest
 }
 
 /// The declaration `text` in the place of another.
-pub fn replaced(source: &str, cut: &Cut, text: &str) -> Splice {
+pub fn replaced(source: &str, cut: &Cut<'_>, text: &str) -> Splice {
     let indent = indent(source, cut.span.start).unwrap_or("");
     Splice {
         range: cut.span.clone(),
@@ -163,10 +155,10 @@ pub fn replaced(source: &str, cut: &Cut, text: &str) -> Splice {
 }
 
 /// The declaration `text` at the place that the order of declarations gives it.
-pub fn added(source: &str, cuts: &[Cut], text: &str, wanted: &Key) -> Splice {
+pub fn added(source: &str, cuts: &[Cut<'_>], text: &str, wanted: &Key) -> Splice {
     let end_of_line = end_of_line(source);
     let text = fitted(text, "", end_of_line);
-    let keys: Vec<(Key, &Cut)> = keys(source, cuts).collect();
+    let keys: Vec<(Key, &Cut<'_>)> = keys(cuts).collect();
     if let Some(cut) = before(&keys, wanted) {
         let at = after_line(source, cut.span.end);
         let closed = source.get(..at).is_some_and(|t| t.ends_with('\n'));
@@ -201,7 +193,7 @@ pub fn added(source: &str, cuts: &[Cut], text: &str, wanted: &Key) -> Splice {
 }
 
 /// The declaration after which a new one goes.
-fn before<'c>(keys: &[(Key, &'c Cut)], wanted: &Key) -> Option<&'c Cut> {
+fn before<'c, 's>(keys: &[(Key, &'c Cut<'s>)], wanted: &Key) -> Option<&'c Cut<'s>> {
     if let Some(number) = wanted.number()
         && keys.iter().any(|(key, _)| key.word == "cue")
     {
@@ -246,22 +238,12 @@ pub fn indent(source: &str, at: usize) -> Option<&str> {
 
 /// Where the line after a statement begins, which is after the comments beside it.
 pub fn after_line(source: &str, end: usize) -> usize {
-    let rest = source.get(end..).unwrap_or("");
-    let mut at = 0;
-    while let Some(here) = rest.get(at..) {
-        let step = if here.starts_with("/*") {
-            here.find("*/").map(|i| i + 2)
-        } else if here.starts_with("//") {
-            here.find('\n')
-        } else if here.starts_with('\n') {
-            return end + at + 1;
-        } else {
-            here.chars().next().map(char::len_utf8)
-        };
-        match step {
-            Some(step) => at += step,
-            None => break,
+    let (_, mut rest) = source.split_at(end);
+    while let Some(c) = rest.chars().next() {
+        if c == '\n' {
+            return source.len() - rest.len() + 1;
         }
+        (_, rest) = rest.split_at(comment_length(rest).unwrap_or(c.len_utf8()));
     }
     source.len()
 }

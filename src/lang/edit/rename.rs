@@ -22,20 +22,22 @@ struct Place<'t> {
     range: Range<usize>,
     /// What the place declares.
     declares: Option<Kind>,
-    /// Index of its statement.
-    statement: usize,
+    /// Its statement.
+    statement: &'t str,
+    /// Where that begins.
+    start: usize,
 }
 
 /// The text in which what was called `from` is called `to`.
 pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
-    let places = places(source, &scan.cuts)?;
+    let places = places(&scan.cuts)?;
     check(to, &places)?;
     if !places
         .iter()
         .any(|p| p.text == from && p.declares.is_some())
     {
-        return Err(vec![not_declared(source, &scan.cuts, from, &places)]);
+        return Err(vec![not_declared(&scan.cuts, from, &places)]);
     }
     let (mut splices, mut changes) = (Vec::new(), Vec::new());
     let mut last = None;
@@ -44,17 +46,16 @@ pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnost
             range: place.range.clone(),
             text: to.to_owned(),
         });
-        if last.replace(place.statement) != Some(place.statement) {
-            changes.extend(change(source, &scan.cuts, place, to));
+        if last.replace(place.start) != Some(place.start) {
+            changes.extend(change(place, to));
         }
     }
     Ok(Edited::new(source, splices, changes))
 }
 
 /// What is done to the statement of the first of its places.
-fn change(source: &str, cuts: &[Cut], place: &Place<'_>, to: &str) -> Option<Change> {
-    let cut = cuts.get(place.statement)?;
-    let key = Key::of(source.get(cut.span.clone())?)?;
+fn change(place: &Place<'_>, to: &str) -> Option<Change> {
+    let key = Key::of(place.statement)?;
     Some(key.change(match place.declares {
         Some(_) => Action::Renamed(to.to_owned()),
         None => Action::Updated,
@@ -84,7 +85,7 @@ fn check(to: &str, places: &[Place<'_>]) -> Result<(), Vec<Diagnostic>> {
     ])
 }
 
-fn not_declared(source: &str, cuts: &[Cut], from: &str, places: &[Place<'_>]) -> Diagnostic {
+fn not_declared(cuts: &[Cut<'_>], from: &str, places: &[Place<'_>]) -> Diagnostic {
     let message = format!("nothing is called `{from}` in the show's own text");
     let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, message);
     let declared = places.iter().filter(|p| p.declares.is_some());
@@ -92,18 +93,17 @@ fn not_declared(source: &str, cuts: &[Cut], from: &str, places: &[Place<'_>]) ->
     match near {
         _ if places.iter().any(|p| p.text == from) => diagnostic.help(place::IN_ANOTHER_FILE),
         Some(near) => diagnostic.help(format!("did you mean `{near}`?")),
-        None if place::includes(source, cuts) => diagnostic.help(place::IN_ANOTHER_FILE),
+        None if place::includes(cuts) => diagnostic.help(place::IN_ANOTHER_FILE),
         None => diagnostic,
     }
 }
 
 /// All places of a text that name something, in order.
-fn places<'t>(source: &'t str, cuts: &[Cut]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
+fn places<'t>(cuts: &[Cut<'t>]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
     let mut out = Vec::new();
-    for (statement, cut) in cuts.iter().enumerate() {
-        let text = source.get(cut.span.clone()).unwrap_or("");
-        let word = first_word(text);
-        let parsed = syntax::rule_of(word).map(|rule| syntax::parse(rule, text));
+    for cut in cuts {
+        let word = first_word(cut.text);
+        let parsed = syntax::rule_of(word).map(|rule| syntax::parse(rule, cut.text));
         let Some(Ok(pairs)) = parsed else {
             let message = "the show's own text has errors, so that names in it may be missed";
             let help = "mend the file first; `check` shows where";
@@ -112,14 +112,15 @@ fn places<'t>(source: &'t str, cuts: &[Cut]) -> Result<Vec<Place<'t>>, Vec<Diagn
         let mut declares = Kind::of_statement(word);
         let mut found = Vec::new();
         pairs.for_each(|pair| names_in(pair, &mut found));
-        for range in found {
-            let range = cut.span.start + range.start..cut.span.start + range.end;
+        let start = cut.span.start;
+        for name in found {
             out.push(Place {
-                text: source.get(range.clone()).unwrap_or(""),
-                range,
+                text: name.as_str(),
+                range: start + name.start()..start + name.end(),
                 // Of the statements that declare a name it is the first one in them.
                 declares: declares.take(),
-                statement,
+                statement: cut.text,
+                start,
             });
         }
     }
@@ -128,9 +129,9 @@ fn places<'t>(source: &'t str, cuts: &[Cut]) -> Result<Vec<Place<'t>>, Vec<Diagn
 
 /// Where names of the show stand in a piece of a statement, in order. Never deeper than brackets
 /// nest.
-fn names_in(pair: Pair<'_, Rule>, out: &mut Vec<Range<usize>>) {
+fn names_in<'t>(pair: Pair<'t, Rule>, out: &mut Vec<pest::Span<'t>>) {
     match pair.as_rule() {
-        Rule::name => out.push(pair.as_span().start()..pair.as_span().end()),
+        Rule::name => out.push(pair.as_span()),
         // Materials are the stage's names.
         Rule::material => {}
         _ => pair.into_inner().for_each(|inner| names_in(inner, out)),

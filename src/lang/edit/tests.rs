@@ -445,7 +445,7 @@ fn source() -> impl Strategy<Value = String> {
 /// The numbers of the cues that stand in the text.
 fn cues(source: &str) -> Vec<CueNumber> {
     let cuts = scan::scan(source).cuts;
-    let names = cuts.into_iter().filter_map(|cut| name(&source[cut.span]));
+    let names = cuts.into_iter().filter_map(|cut| name(cut.text));
     names
         .filter_map(|name| CueNumber::parse(name.strip_prefix("cue ")?))
         .collect()
@@ -481,7 +481,7 @@ proptest! {
     #[test]
     fn a_name_goes_there_and_back(source in source(), at in any::<prop::sample::Index>()) {
         let cuts = scan::scan(&source).cuts;
-        let names = cuts.into_iter().filter_map(|cut| name(&source[cut.span]));
+        let names = cuts.into_iter().filter_map(|cut| name(cut.text));
         let kinds = ["view ", "light ", "bank ", "fixed ", "group ", "look ", "curve ", "let "];
         let declared = names.filter_map(|n| kinds.iter().find_map(|k| n.strip_prefix(k).map(str::to_owned)));
         let from = at.get(&declared.collect::<Vec<_>>()).clone();
@@ -535,7 +535,7 @@ proptest! {
     #[test]
     fn declarations_are_spliced(source in source(), other in source(), picks in prop::collection::vec(any::<prop::sample::Index>(), 1..6)) {
         let cuts = scan::scan(&other).cuts;
-        let texts = picks.iter().map(|pick| &other[pick.get(&cuts).span.clone()]);
+        let texts = picks.iter().map(|pick| pick.get(&cuts).text);
         let statements = texts.collect::<Vec<_>>().join("\n");
         let once = edited(&source, Edit::Declare(statements.clone()));
         // What stands there already is replaced by itself.

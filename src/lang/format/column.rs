@@ -14,7 +14,6 @@ pub struct Cell {
     pub role: &'static str,
     /// Blanks before it, at least.
     pub gap: usize,
-    /// Its words.
     pub text: String,
 }
 

@@ -1,5 +1,7 @@
 //! What stands between two words: blanks, line ends and comments.
 
+use crate::lang::scan::comment_length;
+
 /// A comment, and how it stands to what is before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Comment<'a> {
@@ -14,7 +16,6 @@ pub struct Comment<'a> {
 /// A gap, taken apart.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Gap<'a> {
-    /// In order.
     pub comments: Vec<Comment<'a>>,
     /// A line end stands anywhere in it, inside a comment too.
     pub broken: bool,
@@ -33,16 +34,12 @@ impl<'a> Gap<'a> {
         };
         let (mut rest, mut ends) = (text, 0);
         while !rest.is_empty() {
-            let length = if rest.starts_with("//") {
-                rest.find('\n')
-            } else if rest.starts_with("/*") {
-                rest.find("*/").map(|i| i + 2)
-            } else {
+            let Some(length) = comment_length(rest) else {
                 ends += usize::from(rest.starts_with('\n'));
                 rest = rest.get(1..).unwrap_or("");
                 continue;
             };
-            let (comment, after) = rest.split_at(length.unwrap_or(rest.len()));
+            let (comment, after) = rest.split_at(length);
             gap.comments.push(Comment {
                 text: comment.trim_end(),
                 own_line: ends > 0,

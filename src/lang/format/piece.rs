@@ -33,11 +33,8 @@ pub enum Join {
 /// A word with its place in the statement.
 #[derive(Clone, Debug)]
 pub struct Piece<'a> {
-    /// As written.
     pub text: &'a str,
-    /// Its bytes.
     pub span: Range<usize>,
-    /// How it joins.
     pub join: Join,
     /// What kind of clause it begins: lines align only where these agree.
     pub role: &'static str,
@@ -54,7 +51,6 @@ pub fn pieces(text: &str) -> Vec<Piece<'_>> {
         return Vec::new();
     };
     let mut walk = Walk {
-        text,
         out: Vec::new(),
         next: Begin::plain(Join::Start, "statement"),
         calculating: false,
@@ -84,7 +80,6 @@ impl Begin {
 }
 
 struct Walk<'a> {
-    text: &'a str,
     out: Vec<Piece<'a>>,
     /// For the next leaf.
     next: Begin,
@@ -92,8 +87,8 @@ struct Walk<'a> {
     calculating: bool,
 }
 
-impl Walk<'_> {
-    fn children(&mut self, pair: Pair<'_, Rule>) {
+impl<'a> Walk<'a> {
+    fn children(&mut self, pair: Pair<'a, Rule>) {
         let within = pair.as_rule();
         let outside = self.calculating;
         self.calculating |= within == Rule::product;
@@ -107,7 +102,7 @@ impl Walk<'_> {
         self.calculating = outside;
     }
 
-    fn visit(&mut self, pair: Pair<'_, Rule>) {
+    fn visit(&mut self, pair: Pair<'a, Rule>) {
         let leaf = pair.as_rule() == Rule::target || pair.clone().into_inner().next().is_none();
         if leaf {
             self.leaf(&pair);
@@ -116,7 +111,7 @@ impl Walk<'_> {
         }
     }
 
-    fn leaf(&mut self, pair: &Pair<'_, Rule>) {
+    fn leaf(&mut self, pair: &Pair<'a, Rule>) {
         let span = pair.as_span().start()..pair.as_span().end();
         if pair.as_rule() == Rule::EOI || span.is_empty() {
             return;
@@ -135,7 +130,7 @@ impl Walk<'_> {
             _ => (self.next.join, self.next.role),
         };
         self.out.push(Piece {
-            text: self.text.get(span.clone()).unwrap_or(""),
+            text: pair.as_str(),
             span,
             join,
             role,

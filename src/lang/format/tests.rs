@@ -1,5 +1,7 @@
 //! Layouts that must come out, and what must hold for every text.
 
+mod random_shows;
+
 use super::format;
 use crate::diagnostic::Sources;
 use crate::lang;
@@ -97,6 +99,7 @@ fn comments_stay_where_they_are() {
     );
     canonical("cue 1 {  // why\n  // before\n  lamps 5  // beside\n\n  // last\n}\n// after\n");
     canonical("cue 1 { /* in */ lamps 5 }\n");
+    canonical("bank a = b /*/ c */\n");
     becomes("bank a = // one\n  b c\n", "bank a =  // one\n    b c\n");
     becomes("", "");
     becomes("// only\n\n\n", "// only\n");

@@ -2,10 +2,8 @@
 //!
 //! Quantities of one kind are added and subtracted; one of them is multiplied or divided by a plain
 //! number; two of a kind make a plain number when divided. A number without a unit is of whatever
-//! kind it meets. Invariants: the order of declaration plays no part; each value is worked out
-//! once, and what is wrong with it is said once, where it is declared; a result is handed on as the
-//! text that would have been written for it, so that everything that holds of quantities holds of
-//! it.
+//! kind it meets. Invariants: each value is worked out once, in any order of declaration; a result
+//! is the text that would have been written for it.
 
 use std::borrow::Cow;
 
@@ -47,32 +45,17 @@ enum Worth {
     Known(Option<Value>),
 }
 
-/// A piece of a calculation.
-struct Piece<'t> {
-    pair: Pair<'t, Rule>,
-    span: Span,
-}
-
-impl<'t> Piece<'t> {
-    /// The inner pieces.
-    fn inner(self, base: Span) -> Vec<Piece<'t>> {
-        let place = |pair: Pair<'t, Rule>| {
-            let (start, end) = (pair.as_span().start() as u32, pair.as_span().end() as u32);
-            let span = Span {
-                file: base.file,
-                start: base.start + start,
-                end: base.start + end,
-            };
-            Piece { pair, span }
-        };
-        self.pair.into_inner().map(place).collect()
-    }
-
-    fn word(&self) -> Word<'t> {
-        Word {
-            text: self.pair.as_str(),
-            span: self.span,
-        }
+/// A piece of a calculation whose text begins at `base`.
+fn word_of<'t>(pair: &Pair<'t, Rule>, base: Span) -> Word<'t> {
+    let (start, end) = (pair.as_span().start() as u32, pair.as_span().end() as u32);
+    let span = Span {
+        file: base.file,
+        start: base.start + start,
+        end: base.start + end,
+    };
+    Word {
+        text: pair.as_str(),
+        span,
     }
 }
 
@@ -135,13 +118,12 @@ impl<'a> Lower<'a, '_> {
                 .error(codes::TOO_LARGE, message, (word.span, "too far"), help);
         }
         let pair = syntax::parse(rule, word.text).ok()?.next()?;
-        let span = word.span;
-        self.evaluated(Piece { pair, span }, word.span, depth)
+        self.evaluated(pair, word.span, depth)
     }
 
-    fn evaluated(&mut self, piece: Piece<'_>, base: Span, depth: usize) -> Option<Value> {
-        let word = piece.word();
-        match piece.pair.as_rule() {
+    fn evaluated(&mut self, pair: Pair<'_, Rule>, base: Span, depth: usize) -> Option<Value> {
+        let word = word_of(&pair, base);
+        match pair.as_rule() {
             Rule::colour => self
                 .colour(word)
                 .map(|_| Value::Colour(word.text.to_owned())),
@@ -154,24 +136,23 @@ impl<'a> Lower<'a, '_> {
                 self.named(index, depth + 1)
             }
             Rule::factor => {
-                let mut inner = piece.inner(base);
-                let value = inner.pop().and_then(|p| self.evaluated(p, base, depth))?;
-                match (inner.is_empty(), value) {
-                    (true, value) => Some(value),
-                    (false, Value::Amount(x, unit)) => Some(Value::Amount(-x, unit)),
-                    (false, value) => {
+                let mut inner = pair.into_inner();
+                let value = self.evaluated(inner.next_back()?, base, depth)?;
+                match (inner.next(), value) {
+                    (None, value) => Some(value),
+                    (Some(_), Value::Amount(x, unit)) => Some(Value::Amount(-x, unit)),
+                    (Some(_), value) => {
                         self.refused(word.span, &format!("{} has no sign", kind(&value)))
                     }
                 }
             }
             _ => {
-                let mut inner = piece.inner(base).into_iter();
                 // Brackets are not part of what they hold.
-                let mut operands = inner.by_ref().filter(|p| !is_bracket(p.pair.as_rule()));
+                let mut operands = pair.into_inner().filter(|p| !is_bracket(p.as_rule()));
                 let mut value = self.evaluated(operands.next()?, base, depth)?;
                 while let (Some(operator), Some(operand)) = (operands.next(), operands.next()) {
                     let other = self.evaluated(operand, base, depth)?;
-                    value = self.combined(operator.pair.as_rule(), &value, &other, word.span)?;
+                    value = self.combined(operator.as_rule(), &value, &other, word.span)?;
                 }
                 Some(value)
             }
@@ -264,7 +245,7 @@ fn written(value: &Value) -> String {
         Unit::Degree => "deg",
         Unit::Candela => " cd",
         Unit::Lumen => " lm",
-        Unit::Radiance => " cd/m2",
+        Unit::Luminance => " cd/m2",
         Unit::Kelvin => " K",
         // Rounded to the microsecond, which makes sums of times exact.
         Unit::Time => return format!("{value:.6}s"),

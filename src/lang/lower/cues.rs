@@ -47,9 +47,7 @@ impl<'a> Lower<'a, '_> {
                 return;
             }
             let (cue, number) = match &statement.item {
-                Declaration::Cue(cue) => {
-                    (self.fresh_cue(cue, statement.span, times), cue.number.span)
-                }
+                Declaration::Cue(cue) => (self.fresh_cue(cue, statement, times), cue.number.span),
                 Declaration::Cached(lowered) if self.afford(lowered, statement.span) => {
                     let (cue, number) = lowered.again(statement.span, &mut self.spans);
                     (Some(cue), number)
@@ -71,17 +69,25 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// Lowers a cue, and keeps it for the next time when there is nothing to say of it.
-    fn fresh_cue(&mut self, cue: &ast::Cue<'a>, span: Span, times: Times) -> Option<Cue> {
+    fn fresh_cue(
+        &mut self,
+        cue: &ast::Cue<'a>,
+        statement: &Statement<'a>,
+        times: Times,
+    ) -> Option<Cue> {
+        let span = statement.span;
         let before = (self.report.count(), self.spans.spans.len(), self.budget);
         let number = self.cue_number(cue.number);
         let header = headed(span, cue.number);
         let made = self.cue(cue, header, number, times)?;
-        if self.report.count() == before.0 {
+        if let Some(text) = statement.text
+            && self.report.count() == before.0
+        {
             let nodes = self.spans.spans.len() - before.1;
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
             let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
-            self.fresh.push((span, lowered));
+            self.fresh.push((text, lowered));
         }
         Some(made)
     }
@@ -363,60 +369,6 @@ impl<'a> Lower<'a, '_> {
         }
         out.sort_by_key(|m| m.coordinate);
         out
-    }
-
-    // ---- remarks ----------------------------------------------------------------------------
-
-    /// Banks that no cue moves, and cues that move nothing.
-    pub fn banks_in_use(&mut self) {
-        if self.show.cues.is_empty() {
-            return;
-        }
-        let coordinates = self.first_coordinates.last().copied().unwrap_or(0);
-        let mut used = vec![false; coordinates];
-        let mut still = Vec::new();
-        for cue in &self.show.cues {
-            let mut moves = cue.parts.iter().flat_map(|p| &p.moves).peekable();
-            if moves.peek().is_none() {
-                still.push((cue.id, cue.number));
-            }
-            for one in moves {
-                if let Some(slot) = used.get_mut(one.coordinate) {
-                    *slot = true;
-                }
-            }
-        }
-        for (id, number) in still {
-            let Some(span) = self.spans.get(id) else {
-                continue;
-            };
-            let message = format!("cue {number} moves nothing");
-            self.report.add(
-                Diagnostic::warning(codes::STILL_CUE, message)
-                    .place(span, "")
-                    .help(
-                        "give it a move, such as `lamps 40`; to wait, give the next cue its time",
-                    ),
-            );
-        }
-        let ends = self
-            .first_coordinates
-            .iter()
-            .zip(self.first_coordinates.iter().skip(1));
-        for (bank, (first, end)) in self.show.banks.iter().zip(ends) {
-            let moved = used.get(*first..*end).is_some_and(|u| u.iter().any(|m| *m));
-            if let (false, Some(span)) = (moved, self.spans.get(bank.id)) {
-                let message = format!("no cue moves the bank `{}`: it stays out", bank.name);
-                self.report.add(
-                    Diagnostic::warning(codes::UNUSED_BANK, message)
-                        .place(span, "")
-                        .help(format!(
-                            "write `{} 50` in a cue, or make it `fixed`",
-                            bank.name
-                        )),
-                );
-            }
-        }
     }
 }
 

@@ -30,15 +30,15 @@ impl<'a> Lower<'a, '_> {
                 continue;
             };
             let id = self.node(statement.span);
-            let knots: Option<Vec<CurveKnot>> = {
-                let count = path.knots.len();
-                let each = path.knots.iter().enumerate();
-                let all: Vec<_> = each
-                    .map(|(i, k)| self.curve_knot(k, path.interpolation, i + 1 == count))
-                    .collect();
-                all.into_iter().collect()
-            };
-            let knots = knots.unwrap_or_default();
+            let mut knots = Vec::with_capacity(path.knots.len());
+            for (i, knot) in path.knots.iter().enumerate() {
+                let last = i + 1 == path.knots.len();
+                knots.extend(self.curve_knot(knot, path.interpolation, last));
+            }
+            // What is wrong with one was said; the others' order is not judged then.
+            if knots.len() < path.knots.len() {
+                knots.clear();
+            }
             self.curve_order(*name, path, &knots);
             self.show.curves.push(Curve {
                 id,
@@ -234,13 +234,12 @@ impl<'a> Lower<'a, '_> {
             "the curve `{}` is no fade: a fade goes from 0 to 100",
             word.text
         );
-        let mut diagnostic =
-            Diagnostic::error(codes::CURVE_ENDS, message).place(word.span, "used as a fade");
-        if let Some(span) = self.spans.get(curve.id) {
-            let text = format!("goes from {} to {}", percent(ends.0), percent(ends.1));
-            diagnostic = diagnostic.place(span, text);
-        }
-        self.report.add(diagnostic);
+        let goes = format!("goes from {} to {}", percent(ends.0), percent(ends.1));
+        self.report.add(
+            Diagnostic::error(codes::CURVE_ENDS, message)
+                .place(word.span, "used as a fade")
+                .place_of(curve.id, &self.spans, goes),
+        );
         None
     }
 }

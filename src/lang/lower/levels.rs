@@ -122,12 +122,8 @@ impl<'a> Lower<'a, '_> {
         if !self.spend(count, word.span) {
             return Levels::new();
         }
-        let levels = self
-            .show
-            .looks
-            .get(index)
-            .into_iter()
-            .flat_map(|l| &l.levels);
+        let look = self.show.looks.get(index).into_iter();
+        let levels = look.flat_map(|l| &l.levels);
         levels.map(|(c, level)| (*c, (*level, word.span))).collect()
     }
 
@@ -150,10 +146,9 @@ impl<'a> Lower<'a, '_> {
 
     /// A coordinate that is set twice where once is allowed.
     pub fn twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
-        let bank = self.bank_of(coordinate);
-        let name = bank
-            .and_then(|b| self.show.banks.get(b))
-            .map_or("", |b| b.name.as_str());
+        let mut at = self.first_coordinates.iter().zip(&self.show.banks);
+        let bank = at.rfind(|(first, _)| **first <= coordinate);
+        let name = bank.map_or("", |(_, bank)| bank.name.as_str());
         let message = format!("the bank `{name}` stands twice in one {scope}");
         let help = if scope == "look" {
             "keep one of the two; to change another look, write `look b = a + { lamps 20 }`"
@@ -168,13 +163,6 @@ impl<'a> Lower<'a, '_> {
         );
     }
 
-    fn bank_of(&self, coordinate: usize) -> Option<usize> {
-        let after = self
-            .first_coordinates
-            .partition_point(|first| *first <= coordinate);
-        after.checked_sub(1)
-    }
-
     /// The banks of a target: itself, or its group's.
     pub fn targeted(
         &mut self,
@@ -187,16 +175,11 @@ impl<'a> Lower<'a, '_> {
         };
         match kind {
             Kind::Group => {
-                let banks = self
-                    .show
-                    .groups
-                    .get(index)
-                    .map(|g| g.banks.clone())
-                    .unwrap_or_default();
-                if self.spend(banks.len(), target.span) {
-                    banks
-                } else {
-                    Vec::new()
+                let group = self.show.groups.get(index);
+                let banks = group.map_or_else(Vec::new, |g| g.banks.clone());
+                match self.spend(banks.len(), target.span) {
+                    true => banks,
+                    false => Vec::new(),
                 }
             }
             _ => vec![index],
@@ -228,12 +211,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn not_rgb(&mut self, bank: usize, span: Span, what: &str) {
-        let name = self
-            .show
-            .banks
-            .get(bank)
-            .map_or("", |b| b.name.as_str())
-            .to_owned();
+        let name = self.show.banks.get(bank).map_or("", |b| b.name.as_str());
         let message = format!("the bank `{name}` is not rgb");
         let help = format!("give it a level, such as `{name} 85`, or add `rgb` to its declaration");
         self.report

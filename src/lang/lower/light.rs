@@ -29,34 +29,27 @@ pub(super) struct Form {
     takes: &'static [&'static str],
     /// Why it has no other clause, where a whole light of its kind does not show it.
     reason: &'static str,
-    /// What may say how bright it is.
-    amount: Amount,
+    /// A file or a material may say how bright it is, in place of the text.
+    own_amount: bool,
+    /// The text may say how bright it is as the luminance of a surface.
+    luminance: bool,
     /// A whole light of its kind.
     example: &'static str,
     /// What it becomes; `None` once what is wrong was said.
     finished: for<'a> fn(&mut Lower<'a, '_>, &ast::Light<'a>, &Spec) -> Option<LightKind>,
 }
 
-/// How bright a kind of light may be said to be.
-#[derive(Clone, Copy, PartialEq)]
-struct Amount {
-    /// A file or a material may say it in place of the text.
-    own: bool,
-    /// It may be the luminance of a surface.
-    luminance: bool,
-}
-
-impl Amount {
-    fn takes(self, unit: Unit) -> bool {
+impl Form {
+    fn takes_amount(&self, unit: Unit) -> bool {
         match unit {
             Unit::Candela | Unit::Lumen => true,
-            Unit::Radiance => self.luminance,
+            Unit::Luminance => self.luminance,
             _ => false,
         }
     }
 
     /// What says how bright it is, and in what colour.
-    fn words(self) -> &'static str {
+    fn amounts(&self) -> &'static str {
         match self.luminance {
             false => "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`",
             true => "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`",
@@ -269,10 +262,10 @@ impl<'a> Lower<'a, '_> {
             return Some(());
         }
         let form = spec.form.unwrap_or(&spot::SPOT);
-        let Some(unit) = unit.ok().filter(|u| form.amount.takes(*u)) else {
+        let Some(unit) = unit.ok().filter(|u| form.takes_amount(*u)) else {
             let kind = form.phrase;
             let message = format!("`{}` says nothing about a {kind}", word.text);
-            let help = format!("a {kind} takes {}", form.amount.words());
+            let help = format!("a {kind} takes {}", form.amounts());
             let at = (word.span, "not here");
             return self.report.error(codes::WRONG_QUANTITY, message, at, help);
         };
@@ -307,7 +300,7 @@ impl<'a> Lower<'a, '_> {
             .filter(|w| !stated(w))
             .map(|w| format!("`{w}`"))
             .collect();
-        let optional = form.amount.own;
+        let optional = form.own_amount;
         let amount_stated = light.clauses.iter().any(|c| c.values.is_empty());
         if spec.amount.is_none() && !optional && !amount_stated {
             missing.push("intensity".to_owned());
@@ -354,7 +347,7 @@ impl<'a> Lower<'a, '_> {
         match spec.amount {
             Some((flux, Unit::Lumen)) => Some(Strength::Flux(tint.scaled(flux))),
             Some((intensity, Unit::Candela)) => Some(Strength::Intensity(tint.scaled(intensity))),
-            Some((radiance, _)) => Some(Strength::Radiance(tint.scaled(radiance))),
+            Some((radiance, _)) => Some(Strength::Luminance(tint.scaled(radiance))),
             None if tint == Rgb::WHITE => Some(Strength::Own),
             None => {
                 let message = format!(

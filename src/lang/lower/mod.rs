@@ -18,6 +18,8 @@ mod solid;
 mod triggers;
 mod values;
 
+use std::collections::BTreeMap;
+
 use self::calculation::Named;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::lowering_cache::Lowered;
@@ -27,26 +29,26 @@ use super::report::{Place, Report};
 use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits, unquoted};
 use crate::diagnostic::Diagnostic;
-use crate::show::{NodeId, Preview, Show};
+use crate::show::{NodeId, Show};
 
 /// What lowering made.
-pub struct Lowering {
+pub struct Lowering<'a> {
     /// The show, if there was no error.
     pub show: Option<Show>,
     /// Places of its nodes.
     pub spans: SpanMap,
-    /// Cues that were lowered without a word, with the places of their statements.
-    pub fresh: Vec<(Span, Lowered)>,
+    /// Cues that were lowered without a word, with their texts.
+    pub fresh: Vec<(&'a str, Lowered)>,
 }
 
 /// Lowers what was read of a show.
-pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
+pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
     let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
         report,
         spans: SpanMap::default(),
-        show: empty(),
+        show: Show::default(),
         values: Vec::new(),
         first_coordinates: Vec::new(),
         budget: limits::LEVELS,
@@ -69,29 +71,12 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> Lowering {
     }
     let failed = lower.report.failed();
     if !failed {
-        lower.remarks();
+        lower.lints();
     }
     Lowering {
         show: (!failed).then_some(lower.show),
         spans: lower.spans,
         fresh: lower.fresh,
-    }
-}
-
-fn empty() -> Show {
-    Show {
-        title: String::new(),
-        preview: Preview::default(),
-        stages: Vec::new(),
-        surfaces: Vec::new(),
-        views: Vec::new(),
-        lights: Vec::new(),
-        banks: Vec::new(),
-        fixed: Vec::new(),
-        groups: Vec::new(),
-        looks: Vec::new(),
-        curves: Vec::new(),
-        cues: Vec::new(),
     }
 }
 
@@ -107,14 +92,14 @@ struct Lower<'a, 'r> {
     /// Levels that may still be written out.
     budget: usize,
     /// Cues that were lowered without a word.
-    fresh: Vec<(Span, Lowered)>,
+    fresh: Vec<(&'a str, Lowered)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
 }
 
 impl<'a> Lower<'a, '_> {
     fn declare(&mut self, statements: &[Statement<'a>]) {
-        let mut counts = [0_usize; 8];
+        let mut counts: BTreeMap<Kind, usize> = BTreeMap::new();
         for statement in statements {
             let (name, kind) = match &statement.item {
                 Declaration::View { name, .. } => (name, Kind::View),
@@ -127,12 +112,9 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Let { name, .. } => (name, Kind::Value),
                 _ => continue,
             };
-            let Some(count) = counts.get_mut(kind as usize) else {
-                continue;
-            };
-            let index = *count;
+            let count = counts.entry(kind).or_default();
+            self.declare_one(*name, kind, *count);
             *count += 1;
-            self.declare_one(*name, kind, index);
         }
     }
 
@@ -241,13 +223,6 @@ impl<'a> Lower<'a, '_> {
             );
         }
         self.budget > 0
-    }
-
-    /// What is legal and surely not meant.
-    fn remarks(&mut self) {
-        self.lights_in_use();
-        self.banks_in_use();
-        self.channels_in_use();
     }
 }
 

@@ -40,7 +40,10 @@ impl<'a> Lower<'a, '_> {
                 let share = self.level(*word).unwrap_or_default();
                 self.scaled_look(target, share)
             }
-            (Written::Bare, _) => self.no_level(target),
+            (Written::Bare, _) => {
+                self.no_level(target);
+                Vec::new()
+            }
             (Written::To(word), _) => {
                 let setting = self.setting(*word);
                 let banks = self.moving(target);
@@ -69,10 +72,9 @@ impl<'a> Lower<'a, '_> {
         if let Some(channel) = target.channel {
             let message = format!("`{}` is a look: it has no emitters", target.name.text);
             let at = (channel.span, "not here");
-            return self
-                .report
-                .error(codes::DOES_NOT_FIT, message, at, "")
-                .unwrap_or_default();
+            self.report
+                .error::<()>(codes::DOES_NOT_FIT, message, at, "");
+            return Vec::new();
         }
         let levels = self.look(target.name);
         levels
@@ -81,21 +83,15 @@ impl<'a> Lower<'a, '_> {
             .collect()
     }
 
-    fn no_level(&mut self, target: Target<'a>) -> Vec<(usize, Motion)> {
+    fn no_level(&mut self, target: Target<'a>) {
         if self.moving(target).is_empty() {
-            return Vec::new();
+            return;
         }
         let name = target.name.text;
         let message = format!("`{name}` has no level");
         let help = format!("write `{name} 85`, `{name} full` or `{name} out`");
-        self.report
-            .error(
-                codes::NO_LEVEL,
-                message,
-                (target.span, "to which level?"),
-                help,
-            )
-            .unwrap_or_default()
+        let at = (target.span, "to which level?");
+        self.report.error::<()>(codes::NO_LEVEL, message, at, help);
     }
 
     /// True, once said, where `next` is no move of its own but what was to be the level of

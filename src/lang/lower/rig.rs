@@ -1,11 +1,9 @@
-//! Banks, fixed lights and groups, and whether lights are used.
+//! Banks, fixed lights and groups.
 
 use super::Lower;
-use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Declaration, ImageWords, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
-use crate::lang::report::Place;
 use crate::scene::ImageFile;
 use crate::show::{Bank, Dimmer, Fade, Fixed, Group, Light, LightKind, NodeId};
 
@@ -148,50 +146,6 @@ impl<'a> Lower<'a, '_> {
             _ => self
                 .find(word, &[Kind::Curve], &["linear", "square"])
                 .map(|(_, index)| Dimmer::Curve(index)),
-        }
-    }
-
-    // ---- remarks ----------------------------------------------------------------------------
-
-    /// Lights in no bank, and lights in two.
-    pub fn lights_in_use(&mut self) {
-        let mut users: Vec<Option<usize>> = self.show.lights.iter().map(|_| None).collect();
-        let banks = self.show.banks.iter().map(|b| (b.id, &b.lights));
-        let fixed = self.show.fixed.iter().map(|f| (f.id, &f.lights));
-        let all: Vec<_> = banks.chain(fixed).collect();
-        for (user, (id, lights)) in all.iter().enumerate() {
-            for light in lights.iter() {
-                let earlier = users.get_mut(*light).and_then(|slot| slot.replace(user));
-                let earlier = earlier
-                    .and_then(|e| all.get(e))
-                    .and_then(|(id, _)| self.spans.get(*id));
-                let (Some(here), Some(there)) = (self.spans.get(*id), earlier) else {
-                    continue;
-                };
-                let name = self.show.lights.get(*light).map_or("", |l| l.name.as_str());
-                self.report.add(
-                    Diagnostic::warning(
-                        codes::SHARED_LIGHT,
-                        format!("the light `{name}` is in two places"),
-                    )
-                    .place(here, "here")
-                    .place(there, "and here")
-                    .help("it shines twice as bright when both are full"),
-                );
-            }
-        }
-        for (light, user) in self.show.lights.iter().zip(users) {
-            if let (None, Some(span)) = (user, self.spans.get(light.id)) {
-                let message = format!("the light `{}` is in no bank: it never shines", light.name);
-                self.report.add(
-                    Diagnostic::warning(codes::UNUSED_LIGHT, message)
-                        .place(span, "")
-                        .help(format!(
-                            "write `bank NAME = {}`, or `fixed NAME = {}`",
-                            light.name, light.name
-                        )),
-                );
-            }
         }
     }
 }

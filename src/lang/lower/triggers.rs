@@ -42,12 +42,11 @@ impl Lower<'_, '_> {
             "`{word}` starts the next cue, but cue {} is the last",
             cue.number
         );
-        let Some(span) = self.spans.get(id) else {
-            return;
-        };
-        let help = "remove it, or add the cue that it is to start";
-        self.report
-            .error::<()>(codes::LAST_LINK, message, (span, "starts nothing"), help);
+        self.report.add(
+            Diagnostic::error(codes::LAST_LINK, message)
+                .place_of(id, &self.spans, "starts nothing")
+                .help("remove it, or add the cue that it is to start"),
+        );
     }
 
     fn started_twice(&mut self, cue: &Cue, link: NodeId) {
@@ -55,13 +54,10 @@ impl Lower<'_, '_> {
             "cue {} is started twice: by the cue before it, and by `at`",
             cue.number
         );
-        let (Some(header), Some(there)) = (self.spans.get(cue.id), self.spans.get(link)) else {
-            return;
-        };
         self.report.add(
             Diagnostic::error(codes::STARTED_TWICE, message)
-                .place(header, "has a time of its own")
-                .place(there, "starts it too")
+                .place_of(cue.id, &self.spans, "has a time of its own")
+                .place_of(link, &self.spans, "starts it too")
                 .help("keep one of the two"),
         );
     }
@@ -71,13 +67,10 @@ impl Lower<'_, '_> {
             "cue {} at {time} comes after cue {} at {earlier}",
             cue.number, other.number
         );
-        let (Some(here), Some(there)) = (self.spans.get(cue.id), self.spans.get(other.id)) else {
-            return;
-        };
         self.report.add(
             Diagnostic::error(codes::ORDER, message)
-                .place(here, "earlier in time")
-                .place(there, "earlier in number")
+                .place_of(cue.id, &self.spans, "earlier in time")
+                .place_of(other.id, &self.spans, "earlier in number")
                 .help("cues run in the order of their numbers: change a time or a number"),
         );
     }

@@ -1,6 +1,6 @@
 //! A light that the stage's file brings along.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
 use crate::show::{ImportedLuminaire, LightKind};
@@ -12,10 +12,8 @@ pub(super) const IMPORTED: Form = Form {
     needs: &[],
     takes: &["at", "aim", "beam", "field"],
     reason: "",
-    amount: Amount {
-        own: true,
-        luminance: false,
-    },
+    own_amount: true,
+    luminance: false,
     example: "from \"Key\"  1200 cd",
     finished,
 };

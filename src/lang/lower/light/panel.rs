@@ -1,6 +1,6 @@
 //! A panel: a surface of the stage that shines.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
 use crate::show::LightKind;
@@ -11,10 +11,8 @@ pub(super) const PANEL: Form = Form {
     needs: &[],
     takes: &[],
     reason: ": it shines from its own surface",
-    amount: Amount {
-        own: true,
-        luminance: true,
-    },
+    own_amount: true,
+    luminance: true,
     example: "panel pane_left  40 cd/m2",
     finished,
 };

@@ -1,6 +1,6 @@
 //! A luminaire as a photometric file has it measured.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
 use crate::show::LightKind;
@@ -11,10 +11,8 @@ pub(super) const PHOTOMETRIC: Form = Form {
     needs: &["at", "aim"],
     takes: &["turn"],
     reason: "",
-    amount: Amount {
-        own: true,
-        luminance: false,
-    },
+    own_amount: true,
+    luminance: false,
     example: "photometric \"desk.ies\"  at 0, -2, 4  aim 0, 0, 1",
     finished,
 };

@@ -1,6 +1,6 @@
 //! A projection: an image thrown.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
 use crate::show::LightKind;
@@ -11,10 +11,8 @@ pub(super) const PROJECTION: Form = Form {
     needs: &["from", "aim", "field"],
     takes: &["turn"],
     reason: "",
-    amount: Amount {
-        own: false,
-        luminance: false,
-    },
+    own_amount: false,
+    luminance: false,
     example: "project \"clouds.png\"  from 0, -9, 4  aim 0, 3, 2  field 50  9000 cd",
     finished,
 };

@@ -1,15 +1,10 @@
 //! Spheres and discs: surfaces of their own that shine.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::lower::Lower;
 use crate::scene::shape::Shape;
 use crate::show::LightKind;
-
-const AMOUNT: Amount = Amount {
-    own: false,
-    luminance: true,
-};
 
 pub(super) const SPHERE: Form = Form {
     word: "sphere",
@@ -17,7 +12,8 @@ pub(super) const SPHERE: Form = Form {
     needs: &["at", "radius"],
     takes: &[],
     reason: "",
-    amount: AMOUNT,
+    own_amount: false,
+    luminance: true,
     example: "sphere at 0, 0, 3  radius 5cm  800 lm",
     finished: sphere,
 };
@@ -28,7 +24,8 @@ pub(super) const DISC: Form = Form {
     needs: &["at", "aim", "radius"],
     takes: &[],
     reason: "",
-    amount: AMOUNT,
+    own_amount: false,
+    luminance: true,
     example: "disc at 0, 0, 3  aim 0, 0, 0  radius 20cm  800 lm",
     finished: disc,
 };

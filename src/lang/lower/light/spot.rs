@@ -1,6 +1,6 @@
 //! A spot: a round beam from a point.
 
-use super::{Amount, Form, Spec};
+use super::{Form, Spec};
 use crate::lang::ast;
 use crate::lang::codes;
 use crate::lang::lower::Lower;
@@ -15,10 +15,8 @@ pub(super) const SPOT: Form = Form {
     needs: &["at", "aim", "beam", "field"],
     takes: &[],
     reason: "",
-    amount: Amount {
-        own: false,
-        luminance: false,
-    },
+    own_amount: false,
+    luminance: false,
     example: "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
     finished,
 };

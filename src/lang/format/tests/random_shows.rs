@@ -1,4 +1,4 @@
-//! The formatter against generated shows: every statement of the language, comments in odd places,
+//! The formatter against random shows: every statement of the language, comments in odd places,
 //! wide characters, tabs and both kinds of line end. The text formatted is the same show, keeps its
 //! words, comments and groups, and is formatted already.
 
@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use proptest::prelude::*;
 
-use super::format;
+use super::super::format;
 use crate::diagnostic::Sources;
 use crate::lang;
 use crate::show::Show;

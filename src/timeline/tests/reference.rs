@@ -1,5 +1,5 @@
-//! The cues evaluated at one instant straight from the rules, with none of the compiler's code: an
-//! oracle for tests. At any time the latest cue whose move has started rules.
+//! The cues evaluated at one instant straight from the rules, with none of the compiler's code: the
+//! reference implementation. At any time the latest cue whose move has started rules.
 
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "test oracle")]
 
@@ -7,7 +7,7 @@ use crate::linalg::{Matrix, least_squares};
 use crate::show::*;
 
 /// Microseconds of GO and completion.
-pub(super) fn go_times(show: &Show) -> Vec<(i64, i64)> {
+pub fn go_times(show: &Show) -> Vec<(i64, i64)> {
     let mut out: Vec<(i64, i64)> = Vec::new();
     for (i, cue) in show.cues.iter().enumerate() {
         let go = match (cue.trigger, i) {
@@ -91,7 +91,7 @@ fn moved(show: &Show, k: usize, c: usize) -> Option<(Motion, u32, &Part)> {
 }
 
 /// Level of a coordinate at `t` microseconds, of the first `count` cues alone.
-pub(super) fn level(show: &Show, go: &[(i64, i64)], c: usize, count: usize, t: i64) -> f64 {
+pub fn level(show: &Show, go: &[(i64, i64)], c: usize, count: usize, t: i64) -> f64 {
     for k in (0..count).rev() {
         let Some((motion, repeat, part)) = moved(show, k, c) else {
             continue;

@@ -54,17 +54,8 @@ pub(crate) fn empty(n: usize) -> Show {
     };
     Show {
         title: "planted".to_owned(),
-        preview: Preview::default(),
-        stages: Vec::new(),
-        surfaces: Vec::new(),
-        views: Vec::new(),
-        lights: Vec::new(),
         banks: (0..n).map(bank).collect(),
-        fixed: Vec::new(),
-        groups: Vec::new(),
-        looks: Vec::new(),
-        curves: Vec::new(),
-        cues: Vec::new(),
+        ..Show::default()
     }
 }
 

@@ -3,10 +3,12 @@
 
 use proptest::prelude::*;
 
-use super::naive;
-use super::planted::*;
+pub(crate) mod planted;
+mod reference;
+
 use super::*;
 use crate::show::*;
+use planted::*;
 
 fn at(show: &Show, seconds_: f64) -> Vec<f64> {
     Timeline::new(show).unwrap().evaluate(seconds(seconds_))
@@ -23,8 +25,8 @@ proptest! {
     fn keys_give_what_the_cues_say(seed in any::<u64>()) {
         let mut random = Random::new(seed);
         let show = wild(&mut random);
-        let go = naive::go_times(&show);
-        let level = |c: usize, t: i64| naive::level(&show, &go, c, show.cues.len(), t);
+        let go = reference::go_times(&show);
+        let level = |c: usize, t: i64| reference::level(&show, &go, c, show.cues.len(), t);
         let timeline = match Timeline::new(&show) {
             Ok(timeline) => timeline,
             Err(errors) => {
@@ -91,7 +93,7 @@ proptest! {
         }
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
         let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
-        let go = naive::go_times(&show);
+        let go = reference::go_times(&show);
         let own = &show.curves[0].knots;
         for _ in 0..60 {
             let t = random.between(timeline.start().micros(), timeline.end().micros());
@@ -100,7 +102,7 @@ proptest! {
                 if coordinate.bank.is_none() {
                     continue;
                 }
-                let level = naive::level(&show, &go, c, show.cues.len(), t);
+                let level = reference::level(&show, &go, c, show.cues.len(), t);
                 let want = match law {
                     Dimmer::Square => level * level,
                     _ => {
@@ -112,7 +114,7 @@ proptest! {
                 // A law's knots fall on whole microseconds of the fade: all of a piece may be off
                 // by what the level moves in one.
                 let moved = [t - 1, t + 1].map(|t| {
-                    (naive::level(&show, &go, c, show.cues.len(), t) - level).abs()
+                    (reference::level(&show, &go, c, show.cues.len(), t) - level).abs()
                 });
                 let steepest = own.windows(2).map(|w| (w[1].value - w[0].value) / (w[1].at - w[0].at));
                 let slack = match law {
@@ -156,7 +158,7 @@ proptest! {
             bank.dimmer = random.pick(&[Dimmer::Square, Dimmer::Square, Dimmer::Curve(0)]);
         }
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
-        let go = naive::go_times(&show);
+        let go = reference::go_times(&show);
         let own = &show.curves[0];
         let steps = own.interpolation == Interpolation::Steps;
         let law = dimmer::Law::new(Dimmer::Curve(0), &show.curves);
@@ -165,7 +167,7 @@ proptest! {
             let found = timeline.evaluate(Time::from_micros(t));
             for (c, coordinate) in show.coordinates().iter().enumerate() {
                 let Some(bank) = coordinate.bank else { continue };
-                let level = naive::level(&show, &go, c, show.cues.len(), t);
+                let level = reference::level(&show, &go, c, show.cues.len(), t);
                 let want = match show.banks[bank].dimmer {
                     Dimmer::Square => level * level,
                     _ => law.value(level.clamp(0.0, 1.0)),

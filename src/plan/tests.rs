@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::linalg::Matrix;
 use crate::show::{Show, Trigger};
-use crate::timeline::planted::*;
+use crate::timeline::tests::planted::*;
 use crate::timeline::{KeyOptions, Timeline};
 
 fn keys_of(show: &Show) -> Option<KeySequence> {
@@ -31,13 +31,9 @@ fn largest(rows: &[Vec<f64>]) -> f64 {
 /// How far keys are from weights · basis, over the largest key.
 fn missed(keys: &KeySequence, plan: &Plan) -> f64 {
     let mut worst = 0.0f64;
-    for (key, weights) in keys.keys().iter().zip(plan.weights()) {
+    for (key, weights) in keys.keys().iter().zip(&plan.weights) {
         for (c, x) in key.iter().enumerate() {
-            let sum: f64 = weights
-                .iter()
-                .zip(plan.basis())
-                .map(|(w, b)| w * b[c])
-                .sum();
+            let sum: f64 = weights.iter().zip(&plan.basis).map(|(w, b)| w * b[c]).sum();
             worst = worst.max((sum - x).abs());
         }
     }
@@ -92,10 +88,10 @@ proptest! {
         for weighting in [Weighting::settings(n), random_weights(&mut random, n)] {
             let plan = Plan::new(&keys, &weighting, 0.0, None).unwrap();
             prop_assert_eq!(plan.rank(), planted.rank);
-            prop_assert_eq!(plan.used(), planted.rank);
+            prop_assert_eq!(plan.used, planted.rank);
             prop_assert!(missed(&keys, &plan) < 1e-9);
-            prop_assert!(plan.singular_values().windows(2).all(|w| w[0] >= w[1]));
-            prop_assert!(plan.predicted().windows(2).all(|w| w[0] >= w[1]));
+            prop_assert!(plan.singular_values.windows(2).all(|w| w[0] >= w[1]));
+            prop_assert!(plan.predicted.windows(2).all(|w| w[0] >= w[1]));
         }
     }
 
@@ -107,9 +103,9 @@ proptest! {
         let weighting = random_weights(&mut random, keys.coordinates());
         let plan = Plan::new(&keys, &weighting, 0.02, None).unwrap();
         prop_assert!(missed(&keys, &plan) < 1e-9);
-        prop_assert!(plan.basis().iter().all(|b| largest(std::slice::from_ref(b)) == 1.0));
-        prop_assert!(plan.predicted()[plan.used()] <= 0.02);
-        prop_assert!(plan.used() == 0 || plan.predicted()[plan.used() - 1] > 0.02);
+        prop_assert!(plan.basis.iter().all(|b| largest(std::slice::from_ref(b)) == 1.0));
+        prop_assert!(plan.predicted[plan.used] <= 0.02);
+        prop_assert!(plan.used == 0 || plan.predicted[plan.used - 1] > 0.02);
         if keys.duration() == 0.0 {
             return Ok(());
         }
@@ -118,9 +114,9 @@ proptest! {
             return Ok(());
         }
         for used in 0..=plan.rank() {
-            let pool = &plan.basis()[..used];
+            let pool = &plan.basis[..used];
             let brute = quadrature(&keys, pool, &weighting) / norm;
-            prop_assert!((plan.predicted()[used] - brute).abs() < 1e-9, "{used}: {} {brute}", plan.predicted()[used]);
+            prop_assert!((plan.predicted[used] - brute).abs() < 1e-9, "{used}: {} {brute}", plan.predicted[used]);
             let forecast = forecast(&keys, pool, &weighting, None).unwrap();
             prop_assert!((forecast - brute).abs() < 1e-9);
         }
@@ -136,7 +132,7 @@ proptest! {
         let old = random_weights(&mut random, n);
         let now = random_weights(&mut random, n);
         // A pool from another metric and another design.
-        let mut pool: Vec<Vec<f64>> = Plan::new(&keys, &old, 0.0, None).unwrap().basis()[..1].to_vec();
+        let mut pool: Vec<Vec<f64>> = Plan::new(&keys, &old, 0.0, None).unwrap().basis[..1].to_vec();
         pool.push((0..n).map(|i| (i as f64 * 0.7).sin()).collect());
         let mut error = forecast(&keys, &pool, &now, None).unwrap();
         let mut rounds = 0;
@@ -182,8 +178,8 @@ fn a_last_look_without_length_is_expressed_all_the_same() {
     let plan = Plan::new(&keys, &Weighting::settings(3), 0.0, None).unwrap();
     assert_eq!(plan.rank(), 2);
     assert!(missed(&keys, &plan) < 1e-15);
-    assert_eq!(plan.singular_values()[1], 0.0);
-    assert_eq!(plan.predicted(), [1.0, 0.0, 0.0]);
+    assert_eq!(plan.singular_values[1], 0.0);
+    assert_eq!(plan.predicted, [1.0, 0.0, 0.0]);
 }
 
 #[test]
@@ -197,12 +193,12 @@ fn weights_of_zero_come_last_and_bad_ones_are_refused() {
     let weighting = Weighting::new(Metric::Error, vec![0.0, 3.0]).unwrap();
     let plan = Plan::new(&keys, &weighting, 0.01, None).unwrap();
     assert_eq!(
-        (plan.rank(), plan.used(), plan.unseen()),
+        (plan.rank(), plan.used, plan.unseen.as_slice()),
         (2, 1, [0].as_slice())
     );
     assert!(missed(&keys, &plan) < 1e-9);
-    let first = &plan.basis()[0];
-    assert!(first[1].abs() > 1e-4 && plan.predicted()[1] < 1e-5);
+    let first = &plan.basis[0];
+    assert!(first[1].abs() > 1e-4 && plan.predicted[1] < 1e-5);
     assert_eq!(
         Weighting::new(Metric::Error, vec![0.0; 2]),
         Err(PlanError::NoWeight)
@@ -231,11 +227,11 @@ fn a_proportional_bank_saves_its_picture_and_counts_in_the_error() {
     // ∫ (t/3)² dt = 1: the errors at full are 3, and 8 times one half.
     let weighting = Weighting::new(Metric::Error, vec![3.0, 8.0]).unwrap();
     let plan = Plan::new(&keys, &weighting, 0.01, Some(50.0)).unwrap();
-    assert_eq!((plan.rank(), plan.used()), (1, 1));
-    assert!((plan.basis()[0][1] / plan.basis()[0][0] - 0.5).abs() < 1e-15);
-    assert!((plan.predicted()[0] - 0.1).abs() < 1e-15 && plan.predicted()[1] == 0.0);
+    assert_eq!((plan.rank(), plan.used), (1, 1));
+    assert!((plan.basis[0][1] / plan.basis[0][0] - 0.5).abs() < 1e-15);
+    assert!((plan.predicted[0] - 0.1).abs() < 1e-15 && plan.predicted[1] == 0.0);
     let before = forecast(&keys, &[], &weighting, Some(50.0)).unwrap();
-    let after = forecast(&keys, plan.basis(), &weighting, Some(50.0)).unwrap();
+    let after = forecast(&keys, &plan.basis, &weighting, Some(50.0)).unwrap();
     assert!((before - 0.1).abs() < 1e-15 && after < 1e-16);
     // The first bank alone leaves what of the second is not in its direction: nothing is shared.
     let alone = forecast(&keys, &[vec![1.0, 0.0]], &weighting, Some(50.0)).unwrap();
@@ -289,7 +285,7 @@ fn the_norm_of_a_sequence_is_its_gram_matrix_against_the_moment() {
     // Its coarse error is a tenth of it: so is the predicted error before anything is refined.
     let weighting = Weighting::new(Metric::Error, vec![0.2]).unwrap();
     let plan = Plan::new(&keys, &weighting, 0.02, Some(norm)).unwrap();
-    assert!((plan.predicted()[0] - 0.1).abs() < 1e-15);
+    assert!((plan.predicted[0] - 0.1).abs() < 1e-15);
     let influence = Weighting::influence(&[2.0], &keys).unwrap();
     assert!((influence.weights()[0] - 1.0).abs() < 1e-15);
 }
@@ -325,7 +321,7 @@ fn nothing_lit_and_no_coordinates() {
         let weighting = Weighting::settings(keys.coordinates());
         let plan = Plan::new(&keys, &weighting, 0.02, None).unwrap();
         assert_eq!(
-            (plan.rank(), plan.used(), plan.predicted()),
+            (plan.rank(), plan.used, plan.predicted.as_slice()),
             (0, 0, [0.0].as_slice())
         );
         assert!(
