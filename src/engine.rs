@@ -434,9 +434,6 @@ impl Engine {
     }
 
     /// Does something within the limit of time, if there is one.
-    ///
-    /// # Errors
-    /// [`Error::OutOfTime`] where it was stopped for that, else its own.
     fn timed<T>(
         &mut self,
         something: impl FnOnce(&mut Engine) -> Result<T, Error>,

@@ -88,9 +88,6 @@ pub enum Task {
 }
 
 /// Reads the arguments.
-///
-/// # Errors
-/// clap's, for help, the version and every mistake.
 pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, clap::Error> {
     let matches = command().try_get_matches_from(arguments)?;
     let task = match matches.subcommand() {

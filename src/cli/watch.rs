@@ -30,9 +30,6 @@ pub struct Watched {
 }
 
 /// Watches until Ctrl-C. A mistake leaves the last good show.
-///
-/// # Errors
-/// [`Error::File`] when the show cannot be read at the start, or a picture cannot be written.
 pub fn watch(
     watched: &Watched,
     screen: &Screen,

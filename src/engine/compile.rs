@@ -71,9 +71,6 @@ impl Parsed {
 }
 
 /// Parses a text and computes its curves.
-///
-/// # Errors
-/// [`Error::Show`] with every error of the text alone.
 pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Parsed, Error> {
     let (parsed, mut diagnostics) = read(source, cache);
     if let (Some(show), false) = (parsed.show, diagnostics.has_errors()) {

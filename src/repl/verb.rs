@@ -78,9 +78,6 @@ impl std::fmt::Debug for VerbSpec {
 }
 
 /// The specification of a verb by its name.
-///
-/// # Errors
-/// [`Error::Usage`] with the nearest verb when there is none of that name.
 pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
     VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
         let near = nearest(name, VERBS.iter().map(|v| v.name));

@@ -44,9 +44,6 @@ pub fn describe(comparison: &Comparison) -> String {
 
 /// The differences as a contact sheet: amber where the picture is brighter than its reference,
 /// blue where it is darker, one scale for all, as a share of each reference's root mean square.
-///
-/// # Errors
-/// [`ChartError`] for pictures without pixels.
 pub fn drawing(show: &str, compared: &Compared) -> Result<Drawing, ChartError> {
     let pictures = || compared.images.iter().zip(&compared.references);
     let parts: Vec<Image> = pictures().map(|(i, r)| relative(i, r)).collect();

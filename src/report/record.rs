@@ -150,9 +150,6 @@ impl Record {
     }
 
     /// As JSON, indented.
-    ///
-    /// # Errors
-    /// serde's, which has no reason to fail here.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }

@@ -47,9 +47,6 @@ impl Comparison {
     }
 
     /// The changed curves, the old ones dashed, as a file.
-    ///
-    /// # Errors
-    /// [`Error::Ending`] for a file that is neither .png nor .svg, [`Error::Chart`].
     pub fn chart(&self, path: &Path) -> Result<Vec<u8>, Error> {
         let old = self.old.show().coordinates();
         let mut rows = Vec::new();

@@ -65,9 +65,6 @@ pub struct Seconds {
 
 impl Refinement {
     /// All curves.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn new(origin: Origin, trial: &Trial, seconds: &Seconds) -> Result<Refinement, PlanError> {
         let curve = |order: Order| order_curve(trial, seconds, order);
         let orders: Result<_, PlanError> = ORDERS.into_iter().map(curve).collect();

@@ -136,9 +136,6 @@ impl Trial {
     }
 
     /// Weights of a metric; `error` is the pool's estimate.
-    ///
-    /// # Errors
-    /// [`PlanError::NoWeight`] when all are zero.
     pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
         match metric {
             Metric::Settings => Ok(Weighting::settings(self.norms.len())),
@@ -148,26 +145,17 @@ impl Trial {
     }
 
     /// The metric of one who knows the truth: norms of the true coarse errors.
-    ///
-    /// # Errors
-    /// [`PlanError::NoWeight`] when all are zero.
     pub fn oracle(&self) -> Result<Weighting, PlanError> {
         Weighting::new(Metric::Error, roots(&self.kk))
     }
 
     /// Settings to refine, the most useful first, in a metric.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn order(&self, weighting: &Weighting) -> Result<Vec<Vec<f64>>, PlanError> {
         let next = plan::next(&self.keys, &[], weighting, None)?;
         Ok(next.directions.into_iter().map(|d| d.setting).collect())
     }
 
     /// Settings to refine, the most useful first, in an order.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn ordered(&self, by: Order) -> Result<Vec<Vec<f64>>, PlanError> {
         match by {
             Order::Metric(metric) => self.order(&self.weighting(metric)?),
@@ -193,9 +181,6 @@ impl Trial {
     }
 
     /// What a pool with refined images of `settings` shows.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn shown(&self, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
         let extrapolation = self.fit(settings)?.extrapolation;
         let plain = self.shown_in(&self.weighting(Metric::Error)?, settings)?;
@@ -206,9 +191,6 @@ impl Trial {
     }
 
     /// What the projection in another metric shows on coarse images that are not extrapolated.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn shown_in(&self, w: &Weighting, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
         let units = Pool::unit_settings(self.norms.len());
         let c = plan::projection(settings, w, &units)?;
@@ -238,9 +220,6 @@ impl Trial {
     }
 
     /// What the refined pictures of `settings` tell the pool, one after the other.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn evidence(&self, settings: &[Vec<f64>]) -> Result<Vec<Evidence>, PlanError> {
         let weighting = self.weighting(Metric::Error)?;
         let of = |s: &Vec<f64>| {
@@ -256,17 +235,11 @@ impl Trial {
     }
 
     /// The pool's fit.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn fit(&self, settings: &[Vec<f64>]) -> Result<Fit, PlanError> {
         Ok(Fit::of(&self.evidence(settings)?))
     }
 
     /// What the interpreter says of the sequence's error, and what it is.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn foretold(&self, settings: &[Vec<f64>]) -> Result<Foretold, PlanError> {
         let weighting = self.weighting(Metric::Error)?;
         let forecast = plan::forecast(&self.keys, settings, &weighting, Some(self.norm))?;

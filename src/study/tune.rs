@@ -118,9 +118,6 @@ impl Tuner {
     /// From pictures of every source alone at unit setting, a list for each step of quality from 1
     /// on, with what the steps take (their errors are filled in). `None` unless there are three
     /// steps at least, each with a picture for every coordinate, all of one size and not all black.
-    ///
-    /// # Errors
-    /// [`Cancelled`]
     pub fn new<I: Borrow<Image>>(
         keys: KeySequence,
         pictures: &[Vec<I>],
@@ -190,9 +187,6 @@ impl Tuner {
 
     /// Every way to spend time that meets `until` with as few refined pictures as it can, and those
     /// with fewer; where none meets it, with as many as the plan has.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn candidates(&self, until: f64) -> Result<Vec<Candidate>, PlanError> {
         let finest = self.steps.len();
         let mut out = Vec::new();
@@ -221,9 +215,6 @@ impl Tuner {
     /// What `run --until` makes of a show with these steps: it refines until the error that it
     /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were
     /// measured.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn run(&self, coarse: u8, refined: u8, until: f64) -> Result<Option<Candidate>, PlanError> {
         let finest = self.steps.len();
         let (Some(cheap), Some(refined)) = (
