@@ -15,14 +15,14 @@ mod forecast;
 mod host;
 mod limit;
 mod live;
-mod measure;
+pub mod measure;
 mod plan;
 mod player;
 mod pooled;
 mod refine;
 mod refiner;
 mod rendering;
-mod session;
+pub mod session;
 mod setup;
 mod versions;
 
@@ -50,7 +50,7 @@ pub use self::live::{LiveControl, Moves};
 pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, Refined, Step, Warning};
-pub use self::session::{Command, Session};
+pub use self::session::Session;
 pub use self::versions::{Serving, Version};
 
 pub(crate) use self::limit::TimedCall;

@@ -89,7 +89,7 @@ impl LineReader {
 
     /// Asks for a line.
     fn ask(&self, repl: &Repl) {
-        // A typist who has left has said why.
+        // A line editor that has ended has sent its error.
         let _ = self.ask.send((repl.vocabulary(), prompt(repl)));
     }
 
@@ -99,8 +99,8 @@ impl LineReader {
             return;
         }
         let text: String = notes.iter().map(|note| format!("{note}\n")).collect();
-        let told = self.printer.as_mut().map(|p| p.print(text.clone()));
-        if !matches!(told, Some(Ok(()))) {
+        let printed = self.printer.as_mut().map(|p| p.print(text.clone()));
+        if !matches!(printed, Some(Ok(()))) {
             print(&text);
         }
     }

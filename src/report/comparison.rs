@@ -2,10 +2,10 @@
 
 use super::words::{count, figure, seconds};
 use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
+use crate::engine::measure::Reference;
+use crate::engine::measure::comparison::{BankError, Compared, Comparison};
 use crate::picture::combine::{combine, dot};
 use crate::picture::{Image, signed};
-use crate::study::Reference;
-use crate::study::comparison::{BankError, Compared, Comparison};
 
 /// A line for each bank.
 pub fn describe(comparison: &Comparison) -> String {

@@ -2,7 +2,7 @@
 
 use super::table::set_right;
 use super::words::{self, figure};
-use crate::study::forecast::{Forecast, Seconds, Step};
+use crate::engine::measure::quality::{Forecast, Seconds, Step};
 
 /// A line for each step, with a column for everything that any step sets.
 pub fn describe(forecast: &Forecast) -> String {
@@ -55,8 +55,8 @@ fn amount(step: &Step, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::measure::Machine;
     use crate::renderer::QualityParameter;
-    use crate::study::Machine;
 
     #[test]
     fn a_table_has_a_column_for_every_setting_and_a_ratio_when_measured() {

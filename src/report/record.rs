@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::table::csv_line;
 use super::words;
-use crate::study::{Machine, Origin};
+use crate::engine::measure::{Machine, Origin};
 
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

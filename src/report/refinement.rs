@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use super::words::drawn;
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
+use crate::engine::measure::Order;
+use crate::engine::measure::refinement::{OrderCurve, OrderPoint, Refinement};
 use crate::plan::Metric;
-use crate::study::Order;
-use crate::study::refinement::{OrderCurve, OrderPoint, Refinement};
 
 /// Errors below this share of the start's are rounding.
 const ROUNDING: f64 = 1e-4;

@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use crate::operator::Altered;
 use crate::random_show::random_show;
+use footlight::engine::measure::tuner::{Candidate, QualityParameter, Tuner};
+use footlight::engine::session::sequence_error;
 use footlight::engine::{Engine, Error, Goal, Host};
 use footlight::files::Memory;
 use footlight::lang::edit::Edit;
@@ -12,8 +14,6 @@ use footlight::plan;
 use footlight::pool::Pool;
 use footlight::renderer::Quality;
 use footlight::repl::{Console, Repl};
-use footlight::study::session::sequence_error;
-use footlight::study::tune::{Candidate, QualityParameter, Tuner};
 use footlight::work::Work;
 
 /// A random show, small, with other means.

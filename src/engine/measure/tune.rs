@@ -1,22 +1,20 @@
 //! The cheapest steps of quality, number of refined images and format of keys that are good enough
 //! for this show on this machine.
 //!
-//! Every source is rendered, or found, at every step of the scale; [`study::tune`] does the rest.
+//! Every source is rendered, or found, at every step of the scale; [`super::tuner`] does the rest.
 //! Seconds are measured where a step's operator was prepared and all its images rendered for the
 //! purpose; where images were found they are the operator's prediction, scaled by what was
 //! measured, and marked as such.
-//!
-//! [`study::tune`]: crate::study::tune
 
 use std::sync::Arc;
 
+use super::tuner::{self, Candidate, QualityParameter, Tuned, Tuner};
 use crate::engine::{Engine, Error};
 use crate::lang;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::renderer::Quality;
 use crate::show::Preview;
-use crate::study::tune::{self, Candidate, QualityParameter, Tuned, Tuner};
 
 /// Steps without which there is nothing to choose: two for coarse images, one to compare with.
 const LEAST: u8 = 3;
@@ -38,7 +36,7 @@ impl Engine {
         let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
         let tuner = tuner.ok_or(Error::Black)?;
         let candidates = tuner.candidates(until)?;
-        let Some(choice) = tune::choice(&candidates, until) else {
+        let Some(choice) = tuner::choice(&candidates, until) else {
             return Err(out_of_reach(&candidates, until, reference));
         };
         let preview = self.show().preview.clone();
@@ -52,7 +50,7 @@ impl Engine {
             reference,
             sources: self.sources(),
             steps: tuner.steps().to_vec(),
-            choices: tune::front(&candidates),
+            choices: tuner::front(&candidates),
             choice,
             as_it_stands,
             keys: self.key_formats(&playback, tone)?,

@@ -24,13 +24,13 @@ use std::borrow::Borrow;
 
 use serde::Serialize;
 
+use super::playback::KeyFormat;
+use super::{Machine, Trial};
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
 use crate::pool::is_within;
-use crate::study::playback::KeyFormat;
-use crate::study::{Machine, Trial};
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
 
@@ -276,7 +276,7 @@ impl Tuner {
             true => (self.steps[way.steps[1]].error, 0.0),
             false => (
                 self.error(way, known)?,
-                way.trial.foretold(known)?.predicted,
+                way.trial.predicted(known)?.predicted,
             ),
         };
         let number = |step: usize| self.steps[step].quality;
