@@ -41,7 +41,7 @@ use crate::show::Show;
 use crate::units::Time;
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
-pub use self::compile::Compiled;
+pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::Error;
 pub use self::forecast::{Forecast, NextImage};
@@ -51,7 +51,7 @@ pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, Refined, Step, Warning};
 pub use self::session::Session;
-pub use self::versions::{Serving, Version};
+pub use self::versions::Serving;
 
 pub(crate) use self::limit::TimedCall;
 

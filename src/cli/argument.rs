@@ -122,7 +122,8 @@ pub enum Task {
     Verb { show: String, call: Call },
 }
 
-/// Commands that are no verbs: the prompt, and those that take files in place of a show to open.
+// Commands that are no verbs: the prompt, and those that take files in place of a show to open. A
+// doc comment here would be the program's description.
 #[derive(Debug, Subcommand)]
 pub enum OwnCommand {
     /// open the prompt on a show
@@ -130,7 +131,7 @@ pub enum OwnCommand {
         Example:\n  footlight repl show.lxq\n  \
         footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save")]
     Repl {
-        #[arg(value_name = "SHOW", help = SHOW)]
+        #[arg(id = "SHOW", help = SHOW)]
         show: Option<String>,
         #[arg(short = 'c', value_name = "LINE", help = LINE)]
         commands: Vec<String>,
@@ -139,7 +140,7 @@ pub enum OwnCommand {
     #[command(after_help = "Example:\n  footlight fmt show.lxq\n  footlight fmt --check *.lxq")]
     Fmt {
         /// The shows' files (.lxq), written in place
-        #[arg(value_name = "FILE", required = true)]
+        #[arg(id = "FILE", value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
         /// Write nothing; exit with 1 when a file is laid out otherwise
         #[arg(long)]
@@ -152,7 +153,7 @@ pub enum OwnCommand {
     )]
     Diff {
         /// The older and the newer file; or the seven words of git's diff drivers
-        #[arg(value_name = "FILE", required = true)]
+        #[arg(id = "FILE", value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
         /// draw the changed curves as a .png or an .svg
         #[arg(long, short, value_name = "FILE")]
@@ -162,7 +163,7 @@ pub enum OwnCommand {
     #[command(after_help = "Example:\n  footlight explain E012")]
     Explain {
         /// Such as E012
-        #[arg(value_name = "CODE")]
+        #[arg(id = "CODE")]
         code: String,
     },
     /// show every save of a file that is edited elsewhere: mistakes, changes, the picture
@@ -175,7 +176,7 @@ pub enum OwnCommand {
     #[command(after_help = "Example:\n  footlight completions bash > footlight.bash")]
     Completions {
         /// The shell
-        #[arg(value_name = "SHELL")]
+        #[arg(id = "SHELL")]
         shell: clap_complete::Shell,
     },
 }

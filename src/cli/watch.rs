@@ -20,7 +20,7 @@ const LONG: usize = 25;
 #[derive(Clone, Debug, clap::Args)]
 pub struct Watched {
     /// The show's file (.lxq)
-    #[arg(value_name = "SHOW")]
+    #[arg(id = "SHOW")]
     pub show: String,
     /// the moment to show (default: where the light changed most)
     #[arg(long, value_name = "TIME")]

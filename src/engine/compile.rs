@@ -55,15 +55,17 @@ fn joined(sources: &Sources) -> String {
     sources.texts().collect::<Vec<_>>().join("\n")
 }
 
-/// A text that parses and whose curves are sound, before the files of its stage are read.
-pub(super) struct Parsed {
+/// A text with its curves, without what its stage needs.
+pub struct Version {
+    /// The model.
     pub show: Show,
-    pub spans: SpanMap,
+    /// The curves.
     pub timeline: Timeline,
-    pub diagnostics: Diagnostics,
+    pub(super) spans: SpanMap,
+    diagnostics: Diagnostics,
 }
 
-impl Parsed {
+impl Version {
     /// The text with all that it includes.
     pub fn text(&self) -> String {
         joined(&self.diagnostics.sources)
@@ -71,13 +73,13 @@ impl Parsed {
 }
 
 /// Parses a text and computes its curves.
-pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Parsed, Error> {
+pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Version, Error> {
     let (parsed, mut diagnostics) = read(source, cache);
     if let (Some(show), false) = (parsed.show, diagnostics.has_errors()) {
         let checked = check::check(&show, &parsed.spans);
         diagnostics.list.extend(checked.diagnostics);
         if let (Some(timeline), false) = (checked.timeline, diagnostics.has_errors()) {
-            return Ok(Parsed {
+            return Ok(Version {
                 show,
                 spans: parsed.spans,
                 timeline,

@@ -25,8 +25,8 @@ impl Comparison {
     pub fn new(old: Version, new: Version) -> Comparison {
         let (a, b) = (old.text(), new.text());
         let difference = sheet::difference(
-            version(&a, old.show(), old.timeline()),
-            version(&b, new.show(), new.timeline()),
+            version(&a, &old.show, &old.timeline),
+            version(&b, &new.show, &new.timeline),
         );
         Comparison {
             difference,
@@ -48,28 +48,28 @@ impl Comparison {
 
     /// The changed curves, the old ones dashed, as a file.
     pub fn chart(&self, path: &Path) -> Result<Vec<u8>, Error> {
-        let old = self.old.show().coordinates();
+        let old = self.old.show.coordinates();
         let mut rows = Vec::new();
-        for (i, coordinate) in self.new.show().coordinates().into_iter().enumerate() {
+        for (i, coordinate) in self.new.show.coordinates().into_iter().enumerate() {
             let changed = |c: &CurveChange| c.name == coordinate.name;
             let before = old.iter().position(|c| c.name == coordinate.name);
             if let Some(k) = before.filter(|_| self.difference.curves.iter().any(changed)) {
                 rows.push(chart::Row {
-                    points: points(self.new.timeline(), i),
-                    before: points(self.old.timeline(), k),
+                    points: points(&self.new.timeline, i),
+                    before: points(&self.old.timeline, k),
                     colour: hue(&coordinate),
                     name: coordinate.name,
                     ..chart::Row::default()
                 });
             }
         }
-        let (a, b) = (self.old.timeline(), self.new.timeline());
+        let (a, b) = (&self.old.timeline, &self.new.timeline);
         let curves = chart::Curves {
-            title: format!("{}: what changed (before: dashed)", self.new.show().title),
+            title: format!("{}: what changed (before: dashed)", self.new.show.title),
             start: a.start().min(b.start()).seconds(),
             end: a.end().max(b.end()).seconds(),
             rows,
-            cues: cues_in_time(self.new.show(), b),
+            cues: cues_in_time(&self.new.show, b),
             ..chart::Curves::default()
         };
         format::drawing(&chart::curves(&curves, Theme::Dark), 1.0, path)

@@ -41,8 +41,10 @@ pub struct Trial {
 /// What is shown instead of the truth: the error of light L is (K - a·D)·H·L.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    rest: Matrix,
-    extrapolation: f64,
+    /// H: what coarse pictures show of each source's light.
+    pub(super) rest: Matrix,
+    /// a
+    pub(super) extrapolation: f64,
 }
 
 impl Shown {
@@ -56,16 +58,6 @@ impl Shown {
             rest: Matrix::identity(n, n) - s * c,
             extrapolation,
         }
-    }
-
-    /// H: what coarse pictures show of each source's light.
-    pub(super) fn rest(&self) -> &Matrix {
-        &self.rest
-    }
-
-    /// a
-    pub(super) fn extrapolation(&self) -> f64 {
-        self.extrapolation
     }
 }
 

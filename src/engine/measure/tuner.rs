@@ -315,7 +315,7 @@ impl Tuner {
     fn error(&self, way: &Way, settings: &[Vec<f64>]) -> Result<f64, PlanError> {
         let [cheap, fine, refined] = way.steps;
         let shown = way.trial.shown(settings)?;
-        let (rest, a) = (shown.rest(), shown.extrapolation());
+        let (rest, a) = (&shown.rest, shown.extrapolation);
         let n = self.sources();
         let taken = Matrix::identity(n, n) - rest;
         let last = self.steps.len() - 1;

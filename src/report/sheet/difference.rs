@@ -264,14 +264,19 @@ fn times(old: &Timeline, k: usize, new: &Timeline, i: usize) -> Option<String> {
     let moved = now.go - was.go;
     let clocked = moved.micros() == 0;
     (!clocked).then(|| {
-        let by = number(moved.seconds().abs());
-        let way = if moved.micros() > 0 {
-            "later"
-        } else {
-            "earlier"
-        };
+        let (by, way) = shift(moved);
         format!("GO {} -> {} ({by} s {way})", clock(was.go), clock(now.go))
     })
+}
+
+/// Seconds of a move in time, and its direction.
+fn shift(moved: Time) -> (String, &'static str) {
+    let way = if moved.micros() > 0 {
+        "later"
+    } else {
+        "earlier"
+    };
+    (number(moved.seconds().abs()), way)
 }
 
 fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> {
@@ -321,13 +326,7 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
     };
     let mut out = Vec::new();
     if was.delay != now.delay {
-        let moved = now.delay - was.delay;
-        let way = if moved.micros() > 0 {
-            "later"
-        } else {
-            "earlier"
-        };
-        let by = number(moved.seconds().abs());
+        let (by, way) = shift(now.delay - was.delay);
         out.push(format!("{which}moved by {by} s, {way}"));
     }
     for (word, was, now) in [("up", was.up, now.up), ("down", was.down, now.down)] {
