@@ -1,6 +1,6 @@
 //! The prompt without a terminal: a line is parsed, done by the engine, and reported.
 //!
-//! A [`Repl`] holds an engine and what a hand does at a desk. Declarations typed at the prompt are
+//! A [`Repl`] holds an engine and the live control of its show. Declarations typed at the prompt are
 //! edits of the show's text; verbs stand in one table ([`VERBS`]), each with its function. Words
 //! for a person go into a [`Reply`]; nothing is printed here.
 

@@ -207,14 +207,15 @@ fn true_errors(engine: &Engine, known: &mut Option<Truth>) -> Result<Errors, Err
     let units = rendering.units();
     let quality = engine.refined_step();
     let same = |t: &Truth| t.quality == quality && t.setup == rendering.setup;
-    if !known.as_ref().is_some_and(same) {
-        *known = Some(Truth {
+    let truth = match known.take().filter(same) {
+        Some(truth) => truth,
+        None => Truth {
             setup: rendering.setup.clone(),
             quality,
             images: engine.render_alone(&units, quality)?.0,
-        });
-    }
-    let truth = known.as_ref().map_or(&[][..], |t| t.images.as_slice());
+        },
+    };
+    let truth = &known.insert(truth).images;
     // The preview is linear: what it shows of each source alone is all of it.
     let work = engine.host.work();
     let mut shown = Vec::new();

@@ -272,19 +272,13 @@ impl Engine {
         let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
         check_memory("every source at three qualities", needed, self.host.memory)?;
         let mut seconds = Seconds::default();
-        let mut coarse = Vec::new();
-        for quality in [cheap, fine] {
-            let (images, [prepare, render]) = self.render_alone(&units, quality)?;
-            seconds.coarse[1] += prepare + render;
-            coarse.push(images);
-        }
+        let (coarser, took) = self.render_alone(&units, cheap)?;
+        let (coarse, also) = self.render_alone(&units, fine)?;
+        seconds.coarse[1] = took.iter().chain(&also).sum();
         let mut refined: Vec<Image> = Vec::new();
         let mut keep = |image| refined.push(image);
         (_, seconds.alone) = self.one_by_one("sources alone", &units, &mut keep)?;
-        let [coarser, coarse] = coarse.as_slice() else {
-            return Err(Error::NoSetup);
-        };
-        let trial = Trial::new(keys, [coarser, coarse, &refined], self.host.threads);
+        let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.threads);
         Ok((trial.ok_or(Error::NoBanks)?, seconds))
     }
 

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use super::tuner::{self, Candidate, QualityParameter, Tuned, Tuner};
+use super::tuner::{self, Candidate, StepCost, Tuned, Tuner};
 use crate::engine::{Engine, Error};
 use crate::lang;
 use crate::picture::Image;
@@ -94,7 +94,7 @@ impl Engine {
         &mut self,
         finest: u8,
         budget: Option<f64>,
-    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<QualityParameter>), Error> {
+    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<StepCost>), Error> {
         let begin = self.now();
         let (mut pictures, mut steps) = (Vec::new(), Vec::new());
         // Seconds measured, and what was predicted for the same.
@@ -113,13 +113,13 @@ impl Engine {
             if over && quality > LEAST {
                 break;
             }
-            let (images, expense) = self.measure_step(quality)?;
-            if let Some(expense) = expense {
-                pace[0] += expense.fixed + expense.picture * self.sources() as f64;
+            let (images, cost) = self.measure_step(quality)?;
+            if let Some(cost) = cost {
+                pace[0] += cost.fixed + cost.picture * self.sources() as f64;
                 pace[1] += whole;
             }
             pictures.push(images);
-            steps.push(expense.unwrap_or(predicted));
+            steps.push(cost.unwrap_or(predicted));
         }
         // The others are not needed for coarse or refined pictures.
         let ([cheap, fine], refined) = (self.coarse_steps(), self.refined_step().0);
@@ -139,10 +139,7 @@ impl Engine {
     }
 
     /// The pictures of a step; also its seconds where all were rendered, from nothing prepared.
-    fn measure_step(
-        &mut self,
-        quality: u8,
-    ) -> Result<(Vec<Arc<Image>>, Option<QualityParameter>), Error> {
+    fn measure_step(&mut self, quality: u8) -> Result<(Vec<Arc<Image>>, Option<StepCost>), Error> {
         let (host, image_cache) = (&self.host, &mut self.image_cache);
         let clock = host.clock.as_ref();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
@@ -160,21 +157,21 @@ impl Engine {
         let operator = rendering.operator(host.renderer.as_ref(), step, host.work())?;
         operator.render(&[vec![1.0; sources]], host.work())?;
         let picture = clock.seconds() - begin;
-        let expense = QualityParameter {
+        let cost = StepCost {
             quality,
             fixed: (all - picture * sources as f64).max(0.0),
             picture,
             measured: true,
             error: 0.0,
         };
-        Ok((images, Some(expense)))
+        Ok((images, Some(cost)))
     }
 
     /// What the operator says of a step, in its own unit.
-    fn predicted_step(&self, quality: u8) -> Result<QualityParameter, Error> {
+    fn predicted_step(&self, quality: u8) -> Result<StepCost, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = rendering.cost(self.host.renderer.as_ref(), Quality(quality));
-        Ok(QualityParameter {
+        Ok(StepCost {
             quality,
             fixed: cost.prepare + cost.per_source * self.sources() as f64,
             picture: cost.per_image,

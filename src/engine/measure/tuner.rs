@@ -36,7 +36,7 @@ use crate::work::{Cancelled, Work};
 
 /// What a step of quality takes on this show and machine.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct QualityParameter {
+pub struct StepCost {
     /// The step.
     pub quality: u8,
     /// Seconds before and beside the pictures: preparation, and every source lit once.
@@ -81,7 +81,7 @@ pub struct Tuned {
     /// How many sources a step renders alone.
     pub sources: usize,
     /// What each step takes and leaves.
-    pub steps: Vec<QualityParameter>,
+    pub steps: Vec<StepCost>,
     /// What is worth considering: nothing quicker is better. The quickest first.
     pub choices: Vec<Candidate>,
     /// The one that is taken.
@@ -104,7 +104,7 @@ pub struct Tuner {
     norm: f64,
     /// Scalar products of all Δ, cheapest step first, and of T in the last place.
     gram: Matrix,
-    steps: Vec<QualityParameter>,
+    steps: Vec<StepCost>,
 }
 
 /// A coarse pair and a refined step, and the settings to refine in their order.
@@ -121,7 +121,7 @@ impl Tuner {
     pub fn new<I: Borrow<Image>>(
         keys: KeySequence,
         pictures: &[Vec<I>],
-        steps: Vec<QualityParameter>,
+        steps: Vec<StepCost>,
         work: Work<'_>,
     ) -> Result<Option<Tuner>, Cancelled> {
         let sources = keys.coordinates();
@@ -166,7 +166,7 @@ impl Tuner {
     }
 
     /// What each step takes and leaves.
-    pub fn steps(&self) -> &[QualityParameter] {
+    pub fn steps(&self) -> &[StepCost] {
         &self.steps
     }
 
@@ -294,7 +294,7 @@ impl Tuner {
     /// Coarse pictures at both steps; for refined ones what they share and what each takes.
     fn seconds(&self, [cheap, fine, refined]: [usize; 3], pictures: usize) -> f64 {
         let some = |step: usize, count: usize| {
-            let QualityParameter { fixed, picture, .. } = self.steps[step];
+            let StepCost { fixed, picture, .. } = self.steps[step];
             fixed + picture * count as f64
         };
         let coarse = some(cheap, self.sources());

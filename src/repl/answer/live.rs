@@ -1,4 +1,4 @@
-//! What a hand does at a desk.
+//! Live control: moves in time, levels that are tried, blind edits.
 
 use super::{picture, usage};
 use crate::engine::{self, Moves};

@@ -35,7 +35,7 @@ pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let forecast = repl.engine.measure_quality(call.has("measure"))?;
     match call.has("json") {
         true => Reply::json(&forecast),
-        false => Ok(Reply::text(report::forecast::describe(&forecast))),
+        false => Ok(Reply::text(report::quality::describe(&forecast))),
     }
 }
 

@@ -106,36 +106,21 @@ impl TrackSheet {
 /// The track sheet of a show. Levels track by what is written, whether or not a fade is later
 /// interrupted; the fixed lights are left out.
 pub fn track_sheet(show: &Show) -> TrackSheet {
-    let mut first = 0;
-    let mut tracks: Vec<Track<'_>> = Vec::with_capacity(show.banks.len());
-    for bank in &show.banks {
-        let coordinates = vec![Tracked::default(); if bank.rgb { 3 } else { 1 }];
-        first += coordinates.len();
-        tracks.push(Track {
-            bank,
-            first: first - coordinates.len(),
-            coordinates,
-            used: false,
-        });
-    }
-    let numbered = show
-        .cues
-        .iter()
-        .map(|c| (c.number.to_string(), c.label.clone()));
-    let cells = show.cues.iter().map(|cue| {
+    let banks = show.banks.iter().zip(level::first_coordinates(show));
+    let mut tracks: Vec<Track<'_>> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
+    let mut out = TrackSheet {
+        cues: Vec::with_capacity(show.cues.len()),
+        banks: show.banks.iter().map(|b| b.name.clone()).collect(),
+        cells: Vec::with_capacity(show.cues.len()),
+    };
+    for cue in &show.cues {
         let moves = cue.parts.iter().flat_map(|part| &part.moves);
         let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
-        tracks
-            .iter_mut()
-            .map(|track| track.cell(cue, &moved))
-            .collect()
-    });
-    let cells = cells.collect();
-    TrackSheet {
-        cues: numbered.collect(),
-        banks: show.banks.iter().map(|b| b.name.clone()).collect(),
-        cells,
+        let cells = tracks.iter_mut().map(|track| track.cell(cue, &moved));
+        out.cells.push(cells.collect());
+        out.cues.push((cue.number.to_string(), cue.label.clone()));
     }
+    out
 }
 
 /// A bank between cues.
@@ -159,7 +144,16 @@ struct Tracked {
     restore: bool,
 }
 
-impl Track<'_> {
+impl<'s> Track<'s> {
+    fn new(bank: &'s Bank, first: usize) -> Track<'s> {
+        Track {
+            bank,
+            first,
+            coordinates: vec![Tracked::default(); if bank.rgb { 3 } else { 1 }],
+            used: false,
+        }
+    }
+
     /// The bank's level after a cue, and how it came to it; `moved` has the cue's motions by
     /// coordinate.
     fn cell(&mut self, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
