@@ -21,7 +21,7 @@ use crate::diagnostic::Style;
 use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::lang;
 use crate::report::film::{Canvas, Pipe, Shown};
-use crate::report::sheet::Difference;
+use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
 
 pub use self::call::Call;
@@ -377,7 +377,8 @@ impl Repl {
         let old = self.engine.document().compiled();
         let edited = self.engine.replace(text)?;
         self.live.follow(self.engine.document());
-        let difference = versions::difference(&old, &self.engine.document().compiled());
+        let difference =
+            sheet::difference(&old.version, &self.engine.document().compiled().version);
         let text = match versions::describe(&difference, None) {
             text if text.is_empty() => self.describe_edit(&edited, before),
             text => text,

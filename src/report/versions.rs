@@ -6,9 +6,7 @@ use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, Difference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
-use crate::engine::{Compiled, Serving, Version};
-use crate::show::Show;
-use crate::timeline::Timeline;
+use crate::engine::{Serving, Version};
 
 /// Two versions of a show, and what changed from the first to the second.
 pub struct Comparison {
@@ -23,13 +21,8 @@ pub struct Comparison {
 impl Comparison {
     /// Compares two versions.
     pub fn new(old: Version, new: Version) -> Comparison {
-        let (a, b) = (old.text(), new.text());
-        let difference = sheet::difference(
-            version(&a, &old.show, &old.timeline),
-            version(&b, &new.show, &new.timeline),
-        );
         Comparison {
-            difference,
+            difference: sheet::difference(&old, &new),
             old,
             new,
             serving: None,
@@ -79,23 +72,6 @@ impl Comparison {
 impl std::fmt::Debug for Comparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.difference.fmt(f)
-    }
-}
-
-/// What changed from one state of a document to another.
-pub fn difference(old: &Compiled, new: &Compiled) -> Difference {
-    let (before, after) = (old.text(), new.text());
-    sheet::difference(
-        version(&before, &old.show, &old.timeline),
-        version(&after, &new.show, &new.timeline),
-    )
-}
-
-fn version<'v>(text: &'v str, show: &'v Show, timeline: &'v Timeline) -> sheet::Version<'v> {
-    sheet::Version {
-        text,
-        show,
-        timeline,
     }
 }
 

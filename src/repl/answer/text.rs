@@ -8,7 +8,7 @@ use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
 use crate::report::sheet;
 use crate::report::table::Table;
-use crate::report::versions::{self, Comparison};
+use crate::report::versions::Comparison;
 use crate::report::words::count;
 use crate::report::{self, document};
 
@@ -55,7 +55,7 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
         repl.engine.redo()?;
     }
     let document = repl.engine.document();
-    let difference = versions::difference(&old, &document.compiled());
+    let difference = sheet::difference(&old.version, &document.compiled().version);
     let changes = difference.changes.iter();
     let mut text: String = changes.map(|change| format!("{change}\n")).collect();
     text.push_str(&document::headline(document));
