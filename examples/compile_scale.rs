@@ -23,12 +23,12 @@ mod results;
 
 use cue_sheet::{Size, cue_sheet};
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight::engine::measure::{Machine, Origin};
 use footlight::engine::{Engine, Host};
 use footlight::files::processor;
 use footlight::lang::edit::Edit;
 use footlight::plan::{Plan, Weighting};
 use footlight::report::{Kind, Quantity, Record, words};
-use footlight::study::{Machine, Origin};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;

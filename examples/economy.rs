@@ -5,7 +5,7 @@
 //!
 //! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised
 //! by time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors
-//! are exact, against every source refined ([`footlight::study::Trial`]). Three operators:
+//! are exact, against every source refined ([`footlight::engine::measure::Trial`]). Three operators:
 //! radiosity as it is shipped, its seconds measured here; and two outside renderers whose pictures
 //! share no work, at the paper's costs, of which one renders negative light in the same run and one
 //! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
@@ -19,12 +19,12 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use footlight::engine::measure::quality::Seconds;
+use footlight::engine::measure::{Machine, Origin, Shown, Trial};
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
 use footlight::plan::Metric;
 use footlight::report::{Kind, Quantity, Record, words};
-use footlight::study::forecast::Seconds;
-use footlight::study::{Machine, Origin, Shown, Trial};
 use projection::keys_alike;
 
 /// Shares of the start's error.

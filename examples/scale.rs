@@ -21,11 +21,11 @@ mod results;
 mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight::engine::measure::{Machine, Origin};
 use footlight::files::processor;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Transport};
 use footlight::report::{Kind, Quantity, Record};
-use footlight::study::{Machine, Origin};
 use footlight::work::{Silent, Work};
 use rooms::room;
 use std::path::Path;

@@ -6,8 +6,8 @@
 mod argument;
 mod drawing;
 mod editor;
-mod paper;
 mod prompt;
+mod reports;
 mod screen;
 mod watch;
 
@@ -27,8 +27,9 @@ use crate::repl::{Call, Console, Error, Repl};
 use crate::report::explain::explain;
 use crate::report::film::Pipe;
 
-use self::argument::{Arguments, Task};
+use self::argument::{OwnCommand, Settings, Task};
 use self::prompt::Threads;
+use self::reports::Versions;
 use self::screen::Screen;
 
 /// The exit code of what the user stopped.
@@ -37,8 +38,8 @@ const STOPPED: u8 = 130;
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
 /// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user.
 pub fn main() -> ExitCode {
-    let arguments = match argument::parse(std::env::args_os()) {
-        Ok(arguments) => arguments,
+    let (settings, task) = match argument::parse(std::env::args_os()) {
+        Ok(parsed) => parsed,
         Err(error) => {
             // Help goes to standard output, mistakes to standard error; both may be closed.
             let _ = error.print();
@@ -50,8 +51,8 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
         }
     };
-    let screen = Screen::new(arguments.quiet, arguments.format, arguments.kitty);
-    let code = match serve(&arguments, &screen) {
+    let screen = Screen::new(settings.quiet, settings.format(), settings.kitty);
+    let code = match serve(&task, &settings, &screen) {
         Ok(code) => code,
         Err(error) => screen.fail(&error),
     };
@@ -70,46 +71,43 @@ fn sole_show(mut words: impl Iterator<Item = OsString>) -> Option<String> {
     word.ends_with(".lxq").then_some(word)
 }
 
-fn serve(arguments: &Arguments, screen: &Screen) -> Result<u8, Error> {
-    match &arguments.task {
+fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
+    let own = match task {
+        Task::Own(own) => own,
         Task::Verb { show, call } => {
             show_comes_first(show, call)?;
-            let mut repl = open(Some(show), arguments, screen)?;
+            let mut repl = open(Some(show), settings, screen)?;
             let reply = repl.call(call)?;
             screen.reply(&reply);
-            Ok(if reply.stopped { STOPPED } else { 0 })
+            return Ok(if reply.stopped { STOPPED } else { 0 });
         }
-        Task::Format { files, check } => paper::format(files, *check),
-        Task::Difference {
-            files,
-            output,
-            of_git,
-        } => {
-            // Git's files are copies elsewhere; the stage and the pictures are beside the original.
-            let [_, new] = files;
-            let path = of_git.clone().unwrap_or_else(|| new.display().to_string());
-            let host = host(Some(&path), arguments, screen);
-            paper::difference(files, output.as_deref(), of_git.as_deref(), (&host, screen))
+    };
+    match own {
+        OwnCommand::Fmt { files, check } => reports::format(files, *check),
+        OwnCommand::Diff { files, output } => {
+            let versions = Versions::of(files)?;
+            let host = host(Some(&versions.name()), settings, screen);
+            reports::difference(&versions, output.as_deref(), (&host, screen))
         }
-        Task::Watch(watched) => watch::watch(watched, screen, || {
-            open(Some(&watched.show), arguments, screen)
+        OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
+            open(Some(&watched.show), settings, screen)
         }),
-        Task::Completions { shell } => {
+        OwnCommand::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut argument::command(), "footlight", &mut script);
             print(&String::from_utf8_lossy(&script));
             Ok(0)
         }
-        Task::Explain { code } => {
+        OwnCommand::Explain { code } => {
             print(&explain(code)?);
             Ok(0)
         }
-        Task::Prompt { show, commands } => {
+        OwnCommand::Repl { show, commands } => {
             let (wake, events) = channel();
             let background: Box<dyn Background> = Box::new(Threads::new(wake.clone()));
             let host = Host {
                 background: Some(background),
-                ..host(show.as_deref(), arguments, screen)
+                ..host(show.as_deref(), settings, screen)
             };
             let mut repl = load(show.as_deref(), host, screen)?;
             if !commands.is_empty() {
@@ -140,16 +138,16 @@ fn show_comes_first(show: &str, call: &Call) -> Result<(), Error> {
 }
 
 /// The terminal's means, for the show at `path` (`-`: standard input; none: an empty show).
-fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
+fn host(path: Option<&str>, settings: &Settings, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != "-").map(Path::new);
     let folder = file.map_or(Path::new("."), folder_of);
-    let renderer: Arc<dyn Transport> = match &arguments.renderer {
+    let renderer: Arc<dyn Transport> = match settings.renderer() {
         None => Arc::new(Radiosity),
         Some(call) => {
             let show = path.filter(|p| *p != "-").map(std::path::absolute);
             Arc::new(Outside::new(outside::Call {
                 show: show.and_then(Result::ok),
-                ..call.clone()
+                ..call
             }))
         }
     };
@@ -159,18 +157,18 @@ fn host(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Host {
         store: Box::new(Disk),
         clock: Box::new(Monotonic::default()),
         progress: screen.progress(),
-        threads: arguments.threads,
-        memory: arguments.memory,
-        time: arguments.time_limit,
+        threads: settings.threads(),
+        memory: settings.memory(),
+        time: settings.time_limit,
         processor: files::processor(),
-        pool: pool_place(path, folder, arguments),
+        pool: pool_place(path, folder, settings),
         background: None,
     }
 }
 
 /// Opens a show with the terminal's means.
-fn open(path: Option<&str>, arguments: &Arguments, screen: &Screen) -> Result<Repl, Error> {
-    load(path, host(path, arguments, screen), screen)
+fn open(path: Option<&str>, settings: &Settings, screen: &Screen) -> Result<Repl, Error> {
+    load(path, host(path, settings, screen), screen)
 }
 
 fn load(path: Option<&str>, host: Host, screen: &Screen) -> Result<Repl, Error> {
@@ -210,8 +208,8 @@ fn folder_of(file: &Path) -> &Path {
 }
 
 /// Where pictures are stored: where the user says, else beside the show's file.
-fn pool_place(show: Option<&str>, folder: &Path, arguments: &Arguments) -> Option<PoolPlace> {
-    let folder = match &arguments.pool {
+fn pool_place(show: Option<&str>, folder: &Path, settings: &Settings) -> Option<PoolPlace> {
+    let folder = match &settings.pool {
         Some(said) if said.as_os_str() == "off" => return None,
         Some(said) => said.clone(),
         None if matches!(show, None | Some("-")) => return None,
@@ -219,7 +217,7 @@ fn pool_place(show: Option<&str>, folder: &Path, arguments: &Arguments) -> Optio
     };
     Some(PoolPlace {
         folder,
-        limit: arguments.pool_limit,
+        limit: settings.pool_limit(),
     })
 }
 

@@ -15,14 +15,14 @@ mod forecast;
 mod host;
 mod limit;
 mod live;
-mod measure;
+pub mod measure;
 mod plan;
 mod player;
 mod pooled;
 mod refine;
 mod refiner;
 mod rendering;
-mod session;
+pub mod session;
 mod setup;
 mod versions;
 
@@ -41,7 +41,7 @@ use crate::show::Show;
 use crate::units::Time;
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
-pub use self::compile::Compiled;
+pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::Error;
 pub use self::forecast::{Forecast, NextImage};
@@ -50,8 +50,8 @@ pub use self::live::{LiveControl, Moves};
 pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, Refined, Step, Warning};
-pub use self::session::{Command, Session};
-pub use self::versions::{Serving, Version};
+pub use self::session::Session;
+pub use self::versions::Serving;
 
 pub(crate) use self::limit::TimedCall;
 
@@ -434,9 +434,6 @@ impl Engine {
     }
 
     /// Does something within the limit of time, if there is one.
-    ///
-    /// # Errors
-    /// [`Error::OutOfTime`] where it was stopped for that, else its own.
     fn timed<T>(
         &mut self,
         something: impl FnOnce(&mut Engine) -> Result<T, Error>,

@@ -74,11 +74,10 @@
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | base64, multiversion, serde_json |
-//! | 8 | `study` | measurements as typed results: the one measure of error, comparisons, orders of refinement | linalg, renderer, pool, plan, playback, timeline, picture, files, units, work | - |
-//! | 9 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, study, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
-//! | 10 | `report` | typed results as text, tables, sheets, charts, files | engine, study, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
-//! | 11 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, study, lang, plan, playback, picture, chart, show, renderer, diagnostic, files, units | serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
+//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
+//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, files, units | serde_json |
+//! | 11 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -190,10 +189,6 @@ mod scene;
 pub mod show;
 #[cfg(not(feature = "internals"))]
 mod show;
-#[cfg(feature = "internals")]
-pub mod study;
-#[cfg(not(feature = "internals"))]
-mod study;
 #[cfg(feature = "internals")]
 pub mod timeline;
 #[cfg(not(feature = "internals"))]

@@ -1,6 +1,6 @@
 //! The prompt without a terminal: a line is parsed, done by the engine, and reported.
 //!
-//! A [`Repl`] holds an engine and what a hand does at a desk. Declarations typed at the prompt are
+//! A [`Repl`] holds an engine and the live control of its show. Declarations typed at the prompt are
 //! edits of the show's text; verbs stand in one table ([`VERBS`]), each with its function. Words
 //! for a person go into a [`Reply`]; nothing is printed here.
 
@@ -21,7 +21,7 @@ use crate::diagnostic::Style;
 use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::lang;
 use crate::report::film::{Canvas, Pipe, Shown};
-use crate::report::sheet::Difference;
+use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
 
 pub use self::call::Call;
@@ -135,7 +135,7 @@ pub struct Repl {
     /// The user asked to leave with unsaved edits and was warned.
     warned: bool,
     /// Warnings that were given, each once.
-    told: BTreeSet<String>,
+    reported: BTreeSet<String>,
     /// What the next reply reports.
     unheard: Vec<String>,
 }
@@ -162,7 +162,7 @@ impl Repl {
             console,
             refining: String::new(),
             warned: false,
-            told: BTreeSet::new(),
+            reported: BTreeSet::new(),
             unheard: Vec::new(),
         }
     }
@@ -238,7 +238,7 @@ impl Repl {
         let exceeded = call.exceeded();
         drop(call);
         self.live.follow(self.engine.document());
-        let events = self.told_events();
+        let events = self.event_notes();
         self.unheard.extend(events);
         let mut reply = done.map_err(|error| match exceeded {
             Some(seconds) => error.late(seconds),
@@ -269,7 +269,7 @@ impl Repl {
     }
 
     /// What happened, in words.
-    fn told_events(&mut self) -> Vec<String> {
+    fn event_notes(&mut self) -> Vec<String> {
         let events = self.engine.take_events();
         self.in_words(&events)
     }
@@ -288,7 +288,7 @@ impl Repl {
     /// As [`Engine::wait`]; the refinement then goes on.
     pub fn wait(&mut self) -> Result<Vec<String>, Error> {
         self.engine.wait()?;
-        Ok(self.told_events())
+        Ok(self.event_notes())
     }
 
     /// Warnings of the renderer and the store that were not given before.
@@ -297,7 +297,7 @@ impl Repl {
         let mut all: Vec<String> = remarks.iter().map(notes::of_operator).collect();
         all.extend(store.iter().map(notes::of_store));
         all.extend(refine::clamped(&self.engine));
-        all.retain(|warning| self.told.insert(warning.clone()));
+        all.retain(|warning| self.reported.insert(warning.clone()));
         all
     }
 
@@ -357,11 +357,11 @@ impl Repl {
         let before = self.engine.refined();
         let edit = lang::edit::Edit::Declare(declarations.to_owned());
         let edited = self.engine.edit(&edit)?;
-        Ok(Reply::text(self.told_edit(&edited, before)))
+        Ok(Reply::text(self.describe_edit(&edited, before)))
     }
 
     /// What an edit came to, where there were so many refined images before it.
-    fn told_edit(&self, edited: &Edited, before: usize) -> String {
+    fn describe_edit(&self, edited: &Edited, before: usize) -> String {
         let refined = [before, self.engine.refined()];
         let document = self.engine.document();
         document::edited(document, edited, refined, self.console.style)
@@ -377,13 +377,14 @@ impl Repl {
         let old = self.engine.document().compiled();
         let edited = self.engine.replace(text)?;
         self.live.follow(self.engine.document());
-        let difference = versions::difference(&old, &self.engine.document().compiled());
+        let difference =
+            sheet::difference(&old.version, &self.engine.document().compiled().version);
         let text = match versions::describe(&difference, None) {
-            told if told.is_empty() => self.told_edit(&edited, before),
-            told => told,
+            text if text.is_empty() => self.describe_edit(&edited, before),
+            text => text,
         };
         let mut notes = std::mem::take(&mut self.unheard);
-        notes.extend(self.told_events());
+        notes.extend(self.event_notes());
         let reply = Reply {
             notes,
             ..Reply::text(text)

@@ -2,8 +2,8 @@
 
 use crate::dice::Dice;
 use crate::projection::{Projection, keys_alike};
+use footlight::engine::measure::{Order, Shown, Trial};
 use footlight::plan::{Metric, PlanError, Weighting};
-use footlight::study::{Order, Shown, Trial};
 
 /// Refined pictures that previews are tried with.
 const REFINED: usize = 4;
@@ -198,10 +198,10 @@ fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
 
 fn steps(trial: &Trial) -> Result<Vec<Step>, PlanError> {
     let order = trial.order(&trial.weighting(Metric::Error)?)?;
-    let start = trial.foretold(&[])?.truth;
+    let start = trial.predicted(&[])?.truth;
     let mut out = Vec::new();
     for refined in 0..order.len() {
-        let told = trial.foretold(order.get(..refined).unwrap_or(&order))?;
+        let told = trial.predicted(order.get(..refined).unwrap_or(&order))?;
         if told.truth > ROUNDING * start {
             out.push(Step {
                 refined,

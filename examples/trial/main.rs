@@ -58,9 +58,9 @@ use std::path::Path;
 
 use evaluation::{Needed, Previewed, Rule, Verdict, median};
 
+use footlight::engine::measure::Machine;
 use footlight::engine::{Engine, Host};
 use footlight::files::{Folder, Memory};
-use footlight::study::Machine;
 use random_show::random_show;
 use record::record;
 

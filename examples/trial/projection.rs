@@ -10,10 +10,10 @@
     reason = "matrices are indexed by their own shape"
 )]
 
+use footlight::engine::measure::{Shown, Trial};
 use footlight::linalg::{Matrix, svd};
 use footlight::plan::{self, Metric, PlanError, Weighting};
 use footlight::pool::Pool;
-use footlight::study::{Shown, Trial};
 
 /// How a setting is made up of refined images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

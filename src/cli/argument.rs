@@ -1,12 +1,14 @@
-//! The command line, built from the table of verbs: same words, same options.
+//! The command line: settings and commands on files by their types, verbs by their table, so that
+//! these have the same words and options as at the prompt.
 
 use std::ffi::OsString;
 use std::num::NonZero;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::builder::PossibleValuesParser;
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::error::ErrorKind;
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 
 use super::watch::Watched;
 use crate::diagnostic::Style;
@@ -15,215 +17,193 @@ use crate::lang;
 use crate::renderer::outside;
 use crate::repl::{Call, VERBS, VerbSpec};
 
-/// What the command line says.
-#[derive(Debug)]
-pub struct Arguments {
-    /// No progress bars and no pictures in the terminal.
+const SHOW: &str = "The show's file (.lxq); `-` reads standard input";
+const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
+
+// What holds for every command, and the lines to run where there is none. A doc comment here would
+// be the program's description.
+#[derive(Debug, Args)]
+pub struct Settings {
+    /// No progress bars and no pictures in the terminal
+    #[arg(long, global = true)]
     pub quiet: bool,
-    /// The terminal supports Kitty's graphics protocol.
+    /// Draw pictures in the terminal by Kitty's graphics protocol
+    #[arg(long, global = true)]
     pub kitty: bool,
-    /// How diagnostics are rendered; [`Style::Plain`] turns into colours on a terminal.
-    pub format: Style,
-    /// Threads to use.
-    pub threads: usize,
-    /// Bytes that rendering may hold.
-    pub memory: usize,
-    /// The longest that a command may take.
+    /// How mistakes and warnings are told (default: text); `short`, a line each, and `json` go to
+    /// standard output
+    #[arg(long, global = true, value_name = "FORMAT")]
+    #[arg(value_parser = PossibleValuesParser::new(["text", "short", "json"]).map(style))]
+    format: Option<Style>,
+    /// Threads to use (default: all cores); results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    #[arg(value_parser = value_parser!(u16).range(1..=256).map(usize::from))]
+    threads: Option<usize>,
+    /// Megabytes that rendering may hold (default: 4096)
+    #[arg(long, global = true, value_name = "MB")]
+    #[arg(value_parser = value_parser!(u32).range(64..=1_000_000).map(|mb| (mb as usize) << 20))]
+    memory: Option<usize>,
+    /// Longest that a command, or a line of the prompt, may take: `30s`, `5:00` (default: none);
+    /// pictures finished by then are kept
+    #[arg(long, global = true, value_name = "TIME", value_parser = time_limit)]
     pub time_limit: Option<Duration>,
-    /// The renderer to use in place of the program's own.
-    pub renderer: Option<outside::Call>,
-    /// The folder for pictures; `None` beside the show.
+    /// Program that renders in place of this one's own radiosity: 'python3 render.py {settings}
+    /// {output}'
+    #[arg(long, global = true, value_name = "COMMAND")]
+    #[arg(value_parser = |line: &str| outside::Call::parse(line).map_err(|e| e.to_string()))]
+    renderer: Option<outside::Call>,
+    /// Seconds that it may take for one picture (default: 600)
+    #[arg(long, global = true, value_name = "SECONDS")]
+    #[arg(value_parser = value_parser!(u32).range(1..=1_000_000))]
+    renderer_timeout: Option<u32>,
+    /// Its steps of quality (default: 1, it has no scale)
+    #[arg(long, global = true, value_name = "N", value_parser = value_parser!(u8).range(1..=5))]
+    renderer_steps: Option<u8>,
+    /// Folder that keeps pictures (default: .footlight beside the show; `off`: none)
+    #[arg(long, global = true, value_name = "DIR")]
     pub pool: Option<PathBuf>,
-    /// Bytes that pictures may take there.
-    pub pool_limit: u64,
-    /// What to do.
-    pub task: Task,
+    /// Megabytes kept there, least recently used dropped first (default: 2000)
+    #[arg(long, global = true, value_name = "MB")]
+    #[arg(value_parser = value_parser!(u32).range(1..).map(|mb| u64::from(mb) * 1_000_000))]
+    pool_limit: Option<u64>,
+    #[arg(short = 'c', value_name = "LINE", help = LINE)]
+    commands: Vec<String>,
+}
+
+impl Settings {
+    /// How diagnostics are rendered; [`Style::Plain`] turns into colours on a terminal.
+    pub fn format(&self) -> Style {
+        self.format.unwrap_or(Style::Plain)
+    }
+
+    /// Threads to use.
+    pub fn threads(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, NonZero::get);
+        self.threads.unwrap_or_else(all)
+    }
+
+    /// Bytes that rendering may hold.
+    pub fn memory(&self) -> usize {
+        self.memory.unwrap_or(4 << 30)
+    }
+
+    /// Bytes that pictures may take in their folder.
+    pub fn pool_limit(&self) -> u64 {
+        self.pool_limit.unwrap_or(POOL_LIMIT)
+    }
+
+    /// The renderer to use in place of the program's own.
+    pub fn renderer(&self) -> Option<outside::Call> {
+        let mut call = self.renderer.clone()?;
+        if let Some(seconds) = self.renderer_timeout {
+            call.timeout = f64::from(seconds);
+        }
+        if let Some(steps) = self.renderer_steps {
+            call.steps = steps;
+        }
+        Some(call)
+    }
+}
+
+fn style(name: String) -> Style {
+    match name.as_str() {
+        "short" => Style::Short,
+        "json" => Style::Json,
+        _ => Style::Plain,
+    }
 }
 
 /// What to do.
 #[derive(Debug)]
 pub enum Task {
+    /// A command that is no verb.
+    Own(OwnCommand),
     /// One verb on a show.
-    Verb {
-        /// The show's file.
-        show: String,
-        /// The verb.
-        call: Call,
+    Verb { show: String, call: Call },
+}
+
+// Commands that are no verbs: the prompt, and those that take files in place of a show to open. A
+// doc comment here would be the program's description.
+#[derive(Debug, Subcommand)]
+pub enum OwnCommand {
+    /// open the prompt on a show
+    #[command(after_help = "`help` at the prompt lists what can be typed there.\n\n\
+        Example:\n  footlight repl show.lxq\n  \
+        footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save")]
+    Repl {
+        #[arg(id = "SHOW", help = SHOW)]
+        show: Option<String>,
+        #[arg(short = 'c', value_name = "LINE", help = LINE)]
+        commands: Vec<String>,
     },
-    /// Files into their canonical layout.
-    Format {
-        /// The files.
+    /// bring shows into their canonical layout, comments and groups kept
+    #[command(after_help = "Example:\n  footlight fmt show.lxq\n  footlight fmt --check *.lxq")]
+    Fmt {
+        /// The shows' files (.lxq), written in place
+        #[arg(id = "FILE", value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
-        /// Only look.
+        /// Write nothing; exit with 1 when a file is laid out otherwise
+        #[arg(long)]
         check: bool,
     },
-    /// Two versions of a show.
-    Difference {
-        /// The older and the newer file.
-        files: [PathBuf; 2],
-        /// Where the changed curves are drawn.
+    /// what changed between two versions of a show, in cues and in light
+    #[command(
+        after_help = "Exits with 0 when nothing changed, 1 when something did, 2 when it \
+        cannot tell.\n\nExample:\n  footlight diff old.lxq show.lxq -o changes.png"
+    )]
+    Diff {
+        /// The older and the newer file; or the seven words of git's diff drivers
+        #[arg(id = "FILE", value_name = "FILE", required = true)]
+        files: Vec<PathBuf>,
+        /// draw the changed curves as a .png or an .svg
+        #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
-        /// What git calls the file, when it is git that asks: it wants exit code 0.
-        of_git: Option<String>,
     },
-    /// A show that is edited elsewhere.
-    Watch(Watched),
-    /// A script that completes commands in a shell.
-    Completions {
-        /// Which shell.
-        shell: clap_complete::Shell,
-    },
-    /// The page of a code.
+    /// what a message's code means, with a wrong sheet and its correction
+    #[command(after_help = "Example:\n  footlight explain E012")]
     Explain {
-        /// The code.
+        /// Such as E012
+        #[arg(id = "CODE")]
         code: String,
     },
-    /// The prompt, or commands given in its place.
-    Prompt {
-        /// The show's file; none: an empty show.
-        show: Option<String>,
-        /// Lines to run instead of reading any.
-        commands: Vec<String>,
+    /// show every save of a file that is edited elsewhere: mistakes, changes, the picture
+    #[command(
+        after_help = "A mistake leaves the last good show. Ctrl-C ends it.\n\n\
+        Example:\n  footlight watch show.lxq -o now.png"
+    )]
+    Watch(Watched),
+    /// print a script that completes this program's commands in a shell
+    #[command(after_help = "Example:\n  footlight completions bash > footlight.bash")]
+    Completions {
+        /// The shell
+        #[arg(id = "SHELL")]
+        shell: clap_complete::Shell,
     },
 }
 
-/// Reads the arguments.
-///
-/// # Errors
-/// clap's, for help, the version and every mistake.
-pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<Arguments, clap::Error> {
+/// Reads the arguments. Its error is also what help and the version are.
+pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Task), clap::Error> {
     let matches = command().try_get_matches_from(arguments)?;
+    let settings = Settings::from_arg_matches(&matches)?;
     let task = match matches.subcommand() {
-        None => Task::Prompt {
+        None => Task::Own(OwnCommand::Repl {
             show: None,
-            commands: commands(&matches),
-        },
-        Some(("repl", sub)) => Task::Prompt {
-            show: sub.get_one::<String>("SHOW").cloned(),
-            commands: commands(sub),
-        },
-        Some(("fmt", sub)) => Task::Format {
-            files: paths(sub, "FILE"),
-            check: sub.get_flag("check"),
-        },
-        Some(("diff", sub)) => difference(sub)?,
-        Some(("watch", sub)) => {
-            let text = |name: &str| sub.get_one::<String>(name).cloned();
-            Task::Watch(Watched {
-                show: text("SHOW").unwrap_or_default(),
-                at: text("at"),
-                output: text("output"),
-                count: sub.get_one::<u32>("count").copied(),
-            })
+            commands: settings.commands.clone(),
+        }),
+        Some((name, _)) if OwnCommand::has_subcommand(name) => {
+            Task::Own(OwnCommand::from_arg_matches(&matches)?)
         }
-        Some(("completions", sub)) => Task::Completions {
-            shell: sub
-                .get_one::<clap_complete::Shell>("SHELL")
-                .copied()
-                .unwrap_or(clap_complete::Shell::Bash),
-        },
-        Some(("explain", sub)) => Task::Explain {
-            code: sub.get_one::<String>("CODE").cloned().unwrap_or_default(),
-        },
         Some((name, sub)) => {
-            let unknown = || clap::Error::new(clap::error::ErrorKind::InvalidSubcommand);
-            let spec = VERBS.iter().find(|v| v.name == name).ok_or_else(unknown)?;
+            let spec = VERBS.iter().find(|v| v.name == name);
+            let spec = spec.ok_or(clap::Error::new(ErrorKind::InvalidSubcommand))?;
+            let show = sub.get_one::<String>("SHOW");
             Task::Verb {
-                show: sub.get_one::<String>("SHOW").cloned().unwrap_or_default(),
+                show: show.cloned().unwrap_or_default(),
                 call: call(spec, sub),
             }
         }
     };
-    let threads = std::thread::available_parallelism().map_or(1, NonZero::get);
-    Ok(Arguments {
-        quiet: matches.get_flag("quiet"),
-        kitty: matches.get_flag("kitty"),
-        format: match matches.get_one::<String>("format").map(String::as_str) {
-            Some("short") => Style::Short,
-            Some("json") => Style::Json,
-            _ => Style::Plain,
-        },
-        threads: matches
-            .get_one::<u16>("threads")
-            .map_or(threads, |t| usize::from(*t)),
-        memory: matches
-            .get_one::<u32>("memory")
-            .map_or(4 << 30, |m| (*m as usize) << 20),
-        time_limit: matches.get_one::<Duration>("time-limit").copied(),
-        renderer: renderer(&matches),
-        pool: matches.get_one::<PathBuf>("pool").cloned(),
-        pool_limit: matches
-            .get_one::<u32>("pool-limit")
-            .map_or(POOL_LIMIT, |m| u64::from(*m) * 1_000_000),
-        task,
-    })
-}
-
-fn paths(matches: &ArgMatches, name: &str) -> Vec<PathBuf> {
-    matches
-        .get_many::<PathBuf>(name)
-        .into_iter()
-        .flatten()
-        .cloned()
-        .collect()
-}
-
-/// `diff OLD NEW`, or the seven words that git gives a diff driver: the file's name, then for the
-/// old and the new side a file, its hash and its mode.
-fn difference(matches: &ArgMatches) -> Result<Task, clap::Error> {
-    let files = paths(matches, "FILE");
-    let output = matches.get_one::<PathBuf>("output").cloned();
-    let (pair, of_git) = match files.as_slice() {
-        [old, new] => ([old.clone(), new.clone()], None),
-        [name, old, _, _, new, _, _] => {
-            let name = name.display().to_string();
-            ([old.clone(), new.clone()], Some(name))
-        }
-        _ => {
-            let message = "say two files: footlight diff OLD.lxq NEW.lxq\n";
-            return Err(clap::Error::raw(
-                clap::error::ErrorKind::WrongNumberOfValues,
-                message,
-            ));
-        }
-    };
-    Ok(Task::Difference {
-        files: pair,
-        output,
-        of_git,
-    })
-}
-
-fn renderer(matches: &ArgMatches) -> Option<outside::Call> {
-    let mut call = matches.get_one::<outside::Call>("renderer")?.clone();
-    if let Some(seconds) = matches.get_one::<u32>("renderer-timeout") {
-        call.timeout = f64::from(*seconds);
-    }
-    if let Some(steps) = matches.get_one::<u8>("renderer-steps") {
-        call.steps = *steps;
-    }
-    Some(call)
-}
-
-fn renderer_arguments() -> [Arg; 3] {
-    let renderer = |name: &'static str| Arg::new(name).long(name).global(true);
-    [
-        renderer("renderer")
-            .value_name("COMMAND")
-            .value_parser(|line: &str| outside::Call::parse(line).map_err(|e| e.to_string()))
-            .help(
-                "Program that renders in place of this one's own radiosity: \
-                 'python3 render.py {settings} {output}'",
-            ),
-        renderer("renderer-timeout")
-            .value_name("SECONDS")
-            .value_parser(value_parser!(u32).range(1..=1_000_000))
-            .help("Seconds that it may take for one picture (default: 600)"),
-        renderer("renderer-steps")
-            .value_name("N")
-            .value_parser(value_parser!(u8).range(1..=5))
-            .help("Its steps of quality (default: 1, it has no scale)"),
-    ]
+    Ok((settings, task))
 }
 
 /// A time that is not nothing, as shows write them.
@@ -233,15 +213,6 @@ fn time_limit(text: &str) -> Result<Duration, String> {
         Some(micros) => Ok(Duration::from_micros(micros)),
         None => Err("write a time, such as `30s`, `5:00` or `500ms`".to_owned()),
     }
-}
-
-fn commands(matches: &ArgMatches) -> Vec<String> {
-    matches
-        .get_many::<String>("command")
-        .into_iter()
-        .flatten()
-        .cloned()
-        .collect()
 }
 
 fn call(spec: &'static VerbSpec, matches: &ArgMatches) -> Call {
@@ -278,188 +249,10 @@ pub fn command() -> Command {
              footlight check show.lxq\n  \
              footlight run show.lxq --until 2%\n  \
              footlight repl show.lxq -c 'at 1:30' -c 'picture -o evening.png'",
-        )
-        .arg(
-            Arg::new("quiet")
-                .long("quiet")
-                .global(true)
-                .action(ArgAction::SetTrue)
-                .help("No progress bars and no pictures in the terminal"),
-        )
-        .arg(
-            Arg::new("kitty")
-                .long("kitty")
-                .global(true)
-                .action(ArgAction::SetTrue)
-                .help("Draw pictures in the terminal by Kitty's graphics protocol"),
-        )
-        .arg(
-            Arg::new("format")
-                .long("format")
-                .global(true)
-                .value_name("FORMAT")
-                .value_parser(["text", "short", "json"])
-                .help(
-                    "How mistakes and warnings are told (default: text); `short`, a line each, and \
-                     `json` go to standard output",
-                ),
-        )
-        .arg(
-            Arg::new("threads")
-                .long("threads")
-                .global(true)
-                .value_name("N")
-                .value_parser(value_parser!(u16).range(1..=256))
-                .help("Threads to use (default: all cores); results do not depend on it"),
-        )
-        .arg(
-            Arg::new("memory")
-                .long("memory")
-                .global(true)
-                .value_name("MB")
-                .value_parser(value_parser!(u32).range(64..=1_000_000))
-                .help("Megabytes that rendering may hold (default: 4096)"),
-        )
-        .arg(
-            Arg::new("time-limit")
-                .long("time-limit")
-                .global(true)
-                .value_name("TIME")
-                .value_parser(time_limit)
-                .help(
-                    "Longest that a command, or a line of the prompt, may take: `30s`, `5:00` \
-                     (default: none); pictures finished by then are kept",
-                ),
-        )
-        .args(renderer_arguments())
-        .arg(
-            Arg::new("pool")
-                .long("pool")
-                .global(true)
-                .value_name("DIR")
-                .value_parser(value_parser!(PathBuf))
-                .help(
-                    "Folder that keeps pictures (default: .footlight beside the show; `off`: none)",
-                ),
-        )
-        .arg(
-            Arg::new("pool-limit")
-                .long("pool-limit")
-                .global(true)
-                .value_name("MB")
-                .value_parser(value_parser!(u32).range(1..))
-                .help("Megabytes kept there, least recently used dropped first (default: 2000)"),
-        )
-        .arg(commands_argument())
-        .subcommand(
-            Command::new("repl")
-                .about("open the prompt on a show")
-                .after_help(
-                    "`help` at the prompt lists what can be typed there.\n\n\
-                     Example:\n  footlight repl show.lxq\n  \
-                     footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save",
-                )
-                .arg(show_argument().required(false))
-                .arg(commands_argument()),
-        )
-        .subcommands(paper_commands());
-    VERBS
-        .iter()
-        .filter(|v| v.command)
-        .fold(root, |root, spec| root.subcommand(subcommand(spec)))
-}
-
-/// Verbs that take files in place of a show to open.
-fn paper_commands() -> [Command; 5] {
-    let files = |help: &'static str| {
-        Arg::new("FILE")
-            .required(true)
-            .num_args(1..)
-            .value_parser(value_parser!(PathBuf))
-            .help(help)
-    };
-    let fmt = Command::new("fmt")
-        .about("bring shows into their canonical layout, comments and groups kept")
-        .after_help("Example:\n  footlight fmt show.lxq\n  footlight fmt --check *.lxq")
-        .arg(files("The shows' files (.lxq), written in place"))
-        .arg(
-            Arg::new("check")
-                .long("check")
-                .action(ArgAction::SetTrue)
-                .help("Write nothing; exit with 1 when a file is laid out otherwise"),
         );
-    let diff = Command::new("diff")
-        .about("what changed between two versions of a show, in cues and in light")
-        .after_help(
-            "Exits with 0 when nothing changed, 1 when something did, 2 when it cannot tell.\n\n\
-             Example:\n  footlight diff old.lxq show.lxq -o changes.png",
-        )
-        .arg(files(
-            "The older and the newer file; or the seven words of git's diff drivers",
-        ))
-        .arg(
-            Arg::new("output")
-                .long("output")
-                .short('o')
-                .value_name("FILE")
-                .value_parser(value_parser!(PathBuf))
-                .help("draw the changed curves as a .png or an .svg"),
-        );
-    let explain = Command::new("explain")
-        .about("what a message's code means, with a wrong sheet and its correction")
-        .after_help("Example:\n  footlight explain E012")
-        .arg(Arg::new("CODE").required(true).help("Such as E012"));
-    let watch = Command::new("watch")
-        .about("show every save of a file that is edited elsewhere: mistakes, changes, the picture")
-        .after_help(
-            "A mistake leaves the last good show. Ctrl-C ends it.\n\n\
-             Example:\n  footlight watch show.lxq -o now.png",
-        )
-        .arg(show_argument().help("The show's file (.lxq)"))
-        .arg(
-            Arg::new("at")
-                .long("at")
-                .value_name("TIME")
-                .help("the moment to show (default: where the light changed most)"),
-        )
-        .arg(
-            Arg::new("count")
-                .long("count")
-                .value_name("N")
-                .value_parser(value_parser!(u32))
-                .help("leave after N changes"),
-        )
-        .arg(
-            Arg::new("output")
-                .long("output")
-                .short('o')
-                .value_name("FILE")
-                .help("rewrite this .png or .exr in place of showing the picture in the terminal"),
-        );
-    let completions = Command::new("completions")
-        .about("print a script that completes this program's commands in a shell")
-        .after_help("Example:\n  footlight completions bash > footlight.bash")
-        .arg(
-            Arg::new("SHELL")
-                .required(true)
-                .value_parser(value_parser!(clap_complete::Shell))
-                .help("The shell"),
-        );
-    [fmt, diff, explain, watch, completions]
-}
-
-fn show_argument() -> Arg {
-    Arg::new("SHOW")
-        .required(true)
-        .help("The show's file (.lxq); `-` reads standard input")
-}
-
-fn commands_argument() -> Arg {
-    Arg::new("command")
-        .short('c')
-        .value_name("LINE")
-        .action(ArgAction::Append)
-        .help("Run this line instead of opening the prompt; may be repeated")
+    let root = OwnCommand::augment_subcommands(Settings::augment_args(root));
+    let verbs = VERBS.iter().filter(|v| v.command);
+    root.subcommands(verbs.map(subcommand))
 }
 
 fn subcommand(spec: &'static VerbSpec) -> Command {
@@ -478,7 +271,7 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
         let kind = Arg::new("kind").required(true).value_name("KIND");
         out = out.arg(kind.value_parser(kinds).help("What to draw"));
     }
-    out = out.arg(show_argument());
+    out = out.arg(Arg::new("SHOW").required(true).help(SHOW));
     if !spec.words.is_empty() {
         out = out.arg(Arg::new("words").num_args(0..).value_name(spec.words));
     }

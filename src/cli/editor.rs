@@ -1,4 +1,4 @@
-//! The line editor's eyes: completion, hints and colours from the vocabulary of the prompt, and the
+//! Completion, hints and colours of the line editor, from the vocabulary of the prompt, and the
 //! history on disk.
 
 use std::borrow::Cow;
@@ -22,7 +22,7 @@ const HINT: usize = 60;
 /// Bytes of the history that are read.
 const HISTORY_LIMIT: u64 = 4 << 20;
 
-/// What the line editor asks.
+/// What the line editor calls for completion, hints and colours.
 pub struct Reader {
     /// The show's names, brought up to date before each line.
     pub vocabulary: Vocabulary,

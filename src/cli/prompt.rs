@@ -89,7 +89,7 @@ impl LineReader {
 
     /// Asks for a line.
     fn ask(&self, repl: &Repl) {
-        // A typist who has left has said why.
+        // A line editor that has ended has sent its error.
         let _ = self.ask.send((repl.vocabulary(), prompt(repl)));
     }
 
@@ -99,8 +99,8 @@ impl LineReader {
             return;
         }
         let text: String = notes.iter().map(|note| format!("{note}\n")).collect();
-        let told = self.printer.as_mut().map(|p| p.print(text.clone()));
-        if !matches!(told, Some(Ok(()))) {
+        let printed = self.printer.as_mut().map(|p| p.print(text.clone()));
+        if !matches!(printed, Some(Ok(()))) {
             print(&text);
         }
     }
@@ -145,9 +145,6 @@ fn type_lines(
 }
 
 /// Talks with a person until they leave; the exit code.
-///
-/// # Errors
-/// [`Error::Device`] when the terminal cannot be used.
 pub fn converse(
     repl: &mut Repl,
     screen: &Screen,
@@ -249,9 +246,6 @@ fn each(repl: &mut Repl, entered: &str, screen: &Screen) -> bool {
 
 /// Runs the lines of `input` to their end, going on after mistakes; the exit code is the worst of
 /// theirs.
-///
-/// # Errors
-/// [`Error::Device`] when the input cannot be read.
 pub fn batch(repl: &mut Repl, input: impl Read, screen: &Screen) -> Result<u8, Error> {
     let mut pending = Pending::default();
     for line in BufReader::new(input.take(TEXT_LIMIT)).split(b'\n') {

@@ -16,23 +16,24 @@ const PAUSE: Duration = Duration::from_millis(40);
 /// Looks after which a file that is away is said to be.
 const LONG: usize = 25;
 
-/// What to watch, and what to do at every change.
-#[derive(Clone, Debug)]
+// What to watch, and what to do at every change. A doc comment here would be the command's help.
+#[derive(Clone, Debug, clap::Args)]
 pub struct Watched {
-    /// The show's file.
+    /// The show's file (.lxq)
+    #[arg(id = "SHOW")]
     pub show: String,
-    /// The moment shown; `None`: where the light changed most.
-    pub at: Option<String>,
-    /// A picture rewritten in place; `None`: in the terminal.
-    pub output: Option<String>,
-    /// Leave after so many changes.
-    pub count: Option<u32>,
+    /// the moment to show (default: where the light changed most)
+    #[arg(long, value_name = "TIME")]
+    at: Option<String>,
+    /// leave after N changes
+    #[arg(long, value_name = "N")]
+    count: Option<u32>,
+    /// rewrite this .png or .exr in place of showing the picture in the terminal
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<String>,
 }
 
 /// Watches until Ctrl-C. A mistake leaves the last good show.
-///
-/// # Errors
-/// [`Error::File`] when the show cannot be read at the start, or a picture cannot be written.
 pub fn watch(
     watched: &Watched,
     screen: &Screen,

@@ -72,39 +72,41 @@ impl Progress for JobProgress {
 
 /// A job that is at work elsewhere. Dropped, it is given up.
 struct PendingJob {
-    /// `None` once its images were taken.
-    ticket: Option<Box<Ticket>>,
-    progress: Arc<JobProgress>,
+    ticket: Box<Ticket>,
+    progress: StopOnDrop,
     from: Receiver<Rendered>,
     /// What came back before it was asked for.
     rendered: Option<Rendered>,
 }
 
 impl PendingJob {
-    /// Waits at most `patience` for it; `Some(false)` where it will never come back.
-    fn wait(&mut self, patience: Duration) -> Option<bool> {
-        if self.rendered.is_none() {
-            // A look reads no clock: some platforms have none.
-            let received = match patience.is_zero() {
-                true => self.from.try_recv().map_err(|e| e == TryRecvError::Empty),
-                false => self
-                    .from
-                    .recv_timeout(patience)
-                    .map_err(|e| e == RecvTimeoutError::Timeout),
-            };
-            match received {
-                Ok(rendered) => self.rendered = Some(rendered),
-                Err(true) => return None,
-                Err(false) => return Some(false),
-            }
+    /// Waits at most `patience` for it; true once it is there.
+    fn wait(&mut self, patience: Duration) -> Result<bool, Error> {
+        if self.rendered.is_some() {
+            return Ok(true);
         }
-        Some(true)
+        // A look reads no clock: some platforms have none.
+        let received = match patience.is_zero() {
+            true => self.from.try_recv().map_err(|e| e == TryRecvError::Empty),
+            false => self
+                .from
+                .recv_timeout(patience)
+                .map_err(|e| e == RecvTimeoutError::Timeout),
+        };
+        match received {
+            Ok(rendered) => self.rendered = Some(rendered),
+            Err(true) => {}
+            Err(false) => return Err(Error::TaskLost),
+        }
+        Ok(self.rendered.is_some())
     }
 }
 
-impl Drop for PendingJob {
+struct StopOnDrop(Arc<JobProgress>);
+
+impl Drop for StopOnDrop {
     fn drop(&mut self) {
-        self.progress.stop();
+        self.0.stop();
     }
 }
 
@@ -264,17 +266,15 @@ impl Engine {
         loop {
             if let Some(mut job) = background.job.take() {
                 match job.wait(Duration::ZERO) {
-                    None => {
+                    Ok(true) => self.collect(background, job)?,
+                    Ok(false) => {
                         background.job = Some(job);
                         return Ok(None);
                     }
-                    Some(false) => {
-                        if let Some(ticket) = &job.ticket {
-                            background.refiner.abandon(self, ticket);
-                        }
-                        return Err(Error::TaskLost);
+                    Err(lost) => {
+                        background.refiner.abandon(self, &job.ticket);
+                        return Err(lost);
                     }
-                    Some(true) => self.collect(background, job)?,
                 }
             }
             match background.refiner.next(self)? {
@@ -292,12 +292,12 @@ impl Engine {
     fn collect(
         &mut self,
         background: &mut BackgroundRefinement,
-        mut job: PendingJob,
+        job: PendingJob,
     ) -> Result<(), Error> {
-        let (Some(ticket), Some(rendered)) = (job.ticket.take(), job.rendered.take()) else {
+        let Some(rendered) = job.rendered else {
             return Ok(());
         };
-        match background.refiner.collect(self, *ticket, rendered) {
+        match background.refiner.collect(self, *job.ticket, rendered) {
             Err(error) if error.is_cancel() => Ok(()),
             other => other,
         }
@@ -321,8 +321,8 @@ impl Engine {
             let _ = send.send(job.run(renderer.as_ref(), work));
         }));
         Ok(PendingJob {
-            ticket: Some(ticket),
-            progress,
+            ticket,
+            progress: StopOnDrop(progress),
             from,
             rendered: None,
         })
@@ -331,13 +331,12 @@ impl Engine {
     /// Gives up a job whose images the show has no use for any more: they would show another scene,
     /// or from another place. In another light they are of use again.
     pub(super) fn drop_useless_job(&mut self) {
-        let job = self.background.as_ref().and_then(|b| b.job.as_ref());
-        let Some((job, ticket)) = job.and_then(|j| Some((j, j.ticket.as_ref()?))) else {
+        let Some(job) = self.background.as_ref().and_then(|b| b.job.as_ref()) else {
             return;
         };
         let rendering = self.rendering.as_ref();
-        if rendering.is_none_or(|r| !r.setup.has_same_scene(&ticket.setup)) {
-            job.progress.stop();
+        if rendering.is_none_or(|r| !r.setup.has_same_scene(&job.ticket.setup)) {
+            job.progress.0.stop();
         }
     }
 
@@ -354,14 +353,14 @@ impl Engine {
                 true => Duration::ZERO,
                 false => GLANCE,
             };
-            if job.wait(patience).is_some() {
+            if !matches!(job.wait(patience), Ok(false)) {
                 self.go_on();
                 continue;
             }
             if patience.is_zero() {
                 break;
             }
-            let (task, done, total) = job.progress.at();
+            let (task, done, total) = job.progress.0.at();
             if total > 0 {
                 self.host.progress.report(&task, done, total);
             }
@@ -385,7 +384,7 @@ impl Engine {
         if let Some(background) = &mut self.background {
             background.refiner.stop();
             if let Some(job) = background.job.as_ref().filter(|_| at_once) {
-                job.progress.stop();
+                job.progress.0.stop();
             }
         }
         self.go_on();
@@ -396,8 +395,8 @@ impl Engine {
         let Some(mut background) = self.background.take() else {
             return;
         };
-        if let Some(ticket) = background.job.as_ref().and_then(|j| j.ticket.as_ref()) {
-            background.refiner.abandon(self, ticket);
+        if let Some(job) = &background.job {
+            background.refiner.abandon(self, &job.ticket);
         }
     }
 
@@ -406,15 +405,13 @@ impl Engine {
         let background = self.background.as_ref()?;
         let now = self.now();
         let done = &background.refiner.done;
-        let job = background.job.as_ref();
-        let job = job.and_then(|j| Some((j.ticket.as_ref()?, j.progress.at())));
-        let job = job.map(|(ticket, task)| JobStatus {
-            images: ticket.rendering(),
-            refined: ticket.refined,
-            quality: ticket.quality,
-            spent: now - ticket.started,
-            predicted: ticket.predicted,
-            task,
+        let job = background.job.as_ref().map(|job| JobStatus {
+            images: job.ticket.rendering(),
+            refined: job.ticket.refined,
+            quality: job.ticket.quality,
+            spent: now - job.ticket.started,
+            predicted: job.ticket.predicted,
+            task: job.progress.0.at(),
         });
         Some(Status {
             rendered: done.images,

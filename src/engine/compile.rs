@@ -27,76 +27,75 @@ pub(super) struct Source<'a> {
 /// Everything that follows from a show's text. It never changes: an edit compiles another.
 #[derive(Debug)]
 pub struct Compiled {
-    /// The model.
-    pub show: Show,
-    /// The curves.
-    pub timeline: Timeline,
+    /// The model with its curves, and warnings.
+    pub version: Version,
     /// The key settings, made so that none is negative.
     pub keys: KeySequence,
-    /// Warnings, with the texts that they point into.
-    pub diagnostics: Diagnostics,
     pub(super) loaded: Option<Loaded>,
 }
 
 impl Compiled {
-    /// The text with all that it includes.
-    pub fn text(&self) -> String {
-        joined(&self.diagnostics.sources)
-    }
-
     /// What a renderer is given; `None` where the show has no stage or no view.
     pub fn setup(&self) -> Option<&Setup> {
         self.loaded.as_ref().map(|loaded| &loaded.setup)
     }
 }
 
-/// The texts of a show and of what it includes, one after the other.
-fn joined(sources: &Sources) -> String {
-    sources.texts().collect::<Vec<_>>().join("\n")
-}
-
-/// A text that parses and whose curves are sound, before the files of its stage are read.
-pub(super) struct Parsed {
+/// A text with its curves, without what its stage needs.
+#[derive(Debug)]
+pub struct Version {
+    /// The model.
     pub show: Show,
-    pub spans: SpanMap,
+    /// The curves.
     pub timeline: Timeline,
+    /// Warnings, with the texts that they point into.
     pub diagnostics: Diagnostics,
+    pub(super) spans: SpanMap,
 }
 
-impl Parsed {
+impl Version {
     /// The text with all that it includes.
     pub fn text(&self) -> String {
-        joined(&self.diagnostics.sources)
+        let texts = self.diagnostics.sources.texts();
+        texts.collect::<Vec<_>>().join("\n")
     }
 }
 
 /// Parses a text and computes its curves.
-///
-/// # Errors
-/// [`Error::Show`] with every error of the text alone.
-pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Parsed, Error> {
-    let (parsed, mut diagnostics) = read(source, cache);
-    if let (Some(show), false) = (parsed.show, diagnostics.has_errors()) {
-        let checked = check::check(&show, &parsed.spans);
-        diagnostics.list.extend(checked.diagnostics);
-        if let (Some(timeline), false) = (checked.timeline, diagnostics.has_errors()) {
-            return Ok(Parsed {
-                show,
-                spans: parsed.spans,
-                timeline,
-                diagnostics,
-            });
-        }
-    }
-    Err(Error::Show(diagnostics))
+pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Version, Error> {
+    let (show, spans, diagnostics) = read(source, cache)?;
+    checked(show, spans, diagnostics)
 }
 
-fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> (lang::Parsed, Diagnostics) {
+/// The model that a text means, with warnings.
+fn read(
+    source: Source<'_>,
+    cache: &mut lang::LoweringCache,
+) -> Result<(Show, SpanMap, Diagnostics), Error> {
     let mut sources = Sources::default();
     let Source { name, text, .. } = source;
-    let mut parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
-    let list = std::mem::take(&mut parsed.diagnostics);
-    (parsed, Diagnostics { list, sources })
+    let parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
+    let list = parsed.diagnostics;
+    let diagnostics = Diagnostics { list, sources };
+    match parsed.show {
+        Some(show) if !diagnostics.has_errors() => Ok((show, parsed.spans, diagnostics)),
+        _ => Err(Error::Show(diagnostics)),
+    }
+}
+
+/// A model with its curves, unless these or `diagnostics` have errors.
+fn checked(show: Show, spans: SpanMap, mut diagnostics: Diagnostics) -> Result<Version, Error> {
+    let checked = check::check(&show, &spans);
+    diagnostics.list.extend(checked.diagnostics);
+    match checked.timeline {
+        Some(timeline) if !diagnostics.has_errors() => Ok(Version {
+            show,
+            timeline,
+            diagnostics,
+            spans,
+        }),
+        _ => Err(Error::Show(diagnostics)),
+    }
 }
 
 /// Compiles a text as a whole, with the files that it names; `old` gives what it still has in
@@ -110,28 +109,18 @@ pub(super) fn compile(
     cache: &mut lang::LoweringCache,
     old: Option<&Loaded>,
 ) -> Result<Compiled, Error> {
-    let (parsed, mut diagnostics) = read(source, cache);
-    let show = parsed.show.filter(|_| !diagnostics.has_errors());
-    let Some(mut show) = show else {
-        return Err(Error::Show(diagnostics));
-    };
+    let (mut show, spans, mut diagnostics) = read(source, cache)?;
     show.look_from(source.view.unwrap_or_default());
     // All errors in one run: of the files as well as of the curves.
-    let loaded = setup::load(&show, &parsed.spans, source, old);
+    let loaded = setup::load(&show, &spans, source, old);
     let loaded = loaded.unwrap_or_else(|errors| {
         diagnostics.list.extend(errors);
         None
     });
-    let checked = check::check(&show, &parsed.spans);
-    diagnostics.list.extend(checked.diagnostics);
-    match checked.timeline {
-        Some(timeline) if !diagnostics.has_errors() => Ok(Compiled {
-            keys: KeySequence::new(&timeline, KeyOptions::default())?,
-            show,
-            timeline,
-            diagnostics,
-            loaded,
-        }),
-        _ => Err(Error::Show(diagnostics)),
-    }
+    let version = checked(show, spans, diagnostics)?;
+    Ok(Compiled {
+        keys: KeySequence::new(&version.timeline, KeyOptions::default())?,
+        version,
+        loaded,
+    })
 }

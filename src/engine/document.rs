@@ -169,12 +169,12 @@ impl Document {
 
     /// The model of the show.
     pub fn show(&self) -> &Show {
-        &self.compiled.show
+        &self.compiled.version.show
     }
 
     /// Its curves.
     pub fn timeline(&self) -> &Timeline {
-        &self.compiled.timeline
+        &self.compiled.version.timeline
     }
 
     /// Checks that a time is within the show.
@@ -196,7 +196,7 @@ impl Document {
 
     /// What is legal in the show but surely not meant, with the texts that it points into.
     pub fn diagnostics(&self) -> &Diagnostics {
-        &self.compiled.diagnostics
+        &self.compiled.version.diagnostics
     }
 
     /// Everything that follows from the text, to be held while the document changes.
@@ -367,7 +367,10 @@ impl Document {
         };
         let old = self.compiled.loaded.as_ref().filter(|_| !reread);
         let compiled = compile::compile(source, &mut self.cache, old)?;
-        let warnings = compiled.diagnostics.new_since(&self.compiled.diagnostics);
+        let warnings = compiled
+            .version
+            .diagnostics
+            .new_since(&self.compiled.version.diagnostics);
         if text != self.text || reread {
             self.revision += 1;
         }

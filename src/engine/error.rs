@@ -9,7 +9,6 @@ use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
 use crate::renderer::TransportError;
-use crate::study::ReferenceError;
 use crate::timeline::TooManyKeys;
 use crate::units::{CueNumber, Time};
 use crate::work::Cancelled;
@@ -151,7 +150,7 @@ pub enum Error {
         /// The step of quality that errors are measured against.
         reference: u8,
         /// The choice that comes nearest.
-        best: Option<crate::study::Candidate>,
+        best: Option<super::measure::Candidate>,
     },
     /// A session's commands could not be read as text.
     #[error("{} is not text in UTF-8", .0.display())]
@@ -181,6 +180,62 @@ pub enum Error {
         /// The limit.
         seconds: f64,
     },
+}
+
+/// Why a reference cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum ReferenceError {
+    /// Neither the picture nor both halves are there.
+    #[error(
+        "`{}` has no reference for {}: it needs {bank}.exr, or both {bank}_A.exr and \
+         {bank}_B.exr; it has {}",
+        folder.display(), some(missing, "no bank"), some(files, "no .exr file")
+    )]
+    Missing {
+        /// Where they were looked for.
+        folder: PathBuf,
+        /// The first bank without one.
+        bank: String,
+        /// All of them.
+        missing: Vec<String>,
+        /// The .exr files that are there.
+        files: Vec<String>,
+    },
+    /// It is no picture.
+    #[error("`{}`: {source}", path.display())]
+    Picture {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: PictureError,
+    },
+    /// It has another size than the view.
+    #[error(
+        "`{}` is {}x{}, the show's view is {}x{}; give the view that size",
+        path.display(), found.0, found.1, expected.0, expected.1
+    )]
+    Size {
+        /// The file.
+        path: PathBuf,
+        /// Its width and height.
+        found: (usize, usize),
+        /// The view's.
+        expected: (usize, usize),
+    },
+    /// The folder or a file cannot be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+}
+
+/// The first names of a list, and how many more there are.
+fn some(names: &[String], none: &str) -> String {
+    const SHOWN: usize = 12;
+    let shown = names.get(..SHOWN).unwrap_or(names);
+    match names.len() - shown.len() {
+        0 if names.is_empty() => none.to_owned(),
+        0 => shown.join(", "),
+        more => format!("{} and {more} more", shown.join(", ")),
+    }
 }
 
 impl From<TransportError> for Error {

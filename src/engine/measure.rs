@@ -1,7 +1,23 @@
-//! Measurements of the operator on a show: typed results, against references or against the finest
-//! step.
+//! Measurements: what the program does compared with what it should do, as typed results.
+//!
+//! One measure of error ([`difference`](difference::difference)) and what is measured with it.
+//! Invariants: a figure that cannot be known is absent, never zero; a result says of which show and
+//! on which machine it was measured ([`Origin`]).
 
-mod compare;
-mod quality;
-mod trial;
+pub mod comparison;
+pub mod difference;
+pub mod machine;
+pub mod playback;
+pub mod quality;
+pub mod reference;
+pub mod refinement;
+pub mod tradeoff;
+pub mod trial;
 mod tune;
+pub mod tuner;
+
+pub use comparison::{BankError, Comparison};
+pub use machine::{Machine, Origin};
+pub use reference::Reference;
+pub use trial::{Order, Shown, Trial};
+pub use tuner::{Candidate, Tuner};

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
+use super::measure::playback::{Frame, Judged, KeyFormat, UNSEEN, judge};
 use super::{Engine, Error};
 use crate::picture::Image;
 use crate::picture::tone::Tone;
 use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
-use crate::study::playback::{self as study, Frame, Judged, KeyFormat, UNSEEN};
 use crate::units::Time;
 
 /// Channels that decide the default format; a measurement looks at whole images.
@@ -102,7 +102,7 @@ impl Engine {
             Frame::Light(image)
         };
         let work = self.host.work();
-        Ok(study::judge(playback, tone, stride, &mut frame, work)?)
+        Ok(judge(playback, tone, stride, &mut frame, work)?)
     }
 
     /// Frames a second that playback alone reaches, measured over about half a second.

@@ -1,24 +1,89 @@
-//! A design session from a file, measured as it goes.
+//! A design session, measured as it goes: how good the sequence was, and what it had cost, at every
+//! moment of it.
 //!
-//! The file holds what would be typed: declarations, which may take several lines, and goals of
-//! refinement. Seconds are what coarse images, edits, plans and refined images take; measuring, and
-//! rendering the truth to measure against, are not counted.
+//! The measure is the paper's (its Figure 7): 1 - error / (error of coarse pictures alone), 0 while
+//! nothing is refined, 1 where the sequence is as if all of it were. Seconds are what coarse images,
+//! edits, plans and refined images take; measuring, and rendering the truth to measure against, are
+//! not counted.
 
+use std::borrow::Borrow;
+
+use super::measure::Origin;
 use super::{Ended, Engine, Error, Goal};
 use crate::lang::edit::Edit;
+use crate::linalg::Matrix;
 use crate::picture::Image;
-use crate::plan;
+use crate::picture::combine::{combine, dot};
+use crate::plan::{self, Metric};
 use crate::renderer::{Quality, Setup};
-use crate::study::session::{self, Errors, Event, Moment};
 use crate::work::Cancelled;
 
-/// A command of a session.
+/// A command of a session: declarations that change the show, or a goal of refinement.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Command {
-    /// Declarations that change the show.
-    Edit(String),
-    /// Refinement.
-    Refine(Goal),
+pub struct Command {
+    /// The line where it begins, from 1.
+    pub line: usize,
+    /// As it is written.
+    pub text: String,
+    /// What to refine to; `None` for declarations.
+    pub goal: Option<Goal>,
+}
+
+/// Every moment of a session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The show and the machine.
+    pub origin: Origin,
+    /// The quality of the pictures that stand for the truth; `None` where there were none.
+    pub truth: Option<u8>,
+    /// What chose the pictures, where it was not the best that they allow.
+    pub metric: Option<Metric>,
+    /// In the order of time.
+    pub moments: Vec<Moment>,
+}
+
+/// What happened before a moment was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The coarse pictures were rendered.
+    Coarse,
+    /// Refined pictures were added.
+    Refined,
+    /// The show was edited.
+    Edit,
+}
+
+/// Errors of the sequence, relative, beside those of its coarse pictures alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Errors {
+    /// With the pool as it is.
+    pub now: f64,
+    /// With coarse pictures alone.
+    pub coarse: f64,
+}
+
+impl Errors {
+    /// 1 - error / (error of coarse alone); `None` where coarse pictures have no error.
+    pub fn quality(self) -> Option<f64> {
+        (self.coarse > 0.0).then(|| 1.0 - self.now / self.coarse)
+    }
+}
+
+/// A moment of the session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// What happened before it.
+    pub cause: Cause,
+    /// The command that brought it; `None` for the first coarse pictures.
+    pub command: Option<Command>,
+    /// Seconds of computing so far.
+    pub seconds: f64,
+    /// Refined pictures in the pool.
+    pub refined: usize,
+    /// As the plan knows them.
+    pub predicted: Errors,
+    /// Against pictures of the refined quality throughout, if they were rendered.
+    pub truth: Option<Errors>,
 }
 
 /// Every source alone at the refined quality, and what that was rendered of.
@@ -58,7 +123,7 @@ impl Session {
             store: engine.image_cache.detach(),
         };
         let begun = engine.coarse();
-        let measured = begun.and_then(|()| session.measure(engine, Event::Coarse, None));
+        let measured = begun.and_then(|()| session.measure(engine, Cause::Coarse, None));
         match measured {
             Ok(()) => Ok(session),
             Err(error) => {
@@ -68,47 +133,42 @@ impl Session {
         }
     }
 
-    /// Runs a command and measures after it, after each call of the operator as well; `said` is
-    /// where it stands and how it was written.
+    /// Runs a command and measures after it, after each call of the operator as well.
     ///
     /// # Errors
     /// What the command says; what is finished is kept.
-    pub fn run(
-        &mut self,
-        engine: &mut Engine,
-        command: &Command,
-        said: session::Command,
-    ) -> Result<(), Error> {
-        match command {
-            Command::Edit(text) => {
-                engine.edit(&Edit::Declare(text.clone()))?;
-                engine.coarse()?;
-                self.measure(engine, Event::Edit, Some(said))
-            }
-            Command::Refine(goal) => {
-                let done = engine.refine_watched(*goal, &mut |engine| {
-                    self.measure(engine, Event::Refined, Some(said.clone()))
-                })?;
-                match done.ended {
-                    Some(Ended::Stopped) => Err(Cancelled.into()),
-                    _ => Ok(()),
-                }
-            }
+    pub fn run(&mut self, engine: &mut Engine, command: &Command) -> Result<(), Error> {
+        let Some(goal) = command.goal else {
+            engine.edit(&Edit::Declare(command.text.clone()))?;
+            engine.coarse()?;
+            return self.measure(engine, Cause::Edit, Some(command));
+        };
+        let done = engine.refine_watched(goal, &mut |engine| {
+            self.measure(engine, Cause::Refined, Some(command))
+        })?;
+        match done.ended {
+            Some(Ended::Stopped) => Err(Cancelled.into()),
+            _ => Ok(()),
         }
     }
 
     /// Ends the session; what was measured.
-    pub fn end(self, engine: &mut Engine) -> Vec<Moment> {
+    pub fn end(self, engine: &mut Engine) -> Measured {
         engine.image_cache.attach(self.store);
-        self.moments
+        Measured {
+            origin: engine.origin(),
+            truth: self.wanted.then(|| engine.refined_step().0),
+            metric: engine.metric(),
+            moments: self.moments,
+        }
     }
 
     /// Adds a moment; the clock stands still meanwhile.
     fn measure(
         &mut self,
         engine: &mut Engine,
-        event: Event,
-        command: Option<session::Command>,
+        cause: Cause,
+        command: Option<&Command>,
     ) -> Result<(), Error> {
         self.spent += engine.now() - self.mark;
         let predicted = predicted_errors(engine)?;
@@ -117,8 +177,8 @@ impl Session {
             true => Some(true_errors(engine, &mut self.truth)?),
         };
         self.moments.push(Moment {
-            event,
-            command,
+            cause,
+            command: command.cloned(),
             seconds: self.spent,
             refined: engine.refined(),
             predicted,
@@ -147,14 +207,15 @@ fn true_errors(engine: &Engine, known: &mut Option<Truth>) -> Result<Errors, Err
     let units = rendering.units();
     let quality = engine.refined_step();
     let same = |t: &Truth| t.quality == quality && t.setup == rendering.setup;
-    if !known.as_ref().is_some_and(same) {
-        *known = Some(Truth {
+    let truth = match known.take().filter(same) {
+        Some(truth) => truth,
+        None => Truth {
             setup: rendering.setup.clone(),
             quality,
             images: engine.render_alone(&units, quality)?.0,
-        });
-    }
-    let truth = known.as_ref().map_or(&[][..], |t| t.images.as_slice());
+        },
+    };
+    let truth = &known.insert(truth).images;
     // The preview is linear: what it shows of each source alone is all of it.
     let work = engine.host.work();
     let mut shown = Vec::new();
@@ -165,7 +226,40 @@ fn true_errors(engine: &Engine, known: &mut Option<Truth>) -> Result<Errors, Err
     let moment = plan::second_moment(engine.document.keys());
     let threads = engine.host.threads;
     Ok(Errors {
-        now: session::sequence_error(&shown, truth, &moment, threads),
-        coarse: session::sequence_error(pool.coarse(), truth, &moment, threads),
+        now: sequence_error(&shown, truth, &moment, threads),
+        coarse: sequence_error(pool.coarse(), truth, &moment, threads),
     })
+}
+
+/// The error of a sequence shown with `shown` in place of `reference` (a picture for each
+/// coordinate at unit setting): sqrt of ∫‖I - I_ref‖² dt / ∫‖I_ref‖² dt, exactly, as the quadratic
+/// form of the differences' and the references' Gram matrices with the second moment of the
+/// settings, ∫ L·Lᵀ dt. 0 for a sequence without light.
+pub fn sequence_error<I: Borrow<Image>>(
+    shown: &[I],
+    reference: &[Image],
+    moment: &Matrix,
+    threads: usize,
+) -> f64 {
+    let off = |(a, b): (&I, &Image)| {
+        let terms = [(1.0, a.borrow()), (-1.0, b)];
+        combine((b.width(), b.height()), &terms, threads)
+    };
+    let differences: Vec<Image> = shown.iter().zip(reference).map(off).collect();
+    let (error, all) = (energy(&differences, moment), energy(reference, moment));
+    if all > 0.0 { (error / all).sqrt() } else { 0.0 }
+}
+
+/// Σ_ij M_ij <P_i, P_j>; the moment is symmetric.
+fn energy(pictures: &[Image], moment: &Matrix) -> f64 {
+    let mut sum = 0.0;
+    for (i, a) in pictures.iter().enumerate() {
+        for (j, b) in pictures.iter().enumerate().take(i + 1) {
+            let weight = moment.get((i, j)).copied().unwrap_or(0.0);
+            if weight != 0.0 {
+                sum += if i == j { 1.0 } else { 2.0 } * weight * dot(a, b);
+            }
+        }
+    }
+    sum.max(0.0)
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::compile::{self, Parsed, Source};
+use super::compile::{self, Source, Version};
 use super::rendering::{Rendering, refined_step};
 use super::setup::{self, Loaded};
 use super::{Engine, Error, Host, decode};
@@ -10,11 +10,6 @@ use crate::files::Files;
 use crate::lang;
 use crate::pool::address::Digest;
 use crate::pool::image_cache::ImageCache;
-use crate::show::Show;
-use crate::timeline::Timeline;
-
-/// A text with its curves, without what its stage needs.
-pub struct Version(Parsed);
 
 impl Version {
     /// Reads a version by its name, its bytes and the files that it may include.
@@ -31,22 +26,7 @@ impl Version {
             memory: usize::MAX,
         };
         let mut cache = lang::LoweringCache::default();
-        Ok(Version(compile::parse(source, &mut cache)?))
-    }
-
-    /// The text with all that it includes.
-    pub fn text(&self) -> String {
-        self.0.text()
-    }
-
-    /// The model.
-    pub fn show(&self) -> &Show {
-        &self.0.show
-    }
-
-    /// The curves.
-    pub fn timeline(&self) -> &Timeline {
-        &self.0.timeline
+        compile::parse(source, &mut cache)
     }
 
     /// The names of the refined images in `image_cache` that serve this version; none where it has
@@ -57,7 +37,7 @@ impl Version {
         image_cache: &ImageCache,
         known: Option<&Loaded>,
     ) -> BTreeSet<Digest> {
-        let Parsed { show, spans, .. } = &self.0;
+        let Version { show, spans, .. } = self;
         let source = Source {
             name: "",
             text: "",

@@ -12,6 +12,7 @@ pub(super) mod text;
 
 use std::path::Path;
 
+use super::error::usage;
 use super::{Error, Repl, Reply};
 use crate::chart::{Drawing, Theme};
 use crate::report::record::Record;
@@ -58,8 +59,4 @@ impl Repl {
     fn headline(&self) -> String {
         report::document::headline(self.engine.document())
     }
-}
-
-fn usage<T>(message: &str) -> Result<T, Error> {
-    Err(Error::Usage(message.to_owned()))
 }

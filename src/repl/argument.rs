@@ -1,5 +1,6 @@
 //! Words behind a verb as values.
 
+use super::error::usage;
 use super::{Call, Error};
 use crate::engine::{Engine, Goal};
 use crate::lang;
@@ -25,6 +26,12 @@ pub fn fraction(text: &str) -> Result<f64, Error> {
         .ok()
         .filter(|v| (0.0..=1.0).contains(v))
         .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as {meant}")))
+}
+
+/// The error that an option allows; without it the show's own tolerance.
+pub fn tolerance(engine: &Engine, call: &Call, option: &str) -> Result<f64, Error> {
+    let said = call.option(option).map(fraction).transpose()?;
+    Ok(said.unwrap_or(engine.show().preview.tolerance))
 }
 
 /// `5`, `1.5s`, `1:30`, `250ms`.
@@ -94,11 +101,7 @@ pub fn goal(call: &Call) -> Result<Goal, Error> {
             ..Goal::default()
         },
         [number] => Goal::count(whole(number)?),
-        _ => {
-            return Err(Error::Usage(
-                "usage: refine [N | until X% | for TIME] [&]".to_owned(),
-            ));
-        }
+        _ => return usage("usage: refine [N | until X% | for TIME] [&]"),
     })
 }
 
@@ -137,9 +140,9 @@ pub fn target(call: &Call) -> Result<TargetOptions, Error> {
         Some("420") => Some(Chroma::Quarter),
         Some("444") => Some(Chroma::Full),
         Some(other) => {
-            return Err(Error::Usage(format!(
+            return usage(format!(
                 "`{other}` is no chroma that is written here; use 420 or 444"
-            )));
+            ));
         }
     };
     let layers = match call.option("layers") {
@@ -148,9 +151,9 @@ pub fn target(call: &Call) -> Result<TargetOptions, Error> {
         Some("banks") => Some(Layers::Banks),
         Some("basis") => Some(Layers::Basis),
         Some(other) => {
-            return Err(Error::Usage(format!(
+            return usage(format!(
                 "there are no layers `{other}`; use keys, banks or basis"
-            )));
+            ));
         }
     };
     let precision = call.has("float").then_some(Precision::Float);

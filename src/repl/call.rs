@@ -1,9 +1,12 @@
 //! A verb with what was said to it, and the parser of a typed line.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use super::Error;
+use super::error::usage;
 use super::verb::{VerbSpec, find};
+use crate::report::format::Formats;
 
 /// A verb with what was said to it.
 #[derive(Clone, Debug)]
@@ -53,6 +56,21 @@ impl Call {
     /// An option's value.
     pub fn option(&self, name: &str) -> Option<&str> {
         self.options.get(name).map(String::as_str)
+    }
+
+    /// The file to write, whose ending must be one of `formats`.
+    pub(super) fn output(&self, formats: &Formats) -> Result<Option<&Path>, Error> {
+        let path = self.option("output").map(Path::new);
+        path.map(|path| formats.check(path)).transpose()?;
+        Ok(path)
+    }
+
+    /// Refuses words, with where what was meant belongs.
+    pub(super) fn without_words(&self, meant: &str) -> Result<(), Error> {
+        match self.words.first() {
+            None => Ok(()),
+            Some(word) => usage(format!("`{word}` is left over{meant}")),
+        }
     }
 
     /// Reads a typed line.
@@ -105,7 +123,7 @@ fn split(line: &str) -> Result<Vec<String>, Error> {
         }
     }
     if quoted {
-        return Err(Error::Usage("a quote is not closed".to_owned()));
+        return usage("a quote is not closed");
     }
     words.extend(word);
     Ok(words)

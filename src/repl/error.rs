@@ -34,6 +34,11 @@ pub enum Error {
     },
 }
 
+/// A request that is wrong, and what to type.
+pub(super) fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
+    Err(Error::Usage(message.into()))
+}
+
 impl From<engine::Error> for Error {
     fn from(error: engine::Error) -> Error {
         Error::Report(error.into())

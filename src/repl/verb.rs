@@ -5,6 +5,7 @@
 mod declaration;
 mod table;
 
+use super::error::usage;
 use super::{Call, Error, Repl, Reply};
 use crate::lang::nearest;
 
@@ -22,6 +23,14 @@ pub struct OptionSpec {
     pub value: Option<&'static str>,
     /// What it does.
     pub about: &'static str,
+}
+
+impl OptionSpec {
+    /// True where a token, without a value behind `=`, names this option.
+    pub(super) fn is_named_by(&self, token: &str) -> bool {
+        let short = token.strip_prefix('-').and_then(|rest| rest.parse().ok());
+        token.strip_prefix("--") == Some(self.name) || short.is_some() && short == self.letter
+    }
 }
 
 /// What may be typed behind a verb.
@@ -78,9 +87,6 @@ impl std::fmt::Debug for VerbSpec {
 }
 
 /// The specification of a verb by its name.
-///
-/// # Errors
-/// [`Error::Usage`] with the nearest verb when there is none of that name.
 pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
     VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
         let near = nearest(name, VERBS.iter().map(|v| v.name));
@@ -122,17 +128,13 @@ impl VerbSpec {
         if !name.starts_with('-') || name == "-" || negative_number {
             return Ok(None);
         }
-        let matches = |o: &&OptionSpec| {
-            name.strip_prefix("--") == Some(o.name)
-                || o.letter.is_some_and(|l| name == format!("-{l}"))
-        };
-        match self.options.iter().find(matches) {
+        match self.options.iter().find(|o| o.is_named_by(name)) {
             Some(option) => Ok(Some(option)),
-            None => Err(Error::Usage(format!(
+            None => usage(format!(
                 "`{}` has no option `{name}`: {}",
                 self.name,
                 self.usage()
-            ))),
+            )),
         }
     }
 }

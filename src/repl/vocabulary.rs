@@ -63,27 +63,12 @@ impl Repl {
 /// Bytes of a line, before the cursor, that are looked at.
 const LINE: usize = 4096;
 
-/// What a line can go on with, before it is cut down to what begins as the word does.
-#[derive(Default)]
-struct Offer {
-    words: Vec<String>,
-    files: bool,
-}
+/// What a line can go on with, before it is cut down to what begins as the word does; `None` where
+/// the name of a file is wanted.
+type Offer = Option<Vec<String>>;
 
-impl Offer {
-    fn of<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
-        Offer {
-            words: words.into_iter().map(str::to_owned).collect(),
-            files: false,
-        }
-    }
-
-    fn files() -> Offer {
-        Offer {
-            words: Vec::new(),
-            files: true,
-        }
-    }
+fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
+    Some(words.into_iter().map(str::to_owned).collect())
 }
 
 impl Vocabulary {
@@ -108,16 +93,17 @@ impl Vocabulary {
             true => units(word),
             false => Vec::new(),
         };
+        let files = offer.is_none();
         let words: BTreeSet<String> = offer
-            .words
             .into_iter()
+            .flatten()
             .chain(units)
             .filter(|w| w.starts_with(word) && w != word)
             .collect();
         Completion {
             start: offset + start,
             words: words.into_iter().collect(),
-            files: offer.files,
+            files,
         }
     }
 
@@ -135,7 +121,7 @@ impl Vocabulary {
         match first {
             None => {
                 let verbs = VERBS.iter().map(|spec| spec.name);
-                Offer::of(verbs.chain(lang::keywords().iter().copied()))
+                offer(verbs.chain(lang::keywords().iter().copied()))
             }
             Some(first) => match verb::find(first) {
                 Ok(spec) if !lang::is_declaration(&format!("{before}{word}")) => {
@@ -149,47 +135,38 @@ impl Vocabulary {
     fn of_verb(&self, spec: &'static VerbSpec, before: &str, word: &str) -> Offer {
         let mut tokens = before.split_whitespace();
         let last = tokens.next_back().filter(|token| token.starts_with('-'));
-        let option = last.and_then(|last| {
-            let named = |o: &&verb::OptionSpec| {
-                last.strip_prefix("--") == Some(o.name)
-                    || o.letter.is_some_and(|letter| last == format!("-{letter}"))
-            };
-            spec.options.iter().find(named)
-        });
-        if let Some(option) = option.filter(|o| o.value.is_some()) {
-            return self.of_option(option.name, option.value.unwrap_or_default());
+        let option = last.and_then(|last| spec.options.iter().find(|o| o.is_named_by(last)));
+        if let Some((name, value)) = option.and_then(|o| Some((o.name, o.value?))) {
+            return self.of_option(name, value);
         }
         if word.starts_with('-') {
             let options = spec.options.iter().map(|o| format!("--{}", o.name));
-            return Offer {
-                words: options.collect(),
-                files: false,
-            };
+            return Some(options.collect());
         }
         match spec.complete {
-            Complete::Nothing => Offer::default(),
-            Complete::Words(words) => Offer::of(words.iter().copied()),
-            Complete::Names => Offer::of(self.names().chain(strings(&self.cues))),
-            Complete::Views => Offer::of(strings(&self.views)),
-            Complete::Cues(words) => Offer::of(strings(&self.cues).chain(words.iter().copied())),
-            Complete::Verbs => Offer::of(VERBS.iter().map(|spec| spec.name)),
-            Complete::Codes => Offer::of(codes::TABLE.iter().map(|row| row.code)),
-            Complete::Movable(words) => Offer::of(self.movable().chain(words.iter().copied())),
+            Complete::Nothing => Some(Vec::new()),
+            Complete::Words(words) => offer(words.iter().copied()),
+            Complete::Names => offer(self.names().chain(strings(&self.cues))),
+            Complete::Views => offer(strings(&self.views)),
+            Complete::Cues(words) => offer(strings(&self.cues).chain(words.iter().copied())),
+            Complete::Verbs => offer(VERBS.iter().map(|spec| spec.name)),
+            Complete::Codes => offer(codes::TABLE.iter().map(|row| row.code)),
+            Complete::Movable(words) => offer(self.movable().chain(words.iter().copied())),
             Complete::Banks(words) => {
                 let banks = strings(&self.banks).chain(strings(&self.groups));
-                Offer::of(banks.chain(words.iter().copied()))
+                offer(banks.chain(words.iter().copied()))
             }
-            Complete::Files => Offer::files(),
+            Complete::Files => None,
         }
     }
 
     fn of_option(&self, name: &str, value: &str) -> Offer {
         match (name, value) {
-            ("bank", _) => Offer::of(strings(&self.banks)),
-            ("view", _) => Offer::of(strings(&self.views)),
-            ("metric", _) => Offer::of(Metric::ALL.map(Metric::name)),
-            (_, "FILE" | "DIR") => Offer::files(),
-            _ => Offer::default(),
+            ("bank", _) => offer(strings(&self.banks)),
+            ("view", _) => offer(strings(&self.views)),
+            ("metric", _) => offer(Metric::ALL.map(Metric::name)),
+            (_, "FILE" | "DIR") => None,
+            _ => Some(Vec::new()),
         }
     }
 
@@ -198,24 +175,24 @@ impl Vocabulary {
         let open =
             |opening, closing| before.matches(opening).count() > before.matches(closing).count();
         if open('(', ')') {
-            return Offer::of(strings(&self.values).chain(["full", "out"]));
+            return offer(strings(&self.values).chain(["full", "out"]));
         }
         match (first, last) {
-            (_, "dimmer") => Offer::of(strings(&self.curves).chain(["linear", "square"])),
+            (_, "dimmer") => offer(strings(&self.curves).chain(["linear", "square"])),
             ("cue", "curve") => {
-                Offer::of(strings(&self.curves).chain(FADES.iter().map(|fade| fade.name)))
+                offer(strings(&self.curves).chain(FADES.iter().map(|fade| fade.name)))
             }
-            ("light", "like") => Offer::of(strings(&self.lights)),
-            ("light", "panel") | ("surface", "surface") => Offer::of(strings(&self.materials)),
+            ("light", "like") => offer(strings(&self.lights)),
+            ("light", "panel") | ("surface", "surface") => offer(strings(&self.materials)),
             ("bank" | "fixed", _) if before.contains('=') => {
-                Offer::of(strings(&self.lights).chain(["channel", "dimmer", "rgb", "level"]))
+                offer(strings(&self.lights).chain(["channel", "dimmer", "rgb", "level"]))
             }
-            ("group", _) if before.contains('=') => Offer::of(strings(&self.banks)),
+            ("group", _) if before.contains('=') => offer(strings(&self.banks)),
             ("cue" | "look", _) if open('{', '}') || before.contains('=') => {
-                Offer::of(self.movable().chain(lang::words()))
+                offer(self.movable().chain(lang::words()))
             }
-            (_, last) if last == first => Offer::of(self.names()),
-            _ => Offer::of(lang::words()),
+            (_, last) if last == first => offer(self.names()),
+            _ => offer(lang::words()),
         }
     }
 

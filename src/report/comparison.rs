@@ -2,10 +2,10 @@
 
 use super::words::{count, figure, seconds};
 use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
+use crate::engine::measure::Reference;
+use crate::engine::measure::comparison::{BankError, Compared, Comparison};
 use crate::picture::combine::{combine, dot};
 use crate::picture::{Image, signed};
-use crate::study::Reference;
-use crate::study::comparison::{BankError, Compared, Comparison};
 
 /// A line for each bank.
 pub fn describe(comparison: &Comparison) -> String {
@@ -44,9 +44,6 @@ pub fn describe(comparison: &Comparison) -> String {
 
 /// The differences as a contact sheet: amber where the picture is brighter than its reference,
 /// blue where it is darker, one scale for all, as a share of each reference's root mean square.
-///
-/// # Errors
-/// [`ChartError`] for pictures without pixels.
 pub fn drawing(show: &str, compared: &Compared) -> Result<Drawing, ChartError> {
     let pictures = || compared.images.iter().zip(&compared.references);
     let parts: Vec<Image> = pictures().map(|(i, r)| relative(i, r)).collect();

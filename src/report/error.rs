@@ -166,7 +166,11 @@ fn no_bank(name: &str, fixed: bool, known: &[String]) -> String {
 }
 
 /// No choice is good enough: which comes nearest, and what to ask for instead.
-fn out_of_reach(until: f64, reference: u8, best: Option<&crate::study::Candidate>) -> String {
+fn out_of_reach(
+    until: f64,
+    reference: u8,
+    best: Option<&crate::engine::measure::Candidate>,
+) -> String {
     let nearest = best.map_or("nothing".to_owned(), |best| {
         // Up, so that it can be asked for.
         let reachable = (best.error * 1e5).ceil() / 1e3;

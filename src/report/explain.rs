@@ -4,9 +4,6 @@ use super::Error;
 use crate::lang;
 
 /// What a code means, with the smallest wrong sheet and its correction.
-///
-/// # Errors
-/// [`Error::NoSuchCode`].
 pub fn explain(code: &str) -> Result<String, Error> {
     let page = lang::explain(code).map_err(Error::NoSuchCode)?;
     let mut text = format!("{}: {}\n\n", page.code, page.title);

@@ -71,9 +71,6 @@ pub trait Canvas: Send {
 pub type Pipe = Box<dyn Fn() -> Box<dyn Write> + Send>;
 
 /// The sequence as an animated PNG, and how it was fitted.
-///
-/// # Errors
-/// What encoding says.
 pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation), Error> {
     let document = engine.document();
     let (start, keys) = (document.timeline().start(), document.keys());
@@ -179,9 +176,6 @@ fn frames(
 
 /// The film as YUV4MPEG2, into a file or down a pipe. A reader that has seen enough ends it, and
 /// that is well.
-///
-/// # Errors
-/// [`Error::Engine`] when it cannot be written, and on cancel.
 pub fn video(
     engine: &Engine,
     player: &Player,
@@ -231,9 +225,6 @@ fn is_broken_pipe(error: &Error) -> bool {
 }
 
 /// An image for each frame, from number 1.
-///
-/// # Errors
-/// [`Error::Engine`] when one cannot be written, and on cancel.
 pub fn numbered(
     engine: &Engine,
     player: &Player,
@@ -266,9 +257,6 @@ pub fn numbered(
 }
 
 /// The key images in single precision: what is computed with further is not rounded before.
-///
-/// # Errors
-/// [`Error::Engine`] on cancel.
 pub fn exact(engine: &Engine, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
     let work = engine.host().work();
     Ok(Player::new(playback, Format::Float, tone, work)?)

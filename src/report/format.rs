@@ -53,9 +53,6 @@ pub const DISPLAYED: Formats = Formats {
 
 impl Formats {
     /// Refuses a file whose ending names none of them.
-    ///
-    /// # Errors
-    /// [`Error::Ending`].
     pub fn check(&self, path: &Path) -> Result<(), Error> {
         match self.endings.contains(&ending(path).as_str()) {
             true => Ok(()),
@@ -81,9 +78,6 @@ pub fn unknown(path: &Path, known: &'static str) -> Error {
 }
 
 /// A drawing, magnified where it becomes pixels.
-///
-/// # Errors
-/// [`Error::Ending`], [`Error::Chart`].
 pub fn drawing(drawing: &Drawing, magnified: f32, path: &Path) -> Result<Vec<u8>, Error> {
     DRAWING.check(path)?;
     match ending(path).as_str() {
@@ -93,9 +87,6 @@ pub fn drawing(drawing: &Drawing, magnified: f32, path: &Path) -> Result<Vec<u8>
 }
 
 /// A measurement: its drawing or its figures.
-///
-/// # Errors
-/// [`Error::Ending`], [`Error::Chart`], [`Error::Json`].
 pub fn record(
     record: &Record,
     drawn: &dyn Fn(Theme) -> Drawing,
@@ -111,9 +102,6 @@ pub fn record(
 }
 
 /// A table; as CSV it is `plain`.
-///
-/// # Errors
-/// [`Error::Ending`].
 pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error> {
     TABLE.check(path)?;
     Ok(match ending(path).as_str() {
@@ -124,9 +112,6 @@ pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error>
 }
 
 /// An image: as displayed, or linear with `about` in its header.
-///
-/// # Errors
-/// [`Error::Ending`]; what encoding says.
 pub fn picture(
     image: &Image,
     tone: impl FnOnce() -> Result<Tone, Error>,
@@ -145,9 +130,6 @@ pub fn picture(
 }
 
 /// A display-coded image: width and height, and RGB bytes row by row from the top.
-///
-/// # Errors
-/// [`Error::Ending`]; what encoding says.
 pub fn displayed(size: (usize, usize), rgb: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     DISPLAYED.check(path)?;
     Ok(png::encode(size.0, size.1, rgb)?)

@@ -21,10 +21,6 @@ type Layer<'i> = (String, String, &'i Image);
 /// Key images, banks or the basis as layers of one file; the header says what each was lit by. All
 /// layers and the file are in memory at once, which is refused beyond the host's budget. The file,
 /// and its description.
-///
-/// # Errors
-/// [`TransportError::Memory`](crate::renderer::TransportError::Memory); what rendering and encoding
-/// say.
 pub fn layers(
     engine: &Engine,
     playback: &Playback,

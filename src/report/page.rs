@@ -14,9 +14,6 @@ use crate::timeline;
 const LEVELS: usize = 257;
 
 /// The page, and its description.
-///
-/// # Errors
-/// What rendering and encoding say.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
     let banks = engine.bank_images()?;
     let (document, show) = (engine.document(), engine.show());

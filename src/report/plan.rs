@@ -38,9 +38,6 @@ pub fn form(plan: &PlanReport) -> impl Serialize {
 }
 
 /// The plan as JSON, indented.
-///
-/// # Errors
-/// serde's, which has no reason to fail here.
 pub fn json(plan: &PlanReport) -> Result<String, serde_json::Error> {
     serde_json::to_string_pretty(&form(plan))
 }

@@ -7,7 +7,7 @@ use super::results::ROUNDING;
 use super::words::{count, percent};
 use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
 use crate::engine::Document;
-use crate::plan::PlanReport;
+use crate::plan::{PlanReport, Predicted};
 use crate::timeline::KeySequence;
 
 /// The key settings in a grid, tied to the moments at which they count.
@@ -96,15 +96,16 @@ fn shares(plan: &PlanReport) -> Panel {
         if x > ROUNDING { 100.0 * x } else { f64::NAN }
     };
     let left = plan.predicted.iter();
-    let used = |refined: usize, error: f64| match (refined == plan.used, error > ROUNDING) {
-        (true, true) => format!("{}: {} %", count(refined, "picture"), percent(error)),
-        (true, false) => format!("{}: nothing left", count(refined, "picture")),
-        (false, _) => String::new(),
+    let leaves_nothing = |p: &Predicted| p.refined == plan.used && p.error <= ROUNDING;
+    let label = |p: &Predicted| match count(p.refined, "picture") {
+        _ if p.refined != plan.used => String::new(),
+        pictures if leaves_nothing(p) => format!("{pictures}: nothing left"),
+        pictures => format!("{pictures}: {} %", percent(p.error)),
     };
     // The picture that leaves nothing is seen under the tolerance, at the foot.
-    let after = |refined: usize, error: f64| match used(refined, error).ends_with("left") {
+    let height = |p: &Predicted| match leaves_nothing(p) {
         true => 25.0 * plan.tolerance,
-        false => shown(error),
+        false => shown(p.error),
     };
     Panel {
         title: format!("metric {}", plan.metric),
@@ -115,10 +116,10 @@ fn shares(plan: &PlanReport) -> Panel {
                 name: "error predicted after so many pictures".to_owned(),
                 points: left
                     .clone()
-                    .map(|p| (p.refined as f64, after(p.refined, p.error)))
+                    .map(|p| (p.refined as f64, height(p)))
                     .collect(),
                 marker: Marker::Square,
-                labels: left.map(|p| used(p.refined, p.error)).collect(),
+                labels: left.map(label).collect(),
             },
             Series {
                 name: "singular value: what each one adds".to_owned(),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::table::csv_line;
 use super::words;
-use crate::study::{Machine, Origin};
+use crate::engine::measure::{Machine, Origin};
 
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -150,9 +150,6 @@ impl Record {
     }
 
     /// As JSON, indented.
-    ///
-    /// # Errors
-    /// serde's, which has no reason to fail here.
     pub fn json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self)
     }

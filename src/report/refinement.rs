@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use super::words::drawn;
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
+use crate::engine::measure::Order;
+use crate::engine::measure::refinement::{OrderCurve, OrderPoint, Refinement};
 use crate::plan::Metric;
-use crate::study::Order;
-use crate::study::refinement::{OrderCurve, OrderPoint, Refinement};
 
 /// Errors below this share of the start's are rounding.
 const ROUNDING: f64 = 1e-4;
@@ -56,13 +56,6 @@ fn order(order: Order) -> &'static str {
     }
 }
 
-/// A line of a panel: x and the error in percent.
-struct Line {
-    name: String,
-    shipped: bool,
-    points: Vec<(f64, f64)>,
-}
-
 const MARKERS: [Marker; 4] = [
     Marker::Square,
     Marker::Triangle,
@@ -83,23 +76,20 @@ pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
         needed(Order::SHIPPED),
         needed(Order::BankByBank)
     );
-    let by = |x: &dyn Fn(usize, &OrderPoint) -> f64| -> Vec<Line> {
-        let curves = refinement.orders.iter();
-        curves.map(|curve| order_line(curve, x)).collect()
+    let panel = |title: &str, x: &str, scale, of: &dyn Fn(usize, &OrderPoint) -> f64| Panel {
+        title: title.to_owned(),
+        x: Axis::new(x, scale),
+        y: Axis::new("true error of the sequence, %", Scale::Log),
+        series: lines(&refinement.orders, of),
+        reference: None,
     };
     let seconds = "seconds from the start, coarse pictures among them";
+    let real = "How long does it take? (mixed pictures: as shipped)";
+    let predicted = "How long was it foretold to take?";
     let panels = [
-        panel(by(&|m, _| m as f64), &first, (REFINED, Scale::Whole)),
-        panel(
-            by(&|_, p| p.real),
-            "How long does it take? (mixed pictures: as shipped)",
-            (seconds, Scale::Linear),
-        ),
-        panel(
-            by(&|_, p| p.predicted),
-            "How long was it foretold to take?",
-            (seconds, Scale::Linear),
-        ),
+        panel(&first, REFINED, Scale::Whole, &|m, _| m as f64),
+        panel(real, seconds, Scale::Linear, &|_, p| p.real),
+        panel(predicted, seconds, Scale::Linear, &|_, p| p.predicted),
     ];
     let title = format!(
         "{}: what does refining bring, and for how long?",
@@ -108,46 +98,32 @@ pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
     chart::panels(&title, &panels, theme)
 }
 
-fn order_line(curve: &OrderCurve, x: &dyn Fn(usize, &OrderPoint) -> f64) -> Line {
-    let points = curve.points.iter().enumerate();
-    let point = |(m, p): (usize, &OrderPoint)| (drawn(Some(x(m, p))), error(p.error));
-    Line {
-        name: order(curve.order).to_owned(),
-        shipped: curve.order == Order::SHIPPED,
-        points: points.map(point).collect(),
-    }
-}
-
-/// In percent.
-fn error(share: f64) -> f64 {
-    drawn(Some(100.0 * share))
-}
-
-fn panel(mut lines: Vec<Line>, title: &str, (label, scale): (&str, Scale)) -> Panel {
+/// A line for each order: x, and the error in percent.
+fn lines(orders: &[OrderCurve], x: &dyn Fn(usize, &OrderPoint) -> f64) -> Vec<chart::Series> {
     // What is shipped comes last and so lies over the others, as crosses that do not hide them.
-    lines.sort_by_key(|line| line.shipped);
-    let line = |(line, marker): (Line, Marker)| {
-        let start = line.points.first().map_or(0.0, |p| p.1);
-        // Rounding has no place on a log axis.
-        let shown = |(x, y): (f64, f64)| (x, if y > ROUNDING * start { y } else { f64::NAN });
+    let mut curves: Vec<&OrderCurve> = orders.iter().collect();
+    curves.sort_by_key(|curve| curve.order == Order::SHIPPED);
+    let error = |point: &OrderPoint| drawn(Some(100.0 * point.error));
+    let line = |(curve, marker): (&OrderCurve, Marker)| {
+        let start = curve.points.first().map_or(0.0, error);
+        let points = curve.points.iter().enumerate().map(|(m, point)| {
+            let y = error(point);
+            // Rounding has no place on a log axis.
+            let shown = if y > ROUNDING * start { y } else { f64::NAN };
+            (drawn(Some(x(m, point))), shown)
+        });
         chart::Series {
-            name: line.name,
-            points: line.points.into_iter().map(shown).collect(),
-            marker: match line.shipped {
-                true => Marker::Cross,
-                false => marker,
+            name: order(curve.order).to_owned(),
+            points: points.collect(),
+            marker: match curve.order {
+                Order::SHIPPED => Marker::Cross,
+                _ => marker,
             },
             labels: Vec::new(),
         }
     };
-    let marked = lines.into_iter().zip(MARKERS.into_iter().cycle());
-    Panel {
-        title: title.to_owned(),
-        x: Axis::new(label, scale),
-        y: Axis::new("true error of the sequence, %", Scale::Log),
-        series: marked.map(line).collect(),
-        reference: None,
-    }
+    let marked = curves.into_iter().zip(MARKERS.into_iter().cycle());
+    marked.map(line).collect()
 }
 
 /// A line for each order.

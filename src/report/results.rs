@@ -25,9 +25,6 @@ const FAR: f64 = 0.01;
 pub type Played = (Animation, f64, Format);
 
 /// Writes everything that a run leaves behind, and measures playback on the way.
-///
-/// # Errors
-/// What drawing, encoding and writing say.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,

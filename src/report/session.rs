@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use super::words::{drawn, figure};
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
-use crate::study::session::{Errors, Event, Moment, Session};
+use crate::engine::session::{Cause, Errors, Measured, Moment};
 
 /// The table: a point for each moment.
-pub fn record(session: &Session) -> Record {
+pub fn record(session: &Measured) -> Record {
     let quantities = vec![
         Quantity::new("computing time", "s"),
         Quantity::new("refined pictures", ""),
@@ -32,12 +32,12 @@ pub fn record(session: &Session) -> Record {
         let mut values = vec![Some(moment.seconds), Some(moment.refined as f64)];
         values.extend(errors(Some(moment.predicted)));
         values.extend(errors(moment.truth));
-        out.add("session", &label(moment), &[event(moment.event)], &values);
+        out.add("session", &label(moment), &[cause(moment.cause)], &values);
     }
     out
 }
 
-fn method(session: &Session) -> String {
+fn method(session: &Measured) -> String {
     let truth = match session.truth {
         Some(step) => format!("every source at quality {step} is the truth"),
         None => "predicted alone".to_owned(),
@@ -48,25 +48,28 @@ fn method(session: &Session) -> String {
     }
 }
 
-fn event(event: Event) -> &'static str {
-    match event {
-        Event::Coarse => "coarse",
-        Event::Refined => "refined",
-        Event::Edit => "edit",
+fn cause(cause: Cause) -> &'static str {
+    match cause {
+        Cause::Coarse => "coarse",
+        Cause::Refined => "refined",
+        Cause::Edit => "edit",
     }
 }
 
 /// What brought a moment: `line 5: refine 2`.
 pub fn label(moment: &Moment) -> String {
     match &moment.command {
-        Some(command) => format!("line {}: {}", command.line, command.text),
+        Some(command) => {
+            let first = command.text.lines().next().unwrap_or_default();
+            format!("line {}: {}", command.line, first.trim())
+        }
         None => "coarse pictures".to_owned(),
     }
 }
 
 /// The chart: 1 - error / (error of coarse pictures alone) against time and against refined
 /// pictures.
-pub fn drawing(session: &Session, theme: Theme) -> Drawing {
+pub fn drawing(session: &Measured, theme: Theme) -> Drawing {
     let panel = |title: &str, axis: &str, scale, x: &dyn Fn(&Moment) -> f64| Panel {
         title: title.to_owned(),
         x: Axis::new(axis, scale),
@@ -111,7 +114,7 @@ fn traces(moments: &[Moment], x: &dyn Fn(&Moment) -> f64) -> Vec<chart::Series> 
     let best = if known(&truth) { &truth } else { &predicted };
     let mut edits = Vec::new();
     for (moment, at) in moments.iter().zip(best) {
-        if moment.event == Event::Edit {
+        if moment.cause == Cause::Edit {
             // Unknown points between them keep the markers unjoined.
             edits.extend([*at, (f64::NAN, f64::NAN)]);
         }
@@ -131,7 +134,7 @@ fn traces(moments: &[Moment], x: &dyn Fn(&Moment) -> f64) -> Vec<chart::Series> 
 }
 
 /// A line for each moment.
-pub fn describe(session: &Session) -> String {
+pub fn describe(session: &Measured) -> String {
     let mut out = format!(
         "{:>9} {:>7} {:>11} {:>8}  {:>8} {:>8}  what\n",
         "seconds", "refined", "predicted %", "true %", "1-e/e0", "true"

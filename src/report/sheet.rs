@@ -9,7 +9,7 @@ mod level;
 mod track;
 
 pub use cue::cue_sheet;
-pub use difference::{Change, CurveChange, Difference, Version, difference};
+pub use difference::{Change, CurveChange, Difference, difference};
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

@@ -71,9 +71,6 @@ pub type Idle = (&'static str, &'static str);
 
 impl Target {
     /// What to write to `path`; `-` is the host's pipe.
-    ///
-    /// # Errors
-    /// [`Error::Ending`].
     pub fn of(path: &str, options: TargetOptions) -> Result<Target, Error> {
         let place = PathBuf::from(path);
         let precision = options.precision.unwrap_or(Precision::Half);
@@ -125,9 +122,6 @@ pub struct Sequence<'e> {
 
 impl Sequence<'_> {
     /// Its frames.
-    ///
-    /// # Errors
-    /// [`Error::Engine`] on cancel.
     pub fn player(&self) -> Result<Player, Error> {
         let Sequence {
             engine, playback, ..
@@ -138,9 +132,6 @@ impl Sequence<'_> {
 
 impl Target {
     /// Writes a sequence; what was written in words, and whether it went down the pipe.
-    ///
-    /// # Errors
-    /// What rendering, encoding and writing say; [`Error::NoPipe`].
     pub fn write(
         &self,
         sequence: &Sequence<'_>,

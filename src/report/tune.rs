@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::words::{self, count, percent, seconds};
-use crate::study::tune::{Candidate, Tuned};
+use crate::engine::measure::tuner::{Candidate, Tuned};
 
 /// Rows of better choices that are listed beyond the chosen one.
 const BEYOND: usize = 3;

@@ -6,9 +6,7 @@ use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, Difference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
-use crate::engine::{Compiled, Serving, Version};
-use crate::show::Show;
-use crate::timeline::Timeline;
+use crate::engine::{Serving, Version};
 
 /// Two versions of a show, and what changed from the first to the second.
 pub struct Comparison {
@@ -23,13 +21,8 @@ pub struct Comparison {
 impl Comparison {
     /// Compares two versions.
     pub fn new(old: Version, new: Version) -> Comparison {
-        let (a, b) = (old.text(), new.text());
-        let difference = sheet::difference(
-            version(&a, old.show(), old.timeline()),
-            version(&b, new.show(), new.timeline()),
-        );
         Comparison {
-            difference,
+            difference: sheet::difference(&old, &new),
             old,
             new,
             serving: None,
@@ -47,32 +40,29 @@ impl Comparison {
     }
 
     /// The changed curves, the old ones dashed, as a file.
-    ///
-    /// # Errors
-    /// [`Error::Ending`] for a file that is neither .png nor .svg, [`Error::Chart`].
     pub fn chart(&self, path: &Path) -> Result<Vec<u8>, Error> {
-        let old = self.old.show().coordinates();
+        let old = self.old.show.coordinates();
         let mut rows = Vec::new();
-        for (i, coordinate) in self.new.show().coordinates().into_iter().enumerate() {
+        for (i, coordinate) in self.new.show.coordinates().into_iter().enumerate() {
             let changed = |c: &CurveChange| c.name == coordinate.name;
             let before = old.iter().position(|c| c.name == coordinate.name);
             if let Some(k) = before.filter(|_| self.difference.curves.iter().any(changed)) {
                 rows.push(chart::Row {
-                    points: points(self.new.timeline(), i),
-                    before: points(self.old.timeline(), k),
+                    points: points(&self.new.timeline, i),
+                    before: points(&self.old.timeline, k),
                     colour: hue(&coordinate),
                     name: coordinate.name,
                     ..chart::Row::default()
                 });
             }
         }
-        let (a, b) = (self.old.timeline(), self.new.timeline());
+        let (a, b) = (&self.old.timeline, &self.new.timeline);
         let curves = chart::Curves {
-            title: format!("{}: what changed (before: dashed)", self.new.show().title),
+            title: format!("{}: what changed (before: dashed)", self.new.show.title),
             start: a.start().min(b.start()).seconds(),
             end: a.end().max(b.end()).seconds(),
             rows,
-            cues: cues_in_time(self.new.show(), b),
+            cues: cues_in_time(&self.new.show, b),
             ..chart::Curves::default()
         };
         format::drawing(&chart::curves(&curves, Theme::Dark), 1.0, path)
@@ -82,23 +72,6 @@ impl Comparison {
 impl std::fmt::Debug for Comparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.difference.fmt(f)
-    }
-}
-
-/// What changed from one state of a document to another.
-pub fn difference(old: &Compiled, new: &Compiled) -> Difference {
-    let (before, after) = (old.text(), new.text());
-    sheet::difference(
-        version(&before, &old.show, &old.timeline),
-        version(&after, &new.show, &new.timeline),
-    )
-}
-
-fn version<'v>(text: &'v str, show: &'v Show, timeline: &'v Timeline) -> sheet::Version<'v> {
-    sheet::Version {
-        text,
-        show,
-        timeline,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Numbers and small things in words, the same in every report.
 
+use crate::engine::measure::Machine;
 use crate::show::{Cue, Show};
-use crate::study::Machine;
 use crate::units::Time;
 
 /// `1 cue`, `2 cues`.

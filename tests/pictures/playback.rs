@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::displayed::Displayed;
+use footlight::engine::measure::playback::{Frame, Judged, UNSEEN, judge};
 use footlight::engine::{Engine, Host};
 use footlight::files::{Folder, MemoryStore};
 use footlight::picture::Image;
@@ -11,7 +12,6 @@ use footlight::picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight::playback::key::Format;
 use footlight::playback::{Playback, Player};
 use footlight::repl::{Console, Repl};
-use footlight::study::playback::{Frame, Judged, UNSEEN, judge};
 use footlight::units::Time;
 use footlight::work::Work;
 

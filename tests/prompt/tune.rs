@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use crate::operator::Altered;
 use crate::random_show::random_show;
+use footlight::engine::measure::tuner::{Candidate, StepCost, Tuner};
+use footlight::engine::session::sequence_error;
 use footlight::engine::{Engine, Error, Goal, Host};
 use footlight::files::Memory;
 use footlight::lang::edit::Edit;
@@ -12,8 +14,6 @@ use footlight::plan;
 use footlight::pool::Pool;
 use footlight::renderer::Quality;
 use footlight::repl::{Console, Repl};
-use footlight::study::session::sequence_error;
-use footlight::study::tune::{Candidate, QualityParameter, Tuner};
 use footlight::work::Work;
 
 /// A random show, small, with other means.
@@ -78,7 +78,7 @@ fn the_error_told_is_that_of_what_is_shown() {
     for quality in 1..=5 {
         let mut render = |unit| tuning.render(unit, Quality(quality)).unwrap();
         pictures.push(units.iter().map(|u| render(u)).collect::<Vec<Image>>());
-        steps.push(QualityParameter {
+        steps.push(StepCost {
             quality,
             fixed: 1.0,
             picture: 1.0,
@@ -136,7 +136,7 @@ fn pictures_at_hand_are_not_rendered_again_and_their_seconds_are_said_to_be_pred
     let mut engine = engine(None);
     let first = engine.tune(0.02, None).unwrap();
     // What a small scene takes beyond its pictures may be lost in the clock's noise.
-    let seconds = |s: &QualityParameter| s.fixed >= 0.0 && s.picture > 0.0;
+    let seconds = |s: &StepCost| s.fixed >= 0.0 && s.picture > 0.0;
     assert!(first.steps.iter().all(|s| s.measured && seconds(s)));
     let errors: Vec<f64> = first.steps.iter().map(|s| s.error).collect();
     assert!(errors.iter().is_sorted_by(|a, b| a > b), "{errors:?}");

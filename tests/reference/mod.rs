@@ -8,6 +8,9 @@
 )]
 
 use footlight::diagnostic::Sources;
+use footlight::engine::measure::Reference;
+use footlight::engine::measure::difference::away_from;
+use footlight::engine::measure::difference::difference;
 use footlight::files::Folder;
 use footlight::geometry::vec3;
 use footlight::lang;
@@ -16,8 +19,6 @@ use footlight::radiosity::Radiosity;
 use footlight::radiosity::emitter_mask;
 use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
-use footlight::study::difference::away_from;
-use footlight::study::{Reference, difference};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 use std::path::PathBuf;

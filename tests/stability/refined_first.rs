@@ -4,13 +4,13 @@
 use crate::evaluation::{Rule, Verdict};
 use crate::projection::Projection;
 use crate::random_show::random_show;
+use footlight::engine::measure::Trial;
 use footlight::engine::{Engine, Host};
 use footlight::files::Memory;
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric};
 use footlight::pool::Pool;
-use footlight::study::Trial;
 use footlight::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];

@@ -1,46 +1,86 @@
-//! What each step of quality sets, costs and leaves.
+//! What each step of quality sets and costs for a show: predicted, and measured when asked.
 
-use std::path::Path;
+use std::collections::BTreeMap;
 
+use serde::{Serialize, Serializer};
+
+use super::Machine;
 use crate::engine::{Engine, Error};
 use crate::picture::Image;
-use crate::radiosity::emitter_mask;
-use crate::renderer::{Quality, Transport as _};
-use crate::study::forecast::{Forecast, Seconds, Step};
-use crate::study::tradeoff::{Against, Measured, Tradeoff};
-use crate::study::{BankError, Machine, Origin, Reference, difference};
+use crate::renderer::{Quality, QualityParameter, Transport as _};
 
 /// A step is measured again while all its runs took less than this, seconds; the shortest counts.
 const ENOUGH: f64 = 0.5;
 /// But not more often than this.
 const RUNS: usize = 3;
 
+/// Seconds of the three things that one waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Seconds {
+    /// Before the first picture.
+    pub prepare: f64,
+    /// Every bank alone, after that.
+    pub banks: f64,
+    /// One more picture of banks that were all lit before.
+    pub picture: f64,
+}
+
+impl Seconds {
+    /// What all banks take from nothing.
+    pub fn total(&self) -> f64 {
+        self.prepare + self.banks
+    }
+}
+
+/// A step of quality for a show.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// Its number.
+    pub quality: u8,
+    /// What it sets.
+    #[serde(serialize_with = "by_name")]
+    pub sets: Vec<QualityParameter>,
+    /// As predicted.
+    pub predicted: Seconds,
+    /// As measured, if it was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured: Option<Seconds>,
+}
+
+/// Every step of the scale for a show.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct QualityForecast {
+    /// The show's title.
+    pub show: String,
+    /// The operator.
+    pub operator: String,
+    /// Where.
+    pub machine: Machine,
+    /// Seconds of the operator's unit of cost here and now.
+    pub pace: f64,
+    /// Cheapest first.
+    pub steps: Vec<Step>,
+}
+
+fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S::Error> {
+    let named: BTreeMap<&str, f64> = sets.iter().map(|e| (e.name, e.amount)).collect();
+    named.serialize(out)
+}
+
 impl Engine {
-    /// The show and the machine that a result is of.
-    pub(crate) fn origin(&self) -> Origin {
-        Origin {
-            subject: self.show().title.clone(),
-            machine: self.machine(),
-        }
-    }
-
-    pub(crate) fn machine(&self) -> Machine {
-        Machine::here(self.host.threads, self.host.processor.clone())
-    }
-
     /// What each step of quality sets for this show and what it will cost; also what it does cost,
     /// when `measure`d.
     ///
     /// # Errors
     /// [`Error::NoSetup`], [`Error::NoBanks`], else what rendering says.
-    pub fn measure_quality(&self, measure: bool) -> Result<Forecast, Error> {
+    pub fn measure_quality(&self, measure: bool) -> Result<QualityForecast, Error> {
         let settings = self.alone_each(&self.bank_names()?)?;
         // Three for an rgb bank; the fixed lights are a source that no bank lights.
         let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let operator = rendering.layered(self.host.renderer.as_ref());
         let pace = self.measure_pace()?;
-        let mut out = Forecast {
+        let mut out = QualityForecast {
             show: self.show().title.clone(),
             operator: operator.name().to_owned(),
             machine: self.machine(),
@@ -75,103 +115,45 @@ impl Engine {
 
     /// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
     /// a few runs.
-    fn measured(
+    pub(super) fn measured(
+        &self,
+        settings: &[Vec<f64>],
+        quality: Quality,
+    ) -> Result<(Vec<Image>, Seconds), Error> {
+        let mut best = self.measured_once(settings, quality)?;
+        let mut spent = best.1.total() + best.1.picture;
+        for _ in 1..RUNS {
+            if spent > ENOUGH {
+                break;
+            }
+            let found = self.measured_once(settings, quality)?;
+            spent += found.1.total() + found.1.picture;
+            if found.1.total() < best.1.total() {
+                best = found;
+            }
+        }
+        Ok(best)
+    }
+
+    fn measured_once(
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
     ) -> Result<(Vec<Image>, Seconds), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let (work, clock) = (self.host.work(), self.host.clock.as_ref());
-        let renderer = self.host.renderer.as_ref();
-        let mut best: Option<(Vec<Image>, Seconds)> = None;
-        let mut spent = 0.0;
-        for _ in 0..RUNS {
-            let begin = clock.seconds();
-            let mut operator = rendering.prepare(renderer, quality, work)?;
-            let prepared = clock.seconds();
-            let images = operator.render(settings, work)?;
-            let done = clock.seconds();
-            operator.render(&[together(settings)], work)?;
-            let found = Seconds {
-                prepare: prepared - begin,
-                banks: done - prepared,
-                picture: clock.seconds() - done,
-            };
-            spent += clock.seconds() - begin;
-            if best.as_ref().is_none_or(|(_, b)| found.total() < b.total()) {
-                best = Some((images, found));
-            }
-            if spent > ENOUGH {
-                break;
-            }
-        }
-        best.ok_or(Error::NoSetup)
-    }
-
-    /// Error against time over the scale of quality, every bank alone: against the pictures in
-    /// `folder`, or against the finest step. Pixels beside an emitter are left out where others
-    /// are seen.
-    ///
-    /// # Errors
-    /// As [`Engine::compare`].
-    pub fn measure_tradeoff(&self, folder: Option<&Path>) -> Result<Tradeoff, Error> {
-        let names = self.bank_names()?;
-        let settings = self.alone_each(&names)?;
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let work = self.host.work();
-        let finest = rendering.finest(self.host.renderer.as_ref()).0;
-        let size = (rendering.setup.view.width, rendering.setup.view.height);
-        let near = emitter_mask::emitters(&rendering.setup, work)?;
-        let counted = difference::away_from(&near, size.0);
-        let report = |done: u8| {
-            let (done, total) = (usize::from(done), usize::from(finest));
-            self.host.progress.report("measuring steps", done, total);
+        let begin = clock.seconds();
+        let mut operator = rendering.prepare(self.host.renderer.as_ref(), quality, work)?;
+        let prepared = clock.seconds();
+        let images = operator.render(settings, work)?;
+        let done = clock.seconds();
+        operator.render(&[together(settings)], work)?;
+        let seconds = Seconds {
+            prepare: prepared - begin,
+            banks: done - prepared,
+            picture: clock.seconds() - done,
         };
-        report(0);
-        let mut last = None;
-        let references = match folder {
-            Some(folder) => {
-                let store = self.host.store.as_ref();
-                Reference::load(store, folder, &names, size, work.memory)?
-            }
-            None => {
-                let (images, seconds) = self.measured(&settings, Quality(finest))?;
-                last = Some(seconds);
-                images.into_iter().map(Reference::of).collect()
-            }
-        };
-        let step_of = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
-            quality,
-            prepare: seconds.prepare,
-            render: seconds.banks,
-            banks: names.iter().cloned().zip(errors).collect(),
-        };
-        let mut steps = Vec::new();
-        for quality in 1..=finest {
-            if let Some(seconds) = last.filter(|_| quality == finest) {
-                steps.push(step_of(quality, seconds, vec![Some(0.0); names.len()]));
-                continue;
-            }
-            let (images, seconds) = self.measured(&settings, Quality(quality))?;
-            let pairs = names.iter().zip(images.iter().zip(&references));
-            let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
-            steps.push(step_of(quality, seconds, errors.collect()));
-            report(quality);
-        }
-        // Where nothing but lamps is seen they are counted.
-        let left_out = near.contains(&true) && counted.contains(&true);
-        let noise_free = references.iter().all(|r| r.halves.is_some());
-        Ok(Tradeoff {
-            origin: self.origin(),
-            against: match folder {
-                Some(_) => Against::References { noise_free },
-                None => Against::Quality(finest),
-            },
-            without_emitters: left_out,
-            coarse: self.coarse_steps()[1].0,
-            refined: self.refined_step().0,
-            steps,
-        })
+        Ok((images, seconds))
     }
 }
 

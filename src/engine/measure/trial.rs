@@ -1,13 +1,249 @@
-//! Every source rendered at all qualities that a pool deals with, and what that takes.
+//! Orders of refined images and their predictions against the truth: errors of whole sequences,
+//! exactly, without rendering a frame.
+//!
+//! With images of every source at both coarse qualities and at the refined one, what a pool would
+//! show is determined: G is linear, so the refined image of any setting is the sum of the sources',
+//! and every error is a quadratic form in the scalar products of D_i = C_i - X_i (finer minus
+//! cheaper coarse image) and K_i = R_i - C_i (refined minus coarse). The rules are the pool's own
+//! ([`Fit`]). `examples/trial` compares them with others on random shows.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices are indexed by the sources and settings they were made of"
+)]
+
+use super::refinement::Seconds;
 use crate::engine::{Engine, Error};
+use crate::linalg::Matrix;
 use crate::picture::Image;
-use crate::plan::{Metric, PlanError};
-use crate::pool::Pool;
+use crate::picture::combine::{combine, dot};
+use crate::plan::{self, Metric, PlanError, Weighting};
+use crate::pool::{Evidence, Fit, Pool};
 use crate::renderer::contract::check_memory;
-use crate::renderer::{Cost, Quality};
-use crate::study::Trial;
-use crate::study::refinement::{Refinement, Seconds};
+use crate::timeline::KeySequence;
+
+/// Scalar products of the images of a show's n sources, with its keys.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    keys: KeySequence,
+    moment: Matrix,
+    norm: f64,
+    /// Norms of the finer coarse images, ‖C_i‖.
+    pub norms: Vec<f64>,
+    /// D_i·D_j, n x n.
+    pub dd: Matrix,
+    /// K_i·D_j, n x n.
+    pub kd: Matrix,
+    /// K_i·K_j, n x n.
+    pub kk: Matrix,
+}
+
+/// What is shown instead of the truth: the error of light L is (K - a·D)·H·L.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// H: what coarse pictures show of each source's light.
+    pub(super) rest: Matrix,
+    /// a
+    pub(super) extrapolation: f64,
+}
+
+impl Shown {
+    /// Where refined images of `settings` are taken with coefficients `c`, a row for each source,
+    /// and coarse images extrapolated by `extrapolation`.
+    pub fn new(settings: &[Vec<f64>], c: &[Vec<f64>], extrapolation: f64) -> Shown {
+        let n = c.len();
+        let s = Matrix::from_fn(n, settings.len(), |i, j| settings[j][i]);
+        let c = Matrix::from_fn(settings.len(), n, |j, i| c[i][j]);
+        Shown {
+            rest: Matrix::identity(n, n) - s * c,
+            extrapolation,
+        }
+    }
+}
+
+/// What decides which picture is refined first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// The directions of a metric, [`Trial::weighting`].
+    Metric(Metric),
+    /// The directions of the true errors, [`Trial::oracle`].
+    Oracle,
+    /// One image for each bank, the most useful first.
+    BankByBank,
+}
+
+impl Order {
+    /// The pool's own.
+    pub const SHIPPED: Order = Order::Metric(Metric::Error);
+}
+
+/// Predicted and true error of a sequence, relative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// As the interpreter says it.
+    pub predicted: f64,
+    /// As it is.
+    pub truth: f64,
+}
+
+impl Trial {
+    /// From pictures of every source alone at unit setting: at the cheaper and the finer coarse
+    /// quality, and at the refined one. `None` unless there is one of each for every coordinate of
+    /// the keys, all of one size.
+    pub fn new(keys: KeySequence, pictures: [&[Image]; 3], threads: usize) -> Option<Trial> {
+        let [coarser, coarse, refined] = pictures;
+        let size = coarse.first().map(|i| (i.width(), i.height()))?;
+        let fits = |list: &[Image]| {
+            list.len() == keys.coordinates() && list.iter().all(|i| (i.width(), i.height()) == size)
+        };
+        if !pictures.iter().all(|p| fits(p)) {
+            return None;
+        }
+        let minus = |a: &[Image], b: &[Image]| -> Vec<Image> {
+            let pairs = a.iter().zip(b);
+            pairs
+                .map(|(a, b)| combine(size, &[(1.0, a), (-1.0, b)], threads))
+                .collect()
+        };
+        let (d, k) = (minus(coarse, coarser), minus(refined, coarse));
+        let products = [between(&d, &d), between(&k, &d), between(&k, &k)];
+        Some(Trial::of_products(keys, &between(coarse, coarse), products))
+    }
+
+    /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
+    pub(super) fn of_products(keys: KeySequence, coarse: &Matrix, known: [Matrix; 3]) -> Trial {
+        let moment = plan::second_moment(&keys);
+        let [dd, kd, kk] = known;
+        Trial {
+            norm: plan::sequence_norm(coarse, &moment),
+            norms: roots(coarse),
+            dd,
+            kd,
+            kk,
+            keys,
+            moment,
+        }
+    }
+
+    /// The show's keys.
+    pub fn keys(&self) -> &KeySequence {
+        &self.keys
+    }
+
+    /// Weights of a metric; `error` is the pool's estimate.
+    pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
+        match metric {
+            Metric::Settings => Ok(Weighting::settings(self.norms.len())),
+            Metric::Influence => Weighting::influence(&self.norms, &self.keys),
+            Metric::Error => Weighting::new(metric, roots(&self.dd)),
+        }
+    }
+
+    /// The metric of one who knows the truth: norms of the true coarse errors.
+    pub fn oracle(&self) -> Result<Weighting, PlanError> {
+        Weighting::new(Metric::Error, roots(&self.kk))
+    }
+
+    /// Settings to refine, the most useful first, in a metric.
+    pub fn order(&self, weighting: &Weighting) -> Result<Vec<Vec<f64>>, PlanError> {
+        let next = plan::next(&self.keys, &[], weighting, None)?;
+        Ok(next.directions.into_iter().map(|d| d.setting).collect())
+    }
+
+    /// Settings to refine, the most useful first, in an order.
+    pub fn ordered(&self, by: Order) -> Result<Vec<Vec<f64>>, PlanError> {
+        match by {
+            Order::Metric(metric) => self.order(&self.weighting(metric)?),
+            Order::Oracle => self.order(&self.oracle()?),
+            Order::BankByBank => Ok(self.banks_in_best_order()),
+        }
+    }
+
+    /// One picture per bank, each time the one that takes most of the true error away.
+    pub fn banks_in_best_order(&self) -> Vec<Vec<f64>> {
+        let mut units = Pool::unit_settings(self.norms.len());
+        let mut left: Vec<usize> = (0..units.len()).collect();
+        let mut out = Vec::new();
+        let pair = |i: usize, j: usize| self.kk[(i, j)] * self.moment[(i, j)];
+        while !left.is_empty() {
+            // Without source i the sum over all pairs of what is left loses row and column i.
+            let gain = |i: usize| 2.0 * left.iter().map(|j| pair(i, *j)).sum::<f64>() - pair(i, i);
+            let best = (0..left.len()).max_by(|a, b| gain(left[*a]).total_cmp(&gain(left[*b])));
+            let Some(best) = best else { break };
+            out.push(std::mem::take(&mut units[left.remove(best)]));
+        }
+        out
+    }
+
+    /// What a pool with refined images of `settings` shows.
+    pub fn shown(&self, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
+        let extrapolation = self.fit(settings)?.extrapolation;
+        let plain = self.shown_in(&self.weighting(Metric::Error)?, settings)?;
+        Ok(Shown {
+            extrapolation,
+            ..plain
+        })
+    }
+
+    /// What the projection in another metric shows on coarse images that are not extrapolated.
+    pub fn shown_in(&self, w: &Weighting, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
+        let units = Pool::unit_settings(self.norms.len());
+        let c = plan::projection(settings, w, &units)?;
+        Ok(Shown::new(settings, &c, 0.0))
+    }
+
+    /// Scalar products of (K - a·D).
+    fn wrong(&self, a: f64) -> Matrix {
+        &self.kk - (&self.kd + self.kd.transpose()) * a + &self.dd * (a * a)
+    }
+
+    /// Error of the sequence, relative to the norm of the coarse one: the square root of
+    /// tr(G_a H M Hᵀ).
+    pub fn error(&self, shown: &Shown) -> f64 {
+        let left = &shown.rest * &self.moment * shown.rest.transpose();
+        plan::sequence_norm(&self.wrong(shown.extrapolation), &left) / self.norm
+    }
+
+    /// Error of one look, in the units of the pictures.
+    pub fn look_error(&self, shown: &Shown, look: &[f64]) -> f64 {
+        let light = Matrix::from_column_slice(look.len(), 1, look);
+        let left = &shown.rest * light;
+        plan::sequence_norm(
+            &self.wrong(shown.extrapolation),
+            &(&left * left.transpose()),
+        )
+    }
+
+    /// What the refined pictures of `settings` tell the pool, one after the other.
+    pub fn evidence(&self, settings: &[Vec<f64>]) -> Result<Vec<Evidence>, PlanError> {
+        let weighting = self.weighting(Metric::Error)?;
+        let of = |s: &Vec<f64>| {
+            let terms = s.iter().zip(weighting.weights());
+            Evidence {
+                kk: form(&self.kk, s, s),
+                ke: form(&self.kd, s, s),
+                ee: form(&self.dd, s, s),
+                expected: terms.map(|(s, w)| (s * w) * (s * w)).sum(),
+            }
+        };
+        Ok(settings.iter().map(of).collect())
+    }
+
+    /// The pool's fit.
+    pub fn fit(&self, settings: &[Vec<f64>]) -> Result<Fit, PlanError> {
+        Ok(Fit::of(&self.evidence(settings)?))
+    }
+
+    /// What the interpreter says of the sequence's error, and what it is.
+    pub fn predicted(&self, settings: &[Vec<f64>]) -> Result<Predicted, PlanError> {
+        let weighting = self.weighting(Metric::Error)?;
+        let forecast = plan::forecast(&self.keys, settings, &weighting, Some(self.norm))?;
+        Ok(Predicted {
+            predicted: forecast * self.fit(settings)?.calibration,
+            truth: self.error(&self.shown(settings)?),
+        })
+    }
+}
 
 impl Engine {
     /// Renders every source alone at both coarse qualities and the refined one.
@@ -19,25 +255,8 @@ impl Engine {
         Ok(self.tried()?.0)
     }
 
-    /// The true error of the sequence against refined pictures and seconds, by order.
-    ///
-    /// # Errors
-    /// As [`Engine::trial`]; [`Error::AlikeCoarse`] and [`Error::AlikeRefined`] where there is no
-    /// error to refine.
-    pub fn measure_refinement(&self) -> Result<Refinement, Error> {
-        let (trial, mut seconds) = self.tried()?;
-        let weighting = trial.weighting(Metric::Error);
-        let weighting = weighting.map_err(or_no_weight(Error::AlikeCoarse))?;
-        trial.oracle().map_err(or_no_weight(Error::AlikeRefined))?;
-        let order = trial.order(&weighting)?;
-        (seconds.prepare, seconds.mixed) =
-            self.one_by_one("mixed pictures", &order, &mut |_| ())?;
-        self.predict(&mut seconds)?;
-        Ok(Refinement::new(self.origin(), &trial, &seconds)?)
-    }
-
     /// The trial, and the real seconds of its pictures.
-    fn tried(&self) -> Result<(Trial, Seconds), Error> {
+    pub(super) fn tried(&self) -> Result<(Trial, Seconds), Error> {
         let [cheap, fine] = self.coarse_steps();
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         if cheap == fine {
@@ -53,25 +272,19 @@ impl Engine {
         let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
         check_memory("every source at three qualities", needed, self.host.memory)?;
         let mut seconds = Seconds::default();
-        let mut coarse = Vec::new();
-        for quality in [cheap, fine] {
-            let (images, [prepare, render]) = self.render_alone(&units, quality)?;
-            seconds.coarse[1] += prepare + render;
-            coarse.push(images);
-        }
+        let (coarser, took) = self.render_alone(&units, cheap)?;
+        let (coarse, also) = self.render_alone(&units, fine)?;
+        seconds.coarse[1] = took.iter().chain(&also).sum();
         let mut refined: Vec<Image> = Vec::new();
         let mut keep = |image| refined.push(image);
         (_, seconds.alone) = self.one_by_one("sources alone", &units, &mut keep)?;
-        let [coarser, coarse] = coarse.as_slice() else {
-            return Err(Error::NoSetup);
-        };
-        let trial = Trial::new(keys, [coarser, coarse, &refined], self.host.threads);
+        let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.threads);
         Ok((trial.ok_or(Error::NoBanks)?, seconds))
     }
 
     /// Renders settings one by one at the refined quality, from nothing prepared: the seconds to
     /// prepare and those of each.
-    fn one_by_one(
+    pub(super) fn one_by_one(
         &self,
         task: &str,
         settings: &[Vec<f64>],
@@ -94,33 +307,22 @@ impl Engine {
         }
         Ok((prepare, each))
     }
-
-    /// What the operator predicts, at the pace of this machine now.
-    fn predict(&self, seconds: &mut Seconds) -> Result<(), Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let renderer = self.host.renderer.as_ref();
-        let pace = self.measure_pace()?;
-        let sources = rendering.setup.rig.sources.len() as f64;
-        let of = |quality: Quality| {
-            let cost = rendering.cost(renderer, quality);
-            Cost {
-                prepare: cost.prepare * pace,
-                per_source: cost.per_source * pace,
-                per_image: cost.per_image * pace,
-                per_lone: cost.per_lone * pace,
-            }
-        };
-        let all = |step| of(step).alone(sources);
-        seconds.coarse[0] = self.coarse_steps().map(all).iter().sum();
-        seconds.cost = of(self.refined_step());
-        Ok(())
-    }
 }
 
-/// What to say where all weights are zero.
-fn or_no_weight(instead: Error) -> impl FnOnce(PlanError) -> Error {
-    |error| match error {
-        PlanError::NoWeight => instead,
-        other => other.into(),
-    }
+/// Scalar products of all images of one list with all of another.
+fn between(rows: &[Image], columns: &[Image]) -> Matrix {
+    Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
+}
+
+/// Square roots of a Gram matrix's diagonal.
+fn roots(gram: &Matrix) -> Vec<f64> {
+    (0..gram.nrows())
+        .map(|i| gram[(i, i)].max(0.0).sqrt())
+        .collect()
+}
+
+/// aᵀ·G·b
+fn form(gram: &Matrix, a: &[f64], b: &[f64]) -> f64 {
+    let row = |i: usize| gram.row(i).iter().zip(b).map(|(g, b)| g * b).sum::<f64>();
+    a.iter().enumerate().map(|(i, a)| a * row(i)).sum()
 }

@@ -1,22 +1,20 @@
 //! The cheapest steps of quality, number of refined images and format of keys that are good enough
 //! for this show on this machine.
 //!
-//! Every source is rendered, or found, at every step of the scale; [`study::tune`] does the rest.
+//! Every source is rendered, or found, at every step of the scale; [`super::tuner`] does the rest.
 //! Seconds are measured where a step's operator was prepared and all its images rendered for the
 //! purpose; where images were found they are the operator's prediction, scaled by what was
 //! measured, and marked as such.
-//!
-//! [`study::tune`]: crate::study::tune
 
 use std::sync::Arc;
 
+use super::tuner::{self, Candidate, StepCost, Tuned, Tuner};
 use crate::engine::{Engine, Error};
 use crate::lang;
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::renderer::Quality;
 use crate::show::Preview;
-use crate::study::tune::{self, Candidate, QualityParameter, Tuned, Tuner};
 
 /// Steps without which there is nothing to choose: two for coarse images, one to compare with.
 const LEAST: u8 = 3;
@@ -38,7 +36,7 @@ impl Engine {
         let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
         let tuner = tuner.ok_or(Error::Black)?;
         let candidates = tuner.candidates(until)?;
-        let Some(choice) = tune::choice(&candidates, until) else {
+        let Some(choice) = tuner::choice(&candidates, until) else {
             return Err(out_of_reach(&candidates, until, reference));
         };
         let preview = self.show().preview.clone();
@@ -52,7 +50,7 @@ impl Engine {
             reference,
             sources: self.sources(),
             steps: tuner.steps().to_vec(),
-            choices: tune::front(&candidates),
+            choices: tuner::front(&candidates),
             choice,
             as_it_stands,
             keys: self.key_formats(&playback, tone)?,
@@ -96,7 +94,7 @@ impl Engine {
         &mut self,
         finest: u8,
         budget: Option<f64>,
-    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<QualityParameter>), Error> {
+    ) -> Result<(Vec<Vec<Arc<Image>>>, Vec<StepCost>), Error> {
         let begin = self.now();
         let (mut pictures, mut steps) = (Vec::new(), Vec::new());
         // Seconds measured, and what was predicted for the same.
@@ -115,13 +113,13 @@ impl Engine {
             if over && quality > LEAST {
                 break;
             }
-            let (images, expense) = self.measure_step(quality)?;
-            if let Some(expense) = expense {
-                pace[0] += expense.fixed + expense.picture * self.sources() as f64;
+            let (images, cost) = self.measure_step(quality)?;
+            if let Some(cost) = cost {
+                pace[0] += cost.fixed + cost.picture * self.sources() as f64;
                 pace[1] += whole;
             }
             pictures.push(images);
-            steps.push(expense.unwrap_or(predicted));
+            steps.push(cost.unwrap_or(predicted));
         }
         // The others are not needed for coarse or refined pictures.
         let ([cheap, fine], refined) = (self.coarse_steps(), self.refined_step().0);
@@ -141,10 +139,7 @@ impl Engine {
     }
 
     /// The pictures of a step; also its seconds where all were rendered, from nothing prepared.
-    fn measure_step(
-        &mut self,
-        quality: u8,
-    ) -> Result<(Vec<Arc<Image>>, Option<QualityParameter>), Error> {
+    fn measure_step(&mut self, quality: u8) -> Result<(Vec<Arc<Image>>, Option<StepCost>), Error> {
         let (host, image_cache) = (&self.host, &mut self.image_cache);
         let clock = host.clock.as_ref();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
@@ -162,21 +157,21 @@ impl Engine {
         let operator = rendering.operator(host.renderer.as_ref(), step, host.work())?;
         operator.render(&[vec![1.0; sources]], host.work())?;
         let picture = clock.seconds() - begin;
-        let expense = QualityParameter {
+        let cost = StepCost {
             quality,
             fixed: (all - picture * sources as f64).max(0.0),
             picture,
             measured: true,
             error: 0.0,
         };
-        Ok((images, Some(expense)))
+        Ok((images, Some(cost)))
     }
 
     /// What the operator says of a step, in its own unit.
-    fn predicted_step(&self, quality: u8) -> Result<QualityParameter, Error> {
+    fn predicted_step(&self, quality: u8) -> Result<StepCost, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = rendering.cost(self.host.renderer.as_ref(), Quality(quality));
-        Ok(QualityParameter {
+        Ok(StepCost {
             quality,
             fixed: cost.prepare + cost.per_source * self.sources() as f64,
             picture: cost.per_image,

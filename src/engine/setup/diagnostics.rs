@@ -34,31 +34,27 @@ fn error(
 
 /// A stage file that cannot be used.
 pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Diagnostic {
-    let named;
-    let help = match cause {
-        SceneError::File(FileError::Missing(path)) if *path != stage.path => {
-            named = format!("`{}` names it, by a path from its own folder", stage.path);
-            named.as_str()
-        }
-        SceneError::File(FileError::Outside(_)) => {
-            "a show reads files only from its own folder downwards; copy the file there"
-        }
-        SceneError::File(FileError::Missing(_)) => "the path is taken from the show's own folder",
-        SceneError::Part {
-            reason: PartError::Extension(_),
-            ..
-        } => "export the geometry again as glTF without compression",
-        SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
-        _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
+    let own = match cause {
+        SceneError::File(FileError::Missing(path)) if *path != stage.path => Some(format!(
+            "`{}` names it, by a path from its own folder",
+            stage.path
+        )),
+        SceneError::File(error) => file_help(error),
+        _ => None,
     };
+    let help = own.unwrap_or_else(|| {
+        let export = match cause {
+            SceneError::Part {
+                reason: PartError::Extension(_),
+                ..
+            } => "export the geometry again as glTF without compression",
+            SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
+            _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
+        };
+        export.to_owned()
+    });
     let message = format!("the stage cannot be read: {cause}");
-    error(
-        codes::STAGE_FILE,
-        message,
-        stage.id,
-        spans,
-        vec![help.to_owned()],
-    )
+    error(codes::STAGE_FILE, message, stage.id, spans, vec![help])
 }
 
 /// A surface that replaces nothing.
@@ -121,68 +117,39 @@ pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnosti
 
 /// A light that does not fit its stage.
 pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagnostic {
-    match cause {
-        RigError::NoMaterial { id, material } => error(
-            codes::MATERIAL,
-            cause.to_string(),
-            *id,
-            spans,
-            materials(material, scene, true),
-        ),
+    let said = |help: &str| vec![help.to_owned()];
+    let (code, id, help) = match cause {
+        RigError::NoMaterial { id, material } => {
+            (codes::MATERIAL, id, materials(material, scene, true))
+        }
         RigError::Dark { id, material } => {
             let help = format!("give it a radiance, such as `panel {material} 500 cd/m2`");
-            error(codes::DARK, cause.to_string(), *id, spans, vec![help])
+            (codes::DARK, id, vec![help])
         }
-        RigError::NoImage { id, .. } => {
-            error(codes::IMAGE, cause.to_string(), *id, spans, Vec::new())
-        }
-        RigError::Unread { id, .. } => error(
-            codes::PHOTOMETRIC,
-            cause.to_string(),
-            *id,
-            spans,
-            Vec::new(),
-        ),
+        RigError::NoImage { id, .. } => (codes::IMAGE, id, Vec::new()),
+        RigError::Unread { id, .. } => (codes::PHOTOMETRIC, id, Vec::new()),
         RigError::NoLamp { id, name, known } => {
-            let near = nearest(name, known.iter().map(String::as_str));
-            let help = match near {
+            let help = match nearest(name, known.iter().map(String::as_str)) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if known.is_empty() => "lights come with glTF files only".to_owned(),
                 None => format!("the stage has {}", some(known)),
             };
-            error(codes::NO_LAMP, cause.to_string(), *id, spans, vec![help])
+            (codes::NO_LAMP, id, vec![help])
         }
         RigError::Distant { id, .. } => {
             let help = "hang a `spot` far away with a narrow beam, or a `panel` for the sky";
-            error(
-                codes::LAMP,
-                cause.to_string(),
-                *id,
-                spans,
-                vec![help.to_owned()],
-            )
+            (codes::LAMP, id, said(help))
         }
         RigError::NoSpot { id, .. } => {
             let help = "say `beam` and `field`, `at` and `aim` of your own behind its name";
-            error(
-                codes::LAMP,
-                cause.to_string(),
-                *id,
-                spans,
-                vec![help.to_owned()],
-            )
+            (codes::LAMP, id, said(help))
         }
         RigError::NoArea { id, .. } => {
             let help = "lumens and candela are spread over its area; say `cd/m2`, or name another";
-            error(
-                codes::NO_AREA,
-                cause.to_string(),
-                *id,
-                spans,
-                vec![help.to_owned()],
-            )
+            (codes::NO_AREA, id, said(help))
         }
-    }
+    };
+    error(code, cause.to_string(), *id, spans, help)
 }
 
 /// An image that cannot be used, at every statement that names it.
@@ -191,27 +158,8 @@ pub(super) fn of_image((file, cause): &Refused, show: &Show, spans: &SpanMap) ->
         ImageError::Picture(PictureError::Layer { wanted, layers }) => {
             (codes::IMAGE_LAYER, layer_help(wanted.as_deref(), layers))
         }
-        ImageError::Picture(PictureError::NotFinite { .. }) => {
-            let help = "render it again; a pixel without a number has no place in a sum of lights";
-            (codes::IMAGE, vec![help.to_owned()])
-        }
-        ImageError::Picture(PictureError::Memory { .. }) => {
-            let help = "render it smaller, or give more memory with `--memory MB`";
-            (codes::IMAGE, vec![help.to_owned()])
-        }
-        ImageError::Picture(_) => {
-            let help = "an image is OpenEXR (linear light, with R, G and B) or PNG (sRGB)";
-            (codes::IMAGE, vec![help.to_owned()])
-        }
-        ImageError::File(FileError::Outside(_)) => {
-            let help = "a show reads files only from its own folder downwards; copy the file there";
-            (codes::IMAGE, vec![help.to_owned()])
-        }
-        ImageError::File(FileError::Missing(_)) => {
-            let help = "the path is taken from the show's own folder";
-            (codes::IMAGE, vec![help.to_owned()])
-        }
-        ImageError::File(_) => (codes::IMAGE, Vec::new()),
+        ImageError::Picture(error) => (codes::IMAGE, vec![picture_help(error).to_owned()]),
+        ImageError::File(error) => (codes::IMAGE, file_help(error).into_iter().collect()),
     };
     let said = match cause {
         ImageError::File(error) => error.to_string(),
@@ -226,6 +174,28 @@ pub(super) fn of_image((file, cause): &Refused, show: &Show, spans: &SpanMap) ->
     named
         .map(|(id, _)| error(code, message.clone(), id, spans, help.clone()))
         .collect()
+}
+
+fn picture_help(error: &PictureError) -> &'static str {
+    match error {
+        PictureError::NotFinite { .. } => {
+            "render it again; a pixel without a number has no place in a sum of lights"
+        }
+        PictureError::Memory { .. } => "render it smaller, or give more memory with `--memory MB`",
+        _ => "an image is OpenEXR (linear light, with R, G and B) or PNG (sRGB)",
+    }
+}
+
+/// What helps where a file is not found, or not allowed.
+fn file_help(error: &FileError) -> Option<String> {
+    let help = match error {
+        FileError::Outside(_) => {
+            "a show reads files only from its own folder downwards; copy the file there"
+        }
+        FileError::Missing(_) => "the path is taken from the show's own folder",
+        _ => return None,
+    };
+    Some(help.to_owned())
 }
 
 /// Which layer could have been meant.

@@ -9,7 +9,7 @@ pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let Some(name) = call.words.first() else {
         return Ok(Reply::text(all()));
     };
-    let declared = DECLARATIONS.iter().find(|d| d.word == name);
+    let declared = DECLARATIONS.iter().find(|d| d.word() == name);
     let spec = match (find(name), declared) {
         (Err(_), Some(declared)) => return Ok(Reply::text(of_declaration(declared))),
         (found, _) => found?,

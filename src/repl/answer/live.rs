@@ -1,4 +1,4 @@
-//! What a hand does at a desk.
+//! Live control: moves in time, levels that are tried, blind edits.
 
 use super::{picture, usage};
 use crate::engine::{self, Moves};
@@ -12,7 +12,7 @@ pub fn at(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if let Some(word) = call.words.first() {
         let time = time(&repl.engine, word)?;
         let released = repl.live.move_to(repl.engine.document(), time)?;
-        told_release(repl, &released);
+        report_release(repl, &released);
     }
     Ok(moment(repl))
 }
@@ -39,12 +39,12 @@ pub fn goto(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 fn moved(repl: &mut Repl, released: &[String]) -> Result<Reply, Error> {
-    told_release(repl, released);
+    report_release(repl, released);
     pictured_moment(repl)
 }
 
 /// Says what a move in time let go of.
-fn told_release(repl: &mut Repl, released: &[String]) {
+fn report_release(repl: &mut Repl, released: &[String]) {
     if !released.is_empty() {
         repl.unheard.push(format!(
             "let go of {}; `record NUMBER` before a move keeps what is tried",
@@ -120,8 +120,8 @@ pub fn record(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));
     let recorded = place.and_then(|p| text.get(p)).unwrap_or_default();
-    let told = repl.told_edit(&edited, before);
-    Ok(Reply::text(format!("{recorded}\n{told}")))
+    let edit = repl.describe_edit(&edited, before);
+    Ok(Reply::text(format!("{recorded}\n{edit}")))
 }
 
 /// `3`, or `4/6` for what goes up and what goes down.

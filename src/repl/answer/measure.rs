@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{session, usage};
 use crate::chart::Theme;
-use crate::repl::argument::{duration, fraction, quality as step};
+use crate::repl::argument::{duration, quality as step, tolerance};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, DRAWING, RECORD};
 use crate::report::{self, comparison, refinement, tradeoff};
@@ -31,24 +31,16 @@ const USAGE: &str = "say what to draw: `chart transport` draws error against tim
     quality, `chart plan` over refined pictures, `chart session` over a session of edits";
 
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if let Some(word) = call.words.first() {
-        return Err(Error::Usage(format!(
-            "`{word}` is left over: quality tells of all steps"
-        )));
-    }
+    call.without_words(": quality tells of all steps")?;
     let forecast = repl.engine.measure_quality(call.has("measure"))?;
     match call.has("json") {
         true => Reply::json(&forecast),
-        false => Ok(Reply::text(report::forecast::describe(&forecast))),
+        false => Ok(Reply::text(report::quality::describe(&forecast))),
     }
 }
 
 pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if let Some(word) = call.words.first() {
-        return Err(Error::Usage(format!(
-            "`{word}` is left over; the folder stands behind --reference"
-        )));
-    }
+    call.without_words("; the folder stands behind --reference")?;
     let Some(folder) = call.option("reference") else {
         return usage(
             "say where the reference pictures are: compare --reference DIR, with DIR/BANK.exr for \
@@ -59,10 +51,7 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         Some(text) => step(&repl.engine, text)?,
         None => repl.engine.coarse_steps()[1],
     };
-    let path = call.option("output").map(Path::new);
-    if let Some(path) = path {
-        DRAWING.check(path)?;
-    }
+    let path = call.output(&DRAWING)?;
     let compared = repl.engine.compare(Path::new(folder), quality)?;
     let json = call.has("json");
     let reply = match json {
@@ -80,15 +69,8 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 pub fn tune(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if let Some(word) = call.words.first() {
-        return Err(Error::Usage(format!(
-            "`{word}` is left over: tune --until 2%"
-        )));
-    }
-    let until = match call.option("until") {
-        Some(text) => fraction(text)?,
-        None => repl.engine.show().preview.tolerance,
-    };
+    call.without_words(": tune --until 2%")?;
+    let until = tolerance(&repl.engine, call, "until")?;
     let budget = call.option("budget").map(duration).transpose()?;
     let tuned = repl.engine.tune(until, budget.map(|t| t.seconds()))?;
     match call.has("json") {
@@ -102,14 +84,10 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         [kind] => kind,
         _ => "",
     };
-    let path = call.option("output").map(Path::new);
-    if let Some(path) = path {
-        RECORD.check(path)?;
-    }
+    let path = call.output(&RECORD)?;
     for (option, own, why) in PARTIAL {
         if call.has(option) && kind != own {
-            let message = format!("`--{option}` is for `chart {own}`: {why}");
-            return Err(Error::Usage(message));
+            return usage(format!("`--{option}` is for `chart {own}`: {why}"));
         }
     }
     let theme = match call.has("dark") {

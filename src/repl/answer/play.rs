@@ -1,5 +1,6 @@
 //! The sequence, on a canvas or into files.
 
+use super::usage;
 use crate::repl::argument::{key_format, target};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film;
@@ -38,7 +39,7 @@ fn checked(path: &str, call: &Call) -> Result<Target, Error> {
     let options = target(call)?;
     let target = Target::of(path, options)?;
     match target.idle(options) {
-        Some((option, file)) => Err(Error::Usage(format!("`--{option}` is for {file}"))),
+        Some((option, file)) => usage(format!("`--{option}` is for {file}")),
         None => Ok(target),
     }
 }

@@ -1,12 +1,11 @@
 //! What the show and its plan look like.
 
-use std::path::Path;
-
+use super::usage;
 use crate::chart::{Drawing, Theme};
 use crate::engine::PlanOptions;
 use crate::lang::nearest;
 use crate::plan::Metric;
-use crate::repl::argument::fraction;
+use crate::repl::argument::tolerance;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::curves::{curves, moving};
 use crate::report::format::DRAWING;
@@ -18,13 +17,10 @@ pub const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
 
 pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let words = call.words();
-    let path = call.option("output").map(Path::new);
-    if let Some(path) = path {
-        DRAWING.check(path)?;
-    }
+    let path = call.output(&DRAWING)?;
     for option in ["metric", "tolerance"] {
         if call.has(option) && words != ["spectrum"] {
-            return Err(Error::Usage(format!("`--{option}` is for `plot spectrum`")));
+            return usage(format!("`--{option}` is for `plot spectrum`"));
         }
     }
     // In a terminal it is dark around.
@@ -93,16 +89,14 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
         Some(near) => format!("did you mean `{near}`?"),
         None => "`show` lists the banks".to_owned(),
     };
-    let message = format!("there is no bank or group `{name}`; {hint}");
-    Err(Error::Usage(message))
+    usage(format!("there is no bank or group `{name}`; {hint}"))
 }
 
 /// The singular values and what they leave, with the tolerance.
 fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
-    let tolerance = call.option("tolerance").map(fraction).transpose()?;
     let plan = repl.engine.plan(PlanOptions {
         metric: repl.engine.metric().unwrap_or(Metric::Settings),
-        tolerance: tolerance.unwrap_or(repl.engine.show().preview.tolerance),
+        tolerance: tolerance(&repl.engine, call, "tolerance")?,
         signed_keys: false,
     })?;
     Ok(report::plot::spectrum(&plan, theme))

@@ -5,30 +5,22 @@ use std::path::{Path, PathBuf};
 use super::usage;
 use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
-use crate::repl::argument::{duration, fraction, goal, whole};
+use crate::repl::argument::{duration, fraction, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::{self, refine as words, run as whole_loop};
 
 /// Steps that `plan --next` lists unless another number is given.
-const TOLD: usize = 5;
+const LISTED: usize = 5;
 
 pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.has("next") {
         return next(repl, call);
     }
-    if let Some(word) = call.words.first() {
-        return Err(Error::Usage(format!(
-            "`{word}` is left over; a number of steps stands behind --next"
-        )));
-    }
-    let tolerance = match call.option("tolerance") {
-        Some(text) => fraction(text)?,
-        None => repl.engine.show().preview.tolerance,
-    };
+    call.without_words("; a number of steps stands behind --next")?;
     let metric = repl.engine.metric().unwrap_or(Metric::Settings);
     let plan = repl.engine.plan(PlanOptions {
         metric,
-        tolerance,
+        tolerance: tolerance(&repl.engine, call, "tolerance")?,
         signed_keys: call.has("signed-keys"),
     })?;
     if call.has("json") {
@@ -49,21 +41,17 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let told = match call.words().as_slice() {
-        [] => TOLD,
+    let listed = match call.words().as_slice() {
+        [] => LISTED,
         [number] => whole(number)?,
-        [_, word, ..] => {
-            return Err(Error::Usage(format!(
-                "`{word}` is left over: plan --next [N]"
-            )));
-        }
+        [_, word, ..] => return usage(format!("`{word}` is left over: plan --next [N]")),
     };
     for other in ["tolerance", "signed-keys"] {
         if call.has(other) {
-            return Err(Error::Usage(format!(
+            return usage(format!(
                 "--{other} belongs to the plan of the whole show, not to --next: the next steps \
                  follow from the pictures that are there"
-            )));
+            ));
         }
     }
     repl.engine.coarse()?;
@@ -71,7 +59,7 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let mut forecast = repl.engine.forecast()?;
     let all = forecast.steps.len();
     let cost = repl.engine.refined_cost()?;
-    forecast.steps.truncate(told);
+    forecast.steps.truncate(listed);
     match call.has("json") {
         true => Reply::json(&forecast),
         false => Ok(Reply::text(words::forecast(
@@ -89,7 +77,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         repl.engine.idle()?;
         repl.engine.start(goal(&call)?)?;
         repl.refining = words;
-        let notes = repl.told_events();
+        let notes = repl.event_notes();
         return Ok(Reply::text(match notes.is_empty() {
             true => "refining beside the prompt: `status` tells how far it is".to_owned(),
             false => notes.join("\n"),
@@ -144,7 +132,7 @@ pub fn stop(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return status(repl, call);
     }
     repl.engine.stop(at_once);
-    let notes = repl.told_events();
+    let notes = repl.event_notes();
     Ok(Reply::text(match (notes.is_empty(), at_once) {
         (false, _) => notes.join("\n"),
         (true, false) => {

@@ -4,20 +4,13 @@ use std::path::Path;
 
 use super::usage;
 use crate::chart::Theme;
-use crate::engine::{self, Command, Session, TEXT_LIMIT};
+use crate::engine::session::{Command, Measured};
+use crate::engine::{self, Session, TEXT_LIMIT};
 use crate::lang;
 use crate::repl::argument::goal;
 use crate::repl::{Call, Error, Repl, Reply, finished};
 use crate::report;
 use crate::report::format::RECORD;
-use crate::study::session as study;
-
-/// A command of the file.
-struct Line {
-    /// Where it begins, from 1.
-    number: usize,
-    text: String,
-}
 
 pub fn session(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let [path] = call.words.as_slice() else {
@@ -25,10 +18,7 @@ pub fn session(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             "say which file holds the commands: session FILE, with edits and `refine` lines",
         );
     };
-    let output = call.option("output").map(Path::new);
-    if let Some(path) = output {
-        RECORD.check(path)?;
-    }
+    let output = call.output(&RECORD)?;
     replayed(
         repl,
         Path::new(path),
@@ -49,14 +39,15 @@ pub fn replayed(
     let text = String::from_utf8(bytes).map_err(|_| engine::Error::NotText(path.to_owned()))?;
     let mut session = Session::begin(&mut repl.engine, truth)?;
     let mut failed = None;
-    for line in lines(&text) {
-        if let Err(cause) = run(repl, &mut session, &line) {
-            failed = Some((line.number, cause));
+    for command in commands(&text) {
+        let line = command.line;
+        if let Err(cause) = run(repl, &mut session, command) {
+            failed = Some((line, cause));
             break;
         }
     }
-    let moments = session.end(&mut repl.engine);
-    let reply = reply(repl, moments, truth, to)?;
+    let measured = session.end(&mut repl.engine);
+    let reply = reply(repl, &measured, to)?;
     match failed {
         None => Ok(reply),
         Some((line, cause)) => Err(Error::Session {
@@ -68,41 +59,24 @@ pub fn replayed(
     }
 }
 
-fn run(repl: &mut Repl, session: &mut Session, line: &Line) -> Result<(), Error> {
-    let first = line.text.lines().next().unwrap_or_default().trim();
-    let command = if lang::is_declaration(&line.text) {
-        Command::Edit(line.text.clone())
-    } else {
-        let call = Call::parse(without_comment(&line.text))?;
+fn run(repl: &mut Repl, session: &mut Session, mut command: Command) -> Result<(), Error> {
+    if !lang::is_declaration(&command.text) {
+        let call = Call::parse(without_comment(&command.text))?;
         if call.verb.name != "refine" {
-            return Err(Error::Usage(format!(
-                "a session holds declarations and `refine`; `{first}` is neither"
-            )));
+            let text = command.text.trim();
+            return usage(format!(
+                "a session holds declarations and `refine`; `{text}` is neither"
+            ));
         }
-        Command::Refine(goal(&call)?)
-    };
-    let said = study::Command {
-        line: line.number,
-        text: first.to_owned(),
-    };
-    Ok(session.run(&mut repl.engine, &command, said)?)
+        command.goal = Some(goal(&call)?);
+    }
+    Ok(session.run(&mut repl.engine, &command)?)
 }
 
-fn reply(
-    repl: &Repl,
-    moments: Vec<study::Moment>,
-    truth: bool,
-    to: (Option<&Path>, Theme),
-) -> Result<Reply, Error> {
-    let session = study::Session {
-        origin: repl.engine.origin(),
-        truth: truth.then(|| repl.engine.refined_step().0),
-        metric: repl.engine.metric(),
-        moments,
-    };
-    let text = report::session::describe(&session);
-    let record = || report::session::record(&session);
-    let drawing = |theme| report::session::drawing(&session, theme);
+fn reply(repl: &Repl, session: &Measured, to: (Option<&Path>, Theme)) -> Result<Reply, Error> {
+    let text = report::session::describe(session);
+    let record = || report::session::record(session);
+    let drawing = |theme| report::session::drawing(session, theme);
     repl.deliver(text, &record, &drawing, to)
 }
 
@@ -113,8 +87,8 @@ fn without_comment(text: &str) -> &str {
 
 /// The commands with the lines where they begin; declarations go on until they are finished, blank
 /// lines and comments are left out.
-fn lines(text: &str) -> Vec<Line> {
-    let mut out: Vec<Line> = Vec::new();
+fn commands(text: &str) -> Vec<Command> {
+    let mut out: Vec<Command> = Vec::new();
     let mut open = false;
     for (i, line) in text.lines().enumerate() {
         match out.last_mut().filter(|_| open) {
@@ -123,9 +97,10 @@ fn lines(text: &str) -> Vec<Line> {
                 last.text.push_str(line);
             }
             None if line.trim().is_empty() || line.trim_start().starts_with("//") => continue,
-            None => out.push(Line {
-                number: i + 1,
+            None => out.push(Command {
+                line: i + 1,
                 text: line.to_owned(),
+                goal: None,
             }),
         }
         open = out.last().is_some_and(|last| !finished(&last.text));

@@ -8,7 +8,7 @@ use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
 use crate::report::sheet;
 use crate::report::table::Table;
-use crate::report::versions::{self, Comparison};
+use crate::report::versions::Comparison;
 use crate::report::words::count;
 use crate::report::{self, document};
 
@@ -25,9 +25,7 @@ pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let name = call.words.join(" ");
     let texts = document::declarations(document, &name);
     match texts.is_empty() {
-        true => Err(Error::Usage(format!(
-            "nothing in the show is called `{name}`"
-        ))),
+        true => usage(format!("nothing in the show is called `{name}`")),
         false => Ok(Reply::text(texts.join("\n"))),
     }
 }
@@ -57,12 +55,12 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
         repl.engine.redo()?;
     }
     let document = repl.engine.document();
-    let difference = versions::difference(&old, &document.compiled());
+    let difference = sheet::difference(&old.version, &document.compiled().version);
     let changes = difference.changes.iter();
-    let mut told: String = changes.map(|change| format!("{change}\n")).collect();
-    told.push_str(&document::headline(document));
+    let mut text: String = changes.map(|change| format!("{change}\n")).collect();
+    text.push_str(&document::headline(document));
     let left = count(document.edits(), "edit");
-    Ok(Reply::text(format!("{told}\n{left} to undo")))
+    Ok(Reply::text(format!("{text}\n{left} to undo")))
 }
 
 pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -3,9 +3,7 @@
 
 /// A kind of declaration.
 pub struct Declaration {
-    /// Its first word.
-    pub word: &'static str,
-    /// How it is written.
+    /// How it is written, its own word first.
     pub usage: &'static str,
     /// What it is for.
     pub about: &'static str,
@@ -13,14 +11,15 @@ pub struct Declaration {
     pub example: &'static str,
 }
 
-const fn of(
-    word: &'static str,
-    usage: &'static str,
-    about: &'static str,
-    example: &'static str,
-) -> Declaration {
+impl Declaration {
+    /// Its first word.
+    pub fn word(&self) -> &'static str {
+        self.usage.split(' ').next().unwrap_or(self.usage)
+    }
+}
+
+const fn of(usage: &'static str, about: &'static str, example: &'static str) -> Declaration {
     Declaration {
-        word,
         usage,
         about,
         example,
@@ -29,92 +28,73 @@ const fn of(
 
 /// All of them, in the order in which a show has them.
 pub const DECLARATIONS: [Declaration; 15] = [
+    of("show \"TITLE\"", "the title", "show \"First light\""),
     of(
-        "show",
-        "show \"TITLE\"",
-        "the title",
-        "show \"First light\"",
-    ),
-    of(
-        "preview",
         "preview { SETTING ... }",
         "how pictures are made: tolerance, coarse, refined, exposure, rate, gap",
         "preview { tolerance 1%  coarse 1  refined 4 }",
     ),
     of(
-        "include",
         "include \"FILE.lxq\"",
         "another file's declarations, as if they stood here",
         "include \"rig.lxq\"",
     ),
     of(
-        "let",
         "let NAME = VALUE",
         "a value with a name, used wherever its kind fits",
         "let warm = 2700 K",
     ),
     of(
-        "stage",
         "stage \"FILE\"",
         "the geometry: OBJ or glTF, beside the show's file",
         "stage \"first.obj\"",
     ),
     of(
-        "surface",
         "surface NAME reflectance COLOUR|SHARE { SOLID ... }",
         "how a material reflects, in place of the stage's; with solids that are made of it",
         "surface floor  reflectance 0.3",
     ),
     of(
-        "view",
         "view NAME from X, Y, Z to X, Y, Z fov DEGREES size WxH",
         "who looks at the stage: metres, Z up",
         "view house  from 0, -11, 2  to 0, 3, 1.6  fov 26  size 480x270",
     ),
     of(
-        "light",
         "light NAME panel MATERIAL | spot at PLACE aim PLACE beam A field B | ...",
         "what shines, at full: a surface of the stage, a spot, a photometric file, an image thrown",
         "light key  spot  at -3, -6, 5  aim 0, 1, 1  beam 20  field 35  9000 cd  2700 K",
     ),
     of(
-        "bank",
         "bank NAME = LIGHT ... channel N",
         "lights that always move together: one channel of the desk",
         "bank front = key  channel 1",
     ),
     of(
-        "fixed",
         "fixed NAME = LIGHT ... level PERCENT",
         "lights that the desk never touches",
         "fixed exits = sign  level 30",
     ),
     of(
-        "group",
         "group NAME = BANK ...",
         "banks set by one word, each at the same level",
         "group all = front",
     ),
     of(
-        "look",
         "look NAME { BANK LEVEL ... }",
         "levels with a name, for cues and other looks",
         "look evening  { front 40 }",
     ),
     of(
-        "default",
         "default time TIME",
         "the time of cues that have none",
         "default time 4",
     ),
     of(
-        "curve",
         "curve NAME = spline 0 0, SHARE LEVEL, ..., 1 100",
         "how a fade goes, for cues that name it",
         "curve dawn = spline 0 0, 0.5 20, 1 100",
     ),
     of(
-        "cue",
         "cue NUMBER \"LABEL\" at TIME { BANK LEVEL ... time SECONDS }",
         "where levels go, from when and how fast; without `at` it waits for GO",
         "cue 2 \"Evening\"  at 0:04 { evening  time 3 }",
@@ -130,7 +110,7 @@ mod tests {
 
     #[test]
     fn every_declaration_is_explained() {
-        let words: Vec<&str> = DECLARATIONS.iter().map(|d| d.word).collect();
+        let words: Vec<&str> = DECLARATIONS.iter().map(Declaration::word).collect();
         let mut known = lang::keywords().to_vec();
         known.sort_by_key(|word| words.iter().position(|w| w == word));
         assert_eq!(words, known);
@@ -144,17 +124,17 @@ mod tests {
             assert!(lang::is_declaration(d.example), "{}", d.example);
             let laid_out = lang::format(d.example).unwrap();
             assert_eq!(laid_out.trim_end(), d.example);
-            if d.word != "include" {
+            if d.word() != "include" {
                 text += d.example;
                 text.push('\n');
             }
         }
         let parsed = lang::parse(&mut Sources::default(), "examples.lxq", &text);
-        let told: Vec<&str> = parsed
+        let found: Vec<&str> = parsed
             .diagnostics
             .iter()
             .map(|d| d.message.as_str())
             .collect();
-        assert!(parsed.show.is_some(), "{told:?}");
+        assert!(parsed.show.is_some(), "{found:?}");
     }
 }

@@ -14,6 +14,15 @@ const fn value(name: &'static str, value: &'static str, about: &'static str) -> 
     }
 }
 
+const fn switch(name: &'static str, about: &'static str) -> OptionSpec {
+    OptionSpec {
+        name,
+        letter: None,
+        value: None,
+        about,
+    }
+}
+
 const fn output(about: &'static str) -> OptionSpec {
     OptionSpec {
         name: "output",
@@ -23,19 +32,12 @@ const fn output(about: &'static str) -> OptionSpec {
     }
 }
 
-const JSON: OptionSpec = OptionSpec {
-    name: "json",
-    letter: None,
-    value: None,
-    about: "print data instead of words",
-};
+const JSON: OptionSpec = switch("json", "print data instead of words");
 
-const SIGNED: OptionSpec = OptionSpec {
-    name: "signed-keys",
-    letter: None,
-    value: None,
-    about: "allow negative keys, which float playback can show, and spare the knots",
-};
+const SIGNED: OptionSpec = switch(
+    "signed-keys",
+    "allow negative keys, which float playback can show, and spare the knots",
+);
 
 const METRIC: OptionSpec = value(
     "metric",
@@ -43,19 +45,12 @@ const METRIC: OptionSpec = value(
     "what makes a picture worth refining: settings, influence or error (default: error)",
 );
 
-const DARK: OptionSpec = OptionSpec {
-    name: "dark",
-    letter: None,
-    value: None,
-    about: "light lines on a dark ground, in a file too",
-};
+const DARK: OptionSpec = switch("dark", "light lines on a dark ground, in a file too");
 
-const FLOAT: OptionSpec = OptionSpec {
-    name: "float",
-    letter: None,
-    value: None,
-    about: "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
-};
+const FLOAT: OptionSpec = switch(
+    "float",
+    "an .exr in 32 bits a number (default: 16, the relative error 2^-11)",
+);
 
 const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
 
@@ -152,12 +147,7 @@ pub const VERBS: &[VerbSpec] = &[
     .words("[N]", Complete::Nothing)
     .options(&[
             JSON,
-            OptionSpec {
-                name: "next",
-                letter: None,
-                value: None,
-                about: "the next N pictures to refine (default: 5), their seconds and what they leave",
-            },
+            switch("next", "the next N pictures to refine (default: 5), their seconds and what they leave"),
             value(
                 "tolerance",
                 "X",
@@ -320,12 +310,7 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .options(&[
             JSON,
-            OptionSpec {
-                name: "measure",
-                letter: None,
-                value: None,
-                about: "render at every step too, and tell the seconds it took",
-            },
+            switch("measure", "render at every step too, and tell the seconds it took"),
         ])
     .command(),
     verb(
@@ -347,12 +332,7 @@ pub const VERBS: &[VerbSpec] = &[
                 "FILE",
                 "of session, the file to replay (default: session.txt beside the show)",
             ),
-            OptionSpec {
-                name: "truth",
-                letter: None,
-                value: None,
-                about: "of session, also against every source at the refined quality",
-            },
+            switch("truth", "of session, also against every source at the refined quality"),
             DARK,
             output("write a .png, an .svg, or the figures as .csv or .json"),
         ])
@@ -387,12 +367,7 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("COMMANDS", Complete::Files)
     .options(&[
-            OptionSpec {
-                name: "truth",
-                letter: None,
-                value: None,
-                about: "measure against every source at the refined quality, rendered beside",
-            },
+            switch("truth", "measure against every source at the refined quality, rendered beside"),
             METRIC,
             output("write a .png or an .svg, or the data as .csv or .json"),
         ])
@@ -497,12 +472,7 @@ pub const VERBS: &[VerbSpec] = &[
         "lay the show's text out anew, comments and groups kept",
         "fmt",
     )
-    .options(&[OptionSpec {
-            name: "check",
-            letter: None,
-            value: None,
-            about: "only tell whether the layout is canonical",
-        }]),
+    .options(&[switch("check", "only tell whether the layout is canonical")]),
     verb(
         "diff",
         text::diff,

@@ -4,22 +4,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::level::{by_bank, clock, first_coordinates, motion, number, time};
+use crate::engine::Version;
 use crate::lang;
 use crate::linalg::{Bernstein, mass};
 use crate::show::{Cue, Link, Part, Show, Trigger};
 use crate::timeline::{Piece, Timeline};
 use crate::units::{Time, percent};
-
-/// A version of a show: its text and what it means.
-#[derive(Clone, Copy, Debug)]
-pub struct Version<'a> {
-    /// The text.
-    pub text: &'a str,
-    /// The model of it.
-    pub show: &'a Show,
-    /// The curves of it.
-    pub timeline: &'a Timeline,
-}
 
 /// One change.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -98,9 +88,9 @@ fn rounded(at: Time) -> Time {
 }
 
 /// What changed from `old` to `new`.
-pub fn difference(old: Version<'_>, new: Version<'_>) -> Difference {
+pub fn difference(old: &Version, new: &Version) -> Difference {
     let mut out = Difference::default();
-    declarations(old.text, new.text, &mut out);
+    declarations(&old.text(), &new.text(), &mut out);
     cues(old, new, &mut out.changes);
     out.curves = curves(old, new);
     out
@@ -141,15 +131,15 @@ impl Difference {
     }
 }
 
-fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
+fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
     let find = |show: &Show, cue: &Cue| {
         let found = show.cues.binary_search_by_key(&cue.number, |c| c.number);
         found.ok()
     };
-    let alike = same_words(old.show, new.show);
+    let alike = same_words(&old.show, &new.show);
     for (i, cue) in new.show.cues.iter().enumerate() {
         let what = format!("cue {}", cue.number);
-        let Some(k) = find(old.show, cue) else {
+        let Some(k) = find(&old.show, cue) else {
             let go = new.timeline.cues().get(i).map_or(Time::ZERO, |c| c.go);
             let label = if cue.label.is_empty() {
                 String::new()
@@ -164,10 +154,10 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
             let mut hows = heads(was, cue);
             // A clock time that changed has stated when GO moved already.
             if was.trigger == cue.trigger {
-                hows.extend(times(old.timeline, k, new.timeline, i));
+                hows.extend(times(&old.timeline, k, &new.timeline, i));
             }
             if !(alike && same_parts(was, cue)) {
-                hows.extend(parts(old.show, was, new.show, cue, go(new.timeline, i)));
+                hows.extend(parts(&old.show, was, &new.show, cue, go(&new.timeline, i)));
             }
             out.extend(hows.into_iter().map(|how| Change {
                 what: what.clone(),
@@ -176,7 +166,7 @@ fn cues(old: Version<'_>, new: Version<'_>, out: &mut Vec<Change>) {
         }
     }
     for cue in &old.show.cues {
-        if find(new.show, cue).is_none() {
+        if find(&new.show, cue).is_none() {
             out.push(Change {
                 what: format!("cue {}", cue.number),
                 how: "removed".to_owned(),
@@ -264,14 +254,19 @@ fn times(old: &Timeline, k: usize, new: &Timeline, i: usize) -> Option<String> {
     let moved = now.go - was.go;
     let clocked = moved.micros() == 0;
     (!clocked).then(|| {
-        let by = number(moved.seconds().abs());
-        let way = if moved.micros() > 0 {
-            "later"
-        } else {
-            "earlier"
-        };
+        let (by, way) = shift(moved);
         format!("GO {} -> {} ({by} s {way})", clock(was.go), clock(now.go))
     })
+}
+
+/// Seconds of a move in time, and its direction.
+fn shift(moved: Time) -> (String, &'static str) {
+    let way = if moved.micros() > 0 {
+        "later"
+    } else {
+        "earlier"
+    };
+    (number(moved.seconds().abs()), way)
 }
 
 fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> {
@@ -321,13 +316,7 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
     };
     let mut out = Vec::new();
     if was.delay != now.delay {
-        let moved = now.delay - was.delay;
-        let way = if moved.micros() > 0 {
-            "later"
-        } else {
-            "earlier"
-        };
-        let by = number(moved.seconds().abs());
+        let (by, way) = shift(now.delay - was.delay);
         out.push(format!("{which}moved by {by} s, {way}"));
     }
     for (word, was, now) in [("up", was.up, now.up), ("down", was.down, now.down)] {
@@ -349,7 +338,7 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
 }
 
 /// Banks of both versions whose curves differ.
-fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
+fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
     let names = |show: &Show| -> Vec<String> {
         show.coordinates()
             .into_iter()
@@ -357,11 +346,11 @@ fn curves(old: Version<'_>, new: Version<'_>) -> Vec<CurveChange> {
             .map(|c| c.name)
             .collect()
     };
-    let before = names(old.show);
+    let before = names(&old.show);
     let start = old.timeline.start().min(new.timeline.start());
     let end = old.timeline.end().max(new.timeline.end());
     let mut out = Vec::new();
-    for (i, name) in names(new.show).into_iter().enumerate() {
+    for (i, name) in names(&new.show).into_iter().enumerate() {
         let Some(k) = before.iter().position(|n| *n == name) else {
             continue;
         };

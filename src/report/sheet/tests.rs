@@ -1,7 +1,9 @@
 //! Sheets of small shows, in full.
 
-use super::{Difference, Version, cue_sheet, difference, track_sheet};
+use super::{Difference, cue_sheet, difference, track_sheet};
 use crate::diagnostic::Sources;
+use crate::engine::Version;
+use crate::files::Memory;
 use crate::lang;
 use crate::show::Show;
 use crate::timeline::Timeline;
@@ -15,21 +17,15 @@ fn show(cues: &str) -> Show {
         .unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
 }
 
+fn version(text: &str) -> Version {
+    Version::read("a.lxq", text.as_bytes(), &Memory::default()).unwrap()
+}
+
 fn compared(old: &str, new: &str) -> Difference {
-    let (old, new) = (format!("{RIG}{old}"), format!("{RIG}{new}"));
-    let read = |text: &str| {
-        lang::parse(&mut Sources::default(), "a.lxq", text)
-            .show
-            .unwrap()
-    };
-    let (a, b) = (read(&old), read(&new));
-    let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
-    let version = |text, show, timeline| Version {
-        text,
-        show,
-        timeline,
-    };
-    difference(version(&old, &a, &ta), version(&new, &b, &tb))
+    difference(
+        &version(&format!("{RIG}{old}")),
+        &version(&format!("{RIG}{new}")),
+    )
 }
 
 const CUES: &str = "\
@@ -122,29 +118,10 @@ fn the_norm_of_a_change_is_exact() {
 }
 
 #[test]
-fn a_rig_that_changed_is_told_with_both_texts() {
-    let edited =
-        format!("{RIG}cue 1 {{ lamps 5 }}\n").replace("bank fire = b", "bank fire = b  channel 4");
-    let read = |text: &str| {
-        lang::parse(&mut Sources::default(), "a.lxq", text)
-            .show
-            .unwrap()
-    };
+fn a_rig_that_changed_is_reported_with_both_texts() {
     let old = format!("{RIG}cue 1 {{ lamps 5 }}\n");
-    let (a, b) = (read(&old), read(&edited));
-    let (ta, tb) = (Timeline::new(&a).unwrap(), Timeline::new(&b).unwrap());
-    let found = difference(
-        Version {
-            text: &old,
-            show: &a,
-            timeline: &ta,
-        },
-        Version {
-            text: &edited,
-            show: &b,
-            timeline: &tb,
-        },
-    );
+    let edited = old.replace("bank fire = b", "bank fire = b  channel 4");
+    let found = difference(&version(&old), &version(&edited));
     assert_eq!(found.changes.len(), 1);
     assert_eq!(found.changes[0].what, "bank fire");
     assert_eq!(

@@ -1,8 +1,10 @@
 //! The track sheet: what every bank holds when every cue is complete, and how it came to.
 
+use std::collections::BTreeMap;
+
 use super::level;
 use crate::report::table::Table;
-use crate::show::Show;
+use crate::show::{Bank, Cue, Motion, Show};
 
 /// How a bank comes to its level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,107 +106,80 @@ impl TrackSheet {
 /// The track sheet of a show. Levels track by what is written, whether or not a fade is later
 /// interrupted; the fixed lights are left out.
 pub fn track_sheet(show: &Show) -> TrackSheet {
-    let first = level::first_coordinates(show);
-    let count = first.last().copied().unwrap_or(0);
-    let mut state = State {
-        now: vec![0.0; count],
-        lasting: vec![0.0; count],
-        restore: Vec::new(),
-        used: vec![false; show.banks.len()],
-    };
-    let mut cells = Vec::with_capacity(show.cues.len());
-    for cue in &show.cues {
-        cells.push(state.cue(show, cue, &first));
-    }
-    TrackSheet {
-        cues: show
-            .cues
-            .iter()
-            .map(|c| (c.number.to_string(), c.label.clone()))
-            .collect(),
+    let banks = show.banks.iter().zip(level::first_coordinates(show));
+    let mut tracks: Vec<Track<'_>> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
+    let mut out = TrackSheet {
+        cues: Vec::with_capacity(show.cues.len()),
         banks: show.banks.iter().map(|b| b.name.clone()).collect(),
-        cells,
+        cells: Vec::with_capacity(show.cues.len()),
+    };
+    for cue in &show.cues {
+        let moves = cue.parts.iter().flat_map(|part| &part.moves);
+        let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
+        let cells = tracks.iter_mut().map(|track| track.cell(cue, &moved));
+        out.cells.push(cells.collect());
+        out.cues.push((cue.number.to_string(), cue.label.clone()));
     }
+    out
 }
 
-/// Levels between cues.
-struct State {
-    /// What each coordinate holds.
-    now: Vec<f64>,
+/// A bank between cues.
+struct Track<'s> {
+    bank: &'s Bank,
+    /// Its first coordinate.
+    first: usize,
+    coordinates: Vec<Tracked>,
+    /// A cue has moved it.
+    used: bool,
+}
+
+/// A coordinate between cues.
+#[derive(Clone, Copy, Default)]
+struct Tracked {
+    /// What it holds.
+    now: f64,
     /// What it would hold without cueonly cues.
-    lasting: Vec<f64>,
-    /// Coordinates that the next cue puts back.
-    restore: Vec<usize>,
-    /// Banks that a cue has moved.
-    used: Vec<bool>,
+    lasting: f64,
+    /// The next cue puts it back.
+    restore: bool,
 }
 
-impl State {
-    fn cue(&mut self, show: &Show, cue: &crate::show::Cue, first: &[usize]) -> Vec<(String, Held)> {
-        let before = self.now.clone();
-        let mut moved = vec![None; before.len()];
-        for one in cue.parts.iter().flat_map(|p| &p.moves) {
-            let path = matches!(one.motion, crate::show::Motion::Path(_));
-            if let Some(slot) = moved.get_mut(one.coordinate) {
-                *slot = Some((one.motion.target(), path));
+impl<'s> Track<'s> {
+    fn new(bank: &'s Bank, first: usize) -> Track<'s> {
+        Track {
+            bank,
+            first,
+            coordinates: vec![Tracked::default(); if bank.rgb { 3 } else { 1 }],
+            used: false,
+        }
+    }
+
+    /// The bank's level after a cue, and how it came to it; `moved` has the cue's motions by
+    /// coordinate.
+    fn cell(&mut self, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
+        let was: Vec<f64> = self.coordinates.iter().map(|c| c.now).collect();
+        let (mut paths, mut back) = (Vec::new(), false);
+        for (index, coordinate) in (self.first..).zip(&mut self.coordinates) {
+            if let Some(motion) = moved.get(&index) {
+                paths.push(matches!(motion, Motion::Path(_)));
+                coordinate.now = motion.target();
+                coordinate.restore = cue.cueonly;
+                if !cue.cueonly {
+                    coordinate.lasting = coordinate.now;
+                }
+            } else if std::mem::take(&mut coordinate.restore) {
+                back |= coordinate.now != coordinate.lasting;
+                coordinate.now = coordinate.lasting;
             }
         }
-        let mut restored = vec![false; before.len()];
-        for c in std::mem::take(&mut self.restore) {
-            if moved.get(c).is_some_and(Option::is_none)
-                && let (Some(now), Some(lasting), Some(flag)) = (
-                    self.now.get_mut(c),
-                    self.lasting.get(c),
-                    restored.get_mut(c),
-                )
-            {
-                *flag = *now != *lasting;
-                *now = *lasting;
-            }
-        }
-        for (c, (target, _)) in moved
-            .iter()
-            .enumerate()
-            .filter_map(|(c, m)| Some((c, (*m)?)))
-        {
-            if let Some(now) = self.now.get_mut(c) {
-                *now = target;
-            }
-            if cue.cueonly {
-                self.restore.push(c);
-            } else if let Some(lasting) = self.lasting.get_mut(c) {
-                *lasting = target;
-            }
-        }
-        let mut out = Vec::with_capacity(show.banks.len());
-        for (b, bank) in show.banks.iter().enumerate() {
-            let range = first.get(b).copied().unwrap_or(0)..first.get(b + 1).copied().unwrap_or(0);
-            let of = |all: &[f64]| all.get(range.clone()).unwrap_or_default().to_vec();
-            let moves: Vec<bool> = moved
-                .get(range.clone())
-                .unwrap_or_default()
-                .iter()
-                .flatten()
-                .map(|m| m.1)
-                .collect();
-            let (was, is) = (of(&before), of(&self.now));
-            let back = restored
-                .get(range.clone())
-                .unwrap_or_default()
-                .contains(&true);
-            let used = self.used.get(b).copied().unwrap_or(false);
-            let held = held(&moves, back, used, cue.block || cue.assert, &was, &is);
-            if let Some(used) = self.used.get_mut(b) {
-                *used |= !moves.is_empty();
-            }
-            let text = if held == Held::Unused {
-                String::new()
-            } else {
-                level::level(bank, &is)
-            };
-            out.push((text, held));
-        }
-        out
+        let is: Vec<f64> = self.coordinates.iter().map(|c| c.now).collect();
+        let held = held(&paths, back, self.used, cue.block || cue.assert, &was, &is);
+        self.used |= !paths.is_empty();
+        let text = match held {
+            Held::Unused => String::new(),
+            _ => level::level(self.bank, &is),
+        };
+        (text, held)
     }
 }
 

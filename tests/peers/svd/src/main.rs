@@ -19,7 +19,7 @@ mod methods;
 
 use footlight::linalg::Matrix;
 use footlight::report::{Kind, Quantity, Record};
-use footlight::study::{Machine, Origin};
+use footlight::engine::measure::{Machine, Origin};
 use methods::decomposition::{Failures, Solver, failures, nalgebra, ours};
 use methods::hard::Found;
 use std::path::Path;

@@ -24,19 +24,19 @@ use std::borrow::Borrow;
 
 use serde::Serialize;
 
+use super::playback::KeyFormat;
+use super::{Machine, Trial};
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
 use crate::pool::is_within;
-use crate::study::playback::KeyFormat;
-use crate::study::{Machine, Trial};
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
 
 /// What a step of quality takes on this show and machine.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct QualityParameter {
+pub struct StepCost {
     /// The step.
     pub quality: u8,
     /// Seconds before and beside the pictures: preparation, and every source lit once.
@@ -81,7 +81,7 @@ pub struct Tuned {
     /// How many sources a step renders alone.
     pub sources: usize,
     /// What each step takes and leaves.
-    pub steps: Vec<QualityParameter>,
+    pub steps: Vec<StepCost>,
     /// What is worth considering: nothing quicker is better. The quickest first.
     pub choices: Vec<Candidate>,
     /// The one that is taken.
@@ -104,7 +104,7 @@ pub struct Tuner {
     norm: f64,
     /// Scalar products of all Δ, cheapest step first, and of T in the last place.
     gram: Matrix,
-    steps: Vec<QualityParameter>,
+    steps: Vec<StepCost>,
 }
 
 /// A coarse pair and a refined step, and the settings to refine in their order.
@@ -118,13 +118,10 @@ impl Tuner {
     /// From pictures of every source alone at unit setting, a list for each step of quality from 1
     /// on, with what the steps take (their errors are filled in). `None` unless there are three
     /// steps at least, each with a picture for every coordinate, all of one size and not all black.
-    ///
-    /// # Errors
-    /// [`Cancelled`]
     pub fn new<I: Borrow<Image>>(
         keys: KeySequence,
         pictures: &[Vec<I>],
-        steps: Vec<QualityParameter>,
+        steps: Vec<StepCost>,
         work: Work<'_>,
     ) -> Result<Option<Tuner>, Cancelled> {
         let sources = keys.coordinates();
@@ -169,7 +166,7 @@ impl Tuner {
     }
 
     /// What each step takes and leaves.
-    pub fn steps(&self) -> &[QualityParameter] {
+    pub fn steps(&self) -> &[StepCost] {
         &self.steps
     }
 
@@ -190,9 +187,6 @@ impl Tuner {
 
     /// Every way to spend time that meets `until` with as few refined pictures as it can, and those
     /// with fewer; where none meets it, with as many as the plan has.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn candidates(&self, until: f64) -> Result<Vec<Candidate>, PlanError> {
         let finest = self.steps.len();
         let mut out = Vec::new();
@@ -221,9 +215,6 @@ impl Tuner {
     /// What `run --until` makes of a show with these steps: it refines until the error that it
     /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were
     /// measured.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn run(&self, coarse: u8, refined: u8, until: f64) -> Result<Option<Candidate>, PlanError> {
         let finest = self.steps.len();
         let (Some(cheap), Some(refined)) = (
@@ -285,7 +276,7 @@ impl Tuner {
             true => (self.steps[way.steps[1]].error, 0.0),
             false => (
                 self.error(way, known)?,
-                way.trial.foretold(known)?.predicted,
+                way.trial.predicted(known)?.predicted,
             ),
         };
         let number = |step: usize| self.steps[step].quality;
@@ -303,7 +294,7 @@ impl Tuner {
     /// Coarse pictures at both steps; for refined ones what they share and what each takes.
     fn seconds(&self, [cheap, fine, refined]: [usize; 3], pictures: usize) -> f64 {
         let some = |step: usize, count: usize| {
-            let QualityParameter { fixed, picture, .. } = self.steps[step];
+            let StepCost { fixed, picture, .. } = self.steps[step];
             fixed + picture * count as f64
         };
         let coarse = some(cheap, self.sources());
@@ -324,7 +315,7 @@ impl Tuner {
     fn error(&self, way: &Way, settings: &[Vec<f64>]) -> Result<f64, PlanError> {
         let [cheap, fine, refined] = way.steps;
         let shown = way.trial.shown(settings)?;
-        let (rest, a) = (shown.rest(), shown.extrapolation());
+        let (rest, a) = (&shown.rest, shown.extrapolation);
         let n = self.sources();
         let taken = Matrix::identity(n, n) - rest;
         let last = self.steps.len() - 1;

@@ -2,10 +2,10 @@
 
 use super::table::set_right;
 use super::words::{self, figure};
-use crate::study::forecast::{Forecast, Seconds, Step};
+use crate::engine::measure::quality::{QualityForecast, Seconds, Step};
 
 /// A line for each step, with a column for everything that any step sets.
-pub fn describe(forecast: &Forecast) -> String {
+pub fn describe(forecast: &QualityForecast) -> String {
     let timed = forecast.steps.iter().any(|s| s.measured.is_some());
     let columns = columns(&forecast.steps);
     let mut header = vec!["step"];
@@ -34,9 +34,9 @@ pub fn describe(forecast: &Forecast) -> String {
 /// What any step sets, in the order of the first that does.
 fn columns(steps: &[Step]) -> Vec<&'static str> {
     let mut out = Vec::new();
-    for expense in steps.iter().flat_map(|s| &s.sets) {
-        if !out.contains(&expense.name) {
-            out.push(expense.name);
+    for set in steps.iter().flat_map(|s| &s.sets) {
+        if !out.contains(&set.name) {
+            out.push(set.name);
         }
     }
     out
@@ -55,27 +55,27 @@ fn amount(step: &Step, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::measure::Machine;
     use crate::renderer::QualityParameter;
-    use crate::study::Machine;
 
     #[test]
     fn a_table_has_a_column_for_every_setting_and_a_ratio_when_measured() {
-        let mut forecast = Forecast {
+        let mut forecast = QualityForecast {
             show: "Test".to_owned(),
             operator: "radiosity".to_owned(),
             machine: Machine::here(2, None),
             pace: 0.5,
             steps: Vec::new(),
         };
-        let expense = |name, amount| QualityParameter { name, amount };
+        let set = |name, amount| QualityParameter { name, amount };
         let seconds = |total: f64| Seconds {
             prepare: 0.75 * total,
             banks: 0.25 * total,
             picture: 0.01,
         };
         let sets = [
-            vec![expense("elements", 300.0), expense("nodes", 0.0)],
-            vec![expense("elements", 900.0), expense("tolerance", 0.01)],
+            vec![set("elements", 300.0), set("nodes", 0.0)],
+            vec![set("elements", 900.0), set("tolerance", 0.01)],
         ];
         for ((quality, sets), total) in (1..).zip(sets).zip([1.0, 3.0]) {
             forecast.steps.push(Step {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Engine;
+
 /// Where something was measured.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
@@ -24,7 +26,7 @@ impl Machine {
         Machine {
             threads,
             cores: std::thread::available_parallelism().ok().map(Into::into),
-            system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
+            system: [std::env::consts::OS, std::env::consts::ARCH].join(" "),
             processor,
         }
     }
@@ -37,4 +39,18 @@ pub struct Origin {
     pub subject: String,
     /// The machine.
     pub machine: Machine,
+}
+
+impl Engine {
+    /// The show and the machine that a result is of.
+    pub(crate) fn origin(&self) -> Origin {
+        Origin {
+            subject: self.show().title.clone(),
+            machine: self.machine(),
+        }
+    }
+
+    pub(crate) fn machine(&self) -> Machine {
+        Machine::here(self.host.threads, self.host.processor.clone())
+    }
 }

@@ -6,8 +6,9 @@
 //! with the metrics: an image for each source, the best first, and the order by the true errors.
 
 use super::{Order, Origin, Trial};
+use crate::engine::{Engine, Error};
 use crate::plan::{Metric, PlanError};
-use crate::renderer::Cost;
+use crate::renderer::{Cost, Quality};
 
 /// The orders that are compared.
 const ORDERS: [Order; 5] = [
@@ -65,9 +66,6 @@ pub struct Seconds {
 
 impl Refinement {
     /// All curves.
-    ///
-    /// # Errors
-    /// [`PlanError`]
     pub fn new(origin: Origin, trial: &Trial, seconds: &Seconds) -> Result<Refinement, PlanError> {
         let curve = |order: Order| order_curve(trial, seconds, order);
         let orders: Result<_, PlanError> = ORDERS.into_iter().map(curve).collect();
@@ -132,5 +130,53 @@ impl Seconds {
         };
         let all = taken.iter().enumerate().map(each);
         coarse + self.prepare + all.map(|s| s.unwrap_or(f64::NAN)).sum::<f64>()
+    }
+}
+
+impl Engine {
+    /// The true error of the sequence against refined pictures and seconds, by order.
+    ///
+    /// # Errors
+    /// As [`Engine::trial`]; [`Error::AlikeCoarse`] and [`Error::AlikeRefined`] where there is no
+    /// error to refine.
+    pub fn measure_refinement(&self) -> Result<Refinement, Error> {
+        let (trial, mut seconds) = self.tried()?;
+        let weighting = trial.weighting(Metric::Error);
+        let weighting = weighting.map_err(or_no_weight(Error::AlikeCoarse))?;
+        trial.oracle().map_err(or_no_weight(Error::AlikeRefined))?;
+        let order = trial.order(&weighting)?;
+        (seconds.prepare, seconds.mixed) =
+            self.one_by_one("mixed pictures", &order, &mut |_| ())?;
+        self.predict(&mut seconds)?;
+        Ok(Refinement::new(self.origin(), &trial, &seconds)?)
+    }
+
+    /// What the operator predicts, at the pace of this machine now.
+    fn predict(&self, seconds: &mut Seconds) -> Result<(), Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let renderer = self.host.renderer.as_ref();
+        let pace = self.measure_pace()?;
+        let sources = rendering.setup.rig.sources.len() as f64;
+        let of = |quality: Quality| {
+            let cost = rendering.cost(renderer, quality);
+            Cost {
+                prepare: cost.prepare * pace,
+                per_source: cost.per_source * pace,
+                per_image: cost.per_image * pace,
+                per_lone: cost.per_lone * pace,
+            }
+        };
+        let all = |step| of(step).alone(sources);
+        seconds.coarse[0] = self.coarse_steps().map(all).iter().sum();
+        seconds.cost = of(self.refined_step());
+        Ok(())
+    }
+}
+
+/// What to say where all weights are zero.
+fn or_no_weight(instead: Error) -> impl FnOnce(PlanError) -> Error {
+    |error| match error {
+        PlanError::NoWeight => instead,
+        other => other.into(),
     }
 }

@@ -33,20 +33,58 @@ fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     Ok(other)
 }
 
+/// Two versions of a show.
+pub struct Versions<'f> {
+    old: &'f Path,
+    new: &'f Path,
+    /// What git calls the file, when it is git that asks: its files are copies elsewhere, the stage
+    /// and what they include are beside the original, and it wants exit code 0.
+    of_git: Option<&'f Path>,
+}
+
+impl<'f> Versions<'f> {
+    /// `OLD NEW`, or the seven words that git gives a diff driver: the file's name, then for the old
+    /// and the new side a file, its hash and its mode.
+    pub fn of(files: &'f [PathBuf]) -> Result<Versions<'f>, Error> {
+        let (old, new, of_git) = match files {
+            [old, new] => (old, new, None),
+            [name, old, _, _, new, _, _] => (old, new, Some(name.as_path())),
+            _ => {
+                let message = "say two files: footlight diff OLD.lxq NEW.lxq";
+                return Err(Error::Usage(message.to_owned()));
+            }
+        };
+        Ok(Versions { old, new, of_git })
+    }
+
+    /// The file in whose folder the show's pictures are.
+    pub fn name(&self) -> String {
+        self.of_git.unwrap_or(self.new).display().to_string()
+    }
+
+    fn read(&self, path: &Path) -> Result<Version, Error> {
+        let folder = folder_of(self.of_git.unwrap_or(path));
+        let name = path.display().to_string();
+        let bytes = read(path)?;
+        Ok(Version::read(
+            &name,
+            &bytes,
+            &Folder::new(folder, TEXT_LIMIT),
+        )?)
+    }
+}
+
 /// Prints what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
 /// it cannot be told; for git, which takes any other code for a crash of its driver, always 0.
 pub fn difference(
-    files: &[PathBuf; 2],
+    versions: &Versions<'_>,
     output: Option<&Path>,
-    of_git: Option<&str>,
     (host, screen): (&Host, &Screen),
 ) -> Result<u8, Error> {
-    if let Some(name) = of_git {
-        print(&format!("{name}\n"));
+    if let Some(name) = versions.of_git {
+        print(&format!("{}\n", name.display()));
     }
-    // Git hands over copies in a folder of its own; what they include lies beside the original.
-    let beside = |path: &Path| Folder::new(folder_of(of_git.map_or(path, Path::new)), TEXT_LIMIT);
-    let code = match compare(files, output, beside, host) {
+    let code = match compare(versions, output, host) {
         Ok(text) => {
             print(&text);
             u8::from(!text.is_empty())
@@ -56,19 +94,12 @@ pub fn difference(
             2
         }
     };
-    Ok(if of_git.is_some() { 0 } else { code })
+    Ok(if versions.of_git.is_some() { 0 } else { code })
 }
 
-fn compare(
-    [old, new]: &[PathBuf; 2],
-    output: Option<&Path>,
-    beside: impl Fn(&Path) -> Folder,
-    host: &Host,
-) -> Result<String, Error> {
-    let (a, b) = (read(old)?, read(new)?);
-    let names = [old, new].map(|p| p.display().to_string());
-    let old = Version::read(&names[0], &a, &beside(old))?;
-    let new = Version::read(&names[1], &b, &beside(new))?;
+fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Result<String, Error> {
+    let old = versions.read(versions.old)?;
+    let new = versions.read(versions.new)?;
     let serving = Serving::in_store(&old, &new, host);
     let mut compared = Comparison::new(old, new);
     compared.serving = Some(serving);

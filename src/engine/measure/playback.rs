@@ -78,9 +78,6 @@ impl Steps {
 }
 
 /// Judges the frames that `frame` makes: four moments of each segment, every `stride`-th channel.
-///
-/// # Errors
-/// [`Cancelled`].
 pub fn judge(
     playback: &Playback,
     tone: Tone,

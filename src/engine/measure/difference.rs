@@ -4,8 +4,8 @@
 //! halves A and B with independent noise are known, mean (x-A)(x-B) is an estimate of
 //! mean (x-b)² that their noise does not enter. Being an estimate, it may come out negative.
 
+use super::Reference;
 use crate::picture::Image;
-use crate::study::Reference;
 
 /// A picture held against its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]

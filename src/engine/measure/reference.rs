@@ -1,0 +1,100 @@
+//! Reference pictures in a folder: `BANK.exr`, or the halves `BANK_A.exr` and `BANK_B.exr`.
+
+use std::path::Path;
+
+use crate::engine::error::ReferenceError;
+use crate::files::Store;
+use crate::picture::{Image, exr};
+
+/// The largest reference file that is read, in bytes.
+const LARGEST: u64 = 1 << 30;
+
+/// A picture that is taken for the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// The best estimate.
+    pub mean: Image,
+    /// Two estimates with independent noise, whose mean it is.
+    pub halves: Option<[Image; 2]>,
+}
+
+impl Reference {
+    /// One picture, of unknown noise.
+    pub fn of(mean: Image) -> Reference {
+        Reference { mean, halves: None }
+    }
+
+    /// Two halves; `None` when their sizes differ.
+    pub fn of_halves(a: Image, b: Image) -> Option<Reference> {
+        let numbers = a.data().iter().zip(b.data());
+        let mean = numbers.map(|(p, q)| 0.5 * (p + q)).collect();
+        let same = (a.width(), a.height()) == (b.width(), b.height());
+        let mean = Image::from_data(a.width(), a.height(), mean).filter(|_| same)?;
+        Some(Reference {
+            mean,
+            halves: Some([a, b]),
+        })
+    }
+
+    /// The references of `banks` in `folder`, all of `size`; halves where there are any.
+    ///
+    /// # Errors
+    /// [`ReferenceError`]; every bank without a reference is named.
+    pub fn load(
+        store: &dyn Store,
+        folder: &Path,
+        banks: &[String],
+        size: (usize, usize),
+        memory: usize,
+    ) -> Result<Vec<Reference>, ReferenceError> {
+        let files = store.list(folder, ".exr")?;
+        let has = |name: &str| files.iter().any(|f| f == name);
+        let [one, first, second] =
+            [".exr", "_A.exr", "_B.exr"].map(|end| move |bank: &str| [bank, end].concat());
+        let halves = |bank: &str| has(&first(bank)) && has(&second(bank));
+        let lacking = |bank: &&String| !halves(bank) && !has(&one(bank));
+        let missing: Vec<String> = banks.iter().filter(lacking).cloned().collect();
+        if let [bank, ..] = missing.as_slice() {
+            return Err(ReferenceError::Missing {
+                folder: folder.to_owned(),
+                bank: bank.clone(),
+                missing,
+                files,
+            });
+        }
+        let open = |name: String| read(store, &folder.join(name), size, memory);
+        let load = |bank: &String| {
+            if halves(bank) {
+                let (a, b) = (open(first(bank))?, open(second(bank))?);
+                // Both were just found to be of one size.
+                if let Some(reference) = Reference::of_halves(a, b) {
+                    return Ok(reference);
+                }
+            }
+            Ok(Reference::of(open(one(bank))?))
+        };
+        banks.iter().map(load).collect()
+    }
+}
+
+fn read(
+    store: &dyn Store,
+    path: &Path,
+    expected: (usize, usize),
+    memory: usize,
+) -> Result<Image, ReferenceError> {
+    let bytes = store.read(path, LARGEST)?;
+    let image = exr::decode(&bytes, memory).map_err(|source| ReferenceError::Picture {
+        path: path.to_owned(),
+        source,
+    })?;
+    let found = (image.width(), image.height());
+    if found != expected {
+        return Err(ReferenceError::Size {
+            path: path.to_owned(),
+            found,
+            expected,
+        });
+    }
+    Ok(image)
+}
