@@ -129,10 +129,10 @@ impl Ruler {
         Some((first + share * (last - first)) as f32)
     }
 
-    /// The ends of the range.
-    #[cfg(test)]
-    pub(super) fn range(&self) -> (f64, f64) {
-        (self.low, self.high)
+    /// The ticks with their pixels.
+    pub(super) fn placed_ticks(&self) -> impl Iterator<Item = (f32, &Tick)> {
+        let ticks = self.ticks.iter();
+        ticks.filter_map(|tick| Some((self.place(tick.value)?, tick)))
     }
 }
 
@@ -267,10 +267,9 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         .iter()
         .map(|&value| Tick {
             value,
-            label: if plain {
-                shortest(value)
-            } else {
-                scientific(value)
+            label: match plain {
+                true => shortest(value),
+                false => scientific(value, 12),
             },
         })
         .collect();
@@ -288,7 +287,7 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
 /// A number with as many decimals as its step has.
 fn decimal(value: f64, step: f64, largest: f64) -> String {
     if largest >= 1e6 || step < 0.999e-4 {
-        return scientific_to(value, digits(largest / step));
+        return scientific(value, digits(largest / step));
     }
     let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
     signed(&format!("{value:.decimals$}"))
@@ -314,12 +313,8 @@ fn signed(text: &str) -> String {
     }
 }
 
-fn scientific(value: f64) -> String {
-    scientific_to(value, 12)
-}
-
 /// As 10⁻³ or 2.5×10⁷.
-fn scientific_to(value: f64, digits: usize) -> String {
+fn scientific(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -338,21 +333,11 @@ fn scientific_to(value: f64, digits: usize) -> String {
     }
 }
 
-fn raised(digit: char) -> char {
-    match digit {
-        '-' => '⁻',
-        '0' => '⁰',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        other => other,
-    }
+/// A digit of an exponent, or its minus.
+fn raised(sign: char) -> char {
+    let pairs = "-0123456789".chars().zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars());
+    let found = pairs.into_iter().find(|(plain, _)| *plain == sign);
+    found.map_or(sign, |(_, raised)| raised)
 }
 
 /// Seconds as m:ss or h:mm:ss, with the decimals that steps of `step` seconds need.
@@ -458,7 +443,7 @@ mod tests {
             (Scale::Time, vec![12.0, 412.0]),
         ] {
             let ruler = Ruler::round(scale, values.iter().copied(), (10.0, 210.0), 5);
-            let (low, high) = ruler.range();
+            let (low, high) = (ruler.low, ruler.high);
             for value in values {
                 assert!(low <= value + 1e-6 * (high - low) && value <= high + 1e-6 * (high - low));
             }
@@ -487,7 +472,7 @@ mod tests {
                 vec![f64::MAX, f64::MIN, f64::MIN_POSITIVE],
             ] {
                 let ruler = Ruler::round(scale, values.iter().copied(), (0.0, 100.0), 5);
-                let (low, high) = ruler.range();
+                let (low, high) = (ruler.low, ruler.high);
                 assert!(low < high, "{scale:?} {values:?}");
                 assert!(!ruler.ticks.is_empty(), "{scale:?} {values:?}");
                 assert!(ruler.ticks.len() <= MOST_TICKS + 80);

@@ -1,7 +1,6 @@
 //! Polylines on their way to the page: cut to a span, thinned to what pixels can show.
 
-/// A point in pixels.
-pub(super) type Point = (f32, f32);
+use super::drawing::Point;
 
 /// A line with no more than four points in any pixel column: the first, the lowest, the highest
 /// and the last, in their order, which cover the same pixels as all of them.
