@@ -4,12 +4,10 @@
 //! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse pictures C' extrapolated
 //! from two coarse qualities, plus the known corrections of refined pictures R_j at settings s_j,
 //! weighted by the projection of L on the s_j in the metric of the coarse error. A refined setting
-//! is reproduced exactly; the projection weighs each coordinate by the norm of its own coarse
-//! error, because projecting in plain settings (the paper's "refined first") can make a picture
-//! worse than coarse alone.
+//! is reproduced exactly. Projecting in plain settings (the paper's "refined first") can make a
+//! picture worse than coarse alone.
 //!
-//! Invariants: all pictures have one size; raw settings and pictures are kept, orthogonality is
-//! made again by `plan`. This module does not depend on cues, text or files.
+//! Invariants: all pictures have one size; raw settings and pictures are kept.
 
 #![allow(
     clippy::indexing_slicing,
@@ -30,7 +28,7 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{add, combine, dot, extrapolate};
 use crate::plan::{self, Metric, PlanError, Weighting};
-use crate::renderer::{Prepared, Quality, TransportError};
+use crate::renderer::Quality;
 use crate::work::Work;
 
 /// A refined picture and how it came to be.
@@ -68,18 +66,6 @@ impl Pool {
     pub fn unit_settings(sources: usize) -> Vec<Vec<f64>> {
         let unit = |i: usize| (0..sources).map(|j| f64::from(u8::from(i == j))).collect();
         (0..sources).map(unit).collect()
-    }
-
-    /// The picture of each of `sources` sources alone at unit setting.
-    ///
-    /// # Errors
-    /// Those of [`Prepared::render`].
-    pub fn units(
-        sources: usize,
-        operator: &mut dyn Prepared,
-        work: Work<'_>,
-    ) -> Result<Vec<Image>, TransportError> {
-        operator.render(&Pool::unit_settings(sources), work)
     }
 
     /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper

@@ -55,7 +55,7 @@ impl Session {
             moments: Vec::new(),
             spent: 0.0,
             mark: engine.now(),
-            store: engine.image_cache.detach(),
+            store: engine.image_cache.disk_cache.take(),
         };
         let begun = engine.coarse();
         let measured = begun.and_then(|()| session.measure(engine, Event::Coarse, None));
@@ -99,7 +99,7 @@ impl Session {
 
     /// Ends the session; what was measured.
     pub fn end(self, engine: &mut Engine) -> Vec<Moment> {
-        engine.image_cache.attach(self.store);
+        engine.image_cache.disk_cache = self.store;
         self.moments
     }
 
