@@ -73,7 +73,7 @@ impl Pool {
     pub fn new<I: Into<Arc<Image>>>(coarse: Vec<I>, coarser: Vec<I>, work: Work<'_>) -> Pool {
         let shared = |images: Vec<I>| images.into_iter().map(Into::into).collect();
         let [coarse, coarser]: [Vec<Arc<Image>>; 2] = [coarse, coarser].map(shared);
-        let size = coarse.first().map_or((0, 0), |c| (c.width(), c.height()));
+        let size = coarse.first().map_or((0, 0), |c| c.size());
         let n = coarse.len();
         let mut gram = Matrix::zeros(n, n);
         for (i, a) in coarse.iter().enumerate() {
@@ -139,7 +139,7 @@ impl Pool {
         });
         let coarse: Vec<Arc<Image>> = self.coarse.iter().map(thin).collect();
         Pool {
-            size: coarse.first().map_or((0, 0), |c| (c.width(), c.height())),
+            size: coarse.first().map_or((0, 0), |c| c.size()),
             coarse,
             coarser: self.coarser.iter().map(thin).collect(),
             refined: refined.collect(),
@@ -201,7 +201,7 @@ impl Pool {
         work: Work<'_>,
     ) -> bool {
         let image = image.into();
-        if (image.width(), image.height()) != self.size || setting.len() != self.coarse.len() {
+        if image.size() != self.size || setting.len() != self.coarse.len() {
             return false;
         }
         let mut terms = vec![(1.0, image.as_ref())];
@@ -313,7 +313,7 @@ mod tests {
     }
 
     fn distance(a: &Image, b: &Image) -> f64 {
-        let d = combine((a.width(), a.height()), &[(1.0, a), (-1.0, b)], 1);
+        let d = combine(a.size(), &[(1.0, a), (-1.0, b)], 1);
         (dot(&d, &d) / 3.0).sqrt()
     }
 

@@ -1,13 +1,9 @@
 //! Signed pictures (basis images, differences) to display bytes.
 //!
-//! A basis image may hold negative light. Here dark grey is zero, amber light, blue negative
-//! light, brighter the more there is; the pair is told apart by all common kinds of colour
-//! blindness, and both ends are bright, so that shapes stay readable as in a picture. The
-//! picture's own colours are given up on purpose: blue light must not look like negative light.
-//!
-//! What counts is the largest channel of either sign, not luminance, in whose weights a source of
-//! blue alone would all but vanish. Where some channels are positive and others negative, both
-//! colours add up towards white.
+//! Dark grey is zero, amber light, blue negative light, brighter the more there is: a pair that all
+//! common kinds of colour blindness tell apart. What counts is the largest channel of either sign,
+//! not luminance, in whose weights a source of blue alone would all but vanish. Where some channels
+//! are positive and others negative, both colours add up towards white.
 
 use super::Image;
 use super::tone::bright_level;

@@ -147,7 +147,7 @@ struct Data<'a> {
 /// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
 pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
     let full = contents.pictures.first();
-    let full = full.map_or((0, 0), |image| (image.width(), image.height()));
+    let full = full.map_or((0, 0), |image| image.size());
     let mut size = full;
     loop {
         let needed = match attempt(contents, size, budget, work)? {
@@ -191,7 +191,7 @@ fn attempt(
     let mut bytes = 0;
     for (i, image) in contents.pictures.iter().enumerate() {
         work.check()?;
-        let picture = match (image.width(), image.height()) == (width, height) {
+        let picture = match image.size() == (width, height) {
             true => coded(image, contents.tone)?,
             false => coded(&shrink(image, width, height), contents.tone)?,
         };

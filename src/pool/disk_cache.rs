@@ -511,7 +511,7 @@ fn verified(
         return Err("it is a picture of something else under this name".to_owned());
     }
     let image = exr::decode(bytes, size.0 * size.1 * 64 + (1 << 20)).map_err(words)?;
-    if (image.width(), image.height()) != size {
+    if image.size() != size {
         return Err("it has another size".to_owned());
     }
     let own =

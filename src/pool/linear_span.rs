@@ -179,7 +179,7 @@ pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f
 /// whether the sum is sound: `None` when it lives on cancellation, so that the rounding of its
 /// parts would show, or when sizes differ.
 pub fn added(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
-    let sizes: BTreeSet<_> = terms.iter().map(|(_, i)| (i.width(), i.height())).collect();
+    let sizes: BTreeSet<_> = terms.iter().map(|(_, i)| i.size()).collect();
     if sizes.iter().any(|s| *s != size) {
         return None;
     }

@@ -18,7 +18,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, Headers};
 use exr::prelude::{SmallVec, f16};
 
-use super::{Precision, layer_attributes, malformed, require_finite, require_half_range, size};
+use super::{Precision, layer_attributes, malformed, require_finite, require_half_range};
 use crate::picture::{Image, PictureError};
 
 /// The most bytes of a layer's name.
@@ -44,7 +44,7 @@ pub fn encode(
         images,
         precision,
     };
-    file.encode(size(first), attributes)
+    file.encode(first.size(), attributes)
 }
 
 /// Where the rows of a file come from.
@@ -134,7 +134,7 @@ fn checked<'i>(
         return Err(PictureError::Size("no picture with pixels".to_owned()));
     };
     for image in &images {
-        if size(image) != size(first) {
+        if image.size() != first.size() {
             return Err(PictureError::Size("layers of different sizes".to_owned()));
         }
         require_finite(image)?;
