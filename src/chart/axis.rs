@@ -99,13 +99,10 @@ impl Ruler {
         pixels: (f32, f32),
         wanted: usize,
     ) -> Ruler {
-        let extent = values.filter(|&value| scale.takes(value)).fold(
-            None,
-            |extent: Option<(f64, f64)>, value| match extent {
-                Some((low, high)) => Some((low.min(value), high.max(value))),
-                None => Some((value, value)),
-            },
-        );
+        let taken = values.filter(|&value| scale.takes(value));
+        let extent = taken
+            .map(|value| (value, value))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let range = match (extent, scale) {
             (Some((low, high)), Scale::Log) => rounded_log(opened(scale, (low, high))),
             (Some((low, high)), _) => rounded(scale, from_zero(low, high), wanted.max(1)),
@@ -204,10 +201,9 @@ fn step(scale: Scale, least: f64) -> f64 {
         let clock = CLOCK.iter().copied().find(|&step| step >= least);
         return clock.unwrap_or_else(|| step(Scale::Linear, least / 86400.0) * 86400.0);
     }
-    let least = if scale == Scale::Whole {
-        least.max(1.0)
-    } else {
-        least
+    let least = match scale {
+        Scale::Whole => least.max(1.0),
+        _ => least,
     };
     let decade = power(least.log10().floor() as i32);
     [1.0, 2.0, 5.0, 10.0]
@@ -223,21 +219,18 @@ fn ticks(scale: Scale, low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     }
     let step = step(scale, (high - low) / wanted as f64);
     let first = (low / step - 1e-9).ceil();
-    let values: Vec<f64> = (0..MOST_TICKS)
-        .map(|index| (first + index as f64) * step)
-        .take_while(|&value| value <= high + step * 1e-9)
-        .collect();
+    let values = (0..MOST_TICKS).map(|index| (first + index as f64) * step);
+    let inside = values.take_while(|&value| value <= high + step * 1e-9);
     let largest = low.abs().max(high.abs());
-    values
-        .into_iter()
-        .map(|value| Tick {
-            value,
-            label: match scale {
-                Scale::Time => clock(value, step),
-                _ => decimal(value, step, largest),
-            },
-        })
-        .collect()
+    let label = |value: f64| match scale {
+        Scale::Time => clock(value, step),
+        _ => decimal(value, step, largest),
+    };
+    let tick = |value| Tick {
+        value,
+        label: label(value),
+    };
+    inside.map(tick).collect()
 }
 
 fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
@@ -262,24 +255,16 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         let named = |value: &f64| (value.log10().round() as i64).rem_euclid(stride as i64) == 0;
         powers.iter().copied().filter(named).collect()
     };
-    let plain = low >= 0.999e-3 && high <= 1.001e5;
-    let mut all: Vec<Tick> = major
-        .iter()
-        .map(|&value| Tick {
-            value,
-            label: match plain {
-                true => shortest(value),
-                false => scientific(value, 12),
-            },
-        })
-        .collect();
+    let label = |value: f64| match low >= 0.999e-3 && high <= 1.001e5 {
+        true => shortest(value),
+        false => scientific(value, 12),
+    };
+    let tick = |value: f64, label: String| Tick { value, label };
+    let mut all: Vec<Tick> = major.iter().map(|&v| tick(v, label(v))).collect();
     if powers.len() <= 8 {
         let between = times(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]).filter(inside);
         let minor = between.filter(|value| !major.contains(value));
-        all.extend(minor.map(|value| Tick {
-            value,
-            label: String::new(),
-        }));
+        all.extend(minor.map(|value| tick(value, String::new())));
     }
     all
 }
@@ -353,15 +338,13 @@ pub(super) fn clock(seconds: f64, step: f64) -> String {
     let whole = (ticks / unit).floor();
     let part = ticks - whole * unit;
     let (hours, minutes) = ((whole / 3600.0).floor(), (whole / 60.0).floor() % 60.0);
-    let sign = if seconds < 0.0 && ticks > 0.0 {
-        "−"
-    } else {
-        ""
+    let sign = match seconds < 0.0 && ticks > 0.0 {
+        true => "−",
+        false => "",
     };
-    let mut text = if hours > 0.0 {
-        format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0)
-    } else {
-        format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0)
+    let mut text = match hours > 0.0 {
+        true => format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0),
+        false => format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0),
     };
     if decimals > 0 {
         text += &format!(".{part:0decimals$.0}");

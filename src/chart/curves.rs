@@ -120,8 +120,8 @@ pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
     Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
 }
 
-/// The width of the column of names, at least `least` before it is cut, and where the field
-/// beside it begins.
+/// The width of the column of names, that of `least` or more and a fifth of the page at most, and
+/// where the field beside it begins.
 pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
     let widths = names.map(|name| font::width(name, NAME));
     let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();

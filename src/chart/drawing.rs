@@ -44,7 +44,7 @@ impl Frame {
         (self.x + self.width / 2.0, self.y + self.height / 2.0)
     }
 
-    /// Whether `x` lies between left and right, or less than a pixel's half beside them.
+    /// Whether `x` lies between left and right, or at most half a pixel beside them.
     pub(super) fn spans(&self, x: f32) -> bool {
         (self.x - 0.5..=self.right() + 0.5).contains(&x)
     }

@@ -15,21 +15,13 @@ pub(super) fn thinned(points: &[Point]) -> Vec<Point> {
             continue;
         }
         let by_height = |a: &(usize, &Point), b: &(usize, &Point)| a.1.1.total_cmp(&b.1.1);
-        let place = |found: Option<(usize, &Point)>| found.map_or(0, |(index, _)| index);
-        let mut places = [
-            0,
-            place(column.iter().enumerate().min_by(by_height)),
-            place(column.iter().enumerate().max_by(by_height)),
-            column.len() - 1,
-        ];
-        places.sort_unstable();
-        let mut before = None;
-        for index in places {
-            if before != Some(index) {
-                kept.extend(column.get(index));
-            }
-            before = Some(index);
-        }
+        let points = || column.iter().enumerate();
+        let (lowest, highest) = (points().min_by(by_height), points().max_by(by_height));
+        let four = [points().next(), lowest, highest, points().last()];
+        let mut shown: Vec<(usize, &Point)> = four.into_iter().flatten().collect();
+        shown.sort_unstable_by_key(|(index, _)| *index);
+        shown.dedup_by_key(|(index, _)| *index);
+        kept.extend(shown.into_iter().map(|(_, point)| *point));
     }
     kept
 }

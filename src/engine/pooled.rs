@@ -72,8 +72,8 @@ impl Engine {
         let (own, other): (Vec<Stored>, Vec<Stored>) =
             stored.into_iter().partition(|s| self.serves(s));
         Some(StoreSummary {
-            folder: disk_cache.folder().to_owned(),
-            limit: disk_cache.limit(),
+            folder: disk_cache.folder.clone(),
+            limit: disk_cache.limit,
             own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
             other: other.iter().map(|s| s.bytes).collect(),
         })
@@ -116,7 +116,7 @@ impl Engine {
         if let Some(disk_cache) = &mut self.image_cache.disk_cache {
             let (images, bytes) =
                 disk_cache.free(self.host.store.as_ref(), |s| gone.contains(s))?;
-            store = Some((images, bytes, disk_cache.folder().to_owned()));
+            store = Some((images, bytes, disk_cache.folder.clone()));
         }
         Ok(Freed { memory, store })
     }

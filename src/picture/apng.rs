@@ -71,14 +71,14 @@ pub fn animate(
     loop {
         let moments = pace.moments();
         match draw(size, &moments, frame, limits.bytes)? {
-            Drawn::Whole(bytes) => {
+            Ok(bytes) => {
                 return Ok(Animation {
                     bytes,
                     frames: moments.len(),
                     rate: pace.rate(),
                 });
             }
-            Drawn::TooLarge(estimate) => {
+            Err(estimate) => {
                 // Frames farther apart compress no better: the size goes with their number.
                 let wanted = moments.len() as f64 * limits.bytes as f64 / estimate as f64;
                 if !pace.slow_to((wanted * 0.97) as usize) {
@@ -92,12 +92,8 @@ pub fn animate(
     }
 }
 
-/// An attempt at an animation.
-enum Drawn {
-    Whole(Vec<u8>),
-    /// Given up; the bytes that it would have become.
-    TooLarge(usize),
-}
+/// An animation that kept its limit, or else the bytes that it would have become.
+type Drawn = Result<Vec<u8>, usize>;
 
 fn draw(
     (width, height): (usize, usize),
@@ -111,13 +107,13 @@ fn draw(
         let bytes = file.bytes.borrow().len();
         if bytes > limit {
             let estimate = bytes as f64 * moments.len() as f64 / (done + 1) as f64;
-            return Ok(Drawn::TooLarge(estimate as usize));
+            return Ok(Err(estimate as usize));
         }
     }
     let bytes = file.finish()?;
     Ok(match bytes.len() > limit {
-        true => Drawn::TooLarge(bytes.len()),
-        false => Drawn::Whole(bytes),
+        true => Err(bytes.len()),
+        false => Ok(bytes),
     })
 }
 

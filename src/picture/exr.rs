@@ -50,10 +50,6 @@ pub fn encode(
     if image.width() == 0 || image.height() == 0 {
         return Err(PictureError::Size("a picture without pixels".to_owned()));
     }
-    require_finite(image)?;
-    if precision == Precision::Half {
-        require_half_range(image)?;
-    }
     let channel = |(name, colour): (&str, usize)| (name.to_owned(), 0, colour);
     let file = Rows {
         channels: [("B", 2), ("G", 1), ("R", 0)].map(channel).to_vec(),

@@ -6,7 +6,7 @@
 //! are positive and others negative, both colours add up towards white.
 
 use super::Image;
-use super::tone::bright_level;
+use super::tone::{PERCENTILE, level};
 use crate::units::srgb_encode;
 
 /// Zero.
@@ -37,7 +37,7 @@ pub fn encode(image: &Image, scale: f32) -> Vec<u8> {
 pub fn scale(image: &Image) -> f32 {
     let (pixels, _) = image.data().as_chunks::<3>();
     let magnitude = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-    bright_level(pixels.iter().map(magnitude).collect())
+    level(&mut pixels.iter().map(magnitude).collect(), PERCENTILE)
 }
 
 fn colour(pixel: [f32; 3], gain: f64) -> [u8; 3] {

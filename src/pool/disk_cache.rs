@@ -121,8 +121,10 @@ pub enum Note {
 /// The store of one folder.
 #[derive(Debug)]
 pub struct DiskCache {
-    folder: PathBuf,
-    limit: u64,
+    /// Where it is.
+    pub folder: PathBuf,
+    /// The most bytes it may hold.
+    pub limit: u64,
     /// What the operator says of its pictures.
     operator: String,
     /// Bytes in the store as far as known; `None` before the first look.
@@ -151,16 +153,6 @@ impl DiskCache {
             outdated: (0, 0),
             told: [false; 3],
         }
-    }
-
-    /// The folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// The most bytes it may hold.
-    pub fn limit(&self) -> u64 {
-        self.limit
     }
 
     fn path(&self, (scene_key, quality, key): Name) -> PathBuf {
