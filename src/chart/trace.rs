@@ -17,7 +17,7 @@ pub(super) fn thinned(points: &[Point]) -> Vec<Point> {
         let by_height = |a: &(usize, &Point), b: &(usize, &Point)| a.1.1.total_cmp(&b.1.1);
         let points = || column.iter().enumerate();
         let (lowest, highest) = (points().min_by(by_height), points().max_by(by_height));
-        let four = [points().next(), lowest, highest, points().last()];
+        let four = [points().next(), lowest, highest, points().next_back()];
         let mut shown: Vec<(usize, &Point)> = four.into_iter().flatten().collect();
         shown.sort_unstable_by_key(|(index, _)| *index);
         shown.dedup_by_key(|(index, _)| *index);
