@@ -1,16 +1,10 @@
 //! Charts: what was measured or written, drawn as PNG and SVG from one list of marks.
 //!
-//! A chart function ([`curves`], [`grid()`], [`panels`], [`sheet`]) takes plain data and lays out a
-//! [`Drawing`]: a flat list of rectangles, paths, texts and pictures with absolute places. The
-//! list is then painted (tiny-skia, glyph outlines through skrifa from an embedded subset of
-//! DejaVu Sans) or written as SVG, so that both show the same thing.
-//!
-//! Invariants: a layout never fails on numbers: NaN, infinities and values that an axis cannot
-//! show are left out, empty data draw an empty chart that says so, long names are shortened,
-//! labels that would overlap are dropped. Same data, same bytes.
-//!
-//! This module does not depend on shows, cues' meaning, lights or files. Its colours are display
-//! coded (sRGB).
+//! A chart function ([`curves`], [`grid()`], [`panels`], [`sheet`]) lays plain data out as a
+//! [`Drawing`], a flat list of marks with absolute places, which is then painted or written as SVG.
+//! A layout never fails on numbers: NaN, infinities and values that an axis cannot show are left
+//! out, empty data draw an empty chart that says so, long names are shortened, labels that would
+//! overlap are dropped. Same data, same bytes. Colours are display coded (sRGB).
 
 mod axis;
 mod colour;

@@ -104,6 +104,19 @@ fn no_layer(wanted: Option<&str>, layers: &[String]) -> String {
     }
 }
 
+/// Refuses what needs more memory than allowed.
+fn require_memory(size: (usize, usize), needed: u64, limit: u64) -> Result<(), PictureError> {
+    match needed > limit {
+        true => Err(PictureError::Memory {
+            width: size.0,
+            height: size.1,
+            needed,
+            limit,
+        }),
+        false => Ok(()),
+    }
+}
+
 /// A linear RGB picture, `width` x `height`, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
@@ -129,6 +142,11 @@ impl Image {
             height,
             data,
         })
+    }
+
+    /// Pixels a row, and rows.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
     }
 
     /// Pixels a row.

@@ -1,9 +1,8 @@
 //! Playback: every frame is at most three linear blends of key images.
 //!
-//! A [`Playback`] holds the key images as the pool gives them and blends light; a [`Player`] keeps
-//! them in a format of one's choice ([`key`]) and makes display bytes of them in one pass
-//! ([`kernel`]). Invariants: a frame reads the key images of one segment only; a segment of degree
-//! d takes d blends. This module does not depend on banks: it sees key images and times.
+//! A [`Playback`] holds the key images as the pool gives them; a [`Player`] keeps them in a format
+//! of one's choice ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the
+//! key images of one segment only; a segment of degree d takes d blends.
 
 pub mod kernel;
 pub mod key;
@@ -12,12 +11,11 @@ mod player;
 
 pub use self::player::Player;
 
-use self::kernel::{Factors, Keys, Target};
+use self::kernel::Keys;
 use crate::picture::Image;
 use crate::plan::PlanError;
 use crate::pool::Pool;
-use crate::timeline::{KeySequence, Segment, blend};
-use crate::units::Time;
+use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
 /// Why key images could not be made.
@@ -61,11 +59,10 @@ impl Playback {
     /// From key images made elsewhere, one for each of the keys and all of one size; `None`
     /// otherwise.
     pub fn of(keys: &KeySequence, images: Vec<Image>) -> Option<Playback> {
-        let size = |image: &Image| (image.width(), image.height());
-        let first = size(images.first()?);
-        let fit = images.len() == keys.keys().len() && images.iter().all(|i| size(i) == first);
+        let size = images.first()?.size();
+        let fit = images.len() == keys.keys().len() && images.iter().all(|i| i.size() == size);
         fit.then(|| Playback {
-            size: first,
+            size,
             keys: keys.clone(),
             images,
         })
@@ -84,20 +81,6 @@ impl Playback {
     /// The key settings and the segments between them.
     pub fn keys(&self) -> &KeySequence {
         &self.keys
-    }
-
-    /// Writes the frame at `time` into `out`, which takes the frames' size; before the first
-    /// segment and after the last the show holds its first and last state.
-    pub fn frame(&self, time: Time, out: &mut Image) {
-        if (out.width(), out.height()) != self.size {
-            *out = Image::new(self.size.0, self.size.1);
-        }
-        let (index, t) = self.keys.segment_at(time);
-        if let Some(segment) = self.keys.segments().get(index) {
-            let factors = Factors::new(blend(segment.degree, t));
-            let target = Target::Light(out.data_mut());
-            self.floats(segment).blend(factors, target, 1);
-        }
     }
 
     /// The keys of a segment in single precision.

@@ -4,12 +4,10 @@
 //! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse pictures C' extrapolated
 //! from two coarse qualities, plus the known corrections of refined pictures R_j at settings s_j,
 //! weighted by the projection of L on the s_j in the metric of the coarse error. A refined setting
-//! is reproduced exactly; the projection weighs each coordinate by the norm of its own coarse
-//! error, because projecting in plain settings (the paper's "refined first") can make a picture
-//! worse than coarse alone.
+//! is reproduced exactly. Projecting in plain settings (the paper's "refined first") can make a
+//! picture worse than coarse alone.
 //!
-//! Invariants: all pictures have one size; raw settings and pictures are kept, orthogonality is
-//! made again by `plan`. This module does not depend on cues, text or files.
+//! Invariants: all pictures have one size; raw settings and pictures are kept.
 
 #![allow(
     clippy::indexing_slicing,
@@ -30,7 +28,7 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{add, combine, dot, extrapolate};
 use crate::plan::{self, Metric, PlanError, Weighting};
-use crate::renderer::{Prepared, Quality, TransportError};
+use crate::renderer::Quality;
 use crate::work::Work;
 
 /// A refined picture and how it came to be.
@@ -70,24 +68,12 @@ impl Pool {
         (0..sources).map(unit).collect()
     }
 
-    /// The picture of each of `sources` sources alone at unit setting.
-    ///
-    /// # Errors
-    /// Those of [`Prepared::render`].
-    pub fn units(
-        sources: usize,
-        operator: &mut dyn Prepared,
-        work: Work<'_>,
-    ) -> Result<Vec<Image>, TransportError> {
-        operator.render(&Pool::unit_settings(sources), work)
-    }
-
     /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper
     /// quality.
     pub fn new<I: Into<Arc<Image>>>(coarse: Vec<I>, coarser: Vec<I>, work: Work<'_>) -> Pool {
         let shared = |images: Vec<I>| images.into_iter().map(Into::into).collect();
         let [coarse, coarser]: [Vec<Arc<Image>>; 2] = [coarse, coarser].map(shared);
-        let size = coarse.first().map_or((0, 0), |c| (c.width(), c.height()));
+        let size = coarse.first().map_or((0, 0), |c| c.size());
         let n = coarse.len();
         let mut gram = Matrix::zeros(n, n);
         for (i, a) in coarse.iter().enumerate() {
@@ -153,7 +139,7 @@ impl Pool {
         });
         let coarse: Vec<Arc<Image>> = self.coarse.iter().map(thin).collect();
         Pool {
-            size: coarse.first().map_or((0, 0), |c| (c.width(), c.height())),
+            size: coarse.first().map_or((0, 0), |c| c.size()),
             coarse,
             coarser: self.coarser.iter().map(thin).collect(),
             refined: refined.collect(),
@@ -215,7 +201,7 @@ impl Pool {
         work: Work<'_>,
     ) -> bool {
         let image = image.into();
-        if (image.width(), image.height()) != self.size || setting.len() != self.coarse.len() {
+        if image.size() != self.size || setting.len() != self.coarse.len() {
             return false;
         }
         let mut terms = vec![(1.0, image.as_ref())];
@@ -327,7 +313,7 @@ mod tests {
     }
 
     fn distance(a: &Image, b: &Image) -> f64 {
-        let d = combine((a.width(), a.height()), &[(1.0, a), (-1.0, b)], 1);
+        let d = combine(a.size(), &[(1.0, a), (-1.0, b)], 1);
         (dot(&d, &d) / 3.0).sqrt()
     }
 

@@ -99,13 +99,10 @@ impl Ruler {
         pixels: (f32, f32),
         wanted: usize,
     ) -> Ruler {
-        let extent = values.filter(|&value| scale.takes(value)).fold(
-            None,
-            |extent: Option<(f64, f64)>, value| match extent {
-                Some((low, high)) => Some((low.min(value), high.max(value))),
-                None => Some((value, value)),
-            },
-        );
+        let taken = values.filter(|&value| scale.takes(value));
+        let extent = taken
+            .map(|value| (value, value))
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         let range = match (extent, scale) {
             (Some((low, high)), Scale::Log) => rounded_log(opened(scale, (low, high))),
             (Some((low, high)), _) => rounded(scale, from_zero(low, high), wanted.max(1)),
@@ -129,10 +126,10 @@ impl Ruler {
         Some((first + share * (last - first)) as f32)
     }
 
-    /// The ends of the range.
-    #[cfg(test)]
-    pub(super) fn range(&self) -> (f64, f64) {
-        (self.low, self.high)
+    /// The ticks with their pixels.
+    pub(super) fn placed_ticks(&self) -> impl Iterator<Item = (f32, &Tick)> {
+        let ticks = self.ticks.iter();
+        ticks.filter_map(|tick| Some((self.place(tick.value)?, tick)))
     }
 }
 
@@ -204,10 +201,9 @@ fn step(scale: Scale, least: f64) -> f64 {
         let clock = CLOCK.iter().copied().find(|&step| step >= least);
         return clock.unwrap_or_else(|| step(Scale::Linear, least / 86400.0) * 86400.0);
     }
-    let least = if scale == Scale::Whole {
-        least.max(1.0)
-    } else {
-        least
+    let least = match scale {
+        Scale::Whole => least.max(1.0),
+        _ => least,
     };
     let decade = power(least.log10().floor() as i32);
     [1.0, 2.0, 5.0, 10.0]
@@ -223,21 +219,18 @@ fn ticks(scale: Scale, low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     }
     let step = step(scale, (high - low) / wanted as f64);
     let first = (low / step - 1e-9).ceil();
-    let values: Vec<f64> = (0..MOST_TICKS)
-        .map(|index| (first + index as f64) * step)
-        .take_while(|&value| value <= high + step * 1e-9)
-        .collect();
+    let values = (0..MOST_TICKS).map(|index| (first + index as f64) * step);
+    let inside = values.take_while(|&value| value <= high + step * 1e-9);
     let largest = low.abs().max(high.abs());
-    values
-        .into_iter()
-        .map(|value| Tick {
-            value,
-            label: match scale {
-                Scale::Time => clock(value, step),
-                _ => decimal(value, step, largest),
-            },
-        })
-        .collect()
+    let label = |value: f64| match scale {
+        Scale::Time => clock(value, step),
+        _ => decimal(value, step, largest),
+    };
+    let tick = |value| Tick {
+        value,
+        label: label(value),
+    };
+    inside.map(tick).collect()
 }
 
 fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
@@ -262,25 +255,16 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         let named = |value: &f64| (value.log10().round() as i64).rem_euclid(stride as i64) == 0;
         powers.iter().copied().filter(named).collect()
     };
-    let plain = low >= 0.999e-3 && high <= 1.001e5;
-    let mut all: Vec<Tick> = major
-        .iter()
-        .map(|&value| Tick {
-            value,
-            label: if plain {
-                shortest(value)
-            } else {
-                scientific(value)
-            },
-        })
-        .collect();
+    let label = |value: f64| match low >= 0.999e-3 && high <= 1.001e5 {
+        true => shortest(value),
+        false => scientific(value, 12),
+    };
+    let tick = |value: f64, label: String| Tick { value, label };
+    let mut all: Vec<Tick> = major.iter().map(|&v| tick(v, label(v))).collect();
     if powers.len() <= 8 {
         let between = times(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]).filter(inside);
         let minor = between.filter(|value| !major.contains(value));
-        all.extend(minor.map(|value| Tick {
-            value,
-            label: String::new(),
-        }));
+        all.extend(minor.map(|value| tick(value, String::new())));
     }
     all
 }
@@ -288,7 +272,7 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
 /// A number with as many decimals as its step has.
 fn decimal(value: f64, step: f64, largest: f64) -> String {
     if largest >= 1e6 || step < 0.999e-4 {
-        return scientific_to(value, digits(largest / step));
+        return scientific(value, digits(largest / step));
     }
     let decimals = (-(step * 1.001).log10().floor()).max(0.0) as usize;
     signed(&format!("{value:.decimals$}"))
@@ -314,12 +298,8 @@ fn signed(text: &str) -> String {
     }
 }
 
-fn scientific(value: f64) -> String {
-    scientific_to(value, 12)
-}
-
 /// As 10⁻³ or 2.5×10⁷.
-fn scientific_to(value: f64, digits: usize) -> String {
+fn scientific(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
     }
@@ -338,21 +318,11 @@ fn scientific_to(value: f64, digits: usize) -> String {
     }
 }
 
-fn raised(digit: char) -> char {
-    match digit {
-        '-' => '⁻',
-        '0' => '⁰',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        other => other,
-    }
+/// A digit of an exponent, or its minus.
+fn raised(sign: char) -> char {
+    let pairs = "-0123456789".chars().zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars());
+    let found = pairs.into_iter().find(|(plain, _)| *plain == sign);
+    found.map_or(sign, |(_, raised)| raised)
 }
 
 /// Seconds as m:ss or h:mm:ss, with the decimals that steps of `step` seconds need.
@@ -368,15 +338,13 @@ pub(super) fn clock(seconds: f64, step: f64) -> String {
     let whole = (ticks / unit).floor();
     let part = ticks - whole * unit;
     let (hours, minutes) = ((whole / 3600.0).floor(), (whole / 60.0).floor() % 60.0);
-    let sign = if seconds < 0.0 && ticks > 0.0 {
-        "−"
-    } else {
-        ""
+    let sign = match seconds < 0.0 && ticks > 0.0 {
+        true => "−",
+        false => "",
     };
-    let mut text = if hours > 0.0 {
-        format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0)
-    } else {
-        format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0)
+    let mut text = match hours > 0.0 {
+        true => format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0),
+        false => format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0),
     };
     if decimals > 0 {
         text += &format!(".{part:0decimals$.0}");
@@ -458,7 +426,7 @@ mod tests {
             (Scale::Time, vec![12.0, 412.0]),
         ] {
             let ruler = Ruler::round(scale, values.iter().copied(), (10.0, 210.0), 5);
-            let (low, high) = ruler.range();
+            let (low, high) = (ruler.low, ruler.high);
             for value in values {
                 assert!(low <= value + 1e-6 * (high - low) && value <= high + 1e-6 * (high - low));
             }
@@ -487,7 +455,7 @@ mod tests {
                 vec![f64::MAX, f64::MIN, f64::MIN_POSITIVE],
             ] {
                 let ruler = Ruler::round(scale, values.iter().copied(), (0.0, 100.0), 5);
-                let (low, high) = ruler.range();
+                let (low, high) = (ruler.low, ruler.high);
                 assert!(low < high, "{scale:?} {values:?}");
                 assert!(!ruler.ticks.is_empty(), "{scale:?} {values:?}");
                 assert!(ruler.ticks.len() <= MOST_TICKS + 80);

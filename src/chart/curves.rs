@@ -2,10 +2,9 @@
 
 use super::axis::{Ruler, Scale, clock};
 use super::colour::{Colour, Palette, Theme};
-use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
-use super::font;
-use super::lane;
-use super::trace::{Point, cut, thinned};
+use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
+use super::trace::{cut, thinned};
+use super::{font, lane};
 
 /// Levels over time, with the moments that matter.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,9 +53,7 @@ pub struct Row {
 /// Rows beyond this are counted, not drawn.
 const MOST_ROWS: usize = 512;
 pub(super) const WIDTH: f32 = 840.0;
-pub(super) const MARGIN: f32 = 16.0;
-const TITLE: f32 = 17.0;
-const NAME: f32 = 12.0;
+pub(super) const NAME: f32 = 12.0;
 pub(super) const SMALL: f32 = 11.0;
 /// The height of one line of cue names.
 const TIER: f32 = 15.0;
@@ -75,27 +72,17 @@ pub fn curves(data: &Curves, theme: Theme) -> Drawing {
     let palette = theme.palette();
     let count = data.rows.len().min(MOST_ROWS);
     let (layout, height) = layout(data, count);
-    let mut drawing = Drawing::new(WIDTH, height, palette.ground);
-    let title = font::fit(&data.title, TITLE, WIDTH - 2.0 * MARGIN);
-    drawing.text(Label::new(
-        &title,
-        (MARGIN, MARGIN + 14.0),
-        TITLE,
-        palette.ink,
-    ));
+    let mut drawing = Drawing::titled(&data.title, WIDTH, height, &palette);
     let field = layout.field;
-    let span = if data.start.is_finite() && data.end.is_finite() {
-        (data.start, data.end)
-    } else {
-        (0.0, 1.0)
-    };
-    let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
+    let span = span(data.start, data.end);
+    let ruler = time_ruler(span, field);
 
     strips(&mut drawing, &layout, count, &palette);
     time_grid(&mut drawing, &ruler, field, &palette);
     for (index, row) in data.rows.iter().take(count).enumerate() {
         let strip = layout.strip(index);
-        name(&mut drawing, &layout, row, strip, &palette);
+        let at = (strip.x, strip.centre().1);
+        row_name(&mut drawing, &row.name, layout.names, at, &palette);
         curve(&mut drawing, row, strip, &ruler, span, &palette);
         lane::moves(&mut drawing, &row.moves, strip, &ruler, &palette);
     }
@@ -120,12 +107,44 @@ impl Layout {
     }
 }
 
+/// The span of an axis of time, seconds; a second where it is none.
+pub(super) fn span(start: f64, end: f64) -> (f64, f64) {
+    match start.is_finite() && end.is_finite() {
+        true => (start, end),
+        false => (0.0, 1.0),
+    }
+}
+
+/// The axis of time along a field.
+pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
+    Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
+}
+
+/// The width of the column of names, that of `least` or more and a fifth of the page at most, and
+/// where the field beside it begins.
+pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
+    let widths = names.map(|name| font::width(name, NAME));
+    let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();
+    let gap = if width > 0.0 { 10.0 } else { 0.0 };
+    (width, MARGIN + width + gap)
+}
+
+/// A name in its column, `middle` high, shortened to the column.
+pub(super) fn row_name(
+    drawing: &mut Drawing,
+    name: &str,
+    column: f32,
+    (x, middle): Point,
+    palette: &Palette,
+) {
+    let text = font::fit(name, NAME, column);
+    let label = Label::new(&text, (x - 10.0, middle), NAME, palette.ink);
+    drawing.text(label.anchored(Anchor::End).centred());
+}
+
 fn layout(data: &Curves, count: usize) -> (Layout, f32) {
-    let widest = data.rows.iter().take(count);
-    let widest = widest
-        .map(|row| font::width(&row.name, NAME))
-        .fold(lane::name_width(data), f32::max);
-    let names = widest.min(WIDTH / 5.0).ceil();
+    let rows = data.rows.iter().take(count);
+    let (names, left) = name_column(rows.map(|row| &row.name), lane::name_width(data));
     // Few rows are tall enough to read levels from; many keep the page short.
     let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
@@ -140,7 +159,6 @@ fn layout(data: &Curves, count: usize) -> (Layout, f32) {
         2.0 * TIER + 8.0
     };
     let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
     let right = WIDTH - MARGIN - font::width("100", 10.0).ceil() - 6.0;
     let top = (MARGIN + title + cues).ceil();
     let strips = pitch * count.max(1) as f32 - gap;
@@ -169,7 +187,7 @@ fn strips(drawing: &mut Drawing, layout: &Layout, count: usize, palette: &Palett
             }
         }
         if layout.pitch >= 48.0 {
-            let y = crisp(strip.y + strip.height / 2.0);
+            let y = crisp(strip.centre().1);
             let stroke = Stroke::solid(palette.grid, 1.0);
             drawing.line((strip.x, y), (strip.right(), y), stroke);
         }
@@ -177,20 +195,11 @@ fn strips(drawing: &mut Drawing, layout: &Layout, count: usize, palette: &Palett
 }
 
 fn time_grid(drawing: &mut Drawing, ruler: &Ruler, field: Frame, palette: &Palette) {
-    for tick in &ruler.ticks {
-        if let Some(x) = ruler.place(tick.value) {
-            let x = crisp(x.min(field.right() - 1.0));
-            let stroke = Stroke::solid(palette.grid, 1.0);
-            drawing.line((x, field.y), (x, field.bottom() + 4.0), stroke);
-        }
+    let stroke = Stroke::solid(palette.grid, 1.0);
+    for (x, _) in ruler.placed_ticks() {
+        let x = crisp(x.min(field.right() - 1.0));
+        drawing.line((x, field.y), (x, field.bottom() + 4.0), stroke);
     }
-}
-
-fn name(drawing: &mut Drawing, layout: &Layout, row: &Row, strip: Frame, palette: &Palette) {
-    let text = font::fit(&row.name, NAME, layout.names);
-    let at = (strip.x - 10.0, strip.y + strip.height / 2.0);
-    let label = Label::new(&text, at, NAME, palette.ink);
-    drawing.text(label.anchored(Anchor::End).centred());
 }
 
 fn curve(
@@ -208,11 +217,8 @@ fn curve(
         Some((ruler.place(time)?, base + (top - base) * level))
     };
     let placed = |points: &[(f64, f64)]| -> Vec<Point> {
-        let points: Vec<Point> = cut(points, start, end)
-            .into_iter()
-            .filter_map(place)
-            .collect();
-        thinned(&points)
+        let inside = cut(points, start, end).into_iter();
+        thinned(&inside.filter_map(place).collect::<Vec<_>>())
     };
     let points = placed(&row.points);
     let (Some(first), Some(last)) = (points.first(), points.last()) else {
@@ -228,31 +234,15 @@ fn curve(
         Some(hue) if hue.contrast(palette.field) >= 1.2 => hue.faded(0.45),
         _ => colour.faded(0.32),
     };
-    let line = |&(x, y): &Point| Step::Line(x, y);
-    let mut area = vec![Step::Move(first.0, strip.bottom())];
-    area.extend(points.iter().map(line));
-    area.extend([Step::Line(last.0, strip.bottom()), Step::Close]);
-    drawing.push(Mark::Path {
-        steps: area,
-        fill: Some(area_colour),
-        stroke: None,
-    });
-    let mut draw = |points: &[Point], stroke: Stroke| {
-        let Some(first) = points.first() else { return };
-        let mut edge = vec![Step::Move(first.0, first.1)];
-        edge.extend(points.iter().skip(1).map(line));
-        drawing.push(Mark::Path {
-            steps: edge,
-            fill: None,
-            stroke: Some(stroke),
-        });
-    };
-    let old = Stroke {
-        dash: Some((4.0, 3.0)),
-        ..Stroke::solid(palette.ink.faded(0.75), 1.25)
-    };
-    draw(&placed(&row.before), old);
-    draw(&points, Stroke::solid(colour, 1.5));
+    let corners = [(first.0, strip.bottom()), (last.0, strip.bottom())];
+    let [left, right] = corners.map(|corner| vec![corner]);
+    drawing.polygon(&[left, points.clone(), right].concat(), area_colour);
+    let before = placed(&row.before);
+    if !before.is_empty() {
+        let old = Stroke::dashed(palette.ink.faded(0.75), 1.25, (4.0, 3.0));
+        drawing.polyline(&before, old);
+    }
+    drawing.polyline(&points, Stroke::solid(colour, 1.5));
 }
 
 /// The lines of the cues and, in two tiers over the field, those names that have room: a name
@@ -300,7 +290,7 @@ pub(super) fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec
     let mut placed: Vec<(f32, &str)> = cues
         .iter()
         .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
-        .filter(|(x, _)| (field.x - 0.5..=field.right() + 0.5).contains(x))
+        .filter(|(x, _)| field.spans(*x))
         .collect();
     placed.sort_by(|a, b| a.0.total_cmp(&b.0));
     placed
@@ -327,10 +317,7 @@ struct Playhead {
 }
 
 fn playhead(time: f64, ruler: &Ruler, field: Frame, palette: &Palette) -> Option<Playhead> {
-    let x = ruler.place(time)?;
-    if !(field.x - 0.5..=field.right() + 0.5).contains(&x) {
-        return None;
-    }
+    let x = ruler.place(time).filter(|x| field.spans(*x))?;
     let text = clock(time, 0.1);
     let half = font::width(&text, SMALL) / 2.0;
     let centre = x.clamp(MARGIN / 2.0 + half, WIDTH - MARGIN / 2.0 - half);
@@ -347,16 +334,8 @@ impl Playhead {
         let (x, foot) = (self.x, field.bottom());
         let stroke = Stroke::solid(palette.playhead, 1.5);
         drawing.line((x, field.y), (x, foot), stroke);
-        drawing.push(Mark::Path {
-            steps: vec![
-                Step::Move(x - 4.5, foot + 7.0),
-                Step::Line(x + 4.5, foot + 7.0),
-                Step::Line(x, foot),
-                Step::Close,
-            ],
-            fill: Some(palette.playhead),
-            stroke: None,
-        });
+        let triangle = [(x - 4.5, foot + 7.0), (x + 4.5, foot + 7.0), (x, foot)];
+        drawing.polygon(&triangle, palette.playhead);
         drawing.text(self.label);
     }
 }
@@ -373,10 +352,7 @@ fn time_labels(
         .iter()
         .map(|head| padded(head.label.frame()))
         .collect();
-    for tick in &ruler.ticks {
-        let Some(x) = ruler.place(tick.value) else {
-            continue;
-        };
+    for (x, tick) in ruler.placed_ticks() {
         let at = (x, field.bottom() + 19.0);
         let label = Label::new(&tick.label, at, SMALL, palette.quiet).anchored(Anchor::Middle);
         let frame = label.frame();
@@ -394,10 +370,8 @@ fn padded(frame: Frame) -> Frame {
 fn remarks(drawing: &mut Drawing, data: &Curves, layout: &Layout, count: usize, palette: &Palette) {
     let field = layout.field;
     if count == 0 {
-        let strip = layout.strip(0);
-        let at = (field.x + field.width / 2.0, strip.y + strip.height / 2.0);
-        let label = Label::new("no curves", at, NAME, palette.quiet);
-        drawing.text(label.anchored(Anchor::Middle).centred());
+        let at = (field.centre().0, layout.strip(0).centre().1);
+        drawing.text_around("no curves", at, NAME, palette.quiet);
     }
     if data.rows.len() > count {
         let text = format!("and {} more rows", data.rows.len() - count);

@@ -1,25 +1,29 @@
 //! The list of marks that every chart becomes, and the three forms it leaves in.
 
-use super::colour::Colour;
+use super::colour::{Colour, Palette};
 use super::{ChartError, font, paint, svg};
 use crate::picture::png;
 
+/// The room around a chart.
+pub(super) const MARGIN: f32 = 16.0;
+/// The size of a chart's title.
+pub(super) const TITLE: f32 = 17.0;
+
+/// A place in pixels, y down.
+pub(super) type Point = (f32, f32);
+
 /// A rectangle, pixels, y down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
-    /// Left edge.
-    pub x: f32,
-    /// Top edge.
-    pub y: f32,
-    /// To the right.
-    pub width: f32,
-    /// Downward.
-    pub height: f32,
+pub(super) struct Frame {
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) width: f32,
+    pub(super) height: f32,
 }
 
 impl Frame {
     /// A rectangle by its top left corner and its size.
-    pub const fn new(x: f32, y: f32, width: f32, height: f32) -> Frame {
+    pub(super) const fn new(x: f32, y: f32, width: f32, height: f32) -> Frame {
         Frame {
             x,
             y,
@@ -28,18 +32,25 @@ impl Frame {
         }
     }
 
-    /// The right edge.
-    pub fn right(&self) -> f32 {
+    pub(super) fn right(&self) -> f32 {
         self.x + self.width
     }
 
-    /// The bottom edge.
-    pub fn bottom(&self) -> f32 {
+    pub(super) fn bottom(&self) -> f32 {
         self.y + self.height
     }
 
+    pub(super) fn centre(&self) -> Point {
+        (self.x + self.width / 2.0, self.y + self.height / 2.0)
+    }
+
+    /// Whether `x` lies between left and right, or at most half a pixel beside them.
+    pub(super) fn spans(&self, x: f32) -> bool {
+        (self.x - 0.5..=self.right() + 0.5).contains(&x)
+    }
+
     /// Whether the insides share a point.
-    pub fn overlaps(&self, other: &Frame) -> bool {
+    pub(super) fn overlaps(&self, other: &Frame) -> bool {
         self.x < other.right()
             && other.x < self.right()
             && self.y < other.bottom()
@@ -47,7 +58,7 @@ impl Frame {
     }
 
     /// Whether `other` lies within, edges included.
-    pub fn holds(&self, other: &Frame) -> bool {
+    pub(super) fn holds(&self, other: &Frame) -> bool {
         self.x <= other.x
             && self.y <= other.y
             && other.right() <= self.right()
@@ -57,10 +68,9 @@ impl Frame {
 
 /// One step of a path, absolute pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub(super) enum Step {
     /// Begins a contour.
     Move(f32, f32),
-    /// A straight line.
     Line(f32, f32),
     /// A cubic Bezier curve: two control points and the end.
     Cubic([f32; 6]),
@@ -70,32 +80,39 @@ pub enum Step {
 
 /// How a path's line is drawn; joins and ends are round unless it is dashed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
-    /// Its colour.
-    pub colour: Colour,
+pub(super) struct Stroke {
+    pub(super) colour: Colour,
     /// Pixels.
-    pub width: f32,
+    pub(super) width: f32,
     /// Pixels on and pixels off.
-    pub dash: Option<(f32, f32)>,
+    pub(super) dash: Option<(f32, f32)>,
 }
 
 impl Stroke {
     /// An unbroken line.
-    pub const fn solid(colour: Colour, width: f32) -> Stroke {
+    pub(super) const fn solid(colour: Colour, width: f32) -> Stroke {
         Stroke {
             colour,
             width,
             dash: None,
         }
     }
+
+    /// A line of `dash` pixels on and off.
+    pub(super) const fn dashed(colour: Colour, width: f32, dash: (f32, f32)) -> Stroke {
+        Stroke {
+            colour,
+            width,
+            dash: Some(dash),
+        }
+    }
 }
 
 /// Which point of a text stands at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Anchor {
+pub(super) enum Anchor {
     /// Its left end.
     Start,
-    /// Its middle.
     Middle,
     /// Its right end.
     End,
@@ -103,7 +120,7 @@ pub enum Anchor {
 
 /// A display-coded RGB8 picture whose bytes fill its size.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub(super) struct Picture {
     width: usize,
     height: usize,
     rgb: Vec<u8>,
@@ -114,7 +131,7 @@ impl Picture {
     ///
     /// # Errors
     /// [`ChartError::Picture`] unless both sides are at least 1 and the bytes fill them.
-    pub fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Picture, ChartError> {
+    pub(super) fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Picture, ChartError> {
         let needed = width.saturating_mul(height).saturating_mul(3);
         if needed == 0 || rgb.len() != needed {
             return Err(ChartError::Picture {
@@ -128,53 +145,36 @@ impl Picture {
     }
 
     /// Pixels a row and rows.
-    pub fn size(&self) -> (usize, usize) {
+    pub(super) fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// Its bytes.
-    pub fn rgb(&self) -> &[u8] {
+    pub(super) fn rgb(&self) -> &[u8] {
         &self.rgb
     }
 }
 
 /// One thing drawn, over all before it.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Mark {
-    /// A filled rectangle.
+pub(super) enum Mark {
     Rectangle {
-        /// Where.
         frame: Frame,
-        /// Its colour.
         fill: Colour,
     },
-    /// A path, filled (nonzero winding), stroked, or both.
-    Path {
-        /// Its contours.
+    /// The inside of a path (nonzero winding).
+    Area {
         steps: Vec<Step>,
-        /// The colour inside.
-        fill: Option<Colour>,
-        /// The line along it.
-        stroke: Option<Stroke>,
+        fill: Colour,
     },
-    /// One line of text.
-    Text {
-        /// The anchor's place on the baseline.
-        at: (f32, f32),
-        /// Pixels an em.
-        size: f32,
-        /// Which point of the text stands there.
-        anchor: Anchor,
-        /// What it says.
-        text: String,
-        /// Its colour.
-        colour: Colour,
+    /// The line along a path.
+    Line {
+        steps: Vec<Step>,
+        stroke: Stroke,
     },
+    Text(Label),
     /// A picture stretched over a frame.
     Picture {
-        /// Where.
         frame: Frame,
-        /// What.
         picture: Picture,
     },
 }
@@ -182,23 +182,34 @@ pub enum Mark {
 /// A laid out chart: marks in the order they are drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
-    width: f32,
-    height: f32,
-    scale: f32,
-    ground: Colour,
-    marks: Vec<Mark>,
+    /// Width and height, in the units of the marks.
+    pub(super) size: (f32, f32),
+    /// Pixels for each unit of the marks.
+    pub(super) scale: f32,
+    /// What the marks lie on.
+    pub(super) ground: Colour,
+    /// From the bottom up.
+    pub(super) marks: Vec<Mark>,
 }
 
 impl Drawing {
     /// An empty drawing.
-    pub fn new(width: f32, height: f32, ground: Colour) -> Drawing {
+    pub(super) fn new(width: f32, height: f32, ground: Colour) -> Drawing {
         Drawing {
-            width,
-            height,
+            size: (width, height),
             scale: 1.0,
             ground,
             marks: Vec::new(),
         }
+    }
+
+    /// A drawing with its title in the top left corner, shortened to the width.
+    pub(super) fn titled(title: &str, width: f32, height: f32, palette: &Palette) -> Drawing {
+        let mut drawing = Drawing::new(width, height, palette.ground);
+        let title = font::fit(title, TITLE, width - 2.0 * MARGIN);
+        let at = (MARGIN, MARGIN + 14.0);
+        drawing.text(Label::new(&title, at, TITLE, palette.ink));
+        drawing
     }
 
     /// The same drawing painted with `factor` times the pixels a side, for fine displays.
@@ -210,35 +221,10 @@ impl Drawing {
         self
     }
 
-    /// Width and height, in the units of the marks.
-    pub fn size(&self) -> (f32, f32) {
-        (self.width, self.height)
-    }
-
-    /// Pixels for each unit of the marks.
-    pub fn scale(&self) -> f32 {
-        self.scale
-    }
-
-    /// What the marks lie on.
-    pub fn ground(&self) -> Colour {
-        self.ground
-    }
-
-    /// What is drawn, from the bottom up.
-    pub fn marks(&self) -> &[Mark] {
-        &self.marks
-    }
-
-    /// Draws one more mark over the others.
-    pub fn push(&mut self, mark: Mark) {
-        self.marks.push(mark);
-    }
-
     /// Pixels a row, rows, and the painted pixels: RGB8, row 0 on top.
     ///
     /// # Errors
-    /// [`ChartError::TooLarge`] over the room's limit.
+    /// [`ChartError::TooLarge`] over the module's limit.
     pub fn rgb8(&self) -> Result<(usize, usize, Vec<u8>), ChartError> {
         paint::rgb8(self)
     }
@@ -246,7 +232,7 @@ impl Drawing {
     /// The painted pixels as a PNG file.
     ///
     /// # Errors
-    /// [`ChartError::TooLarge`] over the room's limit, [`ChartError::Encode`] from the encoder.
+    /// [`ChartError::TooLarge`] over the module's limit, [`ChartError::Encode`] from the encoder.
     pub fn png(&self) -> Result<Vec<u8>, ChartError> {
         let (width, height, rgb) = self.rgb8()?;
         Ok(png::encode(width, height, &rgb)?)
@@ -258,52 +244,84 @@ impl Drawing {
     }
 
     pub(super) fn rectangle(&mut self, frame: Frame, fill: Colour) {
-        self.push(Mark::Rectangle { frame, fill });
+        self.marks.push(Mark::Rectangle { frame, fill });
+    }
+
+    pub(super) fn picture(&mut self, frame: Frame, picture: Picture) {
+        self.marks.push(Mark::Picture { frame, picture });
     }
 
     /// A straight line.
-    pub(super) fn line(&mut self, from: (f32, f32), to: (f32, f32), stroke: Stroke) {
-        self.push(Mark::Path {
-            steps: vec![Step::Move(from.0, from.1), Step::Line(to.0, to.1)],
-            fill: None,
-            stroke: Some(stroke),
-        });
+    pub(super) fn line(&mut self, from: Point, to: Point, stroke: Stroke) {
+        self.polyline(&[from, to], stroke);
+    }
+
+    /// Straight lines from point to point.
+    pub(super) fn polyline(&mut self, points: &[Point], stroke: Stroke) {
+        self.path(contour(points), stroke);
+    }
+
+    /// The line along a path.
+    pub(super) fn path(&mut self, steps: Vec<Step>, stroke: Stroke) {
+        self.marks.push(Mark::Line { steps, stroke });
+    }
+
+    /// The inside of straight lines from point to point and back to the first.
+    pub(super) fn polygon(&mut self, points: &[Point], fill: Colour) {
+        self.area(closed(points), fill);
+    }
+
+    /// The inside of a path.
+    pub(super) fn area(&mut self, steps: Vec<Step>, fill: Colour) {
+        self.marks.push(Mark::Area { steps, fill });
     }
 
     /// A text, unless it is empty.
     pub(super) fn text(&mut self, text: Label) {
         if !text.text.is_empty() {
-            self.push(Mark::Text {
-                at: text.at,
-                size: text.size,
-                anchor: text.anchor,
-                text: text.text,
-                colour: text.colour,
-            });
+            self.marks.push(Mark::Text(text));
         }
+    }
+
+    /// A text around a place.
+    pub(super) fn text_around(&mut self, text: &str, at: Point, size: f32, colour: Colour) {
+        let label = Label::new(text, at, size, colour);
+        self.text(label.anchored(Anchor::Middle).centred());
     }
 
     /// Every text with the box it fills.
     #[cfg(test)]
     pub(super) fn text_boxes(&self) -> Vec<(String, Frame)> {
         let boxed = |mark: &Mark| match mark {
-            Mark::Text {
-                at,
-                size,
-                anchor,
-                text,
-                ..
-            } => Some((text.clone(), text_box(*at, *size, *anchor, text))),
+            Mark::Text(label) => Some((label.text.clone(), label.frame())),
             _ => None,
         };
         self.marks.iter().filter_map(boxed).collect()
     }
 }
 
-/// A text on its way into a drawing.
-#[derive(Clone, Debug)]
+/// The steps from point to point.
+fn contour(points: &[Point]) -> Vec<Step> {
+    let step = |(index, &(x, y)): (usize, &Point)| match index {
+        0 => Step::Move(x, y),
+        _ => Step::Line(x, y),
+    };
+    points.iter().enumerate().map(step).collect()
+}
+
+/// The steps from point to point and back to the first.
+pub(super) fn closed(points: &[Point]) -> Vec<Step> {
+    let mut steps = contour(points);
+    steps.push(Step::Close);
+    steps
+}
+
+/// One line of text.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Label {
-    pub(super) at: (f32, f32),
+    /// The anchor's place on the baseline.
+    pub(super) at: Point,
+    /// Pixels an em.
     pub(super) size: f32,
     pub(super) anchor: Anchor,
     pub(super) text: String,
@@ -312,7 +330,7 @@ pub(super) struct Label {
 
 impl Label {
     /// A text that begins at a point of its baseline.
-    pub(super) fn new(text: &str, at: (f32, f32), size: f32, colour: Colour) -> Label {
+    pub(super) fn new(text: &str, at: Point, size: f32, colour: Colour) -> Label {
         Label {
             at,
             size,
@@ -333,28 +351,17 @@ impl Label {
         self
     }
 
+    /// The box that it fills.
     pub(super) fn frame(&self) -> Frame {
-        text_box(self.at, self.size, self.anchor, &self.text)
+        let width = font::width(&self.text, self.size);
+        let left = match self.anchor {
+            Anchor::Start => self.at.0,
+            Anchor::Middle => self.at.0 - width / 2.0,
+            Anchor::End => self.at.0 - width,
+        };
+        let top = self.at.1 - font::ASCENT * self.size;
+        Frame::new(left, top, width, (font::ASCENT + font::DESCENT) * self.size)
     }
-}
-
-/// Where a text's line begins.
-pub(super) fn text_left(x: f32, width: f32, anchor: Anchor) -> f32 {
-    match anchor {
-        Anchor::Start => x,
-        Anchor::Middle => x - width / 2.0,
-        Anchor::End => x - width,
-    }
-}
-
-fn text_box(at: (f32, f32), size: f32, anchor: Anchor, text: &str) -> Frame {
-    let width = font::width(text, size);
-    Frame::new(
-        text_left(at.0, width, anchor),
-        at.1 - font::ASCENT * size,
-        width,
-        (font::ASCENT + font::DESCENT) * size,
-    )
 }
 
 /// The middle of the pixel that `x` lies in: a line of one pixel there is sharp.

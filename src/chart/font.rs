@@ -8,6 +8,9 @@
 use skrifa::instance::{LocationRef, Size};
 use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
+use tiny_skia::{Path, PathBuilder};
+
+use super::drawing::Point;
 
 static SUBSET: &[u8] = include_bytes!("DejaVuSans-subset.ttf");
 
@@ -98,46 +101,49 @@ pub(super) fn wrap(text: &str, size: f32, room: f32, most: usize) -> Vec<String>
     lines
 }
 
-/// Draws the outlines of `text` from `x` on the baseline `y` (pixels, y down) into `pen`.
-pub(super) fn outline(text: &str, size: f32, x: f32, y: f32, pen: &mut impl OutlinePen) {
-    let Some(face) = face() else { return };
+/// The outlines of `text` from a point of its baseline on (pixels, y down); `None` where nothing
+/// is drawn.
+pub(super) fn outline(text: &str, size: f32, (x, y): Point) -> Option<Path> {
+    let face = face()?;
     let outlines = face.outline_glyphs();
-    let mut placed = Placed { x, y, pen };
+    let path = PathBuilder::new();
+    let mut pen = Pen { x, y, path };
     for (letter, advance) in text.chars().zip(advances(text, size)) {
         if let Some(shape) = outlines.get(glyph(&face, letter)) {
             let settings = DrawSettings::unhinted(Size::new(size), LocationRef::default());
             // A glyph that cannot be drawn leaves its space empty.
-            let _ = shape.draw(settings, &mut placed);
+            let _ = shape.draw(settings, &mut pen);
         }
-        placed.x += advance;
+        pen.x += advance;
     }
+    pen.path.finish()
 }
 
 /// Turns the font's upward y about the baseline and moves each glyph to its place.
-struct Placed<'a, P> {
+struct Pen {
     x: f32,
     y: f32,
-    pen: &'a mut P,
+    path: PathBuilder,
 }
 
-impl<P: OutlinePen> OutlinePen for Placed<'_, P> {
+impl OutlinePen for Pen {
     fn move_to(&mut self, x: f32, y: f32) {
-        self.pen.move_to(self.x + x, self.y - y);
+        self.path.move_to(self.x + x, self.y - y);
     }
     fn line_to(&mut self, x: f32, y: f32) {
-        self.pen.line_to(self.x + x, self.y - y);
+        self.path.line_to(self.x + x, self.y - y);
     }
     fn quad_to(&mut self, cx0: f32, cy0: f32, x: f32, y: f32) {
         let (ox, oy) = (self.x, self.y);
-        self.pen.quad_to(ox + cx0, oy - cy0, ox + x, oy - y);
+        self.path.quad_to(ox + cx0, oy - cy0, ox + x, oy - y);
     }
     fn curve_to(&mut self, cx0: f32, cy0: f32, cx1: f32, cy1: f32, x: f32, y: f32) {
         let (ox, oy) = (self.x, self.y);
-        self.pen
-            .curve_to(ox + cx0, oy - cy0, ox + cx1, oy - cy1, ox + x, oy - y);
+        self.path
+            .cubic_to(ox + cx0, oy - cy0, ox + cx1, oy - cy1, ox + x, oy - y);
     }
     fn close(&mut self) {
-        self.pen.close();
+        self.path.close();
     }
 }
 

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use super::axis::{Ruler, Scale};
+use super::axis::Ruler;
 use super::colour::{Colour, Palette, Theme};
-use super::curves::{MARGIN, SMALL, WIDTH, merged};
-use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::curves::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
+use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Step, Stroke, crisp};
 use super::font;
 use super::lane::diamond;
 
@@ -54,8 +54,6 @@ pub enum Stand {
     Near,
 }
 
-const TITLE: f32 = 17.0;
-const NAME: f32 = 12.0;
 /// Rows beyond this are counted, not drawn.
 const MOST_ROWS: usize = 256;
 /// Narrower cells could not be told apart: columns then share one, which shows the largest.
@@ -81,10 +79,7 @@ struct Layout {
 impl Layout {
     fn new(data: &Grid) -> Layout {
         let rows = data.rows.len().clamp(1, MOST_ROWS);
-        let widest = data.rows.iter().take(MOST_ROWS);
-        let widest = widest.map(|r| font::width(r, NAME)).fold(0.0, f32::max);
-        let names = widest.min(WIDTH / 5.0).ceil();
-        let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
+        let (names, left) = name_column(data.rows.iter().take(MOST_ROWS), 0.0);
         let room = WIDTH - MARGIN - left;
         let count = data.columns.len().max(1);
         let share = count.div_ceil((room / NARROWEST) as usize).max(1);
@@ -116,10 +111,8 @@ pub fn grid(data: &Grid, theme: Theme) -> Drawing {
     let cues = if data.cues.is_empty() { 0.0 } else { 20.0 };
     let more = data.rows.len() > MOST_ROWS || layout.share > 1;
     let below = 42.0 + cues + if more { 18.0 } else { 0.0 };
-    let mut drawing = Drawing::new(WIDTH, (layout.axis + below).ceil(), palette.ground);
-    let title = font::fit(&data.title, TITLE, WIDTH - 2.0 * MARGIN);
-    let at = (MARGIN, MARGIN + 14.0);
-    drawing.text(Label::new(&title, at, TITLE, palette.ink));
+    let height = (layout.axis + below).ceil();
+    let mut drawing = Drawing::titled(&data.title, WIDTH, height, &palette);
     legend(&mut drawing, data, &layout, &palette);
     cells(&mut drawing, data, &layout, &palette);
     numbers(&mut drawing, data, &layout, &palette);
@@ -144,10 +137,8 @@ fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette)
     let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
     for (row, name) in data.rows.iter().take(MOST_ROWS).enumerate() {
         let y = layout.field.y + row as f32 * layout.pitch;
-        let shown = font::fit(name, NAME, layout.names);
-        let at = (layout.field.x - 10.0, y + layout.pitch / 2.0);
-        let label = Label::new(&shown, at, NAME, palette.ink);
-        drawing.text(label.anchored(Anchor::End).centred());
+        let at = (layout.field.x, y + layout.pitch / 2.0);
+        row_name(drawing, name, layout.names, at, palette);
         for (index, group) in data.columns.chunks(layout.share).enumerate() {
             let values = group.iter().filter_map(|c| c.get(row).copied());
             let colour = shade(values.fold(0.0, larger), palette);
@@ -162,10 +153,8 @@ fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette)
         }
     }
     if data.columns.is_empty() || data.rows.is_empty() {
-        let field = layout.field;
-        let at = (field.x + field.width / 2.0, field.y + field.height / 2.0);
-        let label = Label::new("nothing to show", at, NAME, palette.quiet);
-        drawing.text(label.anchored(Anchor::Middle).centred());
+        let at = layout.field.centre();
+        drawing.text_around("nothing to show", at, NAME, palette.quiet);
     }
 }
 
@@ -200,13 +189,7 @@ fn numbers(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palett
 /// The axis of time, and lines to it from the columns.
 fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
     let field = layout.field;
-    let bad = !(data.start.is_finite() && data.end.is_finite());
-    let span = if bad {
-        (0.0, 1.0)
-    } else {
-        (data.start, data.end)
-    };
-    let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
+    let ruler = time_ruler(span(data.start, data.end), field);
     let y = layout.axis;
     let mut drawn = BTreeSet::new();
     let stride = data.ties.len().div_ceil(MOST_TIES).max(1);
@@ -227,10 +210,7 @@ fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) 
     let firm = Stroke::solid(palette.frame, 1.0);
     drawing.line((field.x, crisp(y)), (field.right(), crisp(y)), firm);
     let mut free = f32::MIN;
-    for tick in &ruler.ticks {
-        let Some(x) = ruler.place(tick.value) else {
-            continue;
-        };
+    for (x, tick) in ruler.placed_ticks() {
         drawing.line((crisp(x), y), (crisp(x), y + 4.0), firm);
         let label = Label::new(&tick.label, (x, y + 18.0), SMALL, palette.quiet);
         let label = label.anchored(Anchor::Middle);
@@ -244,8 +224,8 @@ fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) 
 
 fn strand(
     drawing: &mut Drawing,
-    (a, top): (f32, f32),
-    (b, foot): (f32, f32),
+    (a, top): Point,
+    (b, foot): Point,
     stand: Stand,
     palette: &Palette,
 ) {
@@ -253,19 +233,10 @@ fn strand(
     let stroke = match stand {
         Stand::Met => Stroke::solid(palette.quiet.faded(0.8), 1.0),
         Stand::Inserted => Stroke::solid(palette.hue(1), 1.25),
-        Stand::Near => Stroke {
-            dash: Some((2.0, 3.0)),
-            ..Stroke::solid(palette.quiet.faded(0.7), 1.0)
-        },
+        Stand::Near => Stroke::dashed(palette.quiet.faded(0.7), 1.0, (2.0, 3.0)),
     };
-    drawing.push(Mark::Path {
-        steps: vec![
-            Step::Move(a, top),
-            Step::Cubic([a, middle, b, middle, b, foot]),
-        ],
-        fill: None,
-        stroke: Some(stroke),
-    });
+    let bow = Step::Cubic([a, middle, b, middle, b, foot]);
+    drawing.path(vec![Step::Move(a, top), bow], stroke);
     if stand == Stand::Inserted {
         diamond(drawing, (b, foot), palette.hue(1));
     }
@@ -325,13 +296,8 @@ fn legend(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette
     ];
     for (stand, text) in stands {
         if data.ties.iter().any(|t| t.stand == stand) {
-            strand(
-                drawing,
-                (x + 8.0, y - 7.0),
-                (x + 8.0, y + 5.0),
-                stand,
-                palette,
-            );
+            let (top, foot) = ((x + 8.0, y - 7.0), (x + 8.0, y + 5.0));
+            strand(drawing, top, foot, stand, palette);
             x += 20.0;
             word(drawing, &mut x, text);
         }

@@ -3,8 +3,8 @@
 
 use super::axis::Ruler;
 use super::colour::{Colour, Palette};
-use super::curves::{Curves, Knot, MARGIN, SMALL, WIDTH};
-use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::curves::{Curves, Knot, SMALL, WIDTH};
+use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
 use super::font;
 
 /// The gap under a strip that its moves' bars need.
@@ -64,12 +64,8 @@ fn bar(drawing: &mut Drawing, (from, to): (f32, f32), y: f32, palette: &Palette)
     let colour = palette.quiet;
     let width = (to - from).max(1.0);
     drawing.rectangle(Frame::new(from, y + 1.5, width, 1.5), colour.faded(0.75));
-    for x in [from, to] {
-        drawing.line(
-            (crisp(x), y),
-            (crisp(x), y + 4.5),
-            Stroke::solid(colour, 1.0),
-        );
+    for x in [from, to].map(crisp) {
+        drawing.line((x, y), (x, y + 4.5), Stroke::solid(colour, 1.0));
     }
 }
 
@@ -97,8 +93,7 @@ pub(super) fn knots(
             continue;
         };
         let pixel = Some((x.floor(), knot.inserted));
-        let inside = (lane.x - 0.5..=lane.right() + 0.5).contains(&x);
-        if inside && pixel != before {
+        if lane.spans(x) && pixel != before {
             let at = (x.min(lane.right() - 1.0), middle);
             sign(drawing, at, knot.inserted, palette);
         }
@@ -107,28 +102,18 @@ pub(super) fn knots(
 }
 
 /// An upright line, or for a knot put in between a diamond.
-fn sign(drawing: &mut Drawing, (x, y): (f32, f32), inserted: bool, palette: &Palette) {
-    if !inserted {
-        let stroke = Stroke::solid(palette.quiet, 1.0);
-        drawing.line((crisp(x), y - 5.0), (crisp(x), y + 5.0), stroke);
-        return;
+fn sign(drawing: &mut Drawing, (x, y): Point, inserted: bool, palette: &Palette) {
+    if inserted {
+        return diamond(drawing, (x, y), palette.hue(1));
     }
-    diamond(drawing, (x, y), palette.hue(1));
+    let stroke = Stroke::solid(palette.quiet, 1.0);
+    drawing.line((crisp(x), y - 5.0), (crisp(x), y + 5.0), stroke);
 }
 
 /// A small square on its corner.
-pub(super) fn diamond(drawing: &mut Drawing, (x, y): (f32, f32), colour: Colour) {
-    drawing.push(Mark::Path {
-        steps: vec![
-            Step::Move(x, y - 5.0),
-            Step::Line(x + 4.0, y),
-            Step::Line(x, y + 5.0),
-            Step::Line(x - 4.0, y),
-            Step::Close,
-        ],
-        fill: Some(colour),
-        stroke: None,
-    });
+pub(super) fn diamond(drawing: &mut Drawing, (x, y): Point, colour: Colour) {
+    let corners = [(x, y - 5.0), (x + 4.0, y), (x, y + 5.0), (x - 4.0, y)];
+    drawing.polygon(&corners, colour);
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -1,8 +1,7 @@
 //! The shapes on points.
 
 use super::colour::Colour;
-use super::drawing::{Drawing, Mark, Step, Stroke};
-use super::trace::Point;
+use super::drawing::{Drawing, Point, Step, Stroke, closed};
 
 /// The shape on a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,30 +32,23 @@ impl Marker {
         colour: Colour,
         ground: Colour,
     ) {
-        let steps = match self {
-            Marker::None => return,
-            Marker::Circle => disc(at, 4.0 * size),
-            Marker::Square => closed(
-                &[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)],
-                at,
-                size,
-            ),
-            Marker::Triangle => closed(&[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)], at, size),
-            Marker::Diamond => closed(
-                &[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)],
-                at,
-                size,
-            ),
+        let corners: &[Point] = match self {
+            Marker::Square => &[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)],
+            Marker::Triangle => &[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)],
+            Marker::Diamond => &[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)],
+            Marker::Circle => &[],
             Marker::Cross => return cross(drawing, at, 3.5 * size, colour),
+            Marker::None => return,
         };
-        let rim = Stroke::solid(ground, 2.0 * size);
-        for (fill, stroke) in [(None, Some(rim)), (Some(colour), None)] {
-            drawing.push(Mark::Path {
-                steps: steps.clone(),
-                fill,
-                stroke,
-            });
-        }
+        let steps = match corners {
+            [] => disc(at, 4.0 * size),
+            corners => {
+                let placed = |(dx, dy): &Point| (at.0 + dx * size, at.1 + dy * size);
+                closed(&corners.iter().map(placed).collect::<Vec<_>>())
+            }
+        };
+        drawing.path(steps.clone(), Stroke::solid(ground, 2.0 * size));
+        drawing.area(steps, colour);
     }
 }
 
@@ -64,18 +56,6 @@ fn cross(drawing: &mut Drawing, (x, y): Point, arm: f32, colour: Colour) {
     let stroke = Stroke::solid(colour, 2.0);
     drawing.line((x - arm, y - arm), (x + arm, y + arm), stroke);
     drawing.line((x - arm, y + arm), (x + arm, y - arm), stroke);
-}
-
-fn closed(corners: &[Point], (x, y): Point, size: f32) -> Vec<Step> {
-    let corner = |(index, (dx, dy)): (usize, &Point)| {
-        let (x, y) = (x + dx * size, y + dy * size);
-        match index {
-            0 => Step::Move(x, y),
-            _ => Step::Line(x, y),
-        }
-    };
-    let corners = corners.iter().enumerate().map(corner);
-    corners.chain([Step::Close]).collect()
 }
 
 /// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.

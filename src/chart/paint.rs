@@ -1,12 +1,11 @@
 //! Marks to pixels, by tiny-skia.
 
-use skrifa::outline::OutlinePen;
 use tiny_skia::{
     FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, StrokeDash, Transform,
 };
 
 use super::colour::Colour;
-use super::drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke, text_left};
+use super::drawing::{Drawing, Frame, Mark, Picture, Step, Stroke};
 use super::resample::resampled;
 use super::{ChartError, font};
 
@@ -17,8 +16,8 @@ const LONGEST_SIDE: usize = 1 << 15;
 
 /// Pixels a row, rows, RGB8.
 pub(super) fn rgb8(drawing: &Drawing) -> Result<(usize, usize, Vec<u8>), ChartError> {
-    let scale = drawing.scale();
-    let (width, height) = drawing.size();
+    let scale = drawing.scale;
+    let (width, height) = drawing.size;
     let (width, height) = (pixels(width * scale), pixels(height * scale));
     let refused = ChartError::TooLarge {
         width,
@@ -31,9 +30,9 @@ pub(super) fn rgb8(drawing: &Drawing) -> Result<(usize, usize, Vec<u8>), ChartEr
         return Err(refused);
     };
     let mut pixmap = Pixmap::new(columns, rows).ok_or(refused)?;
-    let [red, green, blue] = drawing.ground().rgb;
+    let [red, green, blue] = drawing.ground.rgb;
     pixmap.fill(tiny_skia::Color::from_rgba8(red, green, blue, 255));
-    for mark in drawing.marks() {
+    for mark in &drawing.marks {
         paint(&mut pixmap, mark, scale);
     }
     // The ground is opaque, so every pixel is: the premultiplied bytes are the colours.
@@ -57,29 +56,20 @@ fn paint(pixmap: &mut Pixmap, mark: &Mark, scale: f32) {
                 pixmap.fill_rect(rect, &ink(*fill), place, None);
             }
         }
-        Mark::Path {
-            steps,
-            fill,
-            stroke,
-        } => {
-            let Some(path) = path(steps) else { return };
-            if let Some(fill) = fill {
+        Mark::Area { steps, fill } => {
+            if let Some(path) = path(steps) {
                 pixmap.fill_path(&path, &ink(*fill), FillRule::Winding, place, None);
             }
-            if let Some(stroke) = stroke {
-                let line = line(stroke);
-                pixmap.stroke_path(&path, &ink(stroke.colour), &line, place, None);
+        }
+        Mark::Line { steps, stroke } => {
+            if let Some(path) = path(steps) {
+                pixmap.stroke_path(&path, &ink(stroke.colour), &line(stroke), place, None);
             }
         }
-        Mark::Text {
-            at,
-            size,
-            anchor,
-            text,
-            colour,
-        } => {
-            if let Some(path) = letters(text, *size, *at, *anchor) {
-                pixmap.fill_path(&path, &ink(*colour), FillRule::Winding, place, None);
+        Mark::Text(label) => {
+            let at = (label.frame().x, label.at.1);
+            if let Some(path) = font::outline(&label.text, label.size, at) {
+                pixmap.fill_path(&path, &ink(label.colour), FillRule::Winding, place, None);
             }
         }
         Mark::Picture { frame, picture } => copy(pixmap, picture, frame, scale),
@@ -124,33 +114,6 @@ fn path(steps: &[Step]) -> Option<Path> {
     builder.finish()
 }
 
-fn letters(text: &str, size: f32, at: (f32, f32), anchor: Anchor) -> Option<Path> {
-    let left = text_left(at.0, font::width(text, size), anchor);
-    let mut pen = Pen(PathBuilder::new());
-    font::outline(text, size, left, at.1, &mut pen);
-    pen.0.finish()
-}
-
-struct Pen(PathBuilder);
-
-impl OutlinePen for Pen {
-    fn move_to(&mut self, x: f32, y: f32) {
-        self.0.move_to(x, y);
-    }
-    fn line_to(&mut self, x: f32, y: f32) {
-        self.0.line_to(x, y);
-    }
-    fn quad_to(&mut self, cx0: f32, cy0: f32, x: f32, y: f32) {
-        self.0.quad_to(cx0, cy0, x, y);
-    }
-    fn curve_to(&mut self, cx0: f32, cy0: f32, cx1: f32, cy1: f32, x: f32, y: f32) {
-        self.0.cubic_to(cx0, cy0, cx1, cy1, x, y);
-    }
-    fn close(&mut self) {
-        self.0.close();
-    }
-}
-
 /// Lays the picture over the pixels nearest to its frame; what lies outside is cut off.
 fn copy(pixmap: &mut Pixmap, picture: &Picture, frame: &Frame, scale: f32) {
     let edge = |place: f32| (place * scale).round().max(0.0) as usize;
@@ -192,10 +155,7 @@ mod tests {
         let mut drawing = Drawing::new(8.0, 4.0, WHITE);
         drawing.rectangle(Frame::new(1.0, 1.0, 2.0, 2.0), Colour::hex(0x102030));
         let picture = Picture::new(1, 1, vec![9, 8, 7]).unwrap();
-        drawing.push(Mark::Picture {
-            frame: Frame::new(6.0, 2.0, 2.0, 2.0),
-            picture,
-        });
+        drawing.picture(Frame::new(6.0, 2.0, 2.0, 2.0), picture);
         assert_eq!(pixel(&drawing, 0, 0), [255; 3]);
         assert_eq!(pixel(&drawing, 1, 1), [0x10, 0x20, 0x30]);
         assert_eq!(pixel(&drawing, 3, 1), [255; 3]);
@@ -213,8 +173,7 @@ mod tests {
             Frame::new(50.0, 50.0, 2.0, 2.0),
             Frame::new(1.0, 1.0, 0.0, 0.0),
         ] {
-            let picture = picture.clone();
-            drawing.push(Mark::Picture { frame, picture });
+            drawing.picture(frame, picture.clone());
         }
         assert_eq!(pixel(&drawing, 3, 3), [0; 3]);
         assert_eq!(pixel(&drawing, 1, 1), [255; 3]);

@@ -4,11 +4,11 @@
 //! it for all of them.
 
 use super::axis::{Axis, Ruler, Tick};
-use super::colour::{Palette, Theme};
-use super::drawing::{Anchor, Drawing, Frame, Label, Mark, Step, Stroke, crisp};
+use super::colour::{Colour, Palette, Theme};
+use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
 use super::font;
 use super::marker::Marker;
-use super::trace::{Point, thinned};
+use super::trace::thinned;
 
 /// One plot.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,8 +38,6 @@ pub struct Series {
     pub labels: Vec<String>,
 }
 
-const MARGIN: f32 = 16.0;
-const TITLE: f32 = 17.0;
 const HEADING: f32 = 13.0;
 const SMALL: f32 = 11.5;
 const PLOT_HEIGHT: f32 = 250.0;
@@ -71,8 +69,7 @@ pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     let palette = theme.palette();
     let each = if data.len() <= 1 { 640.0 } else { 420.0 };
     let width = each * data.len().clamp(1, PAIR) as f32;
-    let shown = font::fit(title, TITLE, width - 2.0 * MARGIN);
-    let top = MARGIN + if shown.is_empty() { 0.0 } else { 26.0 };
+    let top = MARGIN + if title.is_empty() { 0.0 } else { 26.0 };
     let (entries, places, foot) = match data.len() > PAIR {
         true => gallery(data, each, top),
         false => {
@@ -82,13 +79,8 @@ pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
             (entries, row, plot_top(data, below) + PLOT_HEIGHT + FOOT)
         }
     };
-    let mut drawing = Drawing::new(width, (foot + MARGIN / 2.0).ceil(), palette.ground);
-    drawing.text(Label::new(
-        &shown,
-        (MARGIN, MARGIN + 14.0),
-        TITLE,
-        palette.ink,
-    ));
+    let height = (foot + MARGIN / 2.0).ceil();
+    let mut drawing = Drawing::titled(title, width, height, &palette);
     for entry in &entries {
         entry.draw(&mut drawing, &palette);
     }
@@ -155,9 +147,8 @@ fn names(data: &[Panel]) -> Vec<&str> {
     names
 }
 
-/// The line of the series with this name.
-fn stroke(name: &str, names: &[&str], palette: &Palette) -> Stroke {
-    let index = names.iter().position(|other| *other == name).unwrap_or(0);
+/// The line of the series that has this place among the names.
+fn stroke(index: usize, palette: &Palette) -> Stroke {
     Stroke {
         colour: palette.hue(index),
         width: 2.0,
@@ -204,17 +195,21 @@ fn legend(data: &[Panel], room: Frame, size: f32) -> (Vec<Entry>, f32) {
 impl Entry {
     fn draw(&self, drawing: &mut Drawing, palette: &Palette) {
         let (x, y) = self.at;
-        let line = Stroke {
-            colour: palette.hue(self.index),
-            width: 2.0,
-            dash: (self.index >= HUES).then_some((7.0, 4.0)),
-        };
+        let line = stroke(self.index, palette);
         drawing.line((x, y), (x + 24.0, y), line);
         self.marker
             .draw(drawing, (x + 12.0, y), 1.0, line.colour, palette.ground);
         let label = Label::new(&self.name, (x + 30.0, y), self.size, palette.ink);
         drawing.text(label.centred());
     }
+}
+
+/// A series in pixels.
+struct Trace<'a> {
+    series: &'a Series,
+    /// Points without a gap between them.
+    runs: Vec<Vec<Point>>,
+    colour: Colour,
 }
 
 /// One panel's plot in pixels.
@@ -226,50 +221,46 @@ struct Plot {
 
 fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
     let Place { panel, frame, .. } = *place;
-    let names = place.names.as_slice();
     let plot = Plot::new(panel, frame);
     let left = frame.x + MARGIN;
     let room = frame.width - 2.0 * MARGIN;
     let title = font::fit(&panel.title, HEADING, room);
-    drawing.text(Label::new(
-        &title,
-        (left, place.title),
-        HEADING,
-        palette.ink,
-    ));
+    let at = (left, place.title);
+    drawing.text(Label::new(&title, at, HEADING, palette.ink));
     let label = font::fit(&panel.y.label, SMALL, room);
-    drawing.text(Label::new(
-        &label,
-        (left, frame.y - 12.0),
-        SMALL,
-        palette.quiet,
-    ));
+    let at = (left, frame.y - 12.0);
+    drawing.text(Label::new(&label, at, SMALL, palette.quiet));
     let label = font::fit(&panel.x.label, SMALL, room);
-    let middle = plot.frame.x + plot.frame.width / 2.0;
     // Centred under the plot, but inside the panel where the label is long.
     let half = font::width(&label, SMALL) / 2.0;
+    let middle = plot.frame.centre().0;
     let middle = middle.min(frame.right() - MARGIN - half).max(left + half);
-    let label = Label::new(
-        &label,
-        (middle, frame.bottom() + 36.0),
-        SMALL,
-        palette.quiet,
-    );
+    let at = (middle, frame.bottom() + 36.0);
+    let label = Label::new(&label, at, SMALL, palette.quiet);
     drawing.text(label.anchored(Anchor::Middle));
     plot.grid(drawing, palette);
 
     let mut traces = Vec::new();
     for series in &panel.series {
         let runs = plot.runs(&series.points);
-        let stroke = stroke(&series.name, names, palette);
-        for run in &runs {
-            polyline(drawing, run, stroke);
+        let index = place.names.iter().position(|name| *name == series.name);
+        let stroke = stroke(index.unwrap_or(0), palette);
+        for run in runs.iter().filter(|run| run.len() > 1) {
+            drawing.polyline(run, stroke);
         }
-        traces.push((series, runs));
+        traces.push(Trace {
+            series,
+            runs,
+            colour: stroke.colour,
+        });
     }
     let drawn = plot.reference(drawing, panel, &traces, palette);
-    for (series, runs) in &traces {
-        let colour = stroke(&series.name, names, palette).colour;
+    for trace in &traces {
+        let Trace {
+            series,
+            runs,
+            colour,
+        } = trace;
         // A point alone has no line to show it.
         let count = runs.iter().map(Vec::len).sum::<usize>();
         let few = count <= MOST_MARKERS;
@@ -280,18 +271,14 @@ fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
                 other => other,
             };
             for &at in run {
-                marker.draw(drawing, at, size, colour, palette.ground);
+                marker.draw(drawing, at, size, *colour, palette.ground);
             }
         }
     }
     plot.labels(drawing, &traces, drawn, palette);
-    if drawn.is_none() && traces.iter().all(|(_, runs)| runs.is_empty()) {
-        let at = (
-            plot.frame.x + plot.frame.width / 2.0,
-            plot.frame.y + plot.frame.height / 2.0,
-        );
-        let label = Label::new("no data", at, HEADING, palette.quiet);
-        drawing.text(label.anchored(Anchor::Middle).centred());
+    if drawn.is_none() && traces.iter().all(|trace| trace.runs.is_empty()) {
+        let at = plot.frame.centre();
+        drawing.text_around("no data", at, HEADING, palette.quiet);
     }
 }
 
@@ -299,13 +286,8 @@ impl Plot {
     fn new(panel: &Panel, frame: Frame) -> Plot {
         // Only points that both axes take are seen, so only they may stretch the axes.
         let seen = |&&(x, y): &&(f64, f64)| panel.x.scale.takes(x) && panel.y.scale.takes(y);
-        let points = || {
-            panel
-                .series
-                .iter()
-                .flat_map(|series| &series.points)
-                .filter(seen)
-        };
+        let all = || panel.series.iter().flat_map(|series| &series.points);
+        let points = || all().filter(seen);
         let reference = panel.reference.iter().map(|(value, _)| *value);
         let heights = points().map(|point| point.1).chain(reference);
         let span = (frame.bottom(), frame.y);
@@ -327,20 +309,14 @@ impl Plot {
         let Frame { x, y, .. } = self.frame;
         let (right, foot) = (self.frame.right(), self.frame.bottom());
         let thin = Stroke::solid(palette.grid, 1.0);
-        let major = |tick: &&Tick| !tick.label.is_empty();
-        for tick in self.y.ticks.iter().filter(major) {
-            let Some(at) = self.y.place(tick.value) else {
-                continue;
-            };
+        let major = |(_, tick): &(f32, &Tick)| !tick.label.is_empty();
+        for (at, tick) in self.y.placed_ticks().filter(major) {
             drawing.line((x, crisp(at)), (right, crisp(at)), thin);
             let label = Label::new(&tick.label, (x - 8.0, at), SMALL, palette.quiet);
             drawing.text(label.anchored(Anchor::End).centred());
         }
         let mut free = f32::MIN;
-        for tick in self.x.ticks.iter().filter(major) {
-            let Some(at) = self.x.place(tick.value) else {
-                continue;
-            };
+        for (at, tick) in self.x.placed_ticks().filter(major) {
             drawing.line((crisp(at), y), (crisp(at), foot + 4.0), thin);
             let label = Label::new(&tick.label, (at, foot + 18.0), SMALL, palette.quiet);
             let label = label.anchored(Anchor::Middle);
@@ -350,15 +326,11 @@ impl Plot {
             }
         }
         let firm = Stroke::solid(palette.frame, 1.0);
-        for tick in self.y.ticks.iter().filter(|tick| !major(tick)) {
-            if let Some(at) = self.y.place(tick.value) {
-                drawing.line((x, crisp(at)), (x + 3.0, crisp(at)), firm);
-            }
+        for (at, _) in self.y.placed_ticks().filter(|tick| !major(tick)) {
+            drawing.line((x, crisp(at)), (x + 3.0, crisp(at)), firm);
         }
-        for tick in self.x.ticks.iter().filter(|tick| !major(tick)) {
-            if let Some(at) = self.x.place(tick.value) {
-                drawing.line((crisp(at), foot - 3.0), (crisp(at), foot), firm);
-            }
+        for (at, _) in self.x.placed_ticks().filter(|tick| !major(tick)) {
+            drawing.line((crisp(at), foot - 3.0), (crisp(at), foot), firm);
         }
         drawing.line((x, crisp(foot)), (right, crisp(foot)), firm);
     }
@@ -381,16 +353,12 @@ impl Plot {
     fn labels(
         &self,
         drawing: &mut Drawing,
-        traces: &[(&Series, Vec<Vec<Point>>)],
+        traces: &[Trace<'_>],
         named: Option<Frame>,
         palette: &Palette,
     ) {
-        let met_by = |frame: &Frame| -> usize {
-            let runs = traces.iter().flat_map(|(_, runs)| runs);
-            runs.map(|run| met(run, frame)).sum()
-        };
         let mut taken: Vec<Frame> = named.into_iter().collect();
-        for (series, _) in traces {
+        for Trace { series, .. } in traces {
             for (&(x, y), text) in series.points.iter().zip(&series.labels) {
                 let (Some(x), Some(y)) = (self.x.place(x), self.y.place(y)) else {
                     continue;
@@ -413,7 +381,7 @@ impl Plot {
                 let places = beside
                     .map(|(at, anchor)| Label::new(text, at, SMALL, palette.ink).anchored(anchor));
                 let best = places.into_iter().filter(free);
-                if let Some(label) = best.min_by_key(|label| met_by(&label.frame())) {
+                if let Some(label) = best.min_by_key(|label| met(traces, &label.frame())) {
                     taken.push(label.frame());
                     drawing.text(label);
                 }
@@ -427,17 +395,13 @@ impl Plot {
         &self,
         drawing: &mut Drawing,
         panel: &Panel,
-        traces: &[(&Series, Vec<Vec<Point>>)],
+        traces: &[Trace<'_>],
         palette: &Palette,
     ) -> Option<Frame> {
         let (value, name) = panel.reference.as_ref()?;
         let y = self.y.place(*value)?;
         let (left, right) = (self.frame.x, self.frame.right());
-        let stroke = Stroke {
-            colour: palette.quiet,
-            width: 1.5,
-            dash: Some((5.0, 4.0)),
-        };
+        let stroke = Stroke::dashed(palette.quiet, 1.5, (5.0, 4.0));
         drawing.line((left, crisp(y)), (right, crisp(y)), stroke);
         let name = font::fit(name, SMALL, self.frame.width * 0.8);
         let ends = [(right - 4.0, Anchor::End), (left + 4.0, Anchor::Start)];
@@ -447,10 +411,8 @@ impl Plot {
         });
         let hidden = |label: &Label| {
             let frame = label.frame();
-            let runs = traces.iter().flat_map(|(_, runs)| runs);
-            let met: usize = runs.map(|run| met(run, &frame)).sum();
             // Outside the plot it would meet the axes' labels.
-            met + if self.frame.holds(&frame) { 0 } else { 1000 }
+            met(traces, &frame) + if self.frame.holds(&frame) { 0 } else { 1000 }
         };
         let best = places.min_by_key(hidden)?;
         let frame = best.frame();
@@ -462,8 +424,14 @@ impl Plot {
 /// Pixels from sample to sample of a line.
 const SAMPLED: f32 = 4.0;
 
-/// How much of the run comes near the frame: samples of its segments, and points, which count more.
-fn met(run: &[Point], frame: &Frame) -> usize {
+/// How much of the lines comes near the frame: samples of their segments, and points, which count
+/// more.
+fn met(traces: &[Trace<'_>], frame: &Frame) -> usize {
+    let runs = traces.iter().flat_map(|trace| &trace.runs);
+    runs.map(|run| met_by_run(run, frame)).sum()
+}
+
+fn met_by_run(run: &[Point], frame: &Frame) -> usize {
     let near = |x: f32, y: f32| frame.overlaps(&Frame::new(x - 4.0, y - 4.0, 8.0, 8.0));
     let alone = run.iter().filter(|(x, y)| near(*x, *y)).count();
     let hidden = run.windows(2).map(|pair| match pair {
@@ -477,17 +445,4 @@ fn met(run: &[Point], frame: &Frame) -> usize {
         _ => 0,
     });
     4 * alone + hidden.sum::<usize>()
-}
-
-fn polyline(drawing: &mut Drawing, run: &[Point], stroke: Stroke) {
-    let (Some(first), true) = (run.first(), run.len() > 1) else {
-        return;
-    };
-    let mut steps = vec![Step::Move(first.0, first.1)];
-    steps.extend(run.iter().skip(1).map(|&(x, y)| Step::Line(x, y)));
-    drawing.push(Mark::Path {
-        steps,
-        fill: None,
-        stroke: Some(stroke),
-    });
 }

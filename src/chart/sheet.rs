@@ -2,7 +2,7 @@
 
 use super::ChartError;
 use super::colour::{Palette, Theme};
-use super::drawing::{Drawing, Frame, Label, Mark, Picture};
+use super::drawing::{Drawing, Frame, Label, MARGIN, Picture, Point, TITLE};
 use super::font;
 
 /// Pictures to be compared.
@@ -31,9 +31,7 @@ pub struct Tile {
 
 /// The sheet's width, unless a given number of columns needs more.
 const WIDTH: f32 = 840.0;
-const MARGIN: f32 = 16.0;
 const GUTTER: f32 = 12.0;
-const TITLE: f32 = 17.0;
 const CAPTION: f32 = 12.0;
 const LINE: f32 = 16.0;
 /// Narrower cells could not hold a caption.
@@ -60,26 +58,15 @@ pub fn sheet(data: &Sheet, theme: Theme) -> Result<Drawing, ChartError> {
     let layout = layout(data);
     let pitch = layout.cell.1 + layout.caption_lines as f32 * LINE + GUTTER + 6.0;
     let rows = data.tiles.len().div_ceil(layout.columns);
-    let legend = font::wrap(
-        &data.legend,
-        CAPTION,
-        layout.width - 2.0 * MARGIN,
-        LEGEND_LINES,
-    );
+    let room = layout.width - 2.0 * MARGIN;
+    let legend = font::wrap(&data.legend, CAPTION, room, LEGEND_LINES);
     let foot = layout.top + (rows as f32 * pitch).max(if rows == 0 { 40.0 } else { 0.0 });
     let legend_height = match legend.len() {
         0 => 0.0,
         lines => lines as f32 * LINE + 8.0,
     };
     let height = foot - GUTTER + MARGIN + legend_height;
-    let mut drawing = Drawing::new(layout.width, height.ceil(), palette.ground);
-    let title = font::fit(&data.title, TITLE, layout.width - 2.0 * MARGIN);
-    drawing.text(Label::new(
-        &title,
-        (MARGIN, MARGIN + 14.0),
-        TITLE,
-        palette.ink,
-    ));
+    let mut drawing = Drawing::titled(&data.title, layout.width, height.ceil(), &palette);
     for (index, tile) in data.tiles.iter().enumerate() {
         let (row, column) = (index / layout.columns, index % layout.columns);
         let x = MARGIN + column as f32 * (layout.cell.0 + GUTTER);
@@ -113,11 +100,8 @@ fn layout(data: &Sheet) -> Layout {
     let cell = room.min(widest as f32).max(NARROWEST);
     // As high as the picture in the middle of the order of heights: one upright picture among
     // many wide ones does not stretch every row.
-    let mut heights: Vec<f32> = data
-        .tiles
-        .iter()
-        .map(|tile| height(tile.size, cell))
-        .collect();
+    let heights = data.tiles.iter().map(|tile| height(tile.size, cell));
+    let mut heights: Vec<f32> = heights.collect();
     heights.sort_by(f32::total_cmp);
     let cell_height = heights.get(heights.len() / 2).copied().unwrap_or(0.0);
     let lines = data.tiles.iter();
@@ -153,7 +137,7 @@ fn shown((width, height): (usize, usize), cell: (f32, f32)) -> (f32, f32) {
 fn place(
     drawing: &mut Drawing,
     tile: &Tile,
-    (x, y): (f32, f32),
+    (x, y): Point,
     cell: (f32, f32),
     palette: &Palette,
 ) -> Result<(), ChartError> {
@@ -166,14 +150,13 @@ fn place(
         width,
         height,
     );
-    drawing.push(Mark::Picture { frame, picture });
+    drawing.picture(frame, picture);
     let lines = font::wrap(&tile.caption, CAPTION, cell.0, 2);
     for (index, line) in lines.iter().enumerate() {
         let at = (x, y + cell.1 + 15.0 + index as f32 * LINE);
-        let colour = if index == 0 {
-            palette.ink
-        } else {
-            palette.quiet
+        let colour = match index {
+            0 => palette.ink,
+            _ => palette.quiet,
         };
         drawing.text(Label::new(line, at, CAPTION, colour));
     }

@@ -14,8 +14,8 @@ use crate::picture::png;
 
 /// The whole document.
 pub(super) fn document(drawing: &Drawing) -> String {
-    let (width, height) = drawing.size();
-    let scale = drawing.scale();
+    let (width, height) = drawing.size;
+    let scale = drawing.scale;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"{}\" \
          viewBox=\"0 0 {} {}\" font-family=\"DejaVu Sans, Verdana, sans-serif\">\n",
@@ -26,10 +26,10 @@ pub(super) fn document(drawing: &Drawing) -> String {
     );
     let ground = Mark::Rectangle {
         frame: Frame::new(0.0, 0.0, width, height),
-        fill: drawing.ground(),
+        fill: drawing.ground,
     };
     element(&mut out, &ground);
-    for mark in drawing.marks() {
+    for mark in &drawing.marks {
         element(&mut out, mark);
     }
     out.push_str("</svg>\n");
@@ -48,39 +48,26 @@ fn element(out: &mut String, mark: &Mark) {
         Mark::Rectangle { frame, fill } => {
             put!(out, "<rect {}{}/>\n", place(frame), paint("fill", *fill));
         }
-        Mark::Path {
-            steps,
-            fill,
-            stroke,
-        } => {
-            put!(out, "<path d=\"{}\"", data(steps));
-            match fill {
-                Some(fill) => out.push_str(&paint("fill", *fill)),
-                None => out.push_str(" fill=\"none\""),
-            }
-            if let Some(stroke) = stroke {
-                out.push_str(&line(stroke));
-            }
-            out.push_str("/>\n");
+        Mark::Area { steps, fill } => {
+            let fill = paint("fill", *fill);
+            put!(out, "<path d=\"{}\"{fill}/>\n", data(steps));
         }
-        Mark::Text {
-            at,
-            size,
-            anchor,
-            text,
-            colour,
-        } => {
+        Mark::Line { steps, stroke } => {
+            let (path, line) = (data(steps), line(stroke));
+            put!(out, "<path d=\"{path}\" fill=\"none\"{line}/>\n");
+        }
+        Mark::Text(label) => {
             put!(
                 out,
                 "<text x=\"{}\" y=\"{}\" font-size=\"{}\"{} textLength=\"{}\" \
                  lengthAdjust=\"spacingAndGlyphs\"{}>{}</text>\n",
-                number(at.0),
-                number(at.1),
-                number(*size),
-                anchored(*anchor),
-                number(font::width(text, *size)),
-                paint("fill", *colour),
-                escaped(text),
+                number(label.at.0),
+                number(label.at.1),
+                number(label.size),
+                anchored(label.anchor),
+                number(font::width(&label.text, label.size)),
+                paint("fill", label.colour),
+                escaped(&label.text),
             );
         }
         Mark::Picture { frame, picture } => embedded(out, frame, picture),

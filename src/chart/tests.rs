@@ -6,7 +6,7 @@ use super::*;
 
 /// Every text lies inside the drawing, and no two texts touch.
 fn assert_clear(drawing: &Drawing) {
-    let (width, height) = drawing.size();
+    let (width, height) = drawing.size;
     let page = Frame::new(0.0, 0.0, width, height);
     let boxes = drawing.text_boxes();
     for (index, (text, frame)) in boxes.iter().enumerate() {
@@ -126,7 +126,7 @@ fn many_panels_stand_in_pairs_each_with_its_legend() {
         for count in 3..=7 {
             let all: Vec<Panel> = (0..count).map(|_| measured(Scale::Whole, 9)).collect();
             let drawing = panels("Many panels", &all, theme);
-            assert_eq!(drawing.size().0, 840.0);
+            assert_eq!(drawing.size.0, 840.0);
             assert_clear(&drawing);
             let named = drawing.text_boxes();
             let own = named.iter().filter(|(text, _)| text == "SVD").count();
@@ -240,13 +240,13 @@ fn what_lies_on_the_same_pixels_is_drawn_once() {
         inserted: false,
     };
     data.knots = many(100_000).map(knot).collect();
-    let marks = curves(&data, Theme::Dark).marks().len();
+    let marks = curves(&data, Theme::Dark).marks.len();
     assert!(marks < 10_000, "{marks}");
     let mut data = keys(3, 3000);
     let ties = data.ties.clone();
     let all = ties.iter().cycle().zip(many(200_000));
     data.ties = all.map(|(tie, time)| Tie { time, ..*tie }).collect();
-    let marks = grid(&data, Theme::Dark).marks().len();
+    let marks = grid(&data, Theme::Dark).marks.len();
     assert!(marks < 10_000, "{marks}");
 }
 
@@ -391,10 +391,10 @@ fn panels_leave_out_what_has_no_place_and_break_the_line_there() {
         assert_clear(&drawing);
         drawing.rgb8().unwrap();
         let wide = |mark: &&Mark| {
-            matches!(mark, Mark::Path { fill: None, stroke: Some(stroke), .. }
+            matches!(mark, Mark::Line { stroke, .. }
                 if stroke.width == 2.0 && stroke.colour != Theme::Light.palette().ground)
         };
-        drawing.marks().iter().filter(wide).count()
+        drawing.marks.iter().filter(wide).count()
     };
     assert_eq!(lines(&panel), 2);
     panel.series[0].points.clear();
@@ -414,12 +414,9 @@ fn a_series_keeps_its_colour_through_all_panels() {
     };
     let drawing = panels("", &[of(&["a", "b"]), of(&["b"])], Theme::Light);
     let hue = Theme::Light.palette().hue(1);
-    let second = |mark: &&Mark| {
-        matches!(mark, Mark::Path { fill: None, stroke: Some(stroke), .. }
-            if stroke.colour == hue)
-    };
+    let second = |mark: &&Mark| matches!(mark, Mark::Line { stroke, .. } if stroke.colour == hue);
     // Legend, left panel, right panel.
-    assert_eq!(drawing.marks().iter().filter(second).count(), 3);
+    assert_eq!(drawing.marks.iter().filter(second).count(), 3);
 }
 
 #[test]
@@ -437,10 +434,10 @@ fn sheets_hold_every_picture_and_caption_apart() {
             };
             let drawing = sheet(&data, Theme::Dark).unwrap();
             assert_clear(&drawing);
-            let (width, height) = drawing.size();
+            let (width, height) = drawing.size;
             let page = Frame::new(0.0, 0.0, width, height);
             let frames: Vec<Frame> = drawing
-                .marks()
+                .marks
                 .iter()
                 .filter_map(|mark| match mark {
                     Mark::Picture { frame, .. } => Some(*frame),

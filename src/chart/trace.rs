@@ -1,7 +1,6 @@
 //! Polylines on their way to the page: cut to a span, thinned to what pixels can show.
 
-/// A point in pixels.
-pub(super) type Point = (f32, f32);
+use super::drawing::Point;
 
 /// A line with no more than four points in any pixel column: the first, the lowest, the highest
 /// and the last, in their order, which cover the same pixels as all of them.
@@ -16,21 +15,13 @@ pub(super) fn thinned(points: &[Point]) -> Vec<Point> {
             continue;
         }
         let by_height = |a: &(usize, &Point), b: &(usize, &Point)| a.1.1.total_cmp(&b.1.1);
-        let place = |found: Option<(usize, &Point)>| found.map_or(0, |(index, _)| index);
-        let mut places = [
-            0,
-            place(column.iter().enumerate().min_by(by_height)),
-            place(column.iter().enumerate().max_by(by_height)),
-            column.len() - 1,
-        ];
-        places.sort_unstable();
-        let mut before = None;
-        for index in places {
-            if before != Some(index) {
-                kept.extend(column.get(index));
-            }
-            before = Some(index);
-        }
+        let points = || column.iter().enumerate();
+        let (lowest, highest) = (points().min_by(by_height), points().max_by(by_height));
+        let four = [points().next(), lowest, highest, points().next_back()];
+        let mut shown: Vec<(usize, &Point)> = four.into_iter().flatten().collect();
+        shown.sort_unstable_by_key(|(index, _)| *index);
+        shown.dedup_by_key(|(index, _)| *index);
+        kept.extend(shown.into_iter().map(|(_, point)| *point));
     }
     kept
 }

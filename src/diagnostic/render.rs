@@ -7,7 +7,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str};
+use annotate_snippets::{
+    Annotation, AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str,
+};
 use serde_json::json;
 
 use super::{Diagnostic, Label, Severity, Sources};
@@ -73,13 +75,7 @@ struct Index<'a> {
 }
 
 /// A piece of a source, ready to be shown.
-struct Excerpt {
-    name: String,
-    first_line: usize,
-    text: String,
-    /// Ranges in `text`, with the words beside them; true for the main place.
-    places: Vec<(Range<usize>, String, bool)>,
-}
+type Excerpt = Snippet<'static, Annotation<'static>>;
 
 /// File, first and last line, and the labels in them; true for the main one.
 type Near<'l> = (usize, usize, usize, Vec<(&'l Label, bool)>);
@@ -197,7 +193,7 @@ impl<'a> Index<'a> {
             .id(diagnostic.code);
         let mut group = Group::with_title(title);
         for excerpt in self.excerpts(&diagnostic.labels) {
-            group = group.element(snippet(excerpt));
+            group = group.element(excerpt);
         }
         for help in &diagnostic.help {
             group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
@@ -228,12 +224,8 @@ impl<'a> Index<'a> {
 
     fn excerpt(&mut self, file: usize, lines: Range<usize>, labels: &[(&Label, bool)]) -> Excerpt {
         let (name, source) = self.text(file);
-        let mut excerpt = Excerpt {
-            name: normalize_untrusted_str(name),
-            first_line: lines.start + 1,
-            text: String::new(),
-            places: Vec::new(),
-        };
+        let first_line = lines.start + 1;
+        let (mut text, mut places) = (String::new(), Vec::new());
         for line in lines {
             let range = self.line_range(file, line);
             let here = |l: &&(&Label, bool)| (range.start..=range.end).contains(&l.0.span.start);
@@ -243,22 +235,22 @@ impl<'a> Index<'a> {
             let shown = window(source, range.clone(), centre);
             let cut_before = if shown.start > range.start { "…" } else { "" };
             let cut_after = if shown.end < range.end { "…" } else { "" };
-            let base = excerpt.text.len() + cut_before.len();
+            let base = text.len() + cut_before.len();
             for (label, main) in labels {
                 // The first line of a longer piece stands for it.
                 let start = boundary(source, label.span.start.clamp(shown.start, shown.end));
                 let end = boundary(source, label.span.end.clamp(start, shown.end));
                 let place = base + start - shown.start..base + end - shown.start;
-                excerpt.places.push((place, label.text.clone(), *main));
+                places.push(annotation(place, label, *main));
             }
             let piece = source.get(shown).unwrap_or("");
-            excerpt.text += cut_before;
-            excerpt.text += piece;
-            excerpt.text += cut_after;
-            excerpt.text.push('\n');
+            text += &[cut_before, piece, cut_after, "\n"].concat();
         }
-        excerpt.text.pop();
-        excerpt
+        text.pop();
+        Snippet::source(text)
+            .line_start(first_line)
+            .path(normalize_untrusted_str(name))
+            .annotations(places)
     }
 }
 
@@ -276,36 +268,23 @@ fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
     if text.len() <= WIDTH {
         return line;
     }
-    let before = source
-        .get(line.start..boundary(source, centre))
-        .unwrap_or("");
-    let skip = before
-        .char_indices()
-        .rev()
-        .nth(BEFORE)
-        .map_or(0, |(i, _)| i);
+    let before = source.get(line.start..boundary(source, centre));
+    let mut before = before.unwrap_or("").char_indices().rev();
+    let skip = before.nth(BEFORE).map_or(0, |(i, _)| i);
     let rest = text.get(skip..).unwrap_or("");
-    let length = rest
-        .char_indices()
-        .nth(WIDTH)
-        .map_or(rest.len(), |(i, _)| i);
+    let mut letters = rest.char_indices();
+    let length = letters.nth(WIDTH).map_or(rest.len(), |(i, _)| i);
     line.start + skip..line.start + skip + length
 }
 
-fn snippet(excerpt: Excerpt) -> Snippet<'static, annotate_snippets::Annotation<'static>> {
-    let annotations = excerpt.places.into_iter().map(|(span, text, main)| {
-        let kind = if main {
-            AnnotationKind::Primary
-        } else {
-            AnnotationKind::Context
-        };
-        let label = (!text.is_empty()).then(|| normalize_untrusted_str(&text));
-        kind.span(span).label(label)
-    });
-    Snippet::source(excerpt.text)
-        .line_start(excerpt.first_line)
-        .path(excerpt.name)
-        .annotations(annotations)
+/// A place of an excerpt with its words.
+fn annotation(place: Range<usize>, label: &Label, main: bool) -> Annotation<'static> {
+    let kind = match main {
+        true => AnnotationKind::Primary,
+        false => AnnotationKind::Context,
+    };
+    let words = (!label.text.is_empty()).then(|| normalize_untrusted_str(&label.text));
+    kind.span(place).label(words)
 }
 
 #[cfg(test)]

@@ -67,13 +67,13 @@ impl Engine {
     }
 
     fn store_summary(&self) -> Option<StoreSummary> {
-        let disk_cache = self.image_cache.disk_cache()?;
+        let disk_cache = self.image_cache.disk_cache.as_ref()?;
         let stored = disk_cache.stored(self.store());
         let (own, other): (Vec<Stored>, Vec<Stored>) =
             stored.into_iter().partition(|s| self.serves(s));
         Some(StoreSummary {
-            folder: disk_cache.folder().to_owned(),
-            limit: disk_cache.limit(),
+            folder: disk_cache.folder.clone(),
+            limit: disk_cache.limit,
             own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
             other: other.iter().map(|s| s.bytes).collect(),
         })
@@ -81,7 +81,7 @@ impl Engine {
 
     /// Whether a stored image can serve the show: its scene fits, and all its lights are there.
     fn serves(&self, stored: &Stored) -> bool {
-        let (Some(rendering), Some(disk_cache)) = (&self.rendering, self.image_cache.disk_cache())
+        let (Some(rendering), Some(disk_cache)) = (&self.rendering, &self.image_cache.disk_cache)
         else {
             return false;
         };
@@ -97,7 +97,7 @@ impl Engine {
     /// [`Error::NoSetup`], [`Error::File`] when the store cannot be written.
     pub fn drop_images(&mut self, all: bool) -> Result<Freed, Error> {
         let mut gone = Vec::new();
-        if let Some(disk_cache) = self.image_cache.disk_cache() {
+        if let Some(disk_cache) = &self.image_cache.disk_cache {
             let stored = disk_cache.stored(self.store()).into_iter();
             gone = stored.filter(|s| all || !self.serves(s)).collect();
         }
@@ -113,10 +113,10 @@ impl Engine {
         let used = |image: &Arc<_>| held.contains(&Arc::as_ptr(image));
         let memory = self.image_cache.forget(|kept| !used(&kept.image));
         let mut store = None;
-        if let Some(disk_cache) = self.image_cache.disk_cache_mut() {
+        if let Some(disk_cache) = &mut self.image_cache.disk_cache {
             let (images, bytes) =
                 disk_cache.free(self.host.store.as_ref(), |s| gone.contains(s))?;
-            store = Some((images, bytes, disk_cache.folder().to_owned()));
+            store = Some((images, bytes, disk_cache.folder.clone()));
         }
         Ok(Freed { memory, store })
     }

@@ -120,7 +120,7 @@ impl Session {
             moments: Vec::new(),
             spent: 0.0,
             mark: engine.now(),
-            store: engine.image_cache.detach(),
+            store: engine.image_cache.disk_cache.take(),
         };
         let begun = engine.coarse();
         let measured = begun.and_then(|()| session.measure(engine, Cause::Coarse, None));
@@ -154,7 +154,7 @@ impl Session {
 
     /// Ends the session; what was measured.
     pub fn end(self, engine: &mut Engine) -> Measured {
-        engine.image_cache.attach(self.store);
+        engine.image_cache.disk_cache = self.store;
         Measured {
             origin: engine.origin(),
             truth: self.wanted.then(|| engine.refined_step().0),

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use super::atomic_writer::{AtomicWriter, Beside};
-use super::{Entry, FileError, Store, beside, io_error, read_error, read_limited};
+use super::{Entry, FileError, Store, io_error, read_error, read_limited};
 
 /// The disk, anywhere the program may write.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,15 +16,9 @@ impl Store for Disk {
     /// By way of a temporary file next to it and a rename, so that readers and crashes see the old
     /// file or the new one, never a part.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
-        let beside = beside(path)?;
-        let written = fs::File::create(&beside)
-            .and_then(|mut file| file.write_all(content).and_then(|()| file.sync_all()))
-            .and_then(|()| fs::rename(&beside, path));
-        written.map_err(|source| {
-            // Leaving the part behind would only litter; that it may be gone already is fine.
-            let _ = fs::remove_file(&beside);
-            io_error(path.display())(source)
-        })
+        let mut file = self.begin(path)?;
+        file.write_all(content).map_err(io_error(path.display()))?;
+        file.finish()
     }
 
     fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn AtomicWriter + 's>, FileError> {

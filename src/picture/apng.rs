@@ -71,14 +71,14 @@ pub fn animate(
     loop {
         let moments = pace.moments();
         match draw(size, &moments, frame, limits.bytes)? {
-            Drawn::Whole(bytes) => {
+            Ok(bytes) => {
                 return Ok(Animation {
                     bytes,
                     frames: moments.len(),
                     rate: pace.rate(),
                 });
             }
-            Drawn::TooLarge { estimate } => {
+            Err(estimate) => {
                 // Frames farther apart compress no better: the size goes with their number.
                 let wanted = moments.len() as f64 * limits.bytes as f64 / estimate as f64;
                 if !pace.slow_to((wanted * 0.97) as usize) {
@@ -92,14 +92,8 @@ pub fn animate(
     }
 }
 
-/// An attempt at an animation.
-enum Drawn {
-    Whole(Vec<u8>),
-    /// Given up; what it would have become.
-    TooLarge {
-        estimate: usize,
-    },
-}
+/// An animation that kept its limit, or else the bytes that it would have become.
+type Drawn = Result<Vec<u8>, usize>;
 
 fn draw(
     (width, height): (usize, usize),
@@ -107,24 +101,19 @@ fn draw(
     frame: &mut dyn FnMut(f64) -> Vec<u8>,
     limit: usize,
 ) -> Result<Drawn, PictureError> {
-    let mut file = File::new(width, height, moments.len(), limit)?;
+    let mut file = File::new(width, height, moments.len())?;
     for (done, moment) in moments.iter().enumerate() {
         file.push(&frame(moment.at), moment.delay)?;
-        let bytes = file.len();
+        let bytes = file.bytes.borrow().len();
         if bytes > limit {
             let estimate = bytes as f64 * moments.len() as f64 / (done + 1) as f64;
-            return Ok(Drawn::TooLarge {
-                estimate: estimate as usize,
-            });
+            return Ok(Err(estimate as usize));
         }
     }
     let bytes = file.finish()?;
-    Ok(if bytes.len() > limit {
-        Drawn::TooLarge {
-            estimate: bytes.len(),
-        }
-    } else {
-        Drawn::Whole(bytes)
+    Ok(match bytes.len() > limit {
+        true => Err(bytes.len()),
+        false => Ok(bytes),
     })
 }
 
@@ -137,15 +126,10 @@ struct File {
 }
 
 impl File {
-    fn new(width: usize, height: usize, frames: usize, limit: usize) -> Result<File, PictureError> {
+    fn new(width: usize, height: usize, frames: usize) -> Result<File, PictureError> {
         let bytes = Rc::new(RefCell::new(Vec::new()));
         let mut encoder = encoder(Sink(Rc::clone(&bytes)), width, height)?;
-        let count = u32::try_from(frames).ok().filter(|n| *n > 0);
-        let count = count.ok_or_else(|| {
-            PictureError::Size(format!(
-                "an animation of {frames} frames, {limit} bytes at most"
-            ))
-        })?;
+        let count = u32::try_from(frames).map_err(|e| PictureError::Size(e.to_string()))?;
         encoder.set_animated(count, 1).map_err(refused)?;
         Ok(File {
             bytes,
@@ -164,10 +148,6 @@ impl File {
             .set_frame_delay(numerator, denominator)
             .and_then(|()| self.writer.write_image_data(rgb))
             .map_err(refused)
-    }
-
-    fn len(&self) -> usize {
-        self.bytes.borrow().len()
     }
 
     fn finish(self) -> Result<Vec<u8>, PictureError> {
@@ -224,7 +204,7 @@ mod tests {
 
     #[test]
     fn frames_come_back_with_their_delays() {
-        let mut file = File::new(2, 2, 3, usize::MAX).unwrap();
+        let mut file = File::new(2, 2, 3).unwrap();
         for (value, delay) in [(3, (1, 25)), (200, (9, 2)), (9, (1, 1))] {
             file.push(&[value; 12], delay).unwrap();
         }
@@ -235,7 +215,7 @@ mod tests {
             (vec![9; 12], 1.0),
         ];
         assert_eq!(read(&file.finish().unwrap()), expected);
-        assert!(File::new(2, 2, 0, usize::MAX).is_err());
+        assert!(File::new(2, 2, 0).is_err());
     }
 
     #[test]

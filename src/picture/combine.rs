@@ -18,10 +18,10 @@ pub fn combine(like: (usize, usize), terms: &[(f64, &Image)], threads: usize) ->
 /// Adds `weight * image` over `terms` to a picture: what [`combine`] of the terms that made it,
 /// followed by these, would be. Terms are left out as there.
 pub fn add(sum: &mut Image, terms: &[(f64, &Image)], threads: usize) {
-    let like = (sum.width(), sum.height());
+    let like = sum.size();
     let terms: Vec<(f32, &[f32])> = terms
         .iter()
-        .filter(|(weight, image)| *weight != 0.0 && (image.width(), image.height()) == like)
+        .filter(|(weight, image)| *weight != 0.0 && image.size() == like)
         .map(|(weight, image)| (*weight as f32, image.data()))
         .collect();
     let terms = &terms;
@@ -48,10 +48,10 @@ pub fn extrapolate(fine: &Image, cheap: &Image, by: f64, threads: usize) -> Imag
 /// double precision before it is added and rounded once. Terms of another size are left out. Uses
 /// up to `threads` threads.
 pub fn add_coloured(image: &mut Image, terms: &[([f64; 3], &Image)], threads: usize) {
-    let like = (image.width(), image.height());
+    let like = image.size();
     let terms: Vec<&([f64; 3], &Image)> = terms
         .iter()
-        .filter(|(w, term)| *w != [0.0; 3] && (term.width(), term.height()) == like)
+        .filter(|(w, term)| *w != [0.0; 3] && term.size() == like)
         .collect();
     if terms.is_empty() {
         return;

@@ -1,10 +1,9 @@
 //! OpenEXR: linear pictures exactly, in memory.
 //!
-//! Invariants: what is written has the channels B, G, R in the order that readers expect, scan
-//! lines from the top, and no number that is not finite. What is read is bounded: the size in the
+//! What is written has no number that is not finite. What is read is bounded: the size in the
 //! header of *every* part is held against the caller's limit before any pixel is read, because a
-//! corrupt header may ask for terabytes. OpenEXR has no checksum: a flipped bit in an uncompressed
-//! payload reads as another number, which only a hash kept elsewhere can tell.
+//! corrupt header may ask for terabytes. OpenEXR has no checksum: a flipped bit reads as another
+//! number, which only a hash kept elsewhere can tell.
 
 pub mod layer;
 pub mod stack;
@@ -19,7 +18,7 @@ use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::f16;
 
 use self::stack::Rows;
-use super::{Image, PictureError};
+use super::{Image, PictureError, require_memory};
 
 /// How each number is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,17 +50,13 @@ pub fn encode(
     if image.width() == 0 || image.height() == 0 {
         return Err(PictureError::Size("a picture without pixels".to_owned()));
     }
-    require_finite(image)?;
-    if precision == Precision::Half {
-        require_half_range(image)?;
-    }
     let channel = |(name, colour): (&str, usize)| (name.to_owned(), 0, colour);
     let file = Rows {
         channels: [("B", 2), ("G", 1), ("R", 0)].map(channel).to_vec(),
         images: vec![image],
         precision,
     };
-    file.encode(size(image), attributes)
+    file.encode(image.size(), attributes)
 }
 
 /// The R, G and B channels of an OpenEXR file (scan lines or tiles, 16 or 32 bits, first part that
@@ -87,16 +82,14 @@ pub fn attributes(bytes: &[u8]) -> Result<Vec<(String, String)>, PictureError> {
         return Ok(Vec::new());
     };
     let own = header.own_attributes.other.iter();
-    let mut found: Vec<(String, String)> = own
-        .chain(header.shared_attributes.other.iter())
-        .filter_map(|(name, value)| Some((name.to_string(), text(value)?)))
-        .collect();
+    let all = own.chain(header.shared_attributes.other.iter());
+    let text = |(name, value): (&Text, &AttributeValue)| match value {
+        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+        _ => None,
+    };
+    let mut found: Vec<(String, String)> = all.filter_map(text).collect();
     found.sort_by(|a, b| a.0.cmp(&b.0));
     Ok(found)
-}
-
-fn size(image: &Image) -> (usize, usize) {
-    (image.width(), image.height())
 }
 
 fn require_finite(image: &Image) -> Result<(), PictureError> {
@@ -138,18 +131,15 @@ fn layer_attributes(attributes: &[(String, String)]) -> Result<LayerAttributes, 
         if name.is_empty() || name.len() > NAME_LIMIT || !name.is_ascii() {
             return Err(refuse("a name has 1 to 31 ASCII characters"));
         }
-        if RESERVED.contains(&name.as_str()) {
+        if RESERVED.split(' ').any(|reserved| reserved == name) {
             return Err(refuse("the format uses this name itself"));
         }
         if !value.is_ascii() || value.contains('\0') {
             return Err(refuse("text must be ASCII"));
         }
-        let value = AttributeValue::Text(Text::from(value.as_str()));
-        if layer
-            .other
-            .insert(Text::from(name.as_str()), value)
-            .is_some()
-        {
+        let text = AttributeValue::Text(Text::from(value.as_str()));
+        let before = layer.other.insert(Text::from(name.as_str()), text);
+        if before.is_some() {
             return Err(refuse("given twice"));
         }
     }
@@ -157,57 +147,12 @@ fn layer_attributes(attributes: &[(String, String)]) -> Result<LayerAttributes, 
 }
 
 /// Names with a fixed type and meaning (OpenEXR standard attributes).
-const RESERVED: &[&str] = &[
-    "adoptedNeutral",
-    "altitude",
-    "aperture",
-    "capDate",
-    "channels",
-    "chromaticities",
-    "chunkCount",
-    "comments",
-    "compression",
-    "dataWindow",
-    "displayWindow",
-    "dwaCompressionLevel",
-    "envmap",
-    "expTime",
-    "focus",
-    "framesPerSecond",
-    "isoSpeed",
-    "keyCode",
-    "latitude",
-    "lineOrder",
-    "longitude",
-    "lookModTransform",
-    "maxSamplesPerPixel",
-    "multiView",
-    "name",
-    "owner",
-    "pixelAspectRatio",
-    "preview",
-    "renderingTransform",
-    "screenWindowCenter",
-    "screenWindowWidth",
-    "software",
-    "tiles",
-    "timeCode",
-    "type",
-    "utcOffset",
-    "version",
-    "view",
-    "whiteLuminance",
-    "wrapmodes",
-    "xDensity",
-    "worldToCamera",
-];
-
-fn text(value: &AttributeValue) -> Option<String> {
-    match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        _ => None,
-    }
-}
+const RESERVED: &str = "adoptedNeutral altitude aperture capDate channels chromaticities \
+    chunkCount comments compression dataWindow displayWindow dwaCompressionLevel envmap expTime focus \
+    framesPerSecond isoSpeed keyCode latitude lineOrder longitude lookModTransform \
+    maxSamplesPerPixel multiView name owner pixelAspectRatio preview renderingTransform \
+    screenWindowCenter screenWindowWidth software tiles timeCode type utcOffset version view \
+    whiteLuminance wrapmodes xDensity worldToCamera";
 
 /// Holds every header's claim against the limit, and the number of chunks against the length of
 /// the file (each chunk has eight bytes in the offset table alone).
@@ -221,14 +166,8 @@ fn guard_sizes(headers: &[Header], file: usize, limit: u64) -> Result<(), Pictur
         needed = needed
             .saturating_add(area(header.layer_size, header.channels.bytes_per_pixel))
             .saturating_add(area(window, 3 * size_of::<f32>()));
-        if needed > limit {
-            return Err(PictureError::Memory {
-                width: header.layer_size.0.max(window.0),
-                height: header.layer_size.1.max(window.1),
-                needed,
-                limit,
-            });
-        }
+        let own = header.layer_size;
+        require_memory((own.0.max(window.0), own.1.max(window.1)), needed, limit)?;
     }
     Ok(())
 }
@@ -307,7 +246,7 @@ impl Canvas {
 
     fn paint_row(&mut self, channel: usize, position: Vec2<usize>, samples: &[f32]) {
         let [dx, dy] = self.offset;
-        let (width, height) = (self.image.width(), self.image.height());
+        let (width, height) = self.image.size();
         let Ok(y) = usize::try_from(position.1 as i64 + dy) else {
             return;
         };
@@ -466,7 +405,7 @@ mod tests {
             .to_buffered(Cursor::new(&mut bytes))
             .unwrap();
         let image = decode(&bytes, LIMIT).unwrap();
-        assert_eq!((image.width(), image.height()), (4, 3));
+        assert_eq!(image.size(), (4, 3));
         assert_eq!(image.pixel(3, 1).unwrap(), [1.0, 5.0, 9.0]);
         assert_eq!(image.pixel(3, 2).unwrap(), [3.0, 7.0, 11.0]);
         assert_eq!(image.data().iter().filter(|v| **v != 0.0).count(), 6);

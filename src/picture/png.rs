@@ -6,11 +6,11 @@
 use std::io::Cursor;
 
 use ::png::{
-    BitDepth, ColorType, Compression, Decoder, DecodingError, Encoder, Filter, Limits,
-    SrgbRenderingIntent, Transformations,
+    BitDepth, ColorType, Compression, Decoder, Encoder, Filter, Limits, SrgbRenderingIntent,
+    Transformations,
 };
 
-use super::{Image, PictureError};
+use super::{Image, PictureError, require_memory};
 use crate::units::srgb_decode;
 
 /// Interleaved sRGB bytes (three a pixel, rows from the top) as a PNG file.
@@ -47,22 +47,12 @@ pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
     let needed = (width as u64)
         .saturating_mul(height as u64)
         .saturating_mul(8 + 12);
-    if needed > limit_bytes as u64 {
-        return Err(PictureError::Memory {
-            width,
-            height,
-            needed,
-            limit: limit_bytes as u64,
-        });
-    }
+    require_memory((width, height), needed, limit_bytes as u64)?;
     let mut codes = vec![0; reader.output_buffer_size().unwrap_or_default()];
     let frame = reader.next_frame(&mut codes).map_err(malformed)?;
     codes.truncate(frame.buffer_size());
     let data = linear(&codes, frame.color_type, frame.bit_depth);
-    Image::from_data(width, height, data).ok_or_else(|| PictureError::Malformed {
-        format: "PNG",
-        reason: "some of its pixels are missing".to_owned(),
-    })
+    Image::from_data(width, height, data).ok_or_else(|| malformed("some of its pixels are missing"))
 }
 
 /// Interleaved linear RGB of samples whose colours are expanded.
@@ -98,10 +88,10 @@ fn linear(codes: &[u8], colour: ColorType, depth: BitDepth) -> Vec<f32> {
     out
 }
 
-fn malformed(error: DecodingError) -> PictureError {
+fn malformed(reason: impl ToString) -> PictureError {
     PictureError::Malformed {
         format: "PNG",
-        reason: error.to_string(),
+        reason: reason.to_string(),
     }
 }
 

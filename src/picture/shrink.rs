@@ -6,7 +6,7 @@ use super::Image;
 /// on its part of the picture, pixels cut by its edges counted in part. The mean of the whole
 /// picture stays as it was.
 pub fn shrink(image: &Image, width: usize, height: usize) -> Image {
-    let (wide, high) = (image.width(), image.height());
+    let (wide, high) = image.size();
     let (width, height) = (width.clamp(1, wide.max(1)), height.clamp(1, high.max(1)));
     let columns = overlaps(wide, width);
     let mut out = Image::new(width, height);
@@ -95,7 +95,7 @@ mod tests {
             let data: Vec<f32> = (0..wide * high * 3).map(value).collect();
             let image = Image::from_data(wide, high, data).unwrap();
             let small = shrink(&image, width, height);
-            prop_assert_eq!((small.width(), small.height()), (width, height));
+            prop_assert_eq!(small.size(), (width, height));
             let mean = |image: &Image| {
                 let sum: f64 = image.data().iter().map(|v| f64::from(*v)).sum();
                 sum / image.data().len() as f64

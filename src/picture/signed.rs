@@ -1,16 +1,12 @@
 //! Signed pictures (basis images, differences) to display bytes.
 //!
-//! A basis image may hold negative light. Here dark grey is zero, amber light, blue negative
-//! light, brighter the more there is; the pair is told apart by all common kinds of colour
-//! blindness, and both ends are bright, so that shapes stay readable as in a picture. The
-//! picture's own colours are given up on purpose: blue light must not look like negative light.
-//!
-//! What counts is the largest channel of either sign, not luminance, in whose weights a source of
-//! blue alone would all but vanish. Where some channels are positive and others negative, both
-//! colours add up towards white.
+//! Dark grey is zero, amber light, blue negative light, brighter the more there is: a pair that all
+//! common kinds of colour blindness tell apart. What counts is the largest channel of either sign,
+//! not luminance, in whose weights a source of blue alone would all but vanish. Where some channels
+//! are positive and others negative, both colours add up towards white.
 
 use super::Image;
-use super::tone::bright_level;
+use super::tone::{PERCENTILE, level};
 use crate::units::srgb_encode;
 
 /// Zero.
@@ -41,7 +37,7 @@ pub fn encode(image: &Image, scale: f32) -> Vec<u8> {
 pub fn scale(image: &Image) -> f32 {
     let (pixels, _) = image.data().as_chunks::<3>();
     let magnitude = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
-    bright_level(pixels.iter().map(magnitude).collect())
+    level(&mut pixels.iter().map(magnitude).collect(), PERCENTILE)
 }
 
 fn colour(pixel: [f32; 3], gain: f64) -> [u8; 3] {

@@ -49,7 +49,12 @@ pub fn half_blocks(width: usize, height: usize, rgb: &[u8], room: Room) -> Strin
         return String::new();
     }
     let [wide, high] = room.fit(width, height);
-    let boxes = Boxes::new([width, height], [wide, high], rgb);
+    let boxes = Boxes {
+        from: [width, height],
+        to: [wide, high],
+        rgb,
+        linear: std::array::from_fn(|code| srgb_decode(code as f64 / 255.0)),
+    };
     let mut text = String::new();
     for top in (0..high).step_by(2) {
         for x in 0..wide {
@@ -110,20 +115,11 @@ struct Boxes<'p> {
     from: [usize; 2],
     to: [usize; 2],
     rgb: &'p [u8],
+    /// The light of each code.
     linear: [f64; 256],
 }
 
-impl<'p> Boxes<'p> {
-    fn new(from: [usize; 2], to: [usize; 2], rgb: &'p [u8]) -> Boxes<'p> {
-        let linear = std::array::from_fn(|code| srgb_decode(code as f64 / 255.0));
-        Boxes {
-            from,
-            to,
-            rgb,
-            linear,
-        }
-    }
-
+impl Boxes<'_> {
     /// The mean light of a box, coded.
     fn mean(&self, x: usize, y: usize) -> [u8; 3] {
         let ([width, height], [wide, high]) = (self.from, self.to);
@@ -134,11 +130,7 @@ impl<'p> Boxes<'p> {
             for column in range(x, width, wide) {
                 let at = (row * width + column) * 3;
                 for (sum, code) in sum.iter_mut().zip(self.rgb.iter().skip(at)) {
-                    *sum += self
-                        .linear
-                        .get(usize::from(*code))
-                        .copied()
-                        .unwrap_or_default();
+                    *sum += self.linear.get(usize::from(*code)).copied().unwrap_or(0.0);
                 }
                 count += 1.0;
             }

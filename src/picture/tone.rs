@@ -35,7 +35,7 @@ const WHITE: f64 = 5.0;
 /// Where [`auto_exposure`] puts bright light: just below white.
 const BRIGHT: f64 = 0.9;
 /// The part of a picture's pixels that are not brighter than what counts as its bright light.
-const PERCENTILE: f64 = 0.995;
+pub(super) const PERCENTILE: f64 = 0.995;
 /// The part of the lit pixels that show surfaces rather than lamps, for certain.
 const SURFACES: f64 = 0.97;
 /// How far beyond those the bright light may lie: past it the filmic curve is white anyway.
@@ -190,13 +190,8 @@ pub fn bright_light(image: &Image) -> f64 {
     f64::from(bright.min(BEYOND * level(&mut values, SURFACES)))
 }
 
-/// The 99.5th percentile of what is finite; 0 when nothing is, or when it is negative.
-pub(super) fn bright_level(mut values: Vec<f32>) -> f32 {
-    level(&mut values, PERCENTILE)
-}
-
 /// A percentile of what is finite, which is kept alone; 0 when nothing is, or when it is negative.
-fn level(values: &mut Vec<f32>, percentile: f64) -> f32 {
+pub(super) fn level(values: &mut Vec<f32>, percentile: f64) -> f32 {
     values.retain(|v| v.is_finite());
     let rank = (values.len() as f64 * percentile) as usize;
     if rank >= values.len() {

@@ -1,13 +1,11 @@
 //! One pass from key images to a frame: decoding, at most three blends, exposure, tone curve and
 //! display code, with every key read once and the frame written once.
 //!
-//! Invariants: a frame's bytes are those of [`ByteTable`] on the blended light, whatever the
-//! processor: the loops are compiled for several sets of instructions and chosen at run time, but
-//! they hold the same products and sums in the same order and none is fused, so all give the same
-//! bits. Keys in single precision are blended by lerps, which keep what two keys agree in to the
-//! bit; where a key is decoded by a product anyway its weight is part of that product, and the
-//! blend is the sum. Channels are taken [`BLOCK`] at a time, through registers or the first-level
-//! cache. This module does not depend on times, segments or threads.
+//! A frame's bytes are those of [`ByteTable`] on the blended light, whatever the processor: the
+//! loops are compiled for several sets of instructions, with the same products and sums in the same
+//! order. Keys in single precision are blended by lerps, which keep what two keys agree in to the
+//! bit; of other keys the weight is part of the product that decodes them. Channels are taken
+//! [`BLOCK`] at a time.
 
 mod read;
 #[cfg(test)]
@@ -211,22 +209,15 @@ fn by_degree<K: Key>(keys: &[K], factors: Factors, target: Target<'_>) {
 #[inline(always)]
 fn by_target<K: Key, const N: usize>(keys: [K; N], factors: [f32; 3], target: Target<'_>) {
     match target {
-        Target::Light(out) => {
-            by_tile::<_, _, N, 1>(keys, factors, out, |light, out| *out = *light);
-        }
+        Target::Light(out) => by_block(keys, factors, out, |light, out| *out = *light),
         Target::Bytes(out, table) => {
-            by_tile::<_, _, N, TILE>(keys, factors, out, |light, out| table.block(light, out));
+            by_block(keys, factors, out, |light, out| table.block(light, out));
         }
     }
 }
 
-/// Blocks that are blended before the first of them is looked up. The look-up waits for no memory:
-/// when reading and looking up take turns as long as this, the processor reads ahead during the
-/// latter. That is worth 3 to 5 % where reading is the limit; from 8 blocks on it costs as much.
-const TILE: usize = 4;
-
 #[inline(always)]
-fn by_tile<K: Key, T: Copy + Default, const N: usize, const BLOCKS: usize>(
+fn by_block<K: Key, T: Copy + Default, const N: usize>(
     keys: [K; N],
     factors: [f32; 3],
     out: &mut [T],
@@ -235,19 +226,12 @@ fn by_tile<K: Key, T: Copy + Default, const N: usize, const BLOCKS: usize>(
     let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
     let whole = blocks.len();
     let black = [K::Stored::default(); BLOCK];
-    let mut light = [[0.0; BLOCK]; BLOCKS];
-    for (at, tile) in blocks.chunks_mut(BLOCKS).enumerate() {
-        for (place, light) in light.iter_mut().enumerate().take(tile.len()) {
-            let index = at * BLOCKS + place;
-            let stored = keys.each_ref().map(|key| {
-                let (stored, _) = key.stored().as_chunks();
-                stored.get(index).unwrap_or(&black)
-            });
-            *light = blended(keys, index, stored, factors);
-        }
-        for (light, out) in light.iter().zip(tile) {
-            write(light, out);
-        }
+    for (index, out) in blocks.iter_mut().enumerate() {
+        let stored = keys.each_ref().map(|key| {
+            let (stored, _) = key.stored().as_chunks();
+            stored.get(index).unwrap_or(&black)
+        });
+        write(&blended(keys, index, stored, factors), out);
     }
     if !rest.is_empty() {
         let stored = keys.each_ref().map(|key| {

@@ -1,37 +1,14 @@
 //! Key images as playback keeps them: in single precision, in half precision, or in 8 bits.
 //!
 //! Playback reads key images faster than it can compute with them, so their size sets its pace.
-//! None of the formats is linear in 8 bits: half a step near black would be 6.5 steps on the
-//! display. Invariants: light is decoded before it is blended; a larger code never stands for less
-//! light; zero stays zero. This module does not decide which format is good enough (`study`
-//! measures that), nor what a segment is.
+//! Light is decoded before it is blended; a larger code never stands for less light; zero stays
+//! zero.
 //!
-//! # The code of 8 bits
-//!
-//! A code c of 0 to 255 stands for the light
-//!
-//! ```text
-//! low (c/255)^2 + high (c/255)^8
-//! ```
-//!
-//! with two numbers for each picture. The square follows the display's own code, so that darks are
-//! coded as finely as they are shown; the eighth power reaches the lamps in sight, which are a
-//! hundred times brighter than white and must stay so, since a cue that fades them blends them
-//! towards black. There is no table in it, only multiplications, which wide registers and shaders
-//! do fast: in GLSL, with `c` as a texture gives it (0 to 1),
-//!
-//! ```text
-//! float c2 = c * c, c4 = c2 * c2;
-//! float light = low * c2 + high * c4 * c4;
-//! ```
-//!
-//! With the filmic curve a key is shown within 0.73 steps of the display from its own brightness
-//! when its lamps are up to twice white, within 0.91 when they are 8 times white, within 1.4 when
-//! they are 70 times white.
-//!
-//! A sequence's exposure is automatic, so `low` is not: it is at most [`Tone::knee`], the light per
-//! (c/255)^2 that makes steps in the dark as wide as the display's. Where channels are negative the
-//! picture has a bit plane of signs beside the codes.
+//! A code c of 8 bits, 0 to 1, stands for the light `low c^2 + high c^8`, with two numbers for each
+//! picture. The square follows the display's own code, so that darks are coded as finely as they
+//! are shown: `low` is at most [`Tone::knee`]. The eighth power reaches lamps in sight, which must
+//! stay a hundred times brighter than white where a cue fades them. It takes no table, only
+//! multiplications. Channels that are negative have a bit plane of signs beside the codes.
 //!
 //! [`Tone::knee`]: crate::picture::tone::Tone::knee
 

@@ -146,43 +146,36 @@ struct Data<'a> {
 /// # Errors
 /// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
 pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
-    let full = contents.pictures.first();
-    let full = full.map_or((0, 0), |image| (image.width(), image.height()));
+    let full = contents.pictures.first().map_or((0, 0), |i| i.size());
     let mut size = full;
     loop {
         let needed = match attempt(contents, size, budget, work)? {
-            Attempt::Whole(pictures) => {
+            Ok(pictures) => {
                 let html = html(contents, pictures, size, full)?;
                 if html.len() <= budget {
                     return Ok(Page { html, size });
                 }
                 html.len()
             }
-            Attempt::TooLarge(estimate) => estimate,
+            Err(estimate) => estimate,
         };
         // The size of the file goes with the number of pixels, and small ones compress less well.
         let side = (0.95 * budget as f64 / needed as f64).sqrt();
         let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
         size = (scaled(size.0), scaled(size.1));
         if size.0 < NARROWEST.min(full.0) {
-            return Err(PageError::Picture(PictureError::Bytes {
-                needed,
-                limit: budget,
-            }));
+            let limit = budget;
+            return Err(PictureError::Bytes { needed, limit }.into());
         }
     }
 }
 
-/// An attempt at all pictures in a size.
-enum Attempt {
-    Whole(Vec<Picture>),
-    /// Given up; the bytes that they would take.
-    TooLarge(usize),
-}
+/// All pictures in a size that keeps the budget, or else the bytes that they would take.
+type Attempt = Result<Vec<Picture>, usize>;
 
 fn attempt(
     contents: &Contents<'_>,
-    (width, height): (usize, usize),
+    size: (usize, usize),
     budget: usize,
     work: Work<'_>,
 ) -> Result<Attempt, PageError> {
@@ -191,18 +184,18 @@ fn attempt(
     let mut bytes = 0;
     for (i, image) in contents.pictures.iter().enumerate() {
         work.check()?;
-        let picture = match (image.width(), image.height()) == (width, height) {
+        let picture = match image.size() == size {
             true => coded(image, contents.tone)?,
-            false => coded(&shrink(image, width, height), contents.tone)?,
+            false => coded(&shrink(image, size.0, size.1), contents.tone)?,
         };
         bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
         pictures.push(picture);
         if bytes > budget {
-            return Ok(Attempt::TooLarge(bytes * total / (i + 1)));
+            return Ok(Err(bytes * total / (i + 1)));
         }
         work.progress.report("page", i + 1, total);
     }
-    Ok(Attempt::Whole(pictures))
+    Ok(Ok(pictures))
 }
 
 /// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display

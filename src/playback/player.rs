@@ -94,7 +94,7 @@ impl Player {
     /// The same as light.
     pub fn light(&self, time: Time, out: &mut Image) {
         let size = self.playback.size();
-        if (out.width(), out.height()) != size {
+        if out.size() != size {
             *out = Image::new(size.0, size.1);
         }
         self.blend(time, Target::Light(out.data_mut()));

@@ -1,11 +1,9 @@
 //! What a picture is a picture of, as a content address: equal addresses, equal pictures.
 //!
-//! A picture of an operator that names its results (see [`crate::renderer::Transport::results`])
-//! depends on scene, view, quality and the lights that are lit, each by its strength in three
-//! channels; names of lights and banks, and lights that are dark, do not matter. So a moved light
-//! changes the addresses of the pictures it is lit in, and of no others. Every type is taken apart
-//! field by field, so that a new field does not compile until it is part of the address. Stable
-//! over versions of the compiler and machines: SHA-256 over little-endian bits.
+//! A picture depends on scene, view, quality and the lights that are lit, each by its strength in
+//! three channels; names of lights and banks, and lights that are dark, do not matter. Every type
+//! is taken apart field by field, so that a new field does not compile until it is part of the
+//! address. Stable over compilers and machines: SHA-256 over little-endian bits.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -288,6 +286,16 @@ pub struct Address {
     /// Names all of the above, and the order in which the operator adds the lights up: sums in
     /// another order may differ in their last bits.
     pub key: Digest,
+}
+
+/// What tells pictures apart in a store.
+pub type Name = (SceneKey, Quality, Digest);
+
+impl Address {
+    /// The picture's name.
+    pub fn name(&self) -> Name {
+        (self.scene_key, self.quality, self.key)
+    }
 }
 
 /// A rig as addresses see it.

@@ -1,23 +1,18 @@
 //! The pool on disk: verified pictures by content address, in a folder of the pool's own.
 //!
-//! `FOLDER/pictures/GROUND/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
-//! with what it shows, the operator's version and a checksum of all of it in its header. Files are
-//! written beside their
-//! place and renamed; nothing is trusted on reading: a file that is truncated, changed, renamed,
-//! foreign or of another version is not used, and the picture is rendered again in its place. So a
-//! crash, a full disk or another process at work costs time at most. When the folder holds more
-//! than its limit, what was used least recently goes first; a use sets the file's time of change.
-//! Trouble is collected, each kind once, to warn the user. A store is only as trustworthy as
-//! those who may write to it: checksums find faults, not forgery.
+//! `FOLDER/pictures/SCENE/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
+//! with what it shows, the operator's version and a checksum of all of it in its header. A file
+//! that is truncated, changed, renamed, foreign or of another version is not used, and the picture
+//! is rendered again in its place. Checksums find faults, not forgery.
 
 use std::path::{Path, PathBuf};
 
 use crate::files::{Entry, FileError, Store};
-use crate::picture::Image;
 use crate::picture::exr::{self, Precision};
+use crate::picture::{Image, PictureError};
 use crate::renderer::Quality;
 
-use super::address::{Address, Digest, Hasher, Lighting, SceneKey};
+use super::address::{Address, Digest, Hasher, Lighting, Name, SceneKey};
 
 /// Version of the files' own form.
 const FORMAT: &str = "1";
@@ -56,6 +51,21 @@ pub struct Stored {
     used: u64,
 }
 
+impl Stored {
+    fn name(&self) -> Name {
+        (self.scene_key, self.quality, self.key)
+    }
+
+    fn address(self, lighting: Lighting) -> Address {
+        Address {
+            scene_key: self.scene_key,
+            quality: self.quality,
+            lighting,
+            key: self.key,
+        }
+    }
+}
+
 /// Where a refined picture stood in the pool that it was rendered for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
@@ -80,19 +90,6 @@ impl Place {
             setting: setting?,
         })
     }
-}
-
-/// A refined picture of the store, as its header says; to be verified by [`DiskCache::find`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Refined {
-    /// Step of the operator's scale.
-    pub quality: Quality,
-    /// The picture's name.
-    pub key: Digest,
-    /// What is lit.
-    pub lighting: Lighting,
-    /// Which of its session's refined pictures it was, and the setting of that session's sources.
-    pub place: Place,
 }
 
 /// Trouble with a store for a warning.
@@ -124,8 +121,10 @@ pub enum Note {
 /// The store of one folder.
 #[derive(Debug)]
 pub struct DiskCache {
-    folder: PathBuf,
-    limit: u64,
+    /// Where it is.
+    pub folder: PathBuf,
+    /// The most bytes it may hold.
+    pub limit: u64,
     /// What the operator says of its pictures.
     operator: String,
     /// Bytes in the store as far as known; `None` before the first look.
@@ -156,17 +155,7 @@ impl DiskCache {
         }
     }
 
-    /// The folder.
-    pub fn folder(&self) -> &Path {
-        &self.folder
-    }
-
-    /// The most bytes it may hold.
-    pub fn limit(&self) -> u64 {
-        self.limit
-    }
-
-    fn path(&self, scene_key: SceneKey, quality: Quality, key: Digest) -> PathBuf {
+    fn path(&self, (scene_key, quality, key): Name) -> PathBuf {
         let name = format!("{}-{key}.exr", quality.0);
         let scene_key = scene_key.0.to_string();
         self.folder.join("pictures").join(scene_key).join(name)
@@ -177,10 +166,10 @@ impl DiskCache {
     pub fn find(
         &mut self,
         store: &dyn Store,
-        (scene_key, quality, key): (SceneKey, Quality, Digest),
+        name: Name,
         size: (usize, usize),
     ) -> Option<(Lighting, Image)> {
-        let path = self.path(scene_key, quality, key);
+        let path = self.path(name);
         let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
         let limit = pixels.saturating_mul(12).saturating_add(HEADER_LIMIT);
         let bytes = match store.read(&path, limit) {
@@ -191,7 +180,7 @@ impl DiskCache {
                 return None;
             }
         };
-        match verified(&bytes, (scene_key, quality, key), size) {
+        match verified(&bytes, name, size) {
             Ok(found) => {
                 // A use that cannot be recorded only makes the picture look older.
                 let _ = store.touch(&path);
@@ -212,33 +201,35 @@ impl DiskCache {
             .get_or_insert_with(|| (path.to_owned(), reason.to_owned()));
     }
 
-    /// What the pictures of a ground and quality say they show; to be verified by
+    /// What the pictures of a scene and quality say they show; to be verified by
     /// [`DiskCache::find`] before any is used.
-    pub fn lightings(
+    pub fn addresses(
         &self,
         store: &dyn Store,
         scene_key: SceneKey,
         quality: Quality,
-    ) -> Vec<(Digest, Lighting)> {
-        let of_scene = self.of_scene(store, &scene_key.0.to_string());
-        let wanted = of_scene.into_iter().filter(|s| s.quality == quality);
-        wanted
-            .filter_map(|s| Some((s.key, self.lighting(store, s)?)))
-            .collect()
+    ) -> Vec<Address> {
+        let of_scene = self.of_scene(store, &scene_key.0.to_string()).into_iter();
+        let wanted = of_scene.filter(|stored| stored.quality == quality);
+        let read = |stored: Stored| Some(stored.address(self.lighting(store, stored)?));
+        wanted.filter_map(read).collect()
     }
 
-    /// The refined pictures of a ground at this quality or a better one.
-    pub fn refined(&self, store: &dyn Store, scene_key: SceneKey, least: Quality) -> Vec<Refined> {
-        let of_scene = self.of_scene(store, &scene_key.0.to_string());
-        let good = of_scene.into_iter().filter(|s| s.quality >= least);
+    /// The refined pictures of a scene at this quality or a better one, as their headers say; to
+    /// be verified by [`DiskCache::find`].
+    pub fn refined(
+        &self,
+        store: &dyn Store,
+        scene_key: SceneKey,
+        least: Quality,
+    ) -> Vec<(Place, Address)> {
+        let of_scene = self.of_scene(store, &scene_key.0.to_string()).into_iter();
+        let good = of_scene.filter(|stored| stored.quality >= least);
         let read = |stored: Stored| {
             let header = self.header(store, stored)?;
-            Some(Refined {
-                quality: stored.quality,
-                key: stored.key,
-                lighting: parse_lit(value(&header, ATTRIBUTE_LIT))?,
-                place: Place::read(value(&header, ATTRIBUTE_REFINED))?,
-            })
+            let place = Place::read(value(&header, ATTRIBUTE_REFINED))?;
+            let lighting = parse_lit(value(&header, ATTRIBUTE_LIT))?;
+            Some((place, stored.address(lighting)))
         };
         good.filter_map(read).collect()
     }
@@ -249,7 +240,7 @@ impl DiskCache {
     }
 
     fn header(&self, store: &dyn Store, stored: Stored) -> Option<Vec<(String, String)>> {
-        let path = self.path(stored.scene_key, stored.quality, stored.key);
+        let path = self.path(stored.name());
         [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
             let start = store.read_start(&path, limit).ok()?;
             exr::attributes(&start).ok()
@@ -268,19 +259,20 @@ impl DiskCache {
         if self.stopped.is_some() {
             return;
         }
+        let place = place.map_or_else(String::new, Place::written);
         let said = [
             (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
-            (
-                ATTRIBUTE_REFINED,
-                place.map_or_else(String::new, Place::written),
-            ),
+            (ATTRIBUTE_REFINED, place),
             (ATTRIBUTE_OPERATOR, self.operator.clone()),
         ];
-        let written = encoded(address, said, image);
-        let written = written.and_then(|content| self.write(store, address, &content));
-        if let Err(reason) = written {
-            self.stopped = Some(reason);
-        }
+        let written = match encoded(address, said, image) {
+            Ok(content) => {
+                let written = self.write(store, address, &content);
+                written.map_err(|error| error.to_string())
+            }
+            Err(error) => Err(error.to_string()),
+        };
+        self.stopped = written.err();
     }
 
     fn write(
@@ -288,26 +280,28 @@ impl DiskCache {
         store: &dyn Store,
         address: &Address,
         content: &[u8],
-    ) -> Result<(), String> {
+    ) -> Result<(), FileError> {
         let size = content.len() as u64;
         if size > self.limit {
             return Ok(());
         }
-        let words = |error: FileError| error.to_string();
-        if self.bytes.is_none() {
-            self.claim(store).map_err(words)?;
-            let stored = self.stored(store);
-            self.outdated = self.of_other_versions(store, &stored);
-            self.bytes = Some(stored.iter().map(|s| s.bytes).sum());
-        }
-        let path = self.path(address.scene_key, address.quality, address.key);
-        store.write(&path, content).map_err(words)?;
-        let bytes = self.bytes.unwrap_or_default().saturating_add(size);
+        let before = match self.bytes {
+            Some(bytes) => bytes,
+            None => {
+                self.claim(store)?;
+                let stored = self.stored(store);
+                self.outdated = self.of_other_versions(store, &stored);
+                stored.iter().map(|s| s.bytes).sum()
+            }
+        };
+        self.bytes = Some(before);
+        store.write(&self.path(address.name()), content)?;
+        let bytes = before.saturating_add(size);
         self.bytes = Some(bytes);
-        if bytes > self.limit {
-            self.trim(store).map_err(words)?;
+        match bytes > self.limit {
+            true => self.trim(store),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// Keeps the folder out of version control by a file of its own, unless there is more in the
@@ -373,7 +367,7 @@ impl DiskCache {
             if bytes <= self.limit {
                 break;
             }
-            store.remove(&self.path(stored.scene_key, stored.quality, stored.key))?;
+            store.remove(&self.path(stored.name()))?;
             bytes = bytes.saturating_sub(stored.bytes);
         }
         self.bytes = Some(bytes);
@@ -413,7 +407,7 @@ impl DiskCache {
         let newest = all.iter().map(|s| s.used).max();
         self.sweep(store, newest.map_or(u64::MAX, |n| n.saturating_sub(STALE)))?;
         for stored in all.into_iter().filter(which) {
-            let path = self.path(stored.scene_key, stored.quality, stored.key);
+            let path = self.path(stored.name());
             store.remove(&path)?;
             count += 1;
             bytes += stored.bytes;
@@ -450,7 +444,11 @@ impl DiskCache {
 }
 
 /// The file of a picture; `said` is what it holds beyond its address.
-fn encoded(address: &Address, said: [(&str, String); 3], image: &Image) -> Result<Vec<u8>, String> {
+fn encoded(
+    address: &Address,
+    said: [(&str, String); 3],
+    image: &Image,
+) -> Result<Vec<u8>, PictureError> {
     let lit = address.lighting.lit().iter();
     let lit: Vec<String> = lit
         .map(|(shape, [r, g, b])| format!("{shape}:{r:?},{g:?},{b:?}"))
@@ -467,7 +465,7 @@ fn encoded(address: &Address, said: [(&str, String); 3], image: &Image) -> Resul
     let mut attributes: Vec<(String, String)> = all.collect();
     let check = checksum(&attributes, image).to_string();
     attributes.push((ATTRIBUTE_CHECK.to_owned(), check));
-    exr::encode(image, Precision::Float, &attributes).map_err(|e| e.to_string())
+    exr::encode(image, Precision::Float, &attributes)
 }
 
 /// Of everything in the file that has a meaning: attributes in order of their names, then pixels.
@@ -486,10 +484,10 @@ fn checksum(attributes: &[(String, String)], image: &Image) -> Digest {
 /// What a file shows, if it is whole and what its name says.
 fn verified(
     bytes: &[u8],
-    (scene_key, quality, key): (SceneKey, Quality, Digest),
+    (scene_key, quality, key): Name,
     size: (usize, usize),
 ) -> Result<(Lighting, Image), String> {
-    let words = |error: crate::picture::PictureError| error.to_string();
+    let words = |error: PictureError| error.to_string();
     let attributes = exr::attributes(bytes).map_err(words)?;
     let value = |wanted: &str| value(&attributes, wanted);
     if value(ATTRIBUTE_FORMAT) != FORMAT {
@@ -505,7 +503,7 @@ fn verified(
         return Err("it is a picture of something else under this name".to_owned());
     }
     let image = exr::decode(bytes, size.0 * size.1 * 64 + (1 << 20)).map_err(words)?;
-    if (image.width(), image.height()) != size {
+    if image.size() != size {
         return Err("it has another size".to_owned());
     }
     let own =

@@ -53,10 +53,6 @@ fn address(setting: f64) -> Address {
     lights().address(scene_key, Quality(2), &[setting])
 }
 
-fn name(address: &Address) -> (SceneKey, Quality, Digest) {
-    (address.scene_key, address.quality, address.key)
-}
-
 fn image(seed: f32) -> Image {
     let numbers = (0..SIZE.0 * SIZE.1 * 3).map(|i| (i as f32 - 7.0) * seed);
     Image::from_data(SIZE.0, SIZE.1, numbers.collect()).unwrap()
@@ -66,23 +62,19 @@ fn image(seed: f32) -> Image {
 fn what_is_stored_is_found_bit_for_bit() {
     let (store, address) = (MemoryStore::default(), address(0.3));
     let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
-    assert_eq!(disk_cache.find(&store, name(&address), SIZE), None);
+    assert_eq!(disk_cache.find(&store, address.name(), SIZE), None);
     disk_cache.keep(
         &store,
         &address,
         ("l\u{e4}mp 0.3", Some(&place(3))),
         &image(0.1),
     );
-    let (lighting, found) = disk_cache.find(&store, name(&address), SIZE).unwrap();
+    let (lighting, found) = disk_cache.find(&store, address.name(), SIZE).unwrap();
     assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
-    let listed = disk_cache.lightings(&store, address.scene_key, address.quality);
-    assert_eq!(listed, [(address.key, address.lighting)]);
+    let listed = disk_cache.addresses(&store, address.scene_key, address.quality);
+    assert_eq!(listed, std::slice::from_ref(&address));
     let refined = disk_cache.refined(&store, address.scene_key, Quality(2));
-    assert_eq!(refined.len(), 1);
-    assert_eq!(
-        (refined[0].key, &refined[0].place),
-        (address.key, &place(3))
-    );
+    assert_eq!(refined, [(place(3), address.clone())]);
     assert_eq!(
         disk_cache.refined(&store, address.scene_key, Quality(3)),
         []
@@ -107,7 +99,7 @@ fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
         ..address(0.3)
     };
     let mut disk_cache = DiskCache::new("p", 1 << 20, "g 2");
-    assert_eq!(disk_cache.find(&store, name(&new), SIZE), None);
+    assert_eq!(disk_cache.find(&store, new.name(), SIZE), None);
     assert_eq!(disk_cache.refined(&store, new.scene_key, Quality(1)), []);
     disk_cache.keep(&store, &new, ("lamp", Some(&place(0))), &image(0.5));
     let notes = disk_cache.notes();
@@ -117,11 +109,11 @@ fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
     );
     assert_eq!(disk_cache.notes(), [], "told once");
     assert_eq!(
-        disk_cache.find(&store, name(&new), SIZE).unwrap().1,
+        disk_cache.find(&store, new.name(), SIZE).unwrap().1,
         image(0.5)
     );
     assert_eq!(
-        disk_cache.find(&store, name(&old), SIZE).unwrap().1,
+        disk_cache.find(&store, old.name(), SIZE).unwrap().1,
         image(0.1)
     );
 }
@@ -131,7 +123,7 @@ fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
     let (store, address) = (MemoryStore::default(), address(0.3));
     let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
     disk_cache.keep(&store, &address, ("lamp", None), &image(0.1));
-    let path = disk_cache.path(address.scene_key, address.quality, address.key);
+    let path = disk_cache.path(address.name());
     let whole = store.read(&path, 1 << 20).unwrap();
     let mut refused = 0;
     let mut harmless = Vec::new();
@@ -139,7 +131,7 @@ fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
         let mut flipped = whole.clone();
         flipped[at] ^= 1 << (at % 8);
         store.write(&path, &flipped).unwrap();
-        match disk_cache.find(&store, name(&address), SIZE) {
+        match disk_cache.find(&store, address.name(), SIZE) {
             None => refused += 1,
             Some((lighting, found)) => {
                 assert_eq!((&lighting, &found), (&address.lighting, &image(0.1)));
@@ -151,14 +143,14 @@ fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
     assert!(refused > harmless.len(), "{refused} {}", harmless.len());
     for end in 0..whole.len() {
         store.write(&path, &whole[..end]).unwrap();
-        assert_eq!(disk_cache.find(&store, name(&address), SIZE), None, "{end}");
+        assert_eq!(disk_cache.find(&store, address.name(), SIZE), None, "{end}");
     }
     let other = self::address(0.4);
     disk_cache.keep(&store, &other, ("lamp", None), &image(0.2));
-    let foreign = disk_cache.path(other.scene_key, other.quality, other.key);
+    let foreign = disk_cache.path(other.name());
     let foreign = store.read(&foreign, 1 << 20).unwrap();
     store.write(&path, &foreign).unwrap();
-    assert_eq!(disk_cache.find(&store, name(&address), SIZE), None);
+    assert_eq!(disk_cache.find(&store, address.name(), SIZE), None);
     let notes = disk_cache.notes();
     assert_eq!(notes.len(), 1, "{notes:?}");
     assert_eq!(disk_cache.notes(), [], "told once");
@@ -185,7 +177,7 @@ fn parts_that_killed_processes_left_are_swept() {
     let (store, address) = (MemoryStore::default(), address(1.0));
     let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
     disk_cache.keep(&store, &address, ("lamp", None), &image(0.1));
-    let part = disk_cache.path(address.scene_key, address.quality, address.key);
+    let part = disk_cache.path(address.name());
     let part = part.with_extension("exr.12-3.part");
     store.write(&part, b"half").unwrap();
     disk_cache.free(&store, |_| false).unwrap();

@@ -1,22 +1,18 @@
-//! One answer to "do we have a picture of this?": what is kept in memory, the store on disk, and
-//! sums of both.
+//! One answer to "do we have a picture of this?": memory, the store on disk, and sums of both.
 //!
 //! The order is: the same address in memory; the same address on disk; a sum of pictures of the
-//! same ground and quality; rendering. The first two give the very bits that rendering gave; a sum
-//! agrees to the rounding of single precision. Sums are neither kept nor stored under their
-//! address, so that only rendered pictures ever stand for rendering. Pictures that no pool uses are
-//! kept within a budget, the least recently used dropped first. This module does not depend on
-//! shows.
+//! same scene and quality; rendering. The first two give the very bits that rendering gave; a sum
+//! agrees to the rounding of single precision and is neither kept nor stored. Pictures that no pool
+//! uses are kept within a budget.
 
 use std::sync::Arc;
 
 use crate::files::Store;
 use crate::picture::Image;
-use crate::renderer::Quality;
 
-use super::address::{Address, Digest, Lighting, SceneKey};
+use super::address::{Address, Digest, Lighting};
 use super::disk_cache::{DiskCache, Note, Place};
-use super::linear_span;
+use super::linear_span::{self, Terms};
 
 /// How pictures were come by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -77,7 +73,8 @@ pub struct Kept {
 pub struct ImageCache {
     /// The most recently used last.
     kept: Vec<Kept>,
-    disk_cache: Option<DiskCache>,
+    /// The store on disk, if there is one; taken away, nothing is found in it or stored.
+    pub disk_cache: Option<DiskCache>,
     statistics: CacheStatistics,
 }
 
@@ -95,26 +92,6 @@ impl ImageCache {
         self.statistics
     }
 
-    /// The store on disk, if there is one.
-    pub fn disk_cache(&self) -> Option<&DiskCache> {
-        self.disk_cache.as_ref()
-    }
-
-    /// The same, to free room.
-    pub fn disk_cache_mut(&mut self) -> Option<&mut DiskCache> {
-        self.disk_cache.as_mut()
-    }
-
-    /// Takes the store away, so that nothing is found in it or stored until it is attached again.
-    pub fn detach(&mut self) -> Option<DiskCache> {
-        self.disk_cache.take()
-    }
-
-    /// Gives a detached store back.
-    pub fn attach(&mut self, disk_cache: Option<DiskCache>) {
-        self.disk_cache = disk_cache;
-    }
-
     /// Pictures in memory.
     pub fn kept(&self) -> &[Kept] {
         &self.kept
@@ -129,41 +106,41 @@ impl ImageCache {
 
     /// Warnings for the user, each once.
     pub fn notes(&mut self) -> Vec<Note> {
-        self.disk_cache
-            .as_mut()
-            .map(DiskCache::notes)
-            .unwrap_or_default()
+        let disk_cache = self.disk_cache.as_mut();
+        disk_cache.map_or_else(Vec::new, DiskCache::notes)
     }
 
-    /// The pictures of `wanted` that need no rendering.
+    /// The pictures of `wanted`, all of one scene and quality, that need no rendering.
     pub fn find(
         &mut self,
         wanted: &[Wanted],
         size: (usize, usize),
         store: &dyn Store,
     ) -> Vec<Option<Arc<Image>>> {
-        let mut out: Vec<Option<Arc<Image>>> = Vec::with_capacity(wanted.len());
+        let mut out = Vec::with_capacity(wanted.len());
+        let mut open = Vec::new();
         for one in wanted {
-            out.push(self.same(one, size, store));
+            let same = self.same(one, size, store);
+            open.extend(same.is_none().then_some(one));
+            out.push(same);
         }
-        self.add_up(wanted, &mut out, size, store);
+        let (at_hand, sums) = self.sums(&open, store);
+        let gaps = out.iter_mut().filter(|image| image.is_none());
+        for (gap, terms) in gaps.zip(sums) {
+            let image = terms.and_then(|terms| self.sum(&terms, &at_hand, size, store));
+            self.statistics.summed += usize::from(image.is_some());
+            *gap = image.map(Arc::new);
+        }
         out
     }
 
-    /// Which of `wanted` are at hand or are sums of what is, as far as names and headers show: no
-    /// picture is read. One that turns out to be damaged is rendered after all.
+    /// Which of `wanted`, all of one scene and quality, are at hand or are sums of what is, as far
+    /// as names and headers show: no picture is read. One that turns out to be damaged is rendered
+    /// after all.
     pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
-        let place = |one: &Wanted| (one.address.scene_key, one.address.quality);
-        let Some(group) = wanted.first().map(place) else {
-            return Vec::new();
-        };
-        let at_hand = self.at_hand(group.0, group.1, store);
-        let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
-        let targets: Vec<&Lighting> = wanted.iter().map(|w| &w.address.lighting).collect();
-        let sums = linear_span::sums(&pictures, &targets);
-        let known = |(one, sum): (&Wanted, Option<linear_span::Terms>)| {
-            let same = at_hand.iter().any(|(key, _)| *key == one.address.key);
-            place(one) == group && (same || sum.is_some())
+        let (at_hand, sums) = self.sums(&wanted.iter().collect::<Vec<_>>(), store);
+        let known = |(one, sum): (&Wanted, Option<Terms>)| {
+            sum.is_some() || at_hand.iter().any(|there| there.key == one.address.key)
         };
         wanted.iter().zip(sums).map(known).collect()
     }
@@ -175,7 +152,25 @@ impl ImageCache {
             let about = (wanted.words.as_str(), wanted.refined.as_ref());
             disk_cache.keep(store, &wanted.address, about, &image);
         }
-        self.keep(wanted, Arc::new(image))
+        // Two sources may be lit alike; then both were asked for and one picture is enough.
+        if let Some(kept) = self.in_memory(wanted.address.key) {
+            return Arc::clone(&kept.image);
+        }
+        self.keep(wanted.address.clone(), wanted.refined.clone(), image)
+    }
+
+    fn in_memory(&self, key: Digest) -> Option<&Kept> {
+        self.kept.iter().find(|kept| kept.address.key == key)
+    }
+
+    fn keep(&mut self, address: Address, refined: Option<Place>, image: Image) -> Arc<Image> {
+        let image = Arc::new(image);
+        self.kept.push(Kept {
+            address,
+            refined,
+            image: Arc::clone(&image),
+        });
+        image
     }
 
     /// The picture of the very address.
@@ -195,104 +190,47 @@ impl ImageCache {
             self.statistics.kept += 1;
             return Some(image);
         }
-        let name = (address.scene_key, address.quality, address.key);
-        let (_, image) = self.disk_cache.as_mut()?.find(store, name, size)?;
+        let (_, image) = self
+            .disk_cache
+            .as_mut()?
+            .find(store, address.name(), size)?;
         self.statistics.stored += 1;
-        Some(self.keep(wanted, Arc::new(image)))
+        Some(self.keep(address.clone(), wanted.refined.clone(), image))
     }
 
-    fn keep(&mut self, wanted: &Wanted, image: Arc<Image>) -> Arc<Image> {
-        // Two sources may be lit alike; then both were asked for and one picture is enough.
-        let key = |kept: &&Kept| kept.address.key == wanted.address.key;
-        if let Some(kept) = self.kept.iter().find(key) {
-            return Arc::clone(&kept.image);
-        }
-        self.kept.push(Kept {
-            address: wanted.address.clone(),
-            refined: wanted.refined.clone(),
-            image: Arc::clone(&image),
-        });
-        image
-    }
-
-    /// Fills in what is a sum of pictures of the same ground and quality.
-    fn add_up(
-        &mut self,
-        wanted: &[Wanted],
-        out: &mut [Option<Arc<Image>>],
-        size: (usize, usize),
-        store: &dyn Store,
-    ) {
-        let open = |(one, place): (&Wanted, &Option<Arc<Image>>)| {
-            let address = &one.address;
-            place
-                .is_none()
-                .then_some((address.scene_key, address.quality))
+    /// What there are pictures of, in memory and on disk, of the scene and quality of `wanted`, and
+    /// which sums of these they are.
+    fn sums(&self, wanted: &[&Wanted], store: &dyn Store) -> (Vec<Address>, Vec<Option<Terms>>) {
+        let Some(Wanted { address, .. }) = wanted.first() else {
+            return (Vec::new(), Vec::new());
         };
-        let mut groups: Vec<_> = wanted.iter().zip(out.iter()).filter_map(open).collect();
-        groups.dedup();
-        for (scene_key, quality) in groups {
-            let at_hand = self.at_hand(scene_key, quality, store);
-            let indices: Vec<usize> = (0..wanted.len())
-                .filter(|i| out.get(*i).is_some_and(Option::is_none))
-                .collect();
-            let targets: Vec<&Lighting> = indices
-                .iter()
-                .filter_map(|i| Some(&wanted.get(*i)?.address.lighting))
-                .collect();
-            let pictures: Vec<&Lighting> = at_hand.iter().map(|(_, l)| l).collect();
-            let sums = linear_span::sums(&pictures, &targets);
-            for (i, terms) in indices.into_iter().zip(sums) {
-                let Some(terms) = terms else { continue };
-                let place = (scene_key, quality);
-                let image = self.sum(&terms, &at_hand, place, size, store);
-                if let (Some(image), Some(to)) = (image, out.get_mut(i)) {
-                    self.statistics.summed += 1;
-                    *to = Some(Arc::new(image));
-                }
-            }
-        }
-    }
-
-    /// What there are pictures of, in memory and on disk.
-    fn at_hand(
-        &self,
-        scene_key: SceneKey,
-        quality: Quality,
-        store: &dyn Store,
-    ) -> Vec<(Digest, Lighting)> {
-        let fits =
-            |kept: &&Kept| (kept.address.scene_key, kept.address.quality) == (scene_key, quality);
-        let kept = self.kept.iter().filter(fits);
-        let kept = kept.map(|k| (k.address.key, k.address.lighting.clone()));
-        let mut all: Vec<(Digest, Lighting)> = kept.collect();
+        let (scene_key, quality) = (address.scene_key, address.quality);
+        let kept = self.kept.iter().map(|kept| &kept.address);
+        let fitting = kept.filter(|a| a.scene_key == scene_key && a.quality == quality);
+        let mut at_hand: Vec<Address> = fitting.cloned().collect();
         if let Some(disk_cache) = &self.disk_cache {
-            all.extend(disk_cache.lightings(store, scene_key, quality));
+            at_hand.extend(disk_cache.addresses(store, scene_key, quality));
         }
         // Sums must not depend on what was used last.
-        all.sort_by_key(|(key, _)| *key);
-        all.dedup_by_key(|(key, _)| *key);
-        all
+        at_hand.sort_by_key(|address| address.key);
+        at_hand.dedup_by_key(|address| address.key);
+        let pictures: Vec<&Lighting> = at_hand.iter().map(|a| &a.lighting).collect();
+        let targets: Vec<&Lighting> = wanted.iter().map(|w| &w.address.lighting).collect();
+        let sums = linear_span::sums(&pictures, &targets);
+        (at_hand, sums)
     }
 
     /// The sum itself, from pictures that are what they say.
     fn sum(
         &mut self,
-        terms: &linear_span::Terms,
-        at_hand: &[(Digest, Lighting)],
-        (scene_key, quality): (SceneKey, Quality),
+        terms: &Terms,
+        at_hand: &[Address],
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Image> {
         let mut parts: Vec<([f64; 3], Arc<Image>)> = Vec::with_capacity(terms.len());
         for (i, weights) in terms {
-            let (key, lighting) = at_hand.get(*i)?;
-            let address = Address {
-                scene_key,
-                quality,
-                lighting: lighting.clone(),
-                key: *key,
-            };
+            let address = at_hand.get(*i)?.clone();
             parts.push((*weights, self.fetch(address, None, size, store)?));
         }
         let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
@@ -301,31 +239,25 @@ impl ImageCache {
 
     /// A picture that is known to be at hand, from memory or the store; `None` where it is not what
     /// its header said, or is gone. `refined` as in [`Kept`].
-    pub fn fetch(
+    fn fetch(
         &mut self,
         address: Address,
         refined: Option<Place>,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {
-        if let Some(kept) = self.kept.iter().find(|k| k.address.key == address.key) {
+        if let Some(kept) = self.in_memory(address.key) {
             return Some(Arc::clone(&kept.image));
         }
-        let name = (address.scene_key, address.quality, address.key);
-        let (said, image) = self.disk_cache.as_mut()?.find(store, name, size)?;
-        if said != address.lighting {
-            return None;
-        }
-        let image = Arc::new(image);
-        self.kept.push(Kept {
-            address,
-            refined,
-            image: Arc::clone(&image),
-        });
-        Some(image)
+        let (said, image) = self
+            .disk_cache
+            .as_mut()?
+            .find(store, address.name(), size)?;
+        (said == address.lighting).then(|| self.keep(address, refined, image))
     }
 
-    /// As [`ImageCache::fetch`], counted as a picture that needed no rendering.
+    /// A refined picture that is known to be at hand, counted as one that needed no rendering;
+    /// `None` where it is not what its header said, or is gone.
     pub fn recall(
         &mut self,
         address: Address,
@@ -333,7 +265,7 @@ impl ImageCache {
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {
-        let known = self.kept.iter().any(|k| k.address.key == address.key);
+        let known = self.in_memory(address.key).is_some();
         let image = self.fetch(address, Some(refined), size, store)?;
         match known {
             true => self.statistics.kept += 1,

@@ -45,39 +45,38 @@ fn solve<K: Ord + Copy>(
         let count = vectors.len();
         Matrix::from_iterator(scales.len(), count, vectors.into_iter().flatten())
     };
-    let left = matrix(
-        used.iter()
-            .filter_map(|i| columns.get(*i))
-            .map(dense)
-            .collect(),
-    );
+    let left = matrix(used.iter().map(|(_, column)| dense(column)).collect());
     let right = matrix(targets.iter().map(dense).collect());
     let Ok(found) = least_squares(&left, &right) else {
         return vec![None; targets.len()];
     };
-    let of_target = |(target, column): (&Sparse<K>, Vec<f64>)| {
-        let terms = used.iter().copied().zip(column);
-        let terms = terms
-            .map(|(i, c)| (i, tidied(c)))
-            .filter(|(_, c)| *c != 0.0);
-        let terms: Vec<(usize, f64)> = terms.collect();
-        exact(columns, &terms, target, &scales).then_some(terms)
-    };
-    let found = found.column_iter().map(|c| c.iter().copied().collect());
-    targets.iter().zip(found).map(of_target).collect()
+    let mut out = Vec::with_capacity(targets.len());
+    for (target, found) in targets.iter().zip(found.column_iter()) {
+        let mut terms = Vec::new();
+        let mut parts = Vec::new();
+        for ((i, column), c) in used.iter().zip(&found) {
+            let c = tidied(*c);
+            if c != 0.0 {
+                terms.push((*i, c));
+                parts.push((c, *column));
+            }
+        }
+        out.push(exact(&parts, target, &scales).then_some(terms));
+    }
+    out
 }
 
-/// Columns that are not in the span of the others, the sparsest first.
+/// Columns that are not in the span of the others, with their places, the sparsest first.
 fn independent<K: Ord>(
     columns: &[Sparse<K>],
     dense: impl Fn(&Sparse<K>) -> Vec<f64>,
-) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..columns.len()).collect();
-    order.sort_by_key(|i| columns.get(*i).map_or(0, BTreeMap::len));
+) -> Vec<(usize, &Sparse<K>)> {
+    let mut order: Vec<(usize, &Sparse<K>)> = columns.iter().enumerate().collect();
+    order.sort_by_key(|(_, column)| column.len());
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut span = Orthonormal::new();
-    order.retain(|i| {
-        let whole = columns.get(*i).map(&dense).unwrap_or_default();
+    order.retain(|(_, column)| {
+        let whole = dense(column);
         let mut rest = whole.clone();
         span.remove_from(&mut rest);
         norm(&rest) > NEW * norm(&whole) && span.push(&whole).is_ok()
@@ -91,18 +90,17 @@ fn tidied(c: f64) -> f64 {
     if (c - whole).abs() < 1e-12 { whole } else { c }
 }
 
+/// Whether the sum of columns, each by its factor, is the target.
 fn exact<K: Ord + Copy>(
-    columns: &[Sparse<K>],
-    terms: &[(usize, f64)],
+    terms: &[(f64, &Sparse<K>)],
     target: &Sparse<K>,
     scales: &Sparse<K>,
 ) -> bool {
     let (mut added, mut wanted) = (0.0, 0.0);
     for (row, scale) in scales {
         let aim = target.get(row).copied().unwrap_or_default();
-        let parts = terms
-            .iter()
-            .filter_map(|(i, c)| Some(c * columns.get(*i)?.get(row)?));
+        let terms = terms.iter();
+        let parts = terms.filter_map(|(c, column)| Some(c * column.get(row)?));
         let (sum, magnitude) = parts.fold((0.0, 0.0), |(s, m): (f64, f64), x| (s + x, m + x.abs()));
         if (sum - aim).abs() > EXACT * (magnitude + aim.abs()) {
             return false;
@@ -179,7 +177,7 @@ pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f
 /// whether the sum is sound: `None` when it lives on cancellation, so that the rounding of its
 /// parts would show, or when sizes differ.
 pub fn added(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
-    let sizes: BTreeSet<_> = terms.iter().map(|(_, i)| (i.width(), i.height())).collect();
+    let sizes: BTreeSet<_> = terms.iter().map(|(_, i)| i.size()).collect();
     if sizes.iter().any(|s| *s != size) {
         return None;
     }

@@ -18,12 +18,9 @@ pub struct Evidence {
     pub expected: f64,
 }
 
-/// What a prediction is multiplied by before it is believed, with no refined picture and with one.
-/// Where coarse pictures alone are predicted to be off by 0.59 and 0.43 %, in the tavern and in
-/// Turandot, 0.77 and 1.19 % are true against the finest step: up to 2.8 times as much, as the
-/// steps share errors that their difference does not show. Against the refined step it is 1.5 times
-/// as much at most in the tavern and 19 of 20 random shows, 3.1 times in the other
-/// (`examples/trial`).
+/// What a prediction is multiplied by before it is believed, with no refined picture and with one:
+/// two steps of quality share errors that their difference does not show, up to three times as
+/// much (`examples/trial`).
 const ROOM: [f64; 2] = [3.0, 4.0];
 
 /// Whether an error that was `predicted` with so many refined pictures counts as within `wanted`:

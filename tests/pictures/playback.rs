@@ -135,7 +135,7 @@ fn a_player_shows_what_the_thresholds_say() {
     let (mut light, mut bytes) = (Image::new(0, 0), Vec::new());
     for tenth in -5..130 {
         let time = Time::from_seconds(f64::from(tenth) / 10.0).unwrap();
-        playback.frame(time, &mut light);
+        player.light(time, &mut light);
         player.show(time, &mut bytes);
         assert_eq!(bytes, tone.encode(&light));
     }

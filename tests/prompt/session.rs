@@ -9,12 +9,15 @@ use crate::prompt;
 use footlight::diagnostic::Style;
 use footlight::engine::{self, Ended, Goal, Host, PlanOptions, Version};
 use footlight::files::{Clock, Memory, MemoryStore, Store};
+use footlight::picture::tone::Tone;
 use footlight::plan::Metric;
+use footlight::playback::Player;
+use footlight::playback::key::Format;
 use footlight::repl::{self, Repl};
 use footlight::report;
 use footlight::report::versions::Comparison;
 use footlight::units::Time;
-use footlight::work::Progress;
+use footlight::work::{Progress, Work};
 
 const SHOW: &str = r#"// a comment that must survive
 show "Session"
@@ -279,9 +282,10 @@ fn playback_shows_what_the_pool_previews() {
     let (mut show, _) = open();
     show.engine_mut().refine(Goal::count(2)).unwrap();
     let playback = show.engine_mut().playback().unwrap();
+    let player = Player::new(&playback, Format::Float, Tone::default(), Work::silent()).unwrap();
     let mut frame = footlight::picture::Image::new(0, 0);
     for at in [0.5, 2.5, 4.1, 5.5, 7.9] {
-        playback.frame(seconds(at), &mut frame);
+        player.light(seconds(at), &mut frame);
         let preview = show.engine_mut().picture(seconds(at)).unwrap();
         let peak = preview.data().iter().copied().fold(0.0, f32::max);
         assert!(

@@ -55,17 +55,8 @@ impl Rendering {
         let mut all: Vec<(Place, Address)> = kept
             .filter_map(|k| Some((k.refined.clone()?, k.address.clone())))
             .collect();
-        if let Some((disk_cache, store)) = image_cache.disk_cache().zip(store) {
-            let stored = disk_cache.refined(store, key, least).into_iter();
-            all.extend(stored.map(|r| {
-                let address = Address {
-                    scene_key: key,
-                    quality: r.quality,
-                    lighting: r.lighting,
-                    key: r.key,
-                };
-                (r.place, address)
-            }));
+        if let (Some(disk_cache), Some(store)) = (&image_cache.disk_cache, store) {
+            all.extend(disk_cache.refined(store, key, least));
         }
         all.sort_by_key(|(place, address)| (place.order, address.key));
         let mut seen = BTreeSet::new();

@@ -12,7 +12,7 @@ use exr::math::Vec2;
 use exr::meta::header::Header;
 
 use super::{Canvas, guard_sizes, malformed, require_finite, rgb_part};
-use crate::picture::{Image, PictureError};
+use crate::picture::{Image, PictureError, require_memory};
 
 /// Where a layer stands: its part, and its R, G and B among the part's channels.
 type Place = (usize, [usize; 3]);
@@ -84,14 +84,7 @@ pub fn decode(
 fn within(header: &Header, held: u64, limit: u64) -> Result<u64, PictureError> {
     let window = header.shared_attributes.display_window.size;
     let needed = held.saturating_add(super::area(window, 3 * size_of::<f32>()));
-    if needed > limit {
-        return Err(PictureError::Memory {
-            width: window.0,
-            height: window.1,
-            needed,
-            limit,
-        });
-    }
+    require_memory((window.0, window.1), needed, limit)?;
     Ok(needed)
 }
 
@@ -100,19 +93,15 @@ fn find(
     name: Option<&str>,
     headers: &[Header],
 ) -> Result<Place, PictureError> {
-    let Some(name) = name else {
-        return rgb_part(headers).map_err(|error| match known.is_empty() {
-            true => error,
-            false => PictureError::Layer {
-                wanted: None,
-                layers: known.keys().cloned().collect(),
-            },
-        });
-    };
-    known.get(name).copied().ok_or_else(|| PictureError::Layer {
-        wanted: Some(name.to_owned()),
+    let missing = || PictureError::Layer {
+        wanted: name.map(str::to_owned),
         layers: known.keys().cloned().collect(),
-    })
+    };
+    match name {
+        Some(name) => known.get(name).copied().ok_or_else(missing),
+        None if known.is_empty() => rgb_part(headers),
+        None => rgb_part(headers).map_err(|_| missing()),
+    }
 }
 
 /// All layers by name. Where two parts have a layer of one name, the first keeps it and later ones
@@ -212,7 +201,7 @@ mod tests {
         let wanted = [Some("View.Key"), Some("Fill"), Some("Key"), None];
         let found = decode(&file, &wanted, LIMIT).unwrap();
         let image = found[0].as_ref().unwrap();
-        assert_eq!((image.width(), image.height()), (3, 2));
+        assert_eq!(image.size(), (3, 2));
         assert_eq!(image.pixel(2, 1).unwrap(), [1.0, -2.0, 3.0]);
         assert!(matches!(
             &found[1],

@@ -18,7 +18,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, Headers};
 use exr::prelude::{SmallVec, f16};
 
-use super::{Precision, layer_attributes, malformed, require_finite, require_half_range, size};
+use super::{Precision, layer_attributes, malformed, require_finite, require_half_range};
 use crate::picture::{Image, PictureError};
 
 /// The most bytes of a layer's name.
@@ -38,13 +38,20 @@ pub fn encode(
     precision: Precision,
     attributes: &[(String, String)],
 ) -> Result<Vec<u8>, PictureError> {
-    let (first, images) = checked(layers, precision)?;
+    let images: Vec<&Image> = layers.iter().map(|(_, image)| *image).collect();
+    let Some(first) = images.first().filter(|image| !image.data().is_empty()) else {
+        return Err(PictureError::Size("no picture with pixels".to_owned()));
+    };
+    let size = first.size();
+    if images.iter().any(|image| image.size() != size) {
+        return Err(PictureError::Size("layers of different sizes".to_owned()));
+    }
     let file = Rows {
         channels: channels(layers),
         images,
         precision,
     };
-    file.encode(size(first), attributes)
+    file.encode(size, attributes)
 }
 
 /// Where the rows of a file come from.
@@ -56,12 +63,18 @@ pub(super) struct Rows<'i> {
 }
 
 impl Rows<'_> {
-    /// The file of pictures of this size.
+    /// The file of pictures of this size, whose numbers the precision holds.
     pub(super) fn encode(
         &self,
         size: (usize, usize),
         attributes: &[(String, String)],
     ) -> Result<Vec<u8>, PictureError> {
+        for image in &self.images {
+            require_finite(image)?;
+            if self.precision == Precision::Half {
+                require_half_range(image)?;
+            }
+        }
         let (sample, encoding) = match self.precision {
             Precision::Half => (SampleType::F16, Encoding::SMALL_LOSSLESS),
             Precision::Float => (SampleType::F32, Encoding::UNCOMPRESSED),
@@ -124,37 +137,12 @@ impl Rows<'_> {
     }
 }
 
-/// The first picture and all of them, when they can be written together.
-fn checked<'i>(
-    layers: &[(String, &'i Image)],
-    precision: Precision,
-) -> Result<(&'i Image, Vec<&'i Image>), PictureError> {
-    let images: Vec<&Image> = layers.iter().map(|(_, image)| *image).collect();
-    let Some(first) = images.first().copied().filter(|i| !i.data().is_empty()) else {
-        return Err(PictureError::Size("no picture with pixels".to_owned()));
-    };
-    for image in &images {
-        if size(image) != size(first) {
-            return Err(PictureError::Size("layers of different sizes".to_owned()));
-        }
-        require_finite(image)?;
-        if precision == Precision::Half {
-            require_half_range(image)?;
-        }
-    }
-    Ok((first, images))
-}
-
 fn channels(layers: &[(String, &Image)]) -> Vec<Channel> {
-    let colours = |(layer, (name, _)): (usize, &(String, &Image))| {
-        let of = |(colour, letter)| (format!("{name}.{letter}"), layer, colour);
-        ["R", "G", "B"].into_iter().enumerate().map(of).collect()
-    };
-    let mut out: Vec<Channel> = layers
-        .iter()
-        .enumerate()
-        .flat_map::<Vec<_>, _>(colours)
-        .collect();
+    let mut out: Vec<Channel> = Vec::with_capacity(3 * layers.len());
+    for (layer, (name, _)) in layers.iter().enumerate() {
+        let colours = ["R", "G", "B"].into_iter().enumerate();
+        out.extend(colours.map(|(colour, letter)| (format!("{name}.{letter}"), layer, colour)));
+    }
     out.sort();
     out
 }
@@ -169,23 +157,20 @@ pub fn names<'n>(wanted: impl IntoIterator<Item = &'n str>) -> Vec<String> {
             _ => '_',
         };
         let base: String = name.chars().map(plain).collect();
-        let base = if base.is_empty() {
-            "_".to_owned()
-        } else {
-            base
+        let base = match base.as_str() {
+            "" => "_",
+            base => base,
         };
-        let numbered = (1..).map(|n| match n {
-            1 => base.chars().take(NAME_LIMIT).collect(),
-            n => {
-                let tail = format!("_{n}");
-                let room = NAME_LIMIT.saturating_sub(tail.len());
-                base.chars().take(room).chain(tail.chars()).collect()
+        let (mut number, mut tail) = (1, String::new());
+        loop {
+            let room = NAME_LIMIT.saturating_sub(tail.len());
+            let name: String = base.chars().take(room).chain(tail.chars()).collect();
+            if taken.insert(name.clone()) {
+                return name;
             }
-        });
-        let free = |name: &String| !taken.contains(name);
-        let name: String = numbered.into_iter().find(free).unwrap_or_default();
-        taken.insert(name.clone());
-        name
+            number += 1;
+            tail = format!("_{number}");
+        }
     };
     wanted.into_iter().map(&mut one).collect()
 }

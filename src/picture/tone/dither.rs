@@ -1,12 +1,9 @@
 //! Ordered dithering: light between two codes shows as both, in a fixed pattern.
 //!
-//! Eight bits have visible steps in a dark wash that fades slowly over a wall. With a threshold for
-//! each pixel of an 8 x 8 tile (Bayer, "An optimum method for two-level rendition of
-//! continuous-tone pictures", 1973) the share of a tile's pixels that take the higher code is the
-//! light's place between the two, so that the tile's mean light is right to a 64th of a step.
-//! Invariants: the pattern does not move, so that a still stretch is still to the bit; a pixel's
-//! three channels have one threshold, so that grey stays grey; light that a code stands for shows
-//! as that code.
+//! Each pixel of an 8 x 8 tile has its threshold (Bayer, "An optimum method for two-level rendition
+//! of continuous-tone pictures", 1973), so that the tile's mean light is right to a 64th of a step.
+//! The pattern does not move, a pixel's three channels have one threshold, so that grey stays grey,
+//! and light that a code stands for shows as that code.
 
 use super::{ByteTable, Tone};
 use crate::units::srgb_decode;
@@ -14,8 +11,18 @@ use crate::units::srgb_decode;
 /// Side of a tile.
 const SIDE: usize = 8;
 
-/// Thresholds of a tile, in 64ths, row by row.
-const TILE: [u8; SIDE * SIDE] = tile();
+/// Thresholds of a tile, in 64ths: Bayer's matrix, which is the bits of x ^ y and of y, interleaved,
+/// the lowest first.
+const TILE: [[u8; SIDE]; SIDE] = [
+    [0, 32, 8, 40, 2, 34, 10, 42],
+    [48, 16, 56, 24, 50, 18, 58, 26],
+    [12, 44, 4, 36, 14, 46, 6, 38],
+    [60, 28, 52, 20, 62, 30, 54, 22],
+    [3, 35, 11, 43, 1, 33, 9, 41],
+    [51, 19, 59, 27, 49, 17, 57, 25],
+    [15, 47, 7, 39, 13, 45, 5, 37],
+    [63, 31, 55, 23, 61, 29, 53, 21],
+];
 
 /// Light to display bytes with a pattern.
 #[derive(Clone, Debug)]
@@ -46,8 +53,7 @@ impl Dither {
     pub fn encode(&self, row: usize, light: &[f32], out: &mut [u8]) {
         let row = row.max(1);
         let rows = light.chunks(row).zip(out.chunks_mut(row));
-        let (tile, _) = TILE.as_chunks::<SIDE>();
-        for ((light, out), thresholds) in rows.zip(tile.iter().cycle()) {
+        for ((light, out), thresholds) in rows.zip(TILE.iter().cycle()) {
             let thresholds = thresholds.iter().flat_map(|t| [*t; 3]).cycle();
             for ((light, out), threshold) in light.iter().zip(out).zip(thresholds) {
                 *out = self.byte(*light, threshold);
@@ -69,29 +75,6 @@ impl Dither {
     }
 }
 
-/// Bayer's matrix: the bits of x ^ y and of y, interleaved, the lowest first.
-const fn tile() -> [u8; SIDE * SIDE] {
-    let mut out = [0; SIDE * SIDE];
-    let mut at = 0;
-    while at < SIDE * SIDE {
-        let (x, y) = (at % SIDE, at / SIDE);
-        let (mut value, mut bit) = (0, 0);
-        while bit < 3 {
-            value = value << 2 | (((x ^ y) >> bit & 1) << 1) | (y >> bit & 1);
-            bit += 1;
-        }
-        #[allow(
-            clippy::indexing_slicing,
-            reason = "below the length; evaluated by the compiler"
-        )]
-        {
-            out[at] = value as u8;
-        }
-        at += 1;
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
@@ -110,11 +93,21 @@ mod tests {
 
     #[test]
     fn a_tile_has_every_threshold_once() {
-        let mut sorted = TILE;
+        let mut sorted = TILE.concat();
         sorted.sort_unstable();
         assert!(sorted.iter().enumerate().all(|(i, t)| usize::from(*t) == i));
         // Bayer's own first corner: 0 and half a step beside each other.
-        assert_eq!([TILE[0], TILE[1], TILE[8], TILE[9]], [0, 32, 48, 16]);
+        assert_eq!(
+            [TILE[0][..2].to_vec(), TILE[1][..2].to_vec()],
+            [[0, 32], [48, 16]]
+        );
+        for (y, row) in TILE.iter().enumerate() {
+            for (x, threshold) in row.iter().enumerate() {
+                let bits = |bit: usize| (((x ^ y) >> bit & 1) << 1) | (y >> bit & 1);
+                let interleaved = bits(0) << 4 | bits(1) << 2 | bits(2);
+                assert_eq!(usize::from(*threshold), interleaved, "{x} {y}");
+            }
+        }
     }
 
     #[test]

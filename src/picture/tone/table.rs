@@ -1,15 +1,10 @@
 //! Light to display bytes by one look-up: exact, and without a power or a branch.
 //!
-//! The thresholds of the 255 codes (see [`Tone`]) lie at least 0.89 % apart, and floats that agree
-//! in sign, exponent and the seven leading bits of the mantissa at most 0.78 %: such a stretch of
-//! floats holds one threshold at most. A table by these 16 bits therefore names the code at the
-//! start of the stretch and where in it, in the 16 lower bits, the threshold stands; the addition
-//! of the two carries into the next code exactly from the threshold on. So the bytes are those of
-//! comparing with every threshold, and 64 channels at a time are six vector operations and a
-//! gather. As the clamped stretches are consecutive and no more than the table has entries, the
-//! last bits of their numbers tell them apart.
-//!
-//! [`Tone`]: super::Tone
+//! The thresholds of the 255 codes lie at least 0.89 % apart, and floats that agree in their 16
+//! leading bits at most 0.78 %: such a stretch of floats holds one threshold at most. A table by
+//! these bits names the code at the start of the stretch and where in it, in the 16 lower bits, the
+//! threshold stands; the sum of the two carries into the next code exactly from the threshold on.
+//! The stretches in use are consecutive, so the last bits of their numbers tell them apart.
 
 /// How many channels are looked up at a time.
 pub const BLOCK: usize = 64;
