@@ -106,10 +106,10 @@ impl Counts {
         let cubes = cubes.map(|(n, r)| (n, 3.0 * (r * r) as f64));
         let all = elements as f64 + looking;
         let (inside, edges) = (
-            in_view.inside * step.split.parts().pow(2) as f64
-                + in_view.stretched * step.stretched_split.parts().pow(2) as f64,
+            in_view.inside * step.sampling.split.parts().pow(2) as f64
+                + in_view.stretched * step.sampling.stretched_split.parts().pow(2) as f64,
             // An edge pixel shows two facets or three.
-            in_view.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
+            in_view.edges * 2.2 * step.sampling.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
         // Where nothing is interpolated every fragment is evaluated.
@@ -166,7 +166,7 @@ impl Counts {
             of("hemicube", step.resolution as f64),
             of("nodes", self.gather_points as f64),
             of("node hemicube", step.gather_resolution as f64),
-            of("sub-pixels", step.split.parts().pow(2) as f64),
+            of("sub-pixels", step.sampling.split.parts().pow(2) as f64),
             of("tolerance", step.tolerance),
         ]
     }

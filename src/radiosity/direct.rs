@@ -21,7 +21,6 @@ mod panel;
 pub mod projector;
 mod quadratic_fit;
 mod spot;
-pub mod strength;
 
 use crate::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
@@ -34,7 +33,7 @@ use crate::radiosity::direct::spot::Spot;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
 use crate::renderer::TransportError;
-use crate::scene::{Light, Rig};
+use crate::scene::{Light, Rig, Scene};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
@@ -110,6 +109,34 @@ impl Luminaire {
     }
 }
 
+/// Refuses a rig whose parts do not fit together or whose numbers are not finite.
+///
+/// # Errors
+/// [`TransportError::Scene`] that names the light or source.
+pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
+    for (i, light) in rig.lights.iter().enumerate() {
+        let known =
+            !matches!(light, Light::Panel { material, .. } if *material >= scene.materials.len());
+        if !known || !light.strength().0.iter().all(|c| c.is_finite()) {
+            return Err(TransportError::Scene(format!(
+                "light {i} has an unknown material or a strength that is not finite"
+            )));
+        }
+    }
+    for source in &rig.sources {
+        for emitter in &source.emitters {
+            if emitter.light >= rig.lights.len() || !emitter.filter.0.iter().all(|c| c.is_finite())
+            {
+                return Err(TransportError::Scene(format!(
+                    "source {} has an unknown light or a filter that is not finite",
+                    source.name
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Makes the rig's lights ready.
 ///
 /// # Errors
@@ -135,26 +162,36 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
             ))),
             Light::Measured(measured) => Beam::measured(measured)
                 .map(Luminaire::Spot)
-                .ok_or_else(|| unhung(i)),
+                .ok_or_else(|| bad_mount(i)),
             Light::Projection(projection) => Beam::even(projection)
                 .map(Luminaire::Spot)
-                .ok_or_else(|| unhung(i)),
+                .ok_or_else(|| bad_mount(i)),
         })
         .collect()
 }
 
-fn unhung(light: usize) -> TransportError {
+fn bad_mount(light: usize) -> TransportError {
     let needs = "needs a place, another one to aim at, and an angle below 180 degrees";
     TransportError::Scene(format!("light {light} {needs}"))
 }
 
-/// Who stands where: what the direct light needs of the scene.
+/// The geometry of a scene with the hierarchy over it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
     /// The facets and pieces.
     pub surfaces: &'a Surfaces,
     /// The hierarchy over the same pieces.
     pub hierarchy: &'a Hierarchy,
+}
+
+impl<'a> Setting<'a> {
+    /// Of a scene's surfaces and the hierarchy over them.
+    pub fn new(surfaces: &'a Surfaces, hierarchy: &'a Hierarchy) -> Setting<'a> {
+        Setting {
+            surfaces,
+            hierarchy,
+        }
+    }
 }
 
 /// How exact direct light is to be.
@@ -197,7 +234,7 @@ pub fn irradiance(
         .map(|(facet, cluster)| {
             work.check()?;
             let own = &setting.surfaces.facets[*facet];
-            let reflectance = own.reflectance.iter().copied().fold(0.0, f64::max);
+            let reflectance = own.highest_reflectance();
             let allowed = if reflectance > 0.0 {
                 allowed / reflectance
             } else {

@@ -5,3 +5,10 @@
 pub mod clipper;
 pub mod solid;
 pub mod surface;
+
+/// The least and the greatest of some numbers: infinity and minus infinity without any.
+pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let values = values.into_iter();
+    values.fold(none, |(low, high), x| (low.min(x), high.max(x)))
+}

@@ -154,7 +154,14 @@ impl Layout {
         self.grids[facet].as_ref()
     }
 
-    /// Makes elements of the cells that are wanted (one wish for each cell).
+    /// For tests: an element for each cell.
+    #[cfg(test)]
+    pub fn whole(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
+        let requests = vec![CellRequest::WANTED; self.cells];
+        self.mesh(setting, seeds, &requests)
+    }
+
+    /// Makes elements of the cells that are wanted (one request for each cell).
     pub fn mesh(self, setting: Setting<'_>, seeds: &[Vec3], requests: &[CellRequest]) -> Mesh {
         let contacts = Contacts::new(setting.surfaces);
         let made: Vec<(usize, Tree<Option<Element>>)> = self

@@ -39,9 +39,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.04,
         near: 0.25,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 1000,
@@ -51,9 +49,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.02,
         near: 0.25,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 2000,
@@ -63,9 +59,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.07,
         tolerance: 0.015,
         near: 0.5,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 6000,
@@ -75,9 +69,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.07,
         tolerance: 0.003,
         near: 1.0,
-        split: Split::Whole,
-        stretched_split: Split::Halves,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
     Step {
         elements: 8000,
@@ -87,9 +79,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.0,
         near: 1.0,
-        split: Split::Halves,
-        stretched_split: Split::Halves,
-        edge_split: Split::Quarters,
+        sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
     },
 ];
 
@@ -113,12 +103,8 @@ pub struct Step {
     /// How near a panel must be for its light to be averaged over a pixel, as a share of the
     /// distance within which that changes anything.
     pub near: f64,
-    /// Fragments along the side of a plain pixel.
-    pub split: Split,
-    /// The same where the pixel is stretched on what it shows.
-    pub stretched_split: Split,
-    /// Fragments along the side of a pixel with edges.
-    pub edge_split: Split,
+    /// Fragments of a pixel.
+    pub sampling: Sampling,
 }
 
 impl Step {
@@ -132,14 +118,5 @@ impl Step {
             .get(at)
             .copied()
             .ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
-    }
-
-    /// How its pixels are looked at.
-    pub fn sampling(&self) -> Sampling {
-        Sampling {
-            split: self.split,
-            stretched_split: self.stretched_split,
-            edge_split: self.edge_split,
-        }
     }
 }

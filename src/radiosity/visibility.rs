@@ -140,6 +140,12 @@ impl<'a> Shaft<'a> {
         }
     }
 
+    /// False when a box lies outside the shaft's bounds or one of its walls.
+    fn may_meet(&self, bounds: &Bounds) -> bool {
+        let outside = |w: &Wall| -bounds.support(-w.normal) >= w.offset;
+        bounds.overlaps(&self.bounds) && !self.walls.iter().any(outside)
+    }
+
     /// True when the piece lies outside one of the walls.
     pub fn misses(&self, piece: &Piece) -> bool {
         self.walls
@@ -272,30 +278,23 @@ impl Hierarchy {
         at
     }
 
+    fn leaves(&self) -> Leaves<'_> {
+        let mut stack = Vec::with_capacity(64);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
+        Leaves {
+            hierarchy: self,
+            stack,
+        }
+    }
+
     /// True when any piece crosses the segment from `a` to `b`, the ends apart: surfaces within
     /// `touching` of an end do not count.
     pub fn blocked(&self, surfaces: &Surfaces, a: Vec3, b: Vec3) -> bool {
-        let direction = b - a;
-        let inverse = Vec3 {
-            x: 1.0 / direction.x,
-            y: 1.0 / direction.y,
-            z: 1.0 / direction.z,
-        };
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            if !node.bounds.meets(a, inverse, 1.0) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            let pieces = self.order[node.leaf.clone()].iter();
-            if pieces
-                .into_iter()
-                .any(|&i| blocks(&surfaces.pieces[i], a, b, self.touching))
-            {
+        let inverse = inverse(b - a);
+        let blocks = |&i: &usize| blocks(&surfaces.pieces[i], a, b, self.touching);
+        let mut leaves = self.leaves();
+        while let Some(leaf) = leaves.next(|bounds| bounds.meets(a, inverse, 1.0)) {
+            if leaf.iter().any(blocks) {
                 return true;
             }
         }
@@ -310,24 +309,12 @@ impl Hierarchy {
         origin: Vec3,
         direction: Vec3,
     ) -> Option<(usize, f64)> {
-        let inverse = Vec3 {
-            x: 1.0 / direction.x,
-            y: 1.0 / direction.y,
-            z: 1.0 / direction.z,
-        };
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
+        let inverse = inverse(direction);
         let mut best: Option<(usize, f64)> = None;
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            let reach = best.map_or(f64::INFINITY, |b| b.1);
-            if !node.bounds.meets(origin, inverse, reach) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            for &i in &self.order[node.leaf.clone()] {
+        let mut leaves = self.leaves();
+        let reach = |best: Option<(usize, f64)>| best.map_or(f64::INFINITY, |b| b.1);
+        while let Some(leaf) = leaves.next(|bounds| bounds.meets(origin, inverse, reach(best))) {
+            for &i in leaf {
                 let piece = &surfaces.pieces[i];
                 let height = piece.normal.dot(piece.vertices[0] - origin);
                 if height.abs() <= self.touching {
@@ -357,18 +344,9 @@ impl Hierarchy {
         found: &mut Vec<usize>,
     ) {
         found.clear();
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            let outside = |w: &Wall| -node.bounds.support(-w.normal) >= w.offset;
-            if !node.bounds.overlaps(&shaft.bounds) || shaft.walls.iter().any(outside) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            for &i in &self.order[node.leaf.clone()] {
+        let mut leaves = self.leaves();
+        while let Some(leaf) = leaves.next(|bounds| shaft.may_meet(bounds)) {
+            for &i in leaf {
                 let near = !hidden[i] && self.bounds[i].overlaps(&shaft.bounds);
                 if near && !shaft.misses(&surfaces.pieces[i]) {
                     found.push(i);
@@ -376,6 +354,38 @@ impl Hierarchy {
             }
         }
         found.sort_unstable();
+    }
+}
+
+/// One over each component of a direction.
+fn inverse(direction: Vec3) -> Vec3 {
+    Vec3 {
+        x: 1.0 / direction.x,
+        y: 1.0 / direction.y,
+        z: 1.0 / direction.z,
+    }
+}
+
+/// A depth-first walk over the leaves of a hierarchy.
+struct Leaves<'a> {
+    hierarchy: &'a Hierarchy,
+    stack: Vec<usize>,
+}
+
+impl<'a> Leaves<'a> {
+    /// The pieces of the next leaf that is reached through boxes that `enters` accepts.
+    fn next(&mut self, enters: impl Fn(&Bounds) -> bool) -> Option<&'a [usize]> {
+        while let Some(at) = self.stack.pop() {
+            let node = &self.hierarchy.nodes[at];
+            if !enters(&node.bounds) {
+                continue;
+            }
+            if !node.leaf.is_empty() {
+                return Some(&self.hierarchy.order[node.leaf.clone()]);
+            }
+            self.stack.extend(node.children);
+        }
+        None
     }
 }
 

@@ -17,6 +17,7 @@ use crate::radiosity::geometry::clipper::{
     self, Line, PlanePoint, PolygonClipper, Rectangle, measured,
 };
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
+use crate::radiosity::lists::Lists;
 use crate::radiosity::visibility::raster::Camera;
 
 /// Relative difference of inverse depths below which two planes count as one.
@@ -118,11 +119,10 @@ pub struct Square {
 /// What a square shows, with the working memory to find it; for one thread.
 #[derive(Debug, Default)]
 pub struct Shares {
-    stencil: PolygonClipper,
+    clipper: PolygonClipper,
     all: Vec<Share>,
-    /// Where in `places` each convex part ends.
-    ends: Vec<usize>,
-    places: Vec<PlanePoint>,
+    /// Corners of each convex part.
+    parts: Lists<PlanePoint>,
 }
 
 impl Shares {
@@ -134,24 +134,23 @@ impl Shares {
         candidates: &[u32],
     ) {
         self.all.clear();
-        self.ends.clear();
-        self.places.clear();
+        self.parts.clear();
         let [x, y] = corner;
         let outline = [[x, y], [x + side, y], [x + side, y + side], [x, y + side]];
         for own in silhouettes.pieces(candidates) {
-            self.stencil.clear();
-            self.stencil.add(&outline);
-            self.stencil
+            self.clipper.clear();
+            self.clipper.add(&outline);
+            self.clipper
                 .keep(silhouettes.lines[own.lines.clone()].iter());
             for other in silhouettes.pieces(candidates) {
-                if self.stencil.count() == 0 {
+                if self.clipper.count() == 0 {
                     break;
                 }
                 if other.facet != own.facet {
                     // First what shows most often that nothing is to be cut.
                     let nearer = [nearer(other, own)];
                     let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
-                    self.stencil.subtract(lines, &Rectangle::EVERYWHERE);
+                    self.clipper.subtract(lines, &Rectangle::EVERYWHERE);
                 }
             }
             self.merge(own.facet);
@@ -165,19 +164,16 @@ impl Shares {
 
     /// The convex parts of a share.
     pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[PlanePoint]> {
-        share.parts.clone().map(|part| {
-            let from = part.checked_sub(1).map_or(0, |before| self.ends[before]);
-            &self.places[from..self.ends[part]]
-        })
+        share.parts.clone().map(|part| self.parts.get(part))
     }
 
-    /// Adds what the stencil has left of a piece to its facet's share; the largest part gives the
+    /// Adds what the clipper has left of a piece to its facet's share; the largest part gives the
     /// place.
     fn merge(&mut self, facet: usize) {
-        if self.stencil.count() == 0 {
+        if self.clipper.count() == 0 {
             return;
         }
-        let from = self.ends.len();
+        let from = self.parts.count();
         if self.all.last().is_none_or(|share| share.facet != facet) {
             self.all.push(Share {
                 facet,
@@ -190,16 +186,15 @@ impl Shares {
         let Some(share) = self.all.last_mut() else {
             return;
         };
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             let (area, at) = measured(part);
             share.area += area;
             if area > share.largest {
                 (share.largest, share.at) = (area, at);
             }
-            self.places.extend_from_slice(part);
-            self.ends.push(self.places.len());
+            self.parts.push(part.iter().copied());
         }
-        share.parts.end = self.ends.len();
+        share.parts.end = self.parts.count();
     }
 }
 
@@ -218,20 +213,6 @@ mod tests {
     use super::*;
     use crate::geometry::{Vec3, vec3};
 
-    /// One pixel of side 2 at distance 1, towards -z, x to the right.
-    fn eye() -> Camera {
-        Camera {
-            origin: Vec3::ZERO,
-            right: vec3(1.0, 0.0, 0.0),
-            up: vec3(0.0, 1.0, 0.0),
-            forward: vec3(0.0, 0.0, -1.0),
-            left: -1.0,
-            top: 1.0,
-            step_x: 2.0,
-            step_y: 2.0,
-        }
-    }
-
     fn seen(quads: &[[Vec3; 4]]) -> Vec<f64> {
         let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
         let all: Vec<u32> = (0..surfaces.facets.len() as u32).collect();
@@ -240,7 +221,11 @@ mod tests {
             side: 1.0,
         };
         let mut shares = Shares::default();
-        shares.find(&Silhouettes::new(&surfaces, &eye()), square, &all);
+        shares.find(
+            &Silhouettes::new(&surfaces, &Camera::of_square(1.0)),
+            square,
+            &all,
+        );
         shares.all().iter().map(|s| s.area).collect()
     }
 

@@ -65,7 +65,7 @@ impl Beam {
         if !(light.field > 0.0 && light.field < 180.0) {
             return None;
         }
-        let [a, b] = Projection::half_size(&light.slide, light.field);
+        let [a, b] = Projection::half_size(&light.gobo, light.field);
         let law = Law::Even(a.hypot(b).atan().min(FRAC_PI_2));
         Beam::towards(light.mount.position, light.mount.aim, law)
     }

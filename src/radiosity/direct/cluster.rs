@@ -110,7 +110,7 @@ impl Receivers {
     /// Sorts the fragments of a picture.
     pub fn of_fragments(surfaces: &Surfaces, fragments: &Fragments) -> Receivers {
         let receivers: Vec<Receiver> = fragments
-            .all
+            .all()
             .iter()
             .map(|f| Receiver {
                 point: f.point,

@@ -200,8 +200,8 @@ fn through(p: PlanePoint, q: PlanePoint, turn: f64) -> Line {
 
 /// Working memory for one thread: the lit parts of the emitter.
 #[derive(Debug, Default)]
-pub struct Clipper {
-    stencil: PolygonClipper,
+pub struct LambertIntegrator {
+    clipper: PolygonClipper,
     /// The occluder at hand.
     shadow: Shadow,
     /// The lines around its shadow.
@@ -245,13 +245,13 @@ fn angle_over_sine(square: f64, cosine: f64) -> f64 {
     at(above) / (at(below) * cosine)
 }
 
-impl Clipper {
+impl LambertIntegrator {
     /// Starts with the part of a light polygon above the horizon of a point.
     fn start(&mut self, cone: LightCone<'_>, normal: Vec3) {
-        self.stencil.clear();
-        self.stencil.add(&cone.polygon.outline);
+        self.clipper.clear();
+        self.clipper.add(&cone.polygon.outline);
         let horizon = cone.line(normal, 0.0);
-        self.stencil.keep(std::iter::once(&horizon));
+        self.clipper.keep(std::iter::once(&horizon));
     }
 
     /// Irradiance at `point` from the unoccluded `polygon`; the caller has seen to it that the
@@ -285,14 +285,14 @@ impl Clipper {
         halvings: usize,
     ) -> f64 {
         self.start(cone, normal);
-        let whole = self.stencil.bounds();
+        let whole = self.clipper.bounds();
         let mut rest = occluders.clone();
-        while self.stencil.count() > 0 {
+        while self.clipper.count() > 0 {
             let Some(piece) = rest.next() else {
                 return self.light(cone, normal);
             };
             self.subtract(cone, &whole, piece, touching);
-            if self.stencil.count() < MOST_PARTS {
+            if self.clipper.count() < MOST_PARTS {
                 continue;
             }
             if halvings == 0 {
@@ -311,7 +311,7 @@ impl Clipper {
     /// Irradiance from the parts that are left.
     fn light(&mut self, cone: LightCone<'_>, normal: Vec3) -> f64 {
         let mut sum = 0.0;
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             self.part.clear();
             self.part.extend(part.iter().map(|p| cone.direction(*p)));
             sum += closed_form(&self.part, normal);
@@ -331,7 +331,7 @@ impl Clipper {
         let point = cone.point;
         let open = |d: Vec3| !rest.iter().any(|p| blocks(p, point, point + d, touching));
         let mut sum = 0.0;
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             self.part.clear();
             self.part.extend(part.iter().map(|p| cone.direction(*p)));
             for pair in self.part.windows(2).skip(1) {
@@ -374,7 +374,7 @@ impl Clipper {
             greatest > 0.0
         });
         if is_met {
-            self.stencil.subtract(self.lines.iter(), &bounds);
+            self.clipper.subtract(self.lines.iter(), &bounds);
         }
     }
 }
@@ -438,11 +438,11 @@ mod tests {
                 })
             })
             .collect();
-        let mut clipper = Clipper::default();
+        let mut integrator = LambertIntegrator::default();
         let mut sum = 0.0;
         for (u, a) in &rule {
             for (v, b) in &rule {
-                sum += a * b * clipper.unoccluded(receiver(*u, *v), normal, emitter);
+                sum += a * b * integrator.unoccluded(receiver(*u, *v), normal, emitter);
             }
         }
         sum / PI
@@ -480,7 +480,7 @@ mod tests {
     #[test]
     fn the_horizon_cuts_the_emitter() {
         // The wall from z = -1 to 1 sends as much to the floor as its upper half.
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let wall = |low: f64| {
             polygon(&[
                 vec3(1.0, -1.0, low),
@@ -500,7 +500,7 @@ mod tests {
 
     #[test]
     fn half_a_shadow_is_the_other_half_of_the_light() {
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
         let half = occluder((-0.5, 0.0), (-3.0, 3.0), 1.0);
         let got = c.occluded(Vec3::ZERO, UP, &lamp, [&half].into_iter(), 1e-9);
@@ -523,7 +523,7 @@ mod tests {
     fn a_grid_of_many_occluders_stays_within_bounds() {
         // 400 small squares that cover a quarter of the lamp: far more parts than the cap, so
         // that the lamp is halved several times.
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
         let squares: Vec<Piece> = (0..400)
             .map(|i| {
@@ -535,7 +535,7 @@ mod tests {
             .map(|(x, y)| occluder((x, x + 0.025), (y, y + 0.025), 1.0))
             .collect();
         let got = c.occluded(Vec3::ZERO, UP, &lamp, squares.iter(), 1e-9);
-        assert!(c.stencil.count() < 2 * MOST_PARTS);
+        assert!(c.clipper.count() < 2 * MOST_PARTS);
         // What is left: all but each square's own light.
         let mut expected = c.unoccluded(Vec3::ZERO, UP, &lamp);
         for square in &squares {
@@ -566,7 +566,7 @@ mod tests {
             prop_assume!(normal.dot(vertices[0]).abs() > 0.05);
             let piece = Piece { vertices, normal, facet: 0 };
             let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
-            let mut c = Clipper::default();
+            let mut c = LambertIntegrator::default();
             let exact = c.occluded(Vec3::ZERO, UP, &lamp, [&piece].into_iter(), 1e-9);
             let n = 200;
             let mut counted = 0.0;

@@ -13,7 +13,7 @@
 use crate::geometry::Vec3;
 use crate::radiosity::direct::cluster::{Cluster, PATCH};
 use crate::radiosity::direct::irradiance_patch::{IrradiancePatch, SHADED};
-use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
+use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::{Hidden, Setting};
 use crate::radiosity::visibility::Shaft;
@@ -52,7 +52,7 @@ pub struct Panel<'a> {
     setting: Setting<'a>,
     normal: Vec3,
     facet: usize,
-    clipper: Clipper,
+    integrator: LambertIntegrator,
     /// Of the distances of [`NEAR`].
     near: f64,
     // Stacks: what a cluster adds is taken off when it is done.
@@ -90,7 +90,7 @@ impl<'a> Panel<'a> {
             setting,
             normal,
             facet,
-            clipper: Clipper::default(),
+            integrator: LambertIntegrator::default(),
             near,
             emitters: Vec::new(),
             pairs: Vec::new(),
@@ -275,11 +275,13 @@ impl<'a> Panel<'a> {
         }
         let list = &self.lists[occluders.clone()];
         if list.is_empty() {
-            return self.clipper.unoccluded(point, self.normal, light_polygon);
+            return self
+                .integrator
+                .unoccluded(point, self.normal, light_polygon);
         }
         let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
         let touching = surfaces.touching();
-        self.clipper
+        self.integrator
             .occluded(point, self.normal, light_polygon, occluders, touching)
     }
 }

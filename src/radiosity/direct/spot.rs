@@ -26,7 +26,7 @@ pub struct Spot<'a> {
     hidden: &'a Hidden,
     normal: Vec3,
     shadows: Shadows,
-    stencil: PolygonClipper,
+    clipper: PolygonClipper,
 }
 
 impl<'a> Spot<'a> {
@@ -38,7 +38,7 @@ impl<'a> Spot<'a> {
             hidden,
             normal,
             shadows: Shadows::default(),
-            stencil: PolygonClipper::default(),
+            clipper: PolygonClipper::default(),
         }
     }
 
@@ -186,14 +186,14 @@ impl<'a> Spot<'a> {
         if open <= 0.0 {
             return open;
         }
-        self.stencil.clear();
+        self.clipper.clear();
         let (mut whole, mut bounds) = (0.0, Rectangle::EMPTY);
         picture.outline(i, |part| {
-            self.stencil.add(part);
+            self.clipper.add(part);
             whole += measured(part).0;
             bounds = part.iter().fold(bounds, |b, &at| b.with(Rectangle::at(at)));
         });
-        match shade(&mut self.stencil, &bounds, &self.shadows, shadows) {
+        match shade(&mut self.clipper, &bounds, &self.shadows, shadows) {
             Lit::Wholly => open,
             Lit::Not => 0.0,
             Lit::Partly => {
@@ -206,7 +206,7 @@ impl<'a> Spot<'a> {
                     let centre = picture.canvas.point(centre);
                     area * self.beam.irradiance(centre, self.normal)
                 };
-                let lit: f64 = self.stencil.parts().map(light).sum();
+                let lit: f64 = self.clipper.parts().map(light).sum();
                 lit / whole
             }
         }

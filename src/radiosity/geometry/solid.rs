@@ -15,6 +15,7 @@
 
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, measured};
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece};
 use std::collections::BTreeMap;
 
@@ -68,9 +69,7 @@ impl Solids {
             let heights = corners
                 .iter()
                 .map(|c| piece.normal.dot(*c - piece.vertices[0]));
-            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-                (l.min(x), h.max(x))
-            });
+            let (low, high) = extent(heights);
             outside[*solid as usize] |= low > touching;
             *behind = high <= 0.0;
         }
@@ -168,7 +167,7 @@ impl Faces<'_> {
         }
         let thick = |m: &usize| {
             let heights = corners.iter().map(|c| self.facets[*m].height(*c));
-            let (low, high) = heights.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+            let (low, high) = extent(heights);
             high <= self.touching && low < -THICK * self.touching
         };
         (corners.len() <= MOST_CORNERS && members.iter().all(thick)).then_some(corners)
@@ -207,10 +206,10 @@ impl Faces<'_> {
         let origin = face.corners[0];
         let axes = frame(face.normal);
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
-        let mut stencil = PolygonClipper::default();
-        stencil.add(&round(face.corners.iter().map(place).collect()));
-        let area = |stencil: &PolygonClipper| stencil.parts().map(|p| measured(p).0).sum::<f64>();
-        let whole = area(&stencil);
+        let mut clipper = PolygonClipper::default();
+        clipper.add(&round(face.corners.iter().map(place).collect()));
+        let area = |clipper: &PolygonClipper| clipper.parts().map(|p| measured(p).0).sum::<f64>();
+        let whole = area(&clipper);
         for piece in pieces {
             let height = |v: &Vec3| face.normal.dot(*v - origin).abs();
             if piece.vertices.iter().any(|v| height(v) > self.touching) {
@@ -227,8 +226,8 @@ impl Faces<'_> {
                 [slack - u * ax - v * ay, u, v]
             });
             let lines: Vec<Line> = lines.collect();
-            stencil.subtract(lines.iter(), &Rectangle::of(&outline));
-            if area(&stencil) <= GAP * whole {
+            clipper.subtract(lines.iter(), &Rectangle::of(&outline));
+            if area(&clipper) <= GAP * whole {
                 return true;
             }
         }

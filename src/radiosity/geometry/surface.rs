@@ -61,6 +61,11 @@ impl Facet {
         self.reflectance.iter().all(|r| *r == 0.0)
     }
 
+    /// Of the channel that it reflects most of.
+    pub fn highest_reflectance(&self) -> f64 {
+        self.reflectance.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Signed distance of `p` in front of the facet's plane.
     pub fn height(&self, p: Vec3) -> f64 {
         self.normal.dot(p - self.vertices[0])

@@ -178,10 +178,7 @@ impl Operator {
     }
 
     pub fn setting(&self) -> Setting<'_> {
-        Setting {
-            surfaces: &self.surfaces,
-            hierarchy: &self.hierarchy,
-        }
+        Setting::new(&self.surfaces, &self.hierarchy)
     }
 
     /// Mean over the parts of each element; of a projection, what its image leaves of them.
@@ -198,13 +195,13 @@ impl Operator {
     }
 
     fn cut(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
-        let Some(throw) = &self.projectors[light] else {
+        let Some(projector) = &self.projectors[light] else {
             return even;
         };
         let samples = parts.iter().filter_map(|p| {
             let grid = self.mesh.grids[self.mesh.elements[p.element].facet].as_ref()?;
             Some((p.sample.point, p.sample.sides(grid)))
         });
-        throw.cut(&even, samples)
+        projector.cut(&even, samples)
     }
 }

@@ -10,6 +10,7 @@
 )]
 
 use crate::geometry::{Vec3, bounds, vec3};
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 
 /// Where a surface stands on a facet.
@@ -74,11 +75,7 @@ impl<'a> Contacts<'a> {
 /// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
 fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<([Vec3; 2], f64)> {
     let heights: Vec<f64> = piece.vertices.iter().map(|v| facet.height(*v)).collect();
-    let (lowest, highest) = heights
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(*x), h.max(*x))
-        });
+    let (lowest, highest) = extent(heights.iter().copied());
     if highest <= least || lowest > touching {
         return None;
     }

@@ -8,6 +8,7 @@
 )]
 
 use crate::geometry::Vec3;
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::Facet;
 
 /// Cells along one side of a facet at most.
@@ -43,16 +44,8 @@ impl Grid {
         });
         let along = longest.normalized();
         let across = facet.normal.cross(along);
-        let extent = |axis: Vec3| {
-            facet
-                .vertices
-                .iter()
-                .map(|v| axis.dot(*v - facet.vertices[0]))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                })
-        };
-        let (u, v) = (extent(along), extent(across));
+        let vertices = facet.vertices.iter().map(|v| *v - facet.vertices[0]);
+        let [u, v] = [along, across].map(|axis| extent(vertices.clone().map(|d| axis.dot(d))));
         let more = if on_rim { 1.0 } else { 0.0 };
         let count = |length: f64| ((length / side).round() + more).clamp(1.0, MOST_CELLS);
         let counts = [count(u.1 - u.0), count(v.1 - v.0)];

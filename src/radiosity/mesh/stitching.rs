@@ -194,7 +194,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::radiosity::direct::Setting;
-    use crate::radiosity::mesh::{CellRequest, Layout};
+    use crate::radiosity::mesh::Layout;
     use crate::radiosity::visibility::Hierarchy;
 
     /// A floor of four tiles that meet at (2, 1), and what else stands there.
@@ -211,13 +211,9 @@ mod tests {
         polygons.extend_from_slice(others);
         let surfaces = Surfaces::grey(polygons);
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let layout = Layout::of_elements(&surfaces, 20);
-        let all = vec![CellRequest::WANTED; layout.cells()];
-        let mesh = layout.mesh(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)], &all);
+        let mesh = layout.whole(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)]);
         (surfaces, mesh)
     }
 

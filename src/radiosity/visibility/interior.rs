@@ -154,10 +154,7 @@ mod tests {
     fn floor_and_wall_inside_an_open_box_are_buried() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let towards = |n: Vec3, p: Vec3| {
             let on = |f: &crate::radiosity::geometry::surface::Facet| {
                 f.normal == n && f.height(p).abs() < 1e-9
@@ -191,10 +188,7 @@ mod tests {
     fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let lamp = |i: u8| {
             let away = vec3(f64::from(i) * 0.2 - 4.0, -6.0, 5.0);
             Spot {

@@ -16,6 +16,7 @@ use crate::radiosity::geometry::clipper::{
     self, Line, PlanePoint, PolygonClipper, Rectangle, measured, value,
 };
 use crate::radiosity::geometry::surface::Piece;
+use crate::radiosity::lists::Lists;
 use crate::radiosity::visibility::raster::Camera;
 
 /// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
@@ -52,16 +53,13 @@ impl Canvas<'_> {
 /// Shadows of pieces on a canvas, by the lines around each.
 #[derive(Clone, Debug, Default)]
 pub struct Shadows {
-    lines: Vec<Line>,
-    /// For each shadow, where its lines end.
-    ends: Vec<usize>,
+    lines: Lists<Line>,
 }
 
 impl Shadows {
     /// Forgets all.
     pub fn clear(&mut self) {
         self.lines.clear();
-        self.ends.clear();
     }
 
     /// Adds the shadow of a piece from a point; its number, or `None` if its plane holds the
@@ -79,25 +77,19 @@ impl Shadows {
         }
         let side = height.signum();
         let beyond = canvas.line(piece.normal * side, source, height * side);
-        self.lines.push(beyond);
+        self.lines.add(beyond);
         for (i, v) in piece.vertices.iter().enumerate() {
             let w = piece.vertices[(i + 1) % piece.vertices.len()];
             let wall = (*v - source).cross(w - source) * side;
-            self.lines.push(canvas.line(wall, source, 0.0));
+            self.lines.add(canvas.line(wall, source, 0.0));
         }
-        self.ends.push(self.lines.len());
-        Some(self.ends.len() - 1)
-    }
-
-    fn lines(&self, shadow: usize) -> &[Line] {
-        let from = shadow.checked_sub(1).map_or(0, |i| self.ends[i]);
-        &self.lines[from..self.ends[shadow]]
+        Some(self.lines.end())
     }
 
     /// What one shadow does to a rectangle of the picture.
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
-        for line in self.lines(shadow) {
+        for line in self.lines.get(shadow) {
             let (low, high) = clipper::range(line, rectangle);
             if high <= 0.0 {
                 return Meeting::Misses;
@@ -136,12 +128,12 @@ pub enum Lit {
 
 /// Cuts shadows away from an outline within `bounds`; returns what is left.
 pub fn shade(
-    stencil: &mut PolygonClipper,
+    clipper: &mut PolygonClipper,
     bounds: &Rectangle,
     shadows: &Shadows,
     list: &[usize],
 ) -> Lit {
-    if stencil.count() == 0 {
+    if clipper.count() == 0 {
         return Lit::Not;
     }
     let mut touched = false;
@@ -152,22 +144,22 @@ pub fn shade(
             Meeting::Crosses => {}
         }
         touched = true;
-        if stencil.count() > MOST_PARTS {
-            drop_dark(stencil, shadows, &list[at..]);
+        if clipper.count() > MOST_PARTS {
+            drop_dark(clipper, shadows, &list[at..]);
             break;
         }
-        stencil.subtract(shadows.lines(shadow).iter(), &Rectangle::EVERYWHERE);
-        if stencil.count() == 0 {
+        clipper.subtract(shadows.lines.get(shadow).iter(), &Rectangle::EVERYWHERE);
+        if clipper.count() == 0 {
             return Lit::Not;
         }
     }
     if touched { Lit::Partly } else { Lit::Wholly }
 }
 
-fn drop_dark(stencil: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
-    stencil.retain(|part| {
+fn drop_dark(clipper: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
+    clipper.retain(|part| {
         let (_, centre) = measured(part);
-        let inside = |&s: &usize| shadows.lines(s).iter().all(|l| value(l, centre) > 0.0);
+        let inside = |&s: &usize| shadows.lines.get(s).iter().all(|l| value(l, centre) > 0.0);
         !rest.iter().any(inside)
     });
 }
@@ -181,20 +173,6 @@ mod tests {
 
     const SQUARE: [PlanePoint; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-    /// One pixel of side 2 at distance 1, towards -z, x to the right.
-    fn eye() -> Camera {
-        Camera {
-            origin: Vec3::ZERO,
-            right: vec3(1.0, 0.0, 0.0),
-            up: vec3(0.0, 1.0, 0.0),
-            forward: vec3(0.0, 0.0, -1.0),
-            left: -1.0,
-            top: 1.0,
-            step_x: 2.0,
-            step_y: 2.0,
-        }
-    }
-
     fn piece(vertices: Vec<Vec3>) -> Piece {
         Piece {
             normal: newell(&vertices).normalized(),
@@ -205,7 +183,7 @@ mod tests {
 
     /// Lit share of the pixel on the wall of a normal through (0, 0, -3).
     fn lit(normal: Vec3, source: Vec3, pieces: &[Piece]) -> f64 {
-        let camera = eye();
+        let camera = Camera::of_square(1.0);
         let canvas = Canvas {
             camera: &camera,
             normal,
@@ -214,18 +192,18 @@ mod tests {
         let mut shadows = Shadows::default();
         let cast = |p: &Piece| shadows.cast(&canvas, source, p, 1e-9);
         let list: Vec<usize> = pieces.iter().filter_map(cast).collect();
-        let mut stencil = PolygonClipper::default();
-        stencil.clear();
-        stencil.add(&SQUARE);
+        let mut clipper = PolygonClipper::default();
+        clipper.clear();
+        clipper.add(&SQUARE);
         match shade(
-            &mut stencil,
+            &mut clipper,
             &Rectangle([0.0, 1.0, 0.0, 1.0]),
             &shadows,
             &list,
         ) {
             Lit::Wholly => 1.0,
             Lit::Not => 0.0,
-            Lit::Partly => stencil.parts().map(|p| measured(p).0).sum(),
+            Lit::Partly => clipper.parts().map(|p| measured(p).0).sum(),
         }
     }
 
@@ -304,7 +282,7 @@ mod tests {
             prop_assume!(pieces.iter().all(|p| p.normal.dot(p.vertices[0] - source).abs() > 0.02));
             let exact = lit(normal, source, &pieces);
             let n = 100;
-            let camera = eye();
+            let camera = Camera::of_square(1.0);
             let height = normal.dot(vec3(0.0, 0.0, -3.0));
             let mut counted = 0;
             for i in 0..n * n {
