@@ -1,4 +1,4 @@
-//! What each light does at unit strength: direct light where it is seen, reflected light at gather
+//! Solves lights at unit strength: direct light at the fragments, reflected light at the gather
 //! points.
 
 #![allow(
@@ -14,8 +14,8 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Direct light of one light at the fragments, and its means on the elements.
-type SeenAndMeans = (Vec<f32>, Vec<f32>);
+/// Direct light of one light at the fragments, and its mean on each element.
+type DirectLight = (Vec<f32>, Vec<f32>);
 
 impl Operator {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
@@ -35,13 +35,13 @@ impl Operator {
         let together = (work.memory / 4 / each.max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
-            let lit: Result<Vec<Vec<SeenAndMeans>>, Cancelled> = group
+            let lit: Result<Vec<Vec<DirectLight>>, Cancelled> = group
                 .chunk_by(|a, b| self.shares_projection(*a, *b))
                 .collect::<Vec<_>>()
                 .par_iter()
-                .map(|team| {
-                    let lit = self.lit(team, work)?;
-                    let so_far = done.fetch_add(team.len(), Ordering::Relaxed) + team.len();
+                .map(|lights| {
+                    let lit = self.lit(lights, work)?;
+                    let so_far = done.fetch_add(lights.len(), Ordering::Relaxed) + lights.len();
                     work.progress.report("direct light", so_far, missing.len());
                     Ok(lit)
                 })
@@ -65,11 +65,11 @@ impl Operator {
     }
 
     /// The direct light of one light, or of the planes of one projected image.
-    fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
-        let shining = Shining::new(&self.surfaces, &self.lights[team[0]]);
+    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, Cancelled> {
+        let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
         // All planes of an image, wanted or not, so that the precision of one does not depend on which
         // others are rendered with it.
-        let is_plane = |l: &usize| *l == team[0] || self.shares_projection(team[0], *l);
+        let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
         let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
         let means = self.on_elements(&shining, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
@@ -84,7 +84,7 @@ impl Operator {
             precision,
             work,
         )?;
-        let wanted = planes.iter().zip(means).filter(|(l, _)| team.contains(l));
+        let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
         Ok(wanted
             .map(|(l, m)| (self.on_fragments(*l, &seen), m))
             .collect())
