@@ -1,9 +1,9 @@
-//! Who stands between: segment tests, first hits, and the occluders in a shaft.
+//! Visibility: segment tests, first hits, and the occluders in a shaft.
 //!
-//! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to
-//! rounding: pieces are polygons, not samples. Both sides of a surface block light. Surfaces that
-//! contain an end of the segment (within `touching`) do not count: callers name the planes of the
-//! ends by keeping sample points on them. This module does not depend on light.
+//! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to rounding.
+//! Both sides of a surface block light. Surfaces that contain an end of the segment (within
+//! `touching`) do not block, so that points on a surface are not hidden by it. This module does not
+//! depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -158,7 +158,7 @@ impl<'a> Shaft<'a> {
     pub fn is_blocked_by(&self, piece: &Piece, touching: f64) -> bool {
         let origin = piece.vertices[0];
         let height = |p: &Vec3| piece.normal.dot(*p - origin);
-        let side = self.receiver.first().map_or(0.0, |p| height(p).signum());
+        let side = height(&self.receiver[0]).signum();
         self.receiver.iter().all(|p| height(p) * side > touching)
             && self.emitter.iter().all(|p| height(p) * side < -touching)
             && self

@@ -87,11 +87,7 @@ impl Transport for Layered<'_> {
             .inner
             .map(|inner| inner.prepare(&parts.rest, quality, work))
             .transpose()?;
-        Ok(Box::new(Sum {
-            inner,
-            size,
-            parts,
-        }))
+        Ok(Box::new(Sum { inner, size, parts }))
     }
 
     fn warnings(&self) -> Vec<Warning> {

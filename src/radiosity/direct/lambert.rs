@@ -3,9 +3,9 @@
 //! The irradiance at a point is half the sum, over the polygon's edges, of the angle that the edge
 //! subtends times the component of the edge's unit moment along the receiver's normal (Lambert,
 //! Photometria, 1760). An occluder's shadow on the polygon is what lies behind it within the cone
-//! from the point through its edges: on the polygon's plane each side of the cone is a straight
-//! line, so that what is lit is found by cutting polygons in two dimensions; shadows have no
-//! samples and no noise. This module handles one point and one polygon, nothing of meshes.
+//! from the point through its edges; on the polygon's plane each side of the cone is a straight
+//! line, so that the visible part is found by clipping in two dimensions, without samples. This
+//! module handles one point and one polygon and does not depend on meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -25,15 +25,17 @@ const MOST_PARTS: usize = 192;
 /// few points of each part.
 const MOST_HALVINGS: usize = 8;
 
-/// A corner that lies lower than this part of the emitter's height, as the point sees both, has no
-/// place on the emitter's plane that would be worth its rounding.
+/// A corner lower than this share of the emitter's height above the point is not projected onto the
+/// emitter's plane, because of rounding.
 const LOW: f64 = 1e-6;
 
 /// A convex polygon that shines, with coordinates in its plane, metres.
 #[derive(Clone, Debug)]
 pub struct LightPolygon {
-    corners: Vec<Vec3>,
-    normal: Vec3,
+    /// At least three.
+    pub corners: Vec<Vec3>,
+    /// Unit normal of the side that shines.
+    pub normal: Vec3,
     /// The corners in coordinates of its plane: along these axes from the first corner.
     outline: Vec<PlanePoint>,
     axes: [Vec3; 2],
@@ -43,7 +45,7 @@ impl LightPolygon {
     /// Of a polygon with this unit normal.
     pub fn new(corners: Vec<Vec3>, normal: Vec3) -> LightPolygon {
         let axes = frame(normal);
-        let origin = corners.first().copied().unwrap_or_default();
+        let origin = corners[0];
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
         LightPolygon {
             outline: corners.iter().map(place).collect(),
@@ -53,27 +55,16 @@ impl LightPolygon {
         }
     }
 
-    /// Its corners.
-    pub fn corners(&self) -> &[Vec3] {
-        &self.corners
-    }
-
-    /// Its unit normal: where it shines to.
-    pub fn normal(&self) -> Vec3 {
-        self.normal
-    }
-
-    /// Does a point lie before it?
+    /// Is a point in front of it?
     pub fn faces(&self, point: Vec3) -> bool {
-        let first = self.corners.first();
-        first.is_some_and(|c| self.normal.dot(point - *c) > 0.0)
+        self.normal.dot(point - self.corners[0]) > 0.0
     }
 
     /// Cut in two across its longest extent; halves of fewer than three corners are left out.
     pub fn halves(&self) -> impl Iterator<Item = LightPolygon> {
         let polygon = &self.corners;
-        let first = polygon.first().copied().unwrap_or_default();
-        let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len().max(1) as f64;
+        let first = polygon[0];
+        let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len() as f64;
         let far = polygon.iter().fold(first, |far, v| {
             if (*v - first).length() > (far - first).length() {
                 *v
@@ -99,11 +90,10 @@ struct LightCone<'a> {
 
 impl<'a> LightCone<'a> {
     fn new(polygon: &'a LightPolygon, point: Vec3) -> LightCone<'a> {
-        let origin = polygon.corners.first().copied().unwrap_or_default() - point;
         LightCone {
             polygon,
             point,
-            origin,
+            origin: polygon.corners[0] - point,
         }
     }
 
@@ -126,21 +116,20 @@ impl<'a> LightCone<'a> {
     }
 }
 
-/// What an occluder does to a light polygon's plane.
+/// The shadow of an occluder on a light polygon's plane.
 #[derive(Debug, Default)]
 struct Shadow {
     /// Its corners, from the point.
     corners: Vec<Vec3>,
-    /// The same where they are seen on the plane; fewer when one is beside the point rather than
-    /// before it.
+    /// The same projected onto the plane; fewer where one cannot be projected.
     places: Vec<PlanePoint>,
     /// The greatest distance of a corner from the point, as a share of that of its place.
     farthest: f64,
 }
 
 impl Shadow {
-    /// Takes the corners of a piece. What holds the shadow: everywhere when one of them is beside
-    /// the point.
+    /// Projects the corners of a piece. Returns bounds of the shadow: everywhere where a corner
+    /// cannot be projected.
     fn cast(&mut self, cone: LightCone<'_>, piece: &Piece) -> Rectangle {
         let corners = piece.vertices.iter().map(|v| *v - cone.point);
         self.corners.clear();
@@ -168,8 +157,9 @@ impl Shadow {
         self.places.len() == self.corners.len() && self.farthest <= 1.0
     }
 
-    /// Does `each` answer yes to all lines around the shadow of a piece with this normal, whose
-    /// plane lies at this height above the point along it? The first no is the last line asked.
+    /// True if `each` is true of all lines around the shadow of a piece with this normal, whose
+    /// plane lies at this height above the point along it; stops at the first line of which it is
+    /// not.
     fn all_lines(
         &self,
         cone: LightCone<'_>,

@@ -69,11 +69,11 @@ impl<'a> Picture<'a> {
     /// About how long a pixel is on the facet at a point, metres.
     pub fn footprint(&self, point: Vec3) -> f64 {
         let camera = self.canvas.camera;
-        let sight = point - camera.origin;
+        let ray = point - camera.origin;
         // Across the line of sight a pixel is `step` times the distance; along a slope that much
         // longer as the surface turns away.
         let step = camera.step_x.max(camera.step_y);
-        sight.dot(sight) * step / self.canvas.height.abs()
+        ray.dot(ray) * step / self.canvas.height.abs()
     }
 
     /// Mean of what is found at points all over a receiver's outline: those in the middle of

@@ -66,7 +66,7 @@ impl Interpolation {
         let mut stride = COARSEST;
         while stride > 0 {
             mesh.each_whole(|grid, at, gather_point| {
-                let counts = grid.counts();
+                let counts = grid.counts;
                 let turn = |stride| (0..2).all(|k| is_on(at[k], counts[k], stride));
                 let done = stride < COARSEST && turn(2 * stride);
                 if !regular[gather_point] || !turn(stride) || done {
@@ -134,7 +134,7 @@ impl Interpolation {
 
 fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], gather_point: usize) -> bool {
     let place = grid.place(mesh.elements[gather_point].centre);
-    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts()[k])).abs() < OFF)
+    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts[k])).abs() < OFF)
 }
 
 /// Is a cell a whole number of strides from the first along its line, or the last?
@@ -148,7 +148,7 @@ fn is_on(at: usize, count: usize, stride: usize) -> bool {
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {
-        let count = grid.counts()[axis];
+        let count = grid.counts[axis];
         if is_on(at[axis], count, 2 * stride) {
             continue;
         }

@@ -1,6 +1,6 @@
 //! The grid of a facet: its cells, and what lies around a point of it.
 //!
-//! This module does not depend on what else stands on the facet.
+//! This module does not depend on other facets.
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,11 +22,12 @@ pub struct Grid {
     pub(super) across: Vec3,
     /// One over the cell's sides.
     pub(super) scale: [f64; 2],
-    pub(super) counts: [usize; 2],
+    /// Cells along the two sides.
+    pub counts: [usize; 2],
     /// Samples of the outermost cells stand on the rim, not at the cells' centres.
     pub(super) on_rim: bool,
-    /// Its first cell among those of all grids.
-    pub(super) first: usize,
+    /// Its first cell among those of all grids; the others follow, line by line.
+    pub first: usize,
 }
 
 impl Grid {
@@ -67,16 +68,6 @@ impl Grid {
             d.dot(self.along) * self.scale[0],
             d.dot(self.across) * self.scale[1],
         ]
-    }
-
-    /// Cells along the two sides.
-    pub fn counts(&self) -> [usize; 2] {
-        self.counts
-    }
-
-    /// Its first cell among those of all grids; the others follow, line by line.
-    pub fn first(&self) -> usize {
-        self.first
     }
 
     /// Cells per metre, along the two sides.
