@@ -1,11 +1,9 @@
 //! The project's own G: radiosity with exact direct light.
 //!
-//! Light is split into what comes straight from a luminaire, which is exact at every fragment of
-//! the picture, and what has been reflected, which is the radiosity of elements gathered by
-//! hemicubes. Emission never passes a hemicube. Every number is kept per light at unit strength:
-//! settings, colours and filters only scale, so G is linear by construction, and whatever settings
-//! have in common is computed once. Invariant: mesh, order of summation and length of iterations
-//! follow from setup and quality alone.
+//! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
+//! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
+//! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
+//! summation and length of iterations depend on setup and quality alone.
 
 #![allow(
     clippy::indexing_slicing,
@@ -73,7 +71,7 @@ impl Transport for Radiosity {
 
     fn results(&self) -> Option<String> {
         // The digest of this module and those below it, made by `src/build.rs`: any change of the
-        // code is another version, without anybody having to think of it.
+        // code is another version.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
     }
 
@@ -92,7 +90,7 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
-    /// In units of the pace, from counts of the work; nothing where the scene cannot be used.
+    /// From counts of the work; zero where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {

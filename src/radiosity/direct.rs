@@ -1,9 +1,8 @@
 //! Direct light: one number for each receiving point and light, at unit radiance or intensity.
 //!
 //! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
-//! the work of one thread. Panels and point sources go their own ways to it (`panel`,
-//! `spot`), each dropping at every cluster what cannot reach it or cannot be in the way.
-//! Where some error is allowed, a cluster takes what is fitted to a few samples (`patch`).
+//! the work of one thread. `panel` and `spot` drop at every cluster the emitters and occluders that
+//! do not reach it. Where some error is allowed, a cluster is interpolated (`irradiance_patch`).
 //! Invariant: results depend on the points alone, not on threads, batches or settings. This module
 //! does not depend on colour.
 
@@ -37,12 +36,12 @@ use crate::scene::{Light, Rig, Scene};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
-/// A light made ready for direct illumination.
+/// A light, prepared for direct illumination.
 #[derive(Clone, Debug)]
 pub enum Luminaire {
     /// Pieces (indices) that emit.
     Panel(Vec<usize>),
-    /// A point source; of a projection the even light that its image is cut out of.
+    /// A point source; of a projection the even light without its image.
     Spot(Beam),
 }
 
@@ -137,7 +136,7 @@ pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
     Ok(())
 }
 
-/// Makes the rig's lights ready.
+/// Prepares the rig's lights.
 ///
 /// # Errors
 /// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which

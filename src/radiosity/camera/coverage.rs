@@ -1,10 +1,10 @@
-//! Exact shares of a square of the picture: which facets it shows, and how much of each.
+//! Exact visibility within a square of the picture: which facets it shows, and the area of each.
 //!
-//! Each piece covers what lies within the lines of its edges; from that is cut what lies behind
-//! another. One over the depth of a plane is linear in the picture, so where one plane is nearer
-//! than another is a half-plane, and every cut is by a straight line; facets that pass through each
-//! other are right too, and so are those that reach behind the eye. Ties in one plane go to the
-//! later facet, as in the rasterizer. This module does not depend on lights.
+//! A piece covers what lies within the lines of its edges, less what lies behind other pieces. One
+//! over the depth of a plane is linear in the picture, so that one plane is nearer than another on a
+//! half-plane, and every cut is along a straight line, also for facets that intersect or reach
+//! behind the camera. Of coplanar facets the later wins, as in the rasterizer. This module does not
+//! depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -23,7 +23,7 @@ use crate::radiosity::visibility::raster::Camera;
 /// Relative difference of inverse depths below which two planes count as one.
 const COPLANAR: f64 = 1e-6;
 
-/// The pieces of a scene as a camera sees them.
+/// The pieces of a scene projected by a camera.
 #[derive(Clone, Debug)]
 pub struct Silhouettes<'a> {
     surfaces: &'a Surfaces,
@@ -147,7 +147,7 @@ impl Shares {
                     break;
                 }
                 if other.facet != own.facet {
-                    // First what shows most often that nothing is to be cut.
+                    // First the line that most often shows that nothing is cut.
                     let nearer = [nearer(other, own)];
                     let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
                     self.clipper.subtract(lines, &Rectangle::EVERYWHERE);
@@ -167,8 +167,7 @@ impl Shares {
         share.parts.clone().map(|part| self.parts.get(part))
     }
 
-    /// Adds what the clipper has left of a piece to its facet's share; the largest part gives the
-    /// place.
+    /// Adds what the clipper has left of a piece to its facet's share.
     fn merge(&mut self, facet: usize) {
         if self.clipper.count() == 0 {
             return;

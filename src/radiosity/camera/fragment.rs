@@ -1,10 +1,10 @@
-//! What the eye sees: fragments of facets and their share of each pixel.
+//! Fragments: the parts of each pixel that show one facet, with their share of the pixel.
 //!
-//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of
-//! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its middle;
-//! one with edges in it has a fragment for each facet, weighted by the exact area that shows. What
-//! fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they take
-//! their place and leave no fragment. This module does not depend on lights.
+//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of it)
+//! that shows one facet, as the sub-pixels around it do, is one fragment; one with edges has a
+//! fragment for each facet, weighted by its exact visible area. What lies between the sub-pixels of
+//! two pixels is missed. Backs are black and opaque: they occlude and leave no fragment. This module
+//! does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -130,7 +130,7 @@ impl Split {
 /// A pixel that is so many times as long on a facet as it is wide is stretched.
 const STRETCHED: f64 = 5.0;
 
-/// How finely a pixel is looked at.
+/// Into how many fragments a pixel is split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// Fragments of a pixel that shows one facet.
@@ -262,7 +262,7 @@ pub fn fragments(
     })
 }
 
-/// What is looked at, and how.
+/// What all bands have in common.
 struct Rasterized<'a> {
     surfaces: &'a Surfaces,
     /// Of the picture, one unit a pixel.

@@ -1,12 +1,11 @@
-//! What a projector throws: the texel that a place of a surface receives, averaged over the place.
+//! A projection's image on a surface, averaged over each receiver's footprint.
 //!
-//! The light of a projection is that of an even point source
-//! ([`crate::radiosity::direct::beam::Beam::even`], which has visibility and distance) times the
-//! mean of the image over what the receiver sees of it: its footprint, a parallelogram on the
-//! surface (a pixel's, or a part of an element). The footprint is carried into the image; along its
-//! longer side up to [`MOST_TAPS`] places are averaged, each over the shorter side by a prefiltered
-//! level. At the rim of the frustum the share of the footprint that is inside counts, so that light
-//! ends there within one footprint, without steps. It depends on neither shadows nor settings.
+//! The light of a projection is that of an even point source ([`super::beam::Beam::even`], with
+//! visibility and distance) times the mean of the image over the footprint: a parallelogram on the
+//! surface, of a pixel or of a part of an element. Along the footprint's longer side up to
+//! [`MOST_TAPS`] texels are averaged, each of a prefiltered level as wide as the shorter side. At
+//! the edge of the frustum the share of the footprint that is inside counts. This module depends on
+//! neither shadows nor settings.
 
 use std::sync::Arc;
 
@@ -20,7 +19,7 @@ use crate::scene::mount::{Axes, Mount};
 /// times as long as wide is blurred across its shorter side.
 pub const MOST_TAPS: usize = 16;
 
-/// A projector made ready.
+/// A projector.
 #[derive(Clone, Debug)]
 pub struct Projector {
     mount: Mount,
@@ -31,7 +30,7 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// `None` where [`crate::radiosity::direct::beam::Beam::even`] is.
+    /// `None` where [`super::beam::Beam::even`] is.
     pub fn new(light: &Projection) -> Option<Projector> {
         Some(Projector {
             mount: light.mount,
@@ -42,7 +41,7 @@ impl Projector {
         })
     }
 
-    /// True when two throw the same image from the same place: then they share visibility.
+    /// True when both project the same image from the same place: then they share visibility.
     pub fn shares_projection(&self, other: &Projector) -> bool {
         self.mount == other.mount
             && self.half_size == other.half_size
@@ -72,7 +71,7 @@ impl Projector {
         self.mean(place, footprint.map(side))
     }
 
-    /// `even` light times the share at each of the receivers.
+    /// `even` light at each of the receivers times the share there.
     pub fn cut<'a>(
         &self,
         even: &[f32],

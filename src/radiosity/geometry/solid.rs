@@ -1,12 +1,10 @@
-//! Convex solids, and the faces of them that hide nothing because their fronts hide it first.
+//! Convex solids, and their back faces, which occlude nothing that the fronts do not.
 //!
-//! An observer outside a convex solid sees its fronts only: what passes through its back has
-//! come in by a front. So of a box that stands in the way of light, or is drawn around a point,
-//! half of the faces can be left out, and nothing changes. The solids of a set are seldom closed: a
-//! box that stands on a floor has no bottom. It is a solid all the same when each face that it
-//! lacks lies wholly on something else, as what comes in there has been stopped by that before.
-//! Invariant: a solid is convex, its fronts outside, and closed but for such faces; whatever is
-//! not surely one is none. This module does not depend on light.
+//! From outside a convex solid only its fronts are visible: a ray through a back has come in by a
+//! front. So half of a box's faces can be left out as occluders. Solids are seldom closed: a box on
+//! a floor has no bottom. It is a solid all the same if each missing face is covered by other
+//! surfaces. Invariant: a solid is convex with its fronts outside, and closed but for such faces;
+//! what may not be one is none. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -136,7 +134,7 @@ struct Face {
 }
 
 impl Faces<'_> {
-    /// Are these facets the faces of a convex solid, all but such as lie on something else?
+    /// Are these facets the faces of a convex solid, but for faces that other surfaces cover?
     fn is_solid(self, members: &[usize]) -> bool {
         let Some(corners) = self.corners(members) else {
             return false;

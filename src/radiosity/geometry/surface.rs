@@ -1,9 +1,8 @@
-//! The scene as transport sees it: facets (planar polygons) and their convex pieces.
+//! The scene for light transport: facets (planar polygons) and their convex pieces.
 //!
 //! Invariants: every facet has a positive area and at least one piece; the pieces tile the facet;
-//! facets are ordered by falling area, so that drawing them in order puts the smaller of two
-//! coplanar facets on top. Degenerate polygons are left out: they have no area to light, see or
-//! cast a shadow. This module does not depend on pixels or settings.
+//! facets are ordered by falling area, so that of two coplanar ones the smaller is drawn on top.
+//! Degenerate polygons are left out. This module does not depend on pixels or settings.
 
 #![allow(
     clippy::indexing_slicing,
@@ -101,7 +100,7 @@ pub struct Surfaces {
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
-    /// Found when they are asked for first: not every use needs them.
+    /// Found at their first use, as not every use needs them.
     pub(in crate::radiosity) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,

@@ -207,10 +207,10 @@ mod tests {
         let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(64));
         let mut cube = Hemicube::new(setting, &vertices, elements, &table);
         let mut values = vec![0.0; gather_points.elements.len()];
-        let mut looked = 0;
+        let mut drawn = 0;
         let interpolation = Interpolation::new(gather_points, reach, |which| {
-            looked += which.len();
-            let mut look = |n: &u32| {
+            drawn += which.len();
+            let mut draw = |n: &u32| {
                 let gather_point = &gather_points.elements[*n as usize];
                 let sum = &mut values[*n as usize];
                 let turn = scatter(u64::from(*n));
@@ -221,10 +221,10 @@ mod tests {
                     }
                 })
             };
-            Ok::<_, Infallible>(which.iter().map(&mut look).collect())
+            Ok::<_, Infallible>(which.iter().map(&mut draw).collect())
         });
         interpolation.unwrap().fill(&mut values, 1);
-        (looked, values)
+        (drawn, values)
     }
 
     #[test]
@@ -234,20 +234,20 @@ mod tests {
             assert_eq!(all, gather_points.elements.len());
             let mut last = (usize::MAX, 0.0);
             for (reach, share, most) in [(0.1, 0.55, 3e-3), (0.2, 0.35, 8e-3)] {
-                let (looked, found) = seen(setting, elements, gather_points, reach);
+                let (drawn, found) = seen(setting, elements, gather_points, reach);
                 let apart = found
                     .iter()
                     .zip(&exact)
                     .map(|(a, b)| f64::from(a - b).powi(2));
                 let power: f64 = exact.iter().map(|b| f64::from(*b).powi(2)).sum();
                 let error = (apart.sum::<f64>() / power).sqrt();
-                println!("reach {reach}: {looked} of {all} look, error {error:.5}");
+                println!("reach {reach}: {drawn} of {all} hemicubes, error {error:.5}");
                 assert!(
-                    looked < (all as f64 * share) as usize && looked < last.0,
-                    "{looked}"
+                    drawn < (all as f64 * share) as usize && drawn < last.0,
+                    "{drawn}"
                 );
                 assert!(error < most && error > last.1, "{error}");
-                last = (looked, error);
+                last = (drawn, error);
             }
         });
     }
@@ -257,21 +257,21 @@ mod tests {
     #[test]
     fn among_black_things_every_gather_point_has_a_hemicube() {
         with_room(|_, _, gather_points| {
-            let looking = |inverse_distance| {
-                let mut looked = 0;
+            let hemicubes = |inverse_distance| {
+                let mut drawn = 0;
                 let dark = NearbyEmission {
                     inverse_distance,
                     seen: 0.0,
                 };
                 let all = Interpolation::new(gather_points, 0.1, |which| {
-                    looked += which.len();
+                    drawn += which.len();
                     Ok::<_, Infallible>(vec![dark; which.len()])
                 });
                 all.unwrap();
-                looked
+                drawn
             };
-            assert_eq!(looking(0.5), gather_points.elements.len());
-            assert!(looking(0.0) < gather_points.elements.len() / 8);
+            assert_eq!(hemicubes(0.5), gather_points.elements.len());
+            assert!(hemicubes(0.0) < gather_points.elements.len() / 8);
         });
     }
 

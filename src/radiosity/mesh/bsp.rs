@@ -1,9 +1,8 @@
-//! A mesh cell cut along lines into convex parts: the tree of its cuts.
+//! The BSP of a mesh cell: lines where something stands on it split it into convex parts.
 //!
-//! Everything is in cells of the facet's grid. The longest segment within a part cuts it first, and
-//! only if it has some length there or runs across most of the part, so that the foot of a table's
-//! leg divides nothing, and if both sides are worth an element. This module does not depend on
-//! space.
+//! Everything is in cells of the facet's grid. The longest segment within a part splits it first,
+//! and only if it is long enough there or runs across most of the part, and if both sides are large
+//! enough, so that a table's leg splits nothing. This module does not depend on space.
 
 #![allow(
     clippy::indexing_slicing,

@@ -1,8 +1,7 @@
-//! Where something stands on a facet: the lines along which other surfaces touch it or pass through
-//! it.
+//! Contact edges: the lines along which other surfaces touch a facet or pass through it.
 //!
-//! Light changes from full to none across such a line, so a mesh cell must not reach over it. What
-//! hardly rises above the facet divides nothing. This module does not depend on cells and lights.
+//! Light changes abruptly across such a line, so that a mesh cell must not reach over it. What
+//! hardly rises above the facet is ignored. This module does not depend on cells and lights.
 
 #![allow(
     clippy::indexing_slicing,

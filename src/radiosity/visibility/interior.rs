@@ -1,11 +1,11 @@
-//! Which points lie inside a solid, where no light can come.
+//! Interior-point rejection: which points lie inside a solid, where no light can come.
 //!
-//! Solids are seldom closed: a box that stands on a floor has no bottom, and the floor goes on
-//! beneath it. So a point counts as open when it sees a visibility seed (the eye, a luminaire) or
-//! the void, or when a surface that it sees does, twice over; else it is inside a solid. Of
-//! visibility seeds those are asked that are nearest: a recess with a lamp of its own has it there.
-//! One that three bounces from its nearest lamps do not reach is taken for inside a solid too: it
-//! is dark, or nearly. This module does not depend on meshes.
+//! Solids are seldom closed: a box on a floor has no bottom, and the floor continues beneath it. So
+//! a point is open if a visibility seed (the camera, a luminaire) or the void is visible from it, or
+//! if a surface visible from it is open in the same way, up to two surfaces away. Only the nearest
+//! seeds are tested: a recess with a lamp of its own has its seed there. A point that three bounces
+//! from its nearest lamps do not reach is rejected too: it is dark, or nearly. This module does not
+//! depend on meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,16 +15,16 @@
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::{Luminaire, Setting};
 
-/// Beacons of a light at most: of a panel of many faces some stand for all.
+/// Seeds of one light at most; a panel of many faces has one on some of them.
 const OF_A_LIGHT: usize = 4;
 
-/// Beacons asked at most: more make the answer slower where it is no.
-const ASKED: usize = 16;
+/// Seeds tested for one point at most.
+const TESTED: usize = 16;
 
-/// How many surfaces in a row are asked.
+/// Surfaces in a row from which a seed may be visible.
 const DEPTH: usize = 2;
 
-/// Points known to be in the open: the eye and the luminaires, of each some.
+/// The visibility seeds of a scene: the camera and points of the luminaires.
 pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
     let surfaces = setting.surfaces;
     let lift = surfaces.size * 1e-4;
@@ -47,11 +47,11 @@ pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3>
 
 /// The visibility seeds nearest to a point, the nearest first.
 fn nearest(seeds: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
-    let mut best = [(f64::INFINITY, Vec3::ZERO); ASKED];
+    let mut best = [(f64::INFINITY, Vec3::ZERO); TESTED];
     for b in seeds {
         let square = (*b - p).dot(*b - p);
         let at = best.partition_point(|(other, _)| *other <= square);
-        if at < ASKED {
+        if at < TESTED {
             best[at..].rotate_right(1);
             best[at] = (square, *b);
         }
@@ -151,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn floor_and_wall_inside_an_open_box_are_buried() {
+    fn floor_and_wall_inside_an_open_box_are_interior() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting::new(&surfaces, &hierarchy);
@@ -182,8 +182,8 @@ mod tests {
         }
     }
 
-    /// One of forty lamps is in the box, where no other is seen: of them all every third would not
-    /// be it.
+    /// One of forty lamps is in the box, from where no other is visible; every third of them would
+    /// not include it.
     #[test]
     fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();

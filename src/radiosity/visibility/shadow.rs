@@ -1,10 +1,9 @@
-//! Shadows of a point source in the picture: how much of a fragment's outline is lit, exactly.
+//! Shadows of a point source in the picture: the lit part of a fragment's outline, exactly.
 //!
-//! The shadow of a convex piece is where the planes through the source and its edges, and the
-//! piece's own plane, all have a point on their far side. On a facet seen by a pinhole camera each
-//! of these planes becomes a straight line of the picture, so what is lit of an outline is found by
-//! cutting polygons in two dimensions: no samples, no bias, edges sharp at any size. This module
-//! does not depend on intensity or colour.
+//! The shadow of a convex piece is bounded by its own plane and the planes through the source and
+//! its edges. On a facet, under a pinhole camera, each of these planes becomes a straight line of
+//! the picture, so that the lit part of an outline is found by clipping polygons in two dimensions,
+//! without samples. This module does not depend on intensity or colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -23,7 +22,7 @@ use crate::radiosity::visibility::raster::Camera;
 /// for each part, at its centroid; a dozen occluders of one pixel stay far below.
 const MOST_PARTS: usize = 128;
 
-/// A facet's plane as the camera sees it.
+/// A facet's plane and the camera that projects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Canvas<'a> {
     /// Of the picture, in pixels.
