@@ -359,13 +359,14 @@ fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
 
 /// The samples of all elements.
 fn samples(mesh: &Mesh) -> Vec<Receiver> {
-    let pairs = mesh.elements.iter().flat_map(|e| {
-        let facet = e.facet;
-        e.samples.iter().map(move |s| (s.point, facet))
-    });
-    pairs
-        .map(|(point, facet)| Receiver { point, facet })
-        .collect()
+    let mut receivers = Vec::new();
+    for e in &mesh.elements {
+        receivers.extend(e.samples.iter().map(|s| Receiver {
+            point: s.point,
+            facet: e.facet,
+        }));
+    }
+    receivers
 }
 
 /// For each light the first that is a panel of the same material, or itself.

@@ -271,9 +271,7 @@ impl ViewCounts {
         let (mut count, mut hemicubes) = (0, 0.0);
         for grid in (0..self.pixels.len()).filter_map(|facet| layout.grid(facet)) {
             let [columns, rows] = grid.counts;
-            let own = wanted.iter().skip(grid.first).take(columns * rows);
-            for (local, _) in own.enumerate().filter(|(_, wanted)| **wanted) {
-                let (i, j) = (local % columns, local / columns);
+            for [i, j] in grid.positions().filter(|at| wanted[grid.at(*at)]) {
                 let rim = i.min(j).min(columns - 1 - i).min(rows - 1 - j);
                 let far = reach * rim as f64 / CHANGE;
                 count += 1;

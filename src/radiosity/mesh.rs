@@ -223,7 +223,7 @@ fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<Tree<Vec<Lin
     }
     let cells = feet.iter().enumerate();
     cells
-        .map(|(local, own)| bsp::cut(grid.line_of(local), own))
+        .map(|(local, own)| bsp::cut(grid.corner(local), own))
         .collect()
 }
 
@@ -389,16 +389,15 @@ impl Mesh {
     }
 
     /// The element of a cell (column and row) that nothing divides.
-    pub fn whole(&self, grid: &Grid, [i, j]: [usize; 2]) -> Option<usize> {
-        let element = self.cells[grid.first + j * grid.counts[0] + i];
+    pub fn whole(&self, grid: &Grid, at: [usize; 2]) -> Option<usize> {
+        let element = self.cells[grid.at(at)];
         (element & CUT == 0).then_some(element as usize)
     }
 
     /// Each of those, with its grid, column and row.
     pub fn each_whole(&self, mut take: impl FnMut(&Grid, [usize; 2], usize)) {
         for grid in self.grids.iter().flatten() {
-            let [columns, rows] = grid.counts;
-            for at in (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j])) {
+            for at in grid.positions() {
                 if let Some(element) = self.whole(grid, at) {
                     take(grid, at, element);
                 }
@@ -410,19 +409,19 @@ impl Mesh {
     pub fn each_pair(&self, mut take: impl FnMut(usize, usize)) {
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let at = |i: usize, j: usize| self.cells[grid.first + j * columns + i];
-            let mut both = |a: u32, b: u32| {
+            let mut both = |a: [usize; 2], b: [usize; 2]| {
+                let [a, b] = [a, b].map(|at| self.cells[grid.at(at)]);
                 // Parts of a cut cell are divided by what stands there, as is their light.
                 if (a | b) & CUT == 0 {
                     take(a as usize, b as usize);
                 }
             };
-            for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+            for [i, j] in grid.positions() {
                 if i + 1 < columns {
-                    both(at(i, j), at(i + 1, j));
+                    both([i, j], [i + 1, j]);
                 }
                 if j + 1 < rows {
-                    both(at(i, j), at(i, j + 1));
+                    both([i, j], [i, j + 1]);
                 }
             }
         }
@@ -467,9 +466,8 @@ impl Mesh {
         let mut around = vec![false; self.cells.len()];
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let is_cut = |[i, j]: &[usize; 2]| !self.is_whole(grid.first + j * columns + i);
-            let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j]));
-            for [i, j] in cells.filter(is_cut) {
+            let is_cut = |at: &[usize; 2]| !self.is_whole(grid.at(*at));
+            for [i, j] in grid.positions().filter(is_cut) {
                 for y in j.saturating_sub(1)..(j + 2).min(rows) {
                     let line = grid.first + y * columns;
                     around[line + i.saturating_sub(1)..line + (i + 2).min(columns)].fill(true);
@@ -481,30 +479,23 @@ impl Mesh {
 
     /// The nearest element of the grid up to `reach` cells away, ring by ring.
     fn nearest(&self, grid: &Grid, p: Vec3, reach: usize) -> Option<u32> {
-        let local = grid.cell(p) - grid.first;
-        let (ci, cj) = (
-            (local % grid.counts[0]) as isize,
-            (local / grid.counts[0]) as isize,
-        );
-        let reach = grid.counts[0].max(grid.counts[1]).min(reach) as isize;
-        (0..=reach).find_map(|ring| {
-            (-ring..=ring)
-                .flat_map(|dj| (-ring..=ring).map(move |di| (di, dj)))
-                .filter(|(di, dj)| di.abs().max(dj.abs()) == ring)
-                .filter_map(|(di, dj)| {
-                    let (i, j) = (ci + di, cj + dj);
-                    let inside = i >= 0
-                        && j >= 0
-                        && (i as usize) < grid.counts[0]
-                        && (j as usize) < grid.counts[1];
-                    inside.then(|| grid.first + j as usize * grid.counts[0] + i as usize)
-                })
-                .map(|c| self.own(c, grid.clamped(c, grid.place(p))))
+        let [ci, cj] = grid.position(grid.cell(p) - grid.first);
+        let [columns, rows] = grid.counts;
+        let place = grid.place(p);
+        let distance = |e: u32| (self.elements[e as usize].centre - p).length();
+        (0..=columns.max(rows).min(reach)).find_map(|ring| {
+            let across = ci.saturating_sub(ring)..(ci + ring + 1).min(columns);
+            let along = cj.saturating_sub(ring)..(cj + ring + 1).min(rows);
+            let square = along.flat_map(|j| across.clone().map(move |i| [i, j]));
+            let is_on_ring = |[i, j]: &[usize; 2]| i.abs_diff(ci).max(j.abs_diff(cj)) == ring;
+            let cells = square.filter(is_on_ring);
+            let elements = cells.map(|at| {
+                let cell = grid.at(at);
+                self.own(cell, grid.clamped(cell, place))
+            });
+            elements
                 .filter(|e| *e != NONE)
-                .min_by(|&a, &b| {
-                    let d = |e: u32| (self.elements[e as usize].centre - p).length();
-                    d(a).total_cmp(&d(b))
-                })
+                .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
         })
     }
 }

@@ -25,14 +25,18 @@ use crate::radiosity::geometry::surface::{Piece, Surfaces};
 /// Pieces in a leaf.
 const LEAF: usize = 4;
 
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
-struct Bounds {
-    low: Vec3,
-    high: Vec3,
+pub struct Bounds {
+    /// Least coordinates.
+    pub low: Vec3,
+    /// Greatest coordinates.
+    pub high: Vec3,
 }
 
 impl Bounds {
-    fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
+    /// Of points.
+    pub fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
         let [low, high] = bounds(points);
         Bounds { low, high }
     }
@@ -65,7 +69,8 @@ impl Bounds {
         enter <= leave * (1.0 + 1e-12)
     }
 
-    fn overlaps(&self, o: &Bounds) -> bool {
+    /// Do both have a point in common?
+    pub fn overlaps(&self, o: &Bounds) -> bool {
         (0..3).all(|a| self.low[a] <= o.high[a] && o.low[a] <= self.high[a])
     }
 }
@@ -400,12 +405,11 @@ pub fn blocks(piece: &Piece, a: Vec3, b: Vec3, touching: f64) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
+    use crate::radiosity::geometry::rectangle;
     use proptest::prelude::*;
 
     fn square(z: f64, half: f64) -> Vec<Vec3> {
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(x, y)| vec3(x * half, y * half, z))
-            .to_vec()
+        rectangle((-half, half), (-half, half), z).to_vec()
     }
 
     fn point() -> impl Strategy<Value = Vec3> {

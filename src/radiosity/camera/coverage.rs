@@ -211,6 +211,7 @@ fn nearer(a: &Layer, b: &Layer) -> Line {
 mod tests {
     use super::*;
     use crate::geometry::{Vec3, vec3};
+    use crate::radiosity::geometry::rectangle;
 
     fn seen(quads: &[[Vec3; 4]]) -> Vec<f64> {
         let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
@@ -228,34 +229,25 @@ mod tests {
         shares.all().iter().map(|s| s.area).collect()
     }
 
-    fn upright(x: (f64, f64), y: (f64, f64), z: f64) -> [Vec3; 4] {
-        [
-            vec3(x.0, y.0, z),
-            vec3(x.1, y.0, z),
-            vec3(x.1, y.1, z),
-            vec3(x.0, y.1, z),
-        ]
-    }
-
     #[test]
     fn what_stands_before_takes_its_exact_share() {
-        let wall = upright((-9.0, 9.0), (-9.0, 9.0), -3.0);
+        let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -3.0);
         // At distance 1 the pixel is 2 x 2: this covers a tenth of its width, half its height.
-        let post = upright((0.3, 0.5), (-2.0, 0.0), -1.0);
+        let post = rectangle((0.3, 0.5), (-2.0, 0.0), -1.0);
         let areas = seen(&[wall, post]);
         assert!((areas[0] - 0.95).abs() < 1e-12 && (areas[1] - 0.05).abs() < 1e-12);
         // Behind the wall it takes none.
-        let hidden = upright((0.3, 0.5), (-2.0, 0.0), -4.0);
+        let hidden = rectangle((0.3, 0.5), (-2.0, 0.0), -4.0);
         assert!((seen(&[wall, hidden])[0] - 1.0).abs() < 1e-12);
         // In its plane the smaller wins.
-        let poster = upright((-3.0, 0.0), (-3.0, 3.0), -3.0);
+        let poster = rectangle((-3.0, 0.0), (-3.0, 3.0), -3.0);
         let areas = seen(&[wall, poster]);
         assert!((areas[0] - 0.5).abs() < 1e-9 && (areas[1] - 0.5).abs() < 1e-9);
     }
 
     #[test]
     fn planes_that_cross_share_along_their_line() {
-        let wall = upright((-9.0, 9.0), (-9.0, 9.0), -2.0);
+        let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -2.0);
         // Meets the wall where x = 1, nearer to the right, and the pixel's right edge at x = z.
         let slanted = [
             vec3(-0.5, -8.0, -3.5),

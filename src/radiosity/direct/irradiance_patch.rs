@@ -149,6 +149,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::radiosity::direct::cluster::{Receiver, Receivers};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
@@ -156,8 +157,8 @@ mod tests {
     /// A floor of `n` by `n` receivers, one a unit.
     fn floor(n: u8) -> Receivers {
         let side = f64::from(n);
-        let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        let surfaces = Surfaces::grey(vec![corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()]);
+        let square = rectangle((0.0, side), (0.0, side), 0.0);
+        let surfaces = Surfaces::grey(vec![square.to_vec()]);
         let points = (0..n).flat_map(|j| (0..n).map(move |i| (f64::from(i), f64::from(j))));
         let receivers: Vec<Receiver> = points
             .map(|(x, y)| Receiver {

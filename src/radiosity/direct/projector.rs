@@ -87,13 +87,9 @@ impl Projector {
     /// Mean over a parallelogram of the image, where the whole image is a unit square.
     fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> f64 {
         let [u, v] = place;
-        let reach = |c: usize| {
-            0.5 * sides
-                .iter()
-                .map(|s| s.get(c).map_or(0.0, |x| x.abs()))
-                .sum::<f64>()
-        };
-        let (wide, high) = (reach(0), reach(1));
+        let [[px, py], [qx, qy]] = sides;
+        let wide = 0.5 * (px.abs() + qx.abs());
+        let high = 0.5 * (py.abs() + qy.abs());
         let outside = |x: f64, r: f64| x + r <= 0.0 || x - r >= 1.0;
         if !(wide.is_finite() && high.is_finite()) || outside(u, wide) || outside(v, high) {
             return 0.0;

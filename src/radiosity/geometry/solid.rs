@@ -246,13 +246,13 @@ fn round(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
 mod tests {
     use super::*;
     use crate::geometry::{block, vec3};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::blocks;
     use proptest::prelude::*;
 
     fn floor(x: (f64, f64), y: (f64, f64)) -> Vec<Vec3> {
-        let corners = [(x.0, y.0), (x.1, y.0), (x.1, y.1), (x.0, y.1)];
-        corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()
+        rectangle(x, y, 0.0).to_vec()
     }
 
     fn solids(polygons: Vec<Vec<Vec3>>) -> usize {

@@ -8,9 +8,10 @@
     reason = "corners are numbered modulo their count, pieces by the sorted list"
 )]
 
-use crate::geometry::{Vec3, bounds, vec3};
+use crate::geometry::{Vec3, vec3};
 use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
+use crate::radiosity::visibility::Bounds;
 
 /// Where a surface stands on a facet.
 pub struct Foot {
@@ -26,20 +27,16 @@ pub struct Foot {
 pub struct Contacts<'a> {
     surfaces: &'a Surfaces,
     /// Pieces with their bounds, by the least x.
-    boxes: Vec<(usize, Vec3, Vec3)>,
+    boxes: Vec<(usize, Bounds)>,
 }
 
 impl<'a> Contacts<'a> {
     /// Sorts a scene's pieces.
     pub fn new(surfaces: &'a Surfaces) -> Contacts<'a> {
         let pieces = surfaces.pieces.iter().enumerate();
-        let mut boxes: Vec<_> = pieces
-            .map(|(i, p)| {
-                let [low, high] = bounds(&p.vertices);
-                (i, low, high)
-            })
-            .collect();
-        boxes.sort_by(|a, b| a.1.x.total_cmp(&b.1.x).then(a.0.cmp(&b.0)));
+        let mut boxes: Vec<(usize, Bounds)> =
+            pieces.map(|(i, p)| (i, Bounds::of(&p.vertices))).collect();
+        boxes.sort_by(|(i, a), (j, b)| a.low.x.total_cmp(&b.low.x).then(i.cmp(j)));
         Contacts { surfaces, boxes }
     }
 
@@ -60,13 +57,15 @@ impl<'a> Contacts<'a> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
-        let [low, high] = bounds(&own.vertices);
-        let (low, high) = (low - margin, high + margin);
-        let end = self.boxes.partition_point(|b| b.1.x <= high.x);
-        self.boxes[..end]
-            .iter()
-            .filter(move |(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
-            .map(|(i, ..)| &self.surfaces.pieces[*i])
+        let mut bounds = Bounds::of(&own.vertices);
+        bounds.low = bounds.low - margin;
+        bounds.high = bounds.high + margin;
+        let end = self
+            .boxes
+            .partition_point(|(_, b)| b.low.x <= bounds.high.x);
+        let near = self.boxes[..end].iter();
+        near.filter(move |(_, b)| b.overlaps(&bounds))
+            .map(|(i, _)| &self.surfaces.pieces[*i])
             .filter(move |p| p.facet != facet)
     }
 }

@@ -65,7 +65,7 @@ impl Maker<'_> {
             bounds.iter().all(|line| height(*line, place) >= 0.0)
         };
         let shown = self.shown.filter(within);
-        let square = (self.grid.line_of(self.cell), 1.0);
+        let square = (self.grid.corner(self.cell), 1.0);
         let whole = Sample::new(surfaces, facet, self.grid, square, bounds.into())?;
         let mut centre = whole.point;
         if self.grid.on_rim {
@@ -110,7 +110,7 @@ impl Maker<'_> {
     fn rim(&self) -> Option<Vec3> {
         let (grid, surfaces) = (self.grid, self.setting.surfaces);
         let facet = &surfaces.facets[self.facet];
-        let (i, j) = (self.cell % grid.counts[0], self.cell / grid.counts[0]);
+        let [i, j] = grid.position(self.cell);
         let [u, v] = [grid.stand(i, grid.counts[0]), grid.stand(j, grid.counts[1])];
         let p = grid.origin + grid.along * (u / grid.scale[0]) + grid.across * (v / grid.scale[1]);
         let p = kept_inside(surfaces, facet, p);

@@ -88,17 +88,33 @@ impl Grid {
         let [u, v] = self.place(p);
         // The cast saturates: below zero is zero.
         let (i, j) = (u as usize, v as usize);
-        self.first + j.min(self.counts[1] - 1) * self.counts[0] + i.min(self.counts[0] - 1)
+        self.at([i.min(self.counts[0] - 1), j.min(self.counts[1] - 1)])
+    }
+
+    /// Columns and rows of all cells, line by line.
+    pub fn positions(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let [columns, rows] = self.counts;
+        (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
+    }
+
+    /// The cell at a column and row.
+    pub fn at(&self, [i, j]: [usize; 2]) -> usize {
+        self.first + j * self.counts[0] + i
     }
 
     /// Column and row of a cell, numbered within the grid.
-    pub(super) fn line_of(&self, local: usize) -> [f64; 2] {
-        [local % self.counts[0], local / self.counts[0]].map(|k| k as f64)
+    pub(super) fn position(&self, local: usize) -> [usize; 2] {
+        [local % self.counts[0], local / self.counts[0]]
+    }
+
+    /// The least corner of a cell, numbered within the grid, in cells.
+    pub(super) fn corner(&self, local: usize) -> [f64; 2] {
+        self.position(local).map(|k| k as f64)
     }
 
     /// The place of a cell nearest to a place.
     pub(super) fn clamped(&self, cell: usize, place: [f64; 2]) -> [f64; 2] {
-        let low = self.line_of(cell - self.first);
+        let low = self.corner(cell - self.first);
         [0, 1].map(|k| place[k].clamp(low[k], low[k] + 1.0))
     }
 
@@ -116,7 +132,7 @@ impl Grid {
 
     /// Centre of a cell, numbered within the grid.
     pub(super) fn middle(&self, local: usize) -> Vec3 {
-        let (i, j) = (local % self.counts[0], local / self.counts[0]);
+        let [i, j] = self.position(local);
         self.origin
             + self.along * ((i as f64 + 0.5) / self.scale[0])
             + self.across * ((j as f64 + 0.5) / self.scale[1])
@@ -154,12 +170,11 @@ impl Grid {
         };
         let (i, i1, s) = axis(u, self.counts[0]);
         let (j, j1, t) = axis(v, self.counts[1]);
-        let at = |i: usize, j: usize| self.first + j * self.counts[0] + i;
         [
-            (at(i, j), (1.0 - s) * (1.0 - t)),
-            (at(i1, j), s * (1.0 - t)),
-            (at(i, j1), (1.0 - s) * t),
-            (at(i1, j1), s * t),
+            (self.at([i, j]), (1.0 - s) * (1.0 - t)),
+            (self.at([i1, j]), s * (1.0 - t)),
+            (self.at([i, j1]), (1.0 - s) * t),
+            (self.at([i1, j1]), s * t),
         ]
     }
 }

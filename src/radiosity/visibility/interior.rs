@@ -16,7 +16,7 @@ use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::{Luminaire, Setting};
 
 /// Seeds of one light at most; a panel of many faces has one on some of them.
-const OF_A_LIGHT: usize = 4;
+const SEEDS_OF_A_LIGHT: usize = 4;
 
 /// Seeds tested for one point at most.
 const TESTED: usize = 16;
@@ -32,7 +32,7 @@ pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3>
     for light in lights {
         match light {
             Luminaire::Panel(pieces) => {
-                let stride = pieces.len().div_ceil(OF_A_LIGHT).max(1);
+                let stride = pieces.len().div_ceil(SEEDS_OF_A_LIGHT).max(1);
                 all.extend(pieces.iter().step_by(stride).map(|&i| {
                     let piece = &surfaces.pieces[i];
                     let sum = piece.vertices.iter().fold(Vec3::ZERO, |s, v| s + *v);
@@ -99,8 +99,9 @@ fn is_open(setting: Setting<'_>, seeds: &[Vec3], facet: usize, p: Vec3, depth: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3;
+    use crate::geometry::{block, vec3};
     use crate::radiosity::direct::beam::Beam;
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::Hierarchy;
     use crate::scene::Spot;
@@ -108,46 +109,12 @@ mod tests {
 
     /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
     fn scene() -> Surfaces {
-        let c = |x: f64, y: f64, z: f64| vec3(x, y, z);
-        let quads = [
-            [
-                c(-9.0, -9.0, 0.0),
-                c(9.0, -9.0, 0.0),
-                c(9.0, 1.0, 0.0),
-                c(-9.0, 1.0, 0.0),
-            ],
-            [
-                c(-9.0, 1.0, 0.0),
-                c(9.0, 1.0, 0.0),
-                c(9.0, 1.0, 9.0),
-                c(-9.0, 1.0, 9.0),
-            ],
-            [
-                c(-1.0, -1.0, 1.0),
-                c(1.0, -1.0, 1.0),
-                c(1.0, 1.0, 1.0),
-                c(-1.0, 1.0, 1.0),
-            ],
-            [
-                c(-1.0, -1.0, 0.0),
-                c(1.0, -1.0, 0.0),
-                c(1.0, -1.0, 1.0),
-                c(-1.0, -1.0, 1.0),
-            ],
-            [
-                c(1.0, -1.0, 0.0),
-                c(1.0, 1.0, 0.0),
-                c(1.0, 1.0, 1.0),
-                c(1.0, -1.0, 1.0),
-            ],
-            [
-                c(-1.0, 1.0, 0.0),
-                c(-1.0, -1.0, 0.0),
-                c(-1.0, -1.0, 1.0),
-                c(-1.0, 1.0, 1.0),
-            ],
-        ];
-        Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect())
+        let floor = rectangle((-9.0, 9.0), (-9.0, 1.0), 0.0).to_vec();
+        let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)];
+        let wall = wall.map(|(x, z)| vec3(x, 1.0, z)).to_vec();
+        let corners = [vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 1.0)];
+        let [top, south, east, _, west, _] = block(corners, false);
+        Surfaces::grey(vec![floor, wall, top, south, east, west])
     }
 
     #[test]

@@ -222,15 +222,7 @@ impl ItemBuffer {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
-
-    fn rectangle(x: (f64, f64), y: (f64, f64), depth: f64) -> [Vec3; 4] {
-        [
-            vec3(x.0, y.0, -depth),
-            vec3(x.1, y.0, -depth),
-            vec3(x.1, y.1, -depth),
-            vec3(x.0, y.1, -depth),
-        ]
-    }
+    use crate::radiosity::geometry::rectangle;
 
     const TOWARDS: Vec3 = vec3(0.0, 0.0, 1.0);
 
@@ -240,7 +232,7 @@ mod tests {
         // Slopes -0.5 to 0.5 and 0 to 1: columns 2 to 5, rows 0 to 3.
         buffer.draw(
             &Camera::of_square(8.0),
-            &rectangle((-1.0, 1.0), (0.0, 2.0), 2.0),
+            &rectangle((-1.0, 1.0), (0.0, 2.0), -2.0),
             TOWARDS,
             7,
         );
@@ -255,12 +247,12 @@ mod tests {
     fn nearer_wins_and_coplanar_goes_to_the_later() {
         let mut buffer = ItemBuffer::new(4, 4);
         let c = Camera::of_square(4.0);
-        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), 1.0), TOWARDS, 0);
-        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), 2.0), TOWARDS, 1);
+        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), -1.0), TOWARDS, 0);
+        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), -2.0), TOWARDS, 1);
         assert!(buffer.items().iter().all(|i| *i == 0));
         buffer.draw(
             &c,
-            &rectangle((-9.0, 9.0), (-9.0, 9.0), 1.0 + 1e-8),
+            &rectangle((-9.0, 9.0), (-9.0, 9.0), -(1.0 + 1e-8)),
             TOWARDS,
             2,
         );
@@ -313,7 +305,7 @@ mod tests {
         let c = Camera::of_square(4.0);
         buffer.draw(&c, &[], TOWARDS, 0);
         buffer.draw(&c, &[vec3(0.0, 0.0, -1.0); 3], TOWARDS, 0);
-        buffer.draw(&c, &rectangle((-1.0, 1.0), (-1.0, 1.0), -1.0), TOWARDS, 0);
+        buffer.draw(&c, &rectangle((-1.0, 1.0), (-1.0, 1.0), 1.0), TOWARDS, 0);
         assert!(buffer.items().iter().all(|i| *i == NOTHING));
     }
 }

@@ -167,6 +167,7 @@ fn drop_dark(clipper: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
 mod tests {
     use super::*;
     use crate::geometry::{newell, vec3};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::visibility::blocks;
     use proptest::prelude::*;
 
@@ -214,14 +215,7 @@ mod tests {
     fn a_shadow_narrower_than_a_pixel_takes_its_share() {
         // The pixel shows x from -3 to 3 on the wall; the lamp is 4 before it, the slat 2.
         let lamp = vec3(0.0, 0.0, 1.0);
-        let slat = |x: f64| {
-            piece(vec![
-                vec3(x - 0.15, -9.0, -1.0),
-                vec3(x + 0.15, -9.0, -1.0),
-                vec3(x + 0.15, 9.0, -1.0),
-                vec3(x - 0.15, 9.0, -1.0),
-            ])
-        };
+        let slat = |x: f64| piece(rectangle((x - 0.15, x + 0.15), (-9.0, 9.0), -1.0).to_vec());
         let middle = vec3(0.0, 0.0, -3.0);
         for (x, naive) in [(0.0, 0.0), (0.5, 1.0)] {
             let slat = slat(x);
@@ -250,14 +244,7 @@ mod tests {
                     f64::from(i / 60) * 0.3 - 1.5,
                 )
             })
-            .map(|(x, y)| {
-                piece(vec![
-                    vec3(x, y, -1.0),
-                    vec3(x + 0.025, y, -1.0),
-                    vec3(x + 0.025, y + 0.3, -1.0),
-                    vec3(x, y + 0.3, -1.0),
-                ])
-            })
+            .map(|(x, y)| piece(rectangle((x, x + 0.025), (y, y + 0.3), -1.0).to_vec()))
             .collect();
         let share = lit(FRONT, lamp, &bars);
         assert!((share - 0.5).abs() < 0.3, "{share}");
