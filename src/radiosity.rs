@@ -1,11 +1,9 @@
 //! The project's own G: radiosity with exact direct light.
 //!
-//! Light is split into what comes straight from a luminaire, which is exact at every fragment of
-//! the picture, and what has been reflected, which is the radiosity of elements gathered by
-//! hemicubes. Emission never passes a hemicube. Every number is kept per light at unit strength:
-//! settings, colours and filters only scale, so G is linear by construction, and whatever settings
-//! have in common is computed once. Invariant: mesh, order of summation and length of iterations
-//! follow from setup and quality alone.
+//! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
+//! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
+//! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
+//! summation and length of iterations depend on setup and quality alone.
 
 #![allow(
     clippy::indexing_slicing,
@@ -18,6 +16,7 @@ pub mod cost;
 mod direct;
 mod geometry;
 mod indirect;
+mod lists;
 mod memory;
 mod mesh;
 pub mod step;
@@ -47,12 +46,14 @@ use crate::renderer::{
 use crate::scene::{Light, Rig};
 use crate::work::Work;
 use camera::fragment::{Fragment, Fragments, fragments};
-use compose::GatherWeights;
+use compose::gather_weights;
 use cost::Counts;
+use direct::check_rig;
 use direct::projector::Projector;
-use direct::strength::check_rig;
-use indirect::gather::{GatherPoints, GatherScene, Meter, form_factors, show};
+use indirect::gather::{GatherPoints, GatherScene, Meter, form_factors, mark_shown};
+use lists::Lists;
 use memory::MemoryBudget;
+use mesh::element::Element;
 use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use std::sync::Arc;
@@ -70,7 +71,7 @@ impl Transport for Radiosity {
 
     fn results(&self) -> Option<String> {
         // The digest of this module and those below it, made by `src/build.rs`: any change of the
-        // code is another version, without anybody having to think of it.
+        // code is another version.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
     }
 
@@ -89,7 +90,7 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
-    /// In units of the pace, from counts of the work; nothing where the scene cannot be used.
+    /// From counts of the work; zero where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {
@@ -134,12 +135,12 @@ impl Threads {
     }
 }
 
-/// Bytes of a fragment beside itself, about: its receiver and clusters, four shares of gather
-/// points.
-const OF_A_FRAGMENT: usize = 180;
+/// Bytes that a fragment takes besides itself, about: its receiver and clusters, four gather
+/// weights.
+const FRAGMENT_BYTES: usize = 180;
 
 /// Bytes of an element with its samples, about.
-const OF_AN_ELEMENT: usize = 512;
+const ELEMENT_BYTES: usize = 512;
 
 /// A light at unit strength.
 struct Solution {
@@ -158,26 +159,26 @@ struct Operator {
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
-    /// For each light, the first that shines alike at unit strength: itself, or another panel of
-    /// the same surfaces.
-    alike: Vec<usize>,
-    /// For each light, how it is cut out of even light if it is a projection.
+    /// For each light the first that is equal at unit strength: itself, or another panel of the
+    /// same surfaces.
+    first_equal: Vec<usize>,
+    /// For each light its image, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,
-    /// Points known to be in the open.
+    /// Visibility seeds: points that are not inside a solid.
     seeds: Vec<Vec3>,
     /// Of each element.
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
     bounces: Bounces,
-    /// A second gather; without it the elements are the gather points.
+    /// Those of the second gather; without it the elements are the gather points.
     gather_points: Option<GatherPoints>,
     fragments: Fragments,
     /// For each fragment the gather points around it and their weights.
-    taken: GatherWeights,
-    /// For each element its share of all that the picture shows.
-    shown: Vec<f64>,
-    /// How exactly direct light is interpolated, as a share of its level in the picture.
+    gather_weights: Lists<(u32, f32)>,
+    /// For each element its share of the picture.
+    visible_shares: Vec<f64>,
+    /// Allowed error of interpolated direct light, as a share of its level in the picture.
     tolerance: f64,
     /// As [`Precision::near`].
     near: f64,
@@ -195,74 +196,52 @@ impl Operator {
         let surfaces = Surfaces::new(scene)?;
         let hierarchy = Hierarchy::new(&surfaces);
         let vertices = VertexBuffer::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let lights = luminaires(&surfaces, rig)?;
-        let mut account = MemoryBudget::new(work);
-        // They are found in bands and then put together.
+        let mut budget = MemoryBudget::new(work);
+        // Bands of the picture are found apart and then copied together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
-        account.check("the picture", bands)?;
-        let fragments = fragments(&surfaces, view, step.sampling(), work)?;
-        let each = size_of::<Fragment>() + OF_A_FRAGMENT + 4 * rig.lights.len();
-        let every = fragments.all.len() * each;
-        account.take("direct light at every fragment", every)?;
+        budget.check("the picture", bands)?;
+        let fragments = fragments(&surfaces, view, step.sampling, work)?;
+        let each = size_of::<Fragment>() + FRAGMENT_BYTES + 4 * rig.lights.len();
+        let every = fragments.all().len() * each;
+        budget.take("direct light at every fragment", every)?;
 
         let layout = Layout::of_elements(&surfaces, step.elements);
-        account.take("the mesh", layout.cells() * OF_AN_ELEMENT)?;
+        budget.take("the mesh", layout.cells() * ELEMENT_BYTES)?;
         let seeds = seeds(setting, &lights, view.from);
         let mut requests = vec![CellRequest::WANTED; layout.cells()];
-        show(&layout, &fragments, &mut requests);
+        mark_shown(&layout, &fragments, &mut requests);
         let mesh = layout.mesh(setting, &seeds, &requests);
+
         let gather_scene = GatherScene {
             setting,
             vertices: &vertices,
             to: &mesh,
         };
         let table = Table::new(step.resolution);
-        let limited = account.share(2, work);
+        let limited = budget.share(2, work);
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
         let meter = Meter::new("form factors", every.len());
         let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &meter, limited)?;
-        account.take("form factors", rows.bytes())?;
-        let reflectance: Vec<[f32; 3]> = mesh
-            .elements
-            .iter()
-            .map(|e| surfaces.facets[e.facet].reflectance.map(|r| r as f32))
+        budget.take("form factors", rows.bytes())?;
+        let facet_of = |e: &Element| &surfaces.facets[e.facet];
+        let reflectance = mesh.elements.iter().map(facet_of);
+        let reflectance: Vec<[f32; 3]> = reflectance
+            .map(|f| f.reflectance.map(|r| r as f32))
             .collect();
         let bounces = Bounces::new(&rows, &reflectance);
-        let gather_points = match step.gather_points {
-            0 => None,
-            _ => {
-                let left = account.share(1, work);
-                Some(GatherPoints::new(
-                    gather_scene,
-                    &seeds,
-                    &fragments,
-                    step,
-                    left,
-                )?)
-            }
+
+        let gather_points = if step.gather_points > 0 {
+            let left = budget.share(1, work);
+            let found = GatherPoints::new(gather_scene, &seeds, &fragments, step, left)?;
+            budget.take("the nodes", found.bytes())?;
+            Some(found)
+        } else {
+            None
         };
-        account.take(
-            "the nodes",
-            gather_points.as_ref().map_or(0, GatherPoints::bytes),
-        )?;
-        let taken = match &gather_points {
-            // They stand on the facets' rims: light goes on beyond without more.
-            Some(gather_points) => GatherWeights::by(&fragments.all, |f, shares| {
-                let around = gather_points.mesh.stencil(f.facet, f.point).into_iter();
-                shares.extend(around.filter(|(_, w)| *w > 0.0));
-            }),
-            None => {
-                let stitching = Stitching::new(&surfaces);
-                GatherWeights::by(&fragments.all, |f, shares| {
-                    stitching.stencil(&mesh, f.facet, f.point, shares);
-                })
-            }
-        };
+        let gather_weights = weights(&surfaces, &mesh, gather_points.as_ref(), &fragments);
         Ok(Operator {
             rig: Arc::clone(rig),
             width: view.width,
@@ -270,12 +249,12 @@ impl Operator {
             fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
             element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
             solutions: rig.lights.iter().map(|_| None).collect(),
-            shown: shown(&mesh, &fragments),
+            visible_shares: visible_shares(&mesh, &fragments),
             surfaces,
             vertices,
             hierarchy,
             lights,
-            alike: alike(&rig.lights),
+            first_equal: first_equal(&rig.lights),
             projectors: rig.lights.iter().map(projector).collect(),
             mesh,
             seeds,
@@ -284,21 +263,21 @@ impl Operator {
             bounces,
             gather_points,
             fragments,
-            taken,
+            gather_weights,
             tolerance: step.tolerance,
             near: step.near,
-            held: account.held,
+            held: budget.held,
         })
     }
 
-    /// Strength of each light in each channel under a setting, counted at the first of those that
-    /// are alike.
+    /// Strength of each light in each channel under a setting; that of equal lights is added to
+    /// the first of them.
     fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.rig.lights.len()];
         for (source, s) in self.rig.sources.iter().zip(setting) {
             for emitter in &source.emitters {
                 let colour = self.rig.lights[emitter.light].strength().0;
-                let first = self.alike[emitter.light];
+                let first = self.first_equal[emitter.light];
                 for c in 0..3 {
                     out[first][c] += s * emitter.filter.0[c] * colour[c];
                 }
@@ -340,42 +319,66 @@ impl Prepared for Operator {
     }
 }
 
-/// For each element its share of all that the picture shows.
-fn shown(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
-    let mut out = vec![0.0; mesh.elements.len()];
+/// For each fragment its gather points with their interpolation weights.
+fn weights(
+    surfaces: &Surfaces,
+    mesh: &Mesh,
+    gather_points: Option<&GatherPoints>,
+    fragments: &Fragments,
+) -> Lists<(u32, f32)> {
+    match gather_points {
+        // The outermost stand on the facets' edges, so that no stitching is needed.
+        Some(gather_points) => gather_weights(fragments.all(), |f, weights| {
+            let around = gather_points.mesh.stencil(f.facet, f.point).into_iter();
+            weights.extend(around.filter(|(_, w)| *w > 0.0));
+        }),
+        None => {
+            let stitching = Stitching::new(surfaces);
+            gather_weights(fragments.all(), |f, weights| {
+                stitching.stencil(mesh, f.facet, f.point, weights);
+            })
+        }
+    }
+}
+
+/// For each element its share of the picture.
+fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
+    let mut shares = vec![0.0; mesh.elements.len()];
     let mut all = 0.0;
-    for f in &fragments.all {
+    for f in fragments.all() {
         let pixels = f64::from(f.weight);
         all += pixels;
-        if let Some(own) = out.get_mut(mesh.at(f.facet, f.point) as usize) {
+        // A facet that reflects nothing has no element.
+        if let Some(own) = shares.get_mut(mesh.at(f.facet, f.point) as usize) {
             *own += pixels;
         }
     }
-    out.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
-    out
+    shares.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
+    shares
 }
 
 /// The samples of all elements.
 fn samples(mesh: &Mesh) -> Vec<Receiver> {
-    let pairs = mesh.elements.iter().flat_map(|e| {
-        let facet = e.facet;
-        e.samples.iter().map(move |s| (s.point, facet))
-    });
-    pairs
-        .map(|(point, facet)| Receiver { point, facet })
-        .collect()
+    let mut receivers = Vec::new();
+    for e in &mesh.elements {
+        receivers.extend(e.samples.iter().map(|s| Receiver {
+            point: s.point,
+            facet: e.facet,
+        }));
+    }
+    receivers
 }
 
 /// For each light the first that is a panel of the same material, or itself.
-fn alike(lights: &[Light]) -> Vec<usize> {
+fn first_equal(lights: &[Light]) -> Vec<usize> {
     let material = |light: &Light| match light {
         Light::Panel { material, .. } => Some(*material),
         _ => None,
     };
     let first = |(i, light): (usize, &Light)| {
         let own = material(light);
-        let same = |other: &Light| own.is_some() && material(other) == own;
-        lights.iter().position(same).unwrap_or(i)
+        let is_equal = |other: &Light| own.is_some() && material(other) == own;
+        lights.iter().position(is_equal).unwrap_or(i)
     };
     lights.iter().enumerate().map(first).collect()
 }

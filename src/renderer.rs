@@ -172,13 +172,12 @@ pub trait Transport: Send + Sync {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError>;
 
-    /// What the user should be warned of, as far as it is known by now.
+    /// What the user should be warned of, as far as it has been measured.
     fn warnings(&self) -> Vec<Warning> {
         Vec::new()
     }
 
-    /// What a step of quality sets for this setup; nothing for an operator that
-    /// cannot tell.
+    /// What a step of quality sets for this setup; empty where the operator does not know.
     ///
     /// # Errors
     /// [`TransportError`] for a quality or setup that cannot be used.

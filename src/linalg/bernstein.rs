@@ -1,7 +1,7 @@
 //! Polynomials of degree 0 to 3 on [0, 1] in Bernstein form, and their mass matrices.
 //!
-//! The degree is what the maker says, never what the coefficients look like: a straight line
-//! written as a cubic stays a cubic. Blossoms (polar forms) are as in Ramshaw, "Blossoming: a
+//! The degree is the one given, whatever the coefficients are: a straight line written as a cubic
+//! stays a cubic. Blossoms (polar forms) are as in Ramshaw, "Blossoming: a
 //! connect-the-dots approach to splines" (1987): b is symmetric, affine in each argument, and
 //! b(t, .., t) is the value at t; the coefficients on [s, e] are b(s, .., s, e, .., e).
 
@@ -145,7 +145,7 @@ impl Bernstein {
         c[0]
     }
 
-    /// Value at `t`; the same bits wherever it is asked for.
+    /// Value at `t`.
     pub fn value(&self, t: f64) -> f64 {
         self.blossom([t, t, t])
     }

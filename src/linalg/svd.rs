@@ -1,16 +1,11 @@
 //! The singular value decomposition, verified before it is believed.
 //!
-//! nalgebra's own SVD is silently wrong on exactly the matrices that shows make (many equal or
-//! proportional columns): its U and V stay orthonormal, but the residual and the sum of squares
-//! do not hold. Here its V only prepares: one-sided Jacobi on A·V (Hestenes 1958; convergence and
-//! accuracy as in Demmel and Veselić 1992) makes the columns orthogonal, keeps small singular
-//! values to relative accuracy, and converges on all of them. Whatever comes out is checked against
-//! the definition; a second attempt without the preparation follows, then an error.
-//!
-//! On the 1,739 matrices of the hard list (`tests/peers/svd`): here none
-//! fails, and every value is within 1e-15 of the largest; nalgebra 0.35 misses the residual on 249
-//! (231 of 841 all-ones, by as much as the matrix itself) and panics on empty ones; faer 0.24 fails
-//! on 6 of 8 at the ends of the doubles' range, which it does not scale.
+//! nalgebra's own SVD is silently wrong on many matrices with equal or proportional columns, which
+//! shows make: U and V are orthonormal, but the residual is not zero (`tests/peers/svd` compares).
+//! Here its V is only a starting point: one-sided Jacobi on A·V (Hestenes 1958; convergence and
+//! accuracy as in Demmel and Veselić 1992) makes the columns orthogonal and keeps small singular
+//! values to relative accuracy. The result is checked against the definition; a second attempt
+//! starts from A itself, then there is an error.
 
 #![allow(
     clippy::indexing_slicing,
@@ -158,9 +153,8 @@ fn scaled(a: &Matrix, e: i32) -> Matrix {
     a.map(|x| times_power(x, e))
 }
 
-/// nalgebra's V, if it ends within a bound; nothing is believed of it but that it helps. Not for
-/// graded columns: its rounding, relative to the largest of them, would spoil the small singular
-/// values that Jacobi alone gets right.
+/// nalgebra's V as a starting point, if it converges. Not for graded columns: its rounding,
+/// relative to the largest of them, would spoil small singular values.
 fn prepared(a: &Matrix) -> Option<Matrix> {
     let norms = column_norms(a);
     let largest = norms.iter().fold(0.0f64, |s, x| s.max(*x));

@@ -1,11 +1,11 @@
-//! A triangular factor made while the columns pass by: Householder QR of the transpose, a block of
-//! columns at a time, so that a matrix of any length costs the memory of one block.
+//! A triangular factor of a matrix given column by column: Householder QR of the transpose, a block
+//! of columns at a time, so that a matrix of any length needs the memory of one block.
 //!
-//! A block of rows X under a triangle R is taken in by reflections of R's diagonal and X's columns
-//! alone (what is below R's diagonal is zero and stays so). A panel of them is applied together as
+//! A block of rows X under a triangle R is reduced by reflections of R's diagonal and X's columns
+//! alone (below R's diagonal everything stays zero). A panel of reflections is applied together as
 //! 1 − V·Tᵀ·Vᵀ (the compact WY form: Schreiber and Van Loan, "A storage-efficient WY representation
-//! for products of Householder transformations", 1989), so that nearly all of the work is products
-//! of matrices: 4 times faster at 200 rows than reflection by reflection.
+//! for products of Householder transformations", 1989), which is several times faster than one by
+//! one.
 
 #![allow(
     clippy::indexing_slicing,

@@ -230,14 +230,14 @@ fn apart(light: &Light) -> (Digest, Rgb) {
         Light::Projection(Projection {
             mount,
             field,
-            slide,
+            gobo,
             plane,
             intensity,
         }) => {
             hasher.text("projection");
             add_mount(&mut hasher, mount);
             hasher.number(*field);
-            slide.image().into_iter().for_each(|i| hasher.image(i));
+            gobo.image().into_iter().for_each(|i| hasher.image(i));
             hasher.count(*plane);
             *intensity
         }

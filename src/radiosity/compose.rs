@@ -1,4 +1,4 @@
-//! From solved lights to a picture: what each costs at unit strength is added up pixel by pixel.
+//! Composes a picture from solved lights: the sum, pixel by pixel, of each light times its strength.
 
 #![allow(
     clippy::indexing_slicing,
@@ -8,57 +8,29 @@
 use super::{Operator, Solution};
 use crate::picture::Image;
 use crate::radiosity::camera::fragment::Fragment;
+use crate::radiosity::lists::Lists;
 use crate::scene::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// What each fragment takes of the gather points around it.
-pub struct GatherWeights {
-    /// Where each fragment's shares end.
-    ends: Vec<usize>,
-    shares: Vec<(u32, f32)>,
-}
-
-/// Fragments whose shares are found at once.
+/// Fragments whose weights are found at once.
 const RUN: usize = 4096;
 
-impl GatherWeights {
-    /// Of fragments, each of which adds its shares to a list.
-    pub fn by(
-        fragments: &[Fragment],
-        around: impl Fn(&Fragment, &mut Vec<(u32, f32)>) + Sync,
-    ) -> GatherWeights {
-        let run = |fragments: &[Fragment]| {
-            let mut own = GatherWeights::with_room(fragments.len(), 4 * fragments.len());
-            for f in fragments {
-                around(f, &mut own.shares);
-                own.ends.push(own.shares.len());
-            }
-            own
-        };
-        let runs: Vec<GatherWeights> = fragments.par_chunks(RUN).map(run).collect();
-        let count = runs.iter().map(|own| own.shares.len()).sum();
-        let mut all = GatherWeights::with_room(fragments.len(), count);
-        for own in runs {
-            let before = all.shares.len();
-            all.ends.extend(own.ends.iter().map(|end| before + end));
-            all.shares.extend(own.shares);
+/// For each fragment the gather points around it with their interpolation weights, as `around`
+/// adds them to a list.
+pub fn gather_weights(
+    fragments: &[Fragment],
+    around: impl Fn(&Fragment, &mut Vec<(u32, f32)>) + Sync,
+) -> Lists<(u32, f32)> {
+    let run = |fragments: &[Fragment]| {
+        let (mut out, mut weights) = (Lists::default(), Vec::new());
+        for f in fragments {
+            around(f, &mut weights);
+            out.push(weights.drain(..));
         }
-        all
-    }
-
-    fn with_room(fragments: usize, shares: usize) -> GatherWeights {
-        GatherWeights {
-            ends: Vec::with_capacity(fragments),
-            shares: Vec::with_capacity(shares),
-        }
-    }
-
-    /// GatherPoints and their shares.
-    fn of(&self, fragment: usize) -> &[(u32, f32)] {
-        let start = fragment.checked_sub(1).map_or(0, |f| self.ends[f]);
-        &self.shares[start..self.ends[fragment]]
-    }
+        out
+    };
+    Lists::concat(fragments.par_chunks(RUN).map(run).collect())
 }
 
 impl Operator {
@@ -71,13 +43,8 @@ impl Operator {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
             .collect();
-        let gather_points = self
-            .gather_points
-            .as_ref()
-            .map_or(&self.mesh, |n| &n.mesh)
-            .elements
-            .len();
-        let mut indirect = vec![[0.0_f64; 3]; gather_points];
+        let gathering = self.gather_points.as_ref().map_or(&self.mesh, |g| &g.mesh);
+        let mut indirect = vec![[0.0_f64; 3]; gathering.elements.len()];
         indirect
             .par_iter_mut()
             .with_min_len(1024)
@@ -89,15 +56,15 @@ impl Operator {
                     }
                 }
             });
-        let glow = self.emission(strengths);
+        let emission = self.emission(strengths);
         let mut image = Image::new(self.width, self.height);
         let rows = image.data_mut().par_chunks_mut(3 * self.width).enumerate();
         rows.for_each(|(y, row)| {
             for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
                 let at = y * self.width + x;
                 let mut sum = [0.0; 3];
-                for f in self.fragments.offsets[at]..self.fragments.offsets[at + 1] {
-                    self.shade(f, &lit, &indirect, &glow, &mut sum);
+                for f in self.fragments.pixels.range(at) {
+                    self.shade(f, &lit, &indirect, &emission, &mut sum);
                 }
                 for (p, s) in pixel.iter_mut().zip(sum) {
                     *p = s as f32;
@@ -113,10 +80,10 @@ impl Operator {
         f: usize,
         lit: &[(&Solution, [f64; 3])],
         indirect: &[[f64; 3]],
-        glow: &[[f64; 3]],
+        emission: &[[f64; 3]],
         sum: &mut [f64; 3],
     ) {
-        let fragment = &self.fragments.all[f];
+        let fragment = &self.fragments.all()[f];
         let facet = &self.surfaces.facets[fragment.facet];
         let mut light = [0.0; 3];
         for (solution, s) in lit {
@@ -125,27 +92,22 @@ impl Operator {
                 light[c] += s[c] * direct;
             }
         }
-        for (gather_point, share) in self.taken.of(f) {
+        for (gather_point, weight) in self.gather_weights.get(f) {
             for c in 0..3 {
-                light[c] += f64::from(*share) * indirect[*gather_point as usize][c];
+                light[c] += f64::from(*weight) * indirect[*gather_point as usize][c];
             }
         }
         let weight = f64::from(fragment.weight);
         for c in 0..3 {
-            let radiance = facet.reflectance[c] / PI * light[c] + glow[facet.material][c];
+            let radiance = facet.reflectance[c] / PI * light[c] + emission[facet.material][c];
             sum[c] += weight * radiance;
         }
     }
 
     /// Emitted radiance of each material.
     fn emission(&self, strengths: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let count = self
-            .surfaces
-            .facets
-            .iter()
-            .map(|f| f.material + 1)
-            .max()
-            .unwrap_or(0);
+        let materials = self.surfaces.facets.iter().map(|f| f.material + 1);
+        let count = materials.max().unwrap_or(0);
         let mut out = vec![[0.0; 3]; count];
         for (light, s) in self.rig.lights.iter().zip(strengths) {
             if let Light::Panel { material, .. } = light

@@ -1,14 +1,16 @@
-//! What a step will cost on a scene, predicted before anything expensive is done.
+//! Predicted cost of a step on a scene, before anything expensive is done.
 //!
-//! The work is counted: hemicubes drawn and their pixels, fragments, pairs of receiver and emitter,
-//! coefficients of the exchange. The counts come from the same layouts that the operator uses and
-//! from one rasterization of the view at one sample a pixel; no form factor and no shadow is
-//! computed. Each count has a unit cost, fitted to measurements of shipped scenes (`cargo run
-//! --release --example cost` lists them). The unit of cost is the time that one small fixed task
-//! takes on the machine at hand, which [`pace`] measures, so that no machine's speed is written
-//! here. As of this fit (35 samples, an idle machine, all steps) all banks of a shipped scene from
-//! nothing prepared are predicted within factors of 0.74 to 1.35, of a bare room of 200 or 1,000
-//! faces of 0.72 to 1.01; a change of the operator needs a new fit.
+//! The work is counted: hemicubes and their pixels, fragments, pairs of receiver and emitter, form
+//! factors. The counts come from the same layouts that the operator uses and from one rasterization
+//! of the view at one sample a pixel; no form factor and no shadow is computed. Each count has a
+//! unit cost, fitted to measurements of shipped scenes (`cargo run --release --example cost` lists
+//! them); a change of the operator needs a new fit. The unit is the time of one small fixed task on
+//! the machine at hand ([`cost_scale`]), so that no machine's speed is written here.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "pixels are addressed within the view, cells within their layout, facets by items"
+)]
 
 use crate::geometry::{Vec3, vec3};
 use crate::radiosity::Radiosity;
@@ -43,11 +45,11 @@ pub const LIGHTS: [&str; 5] = [
 pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
 
 /// Units of cost for each of [`PREPARE`].
-const OF_PREPARE: [f64; 6] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6];
+const PREPARE_COSTS: [f64; 6] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6];
 /// Units of cost for each of [`LIGHTS`].
-const OF_LIGHTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
+const LIGHTS_COSTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
 /// Units of cost for each of [`PICTURE`].
-const OF_PICTURE: [f64; 2] = [4.0e-8, 3.0e-9];
+const PICTURE_COSTS: [f64; 2] = [4.0e-8, 3.0e-9];
 
 /// How often the fixed task is run; the shortest time counts, as delays only add.
 const REPEATS: usize = 3;
@@ -63,11 +65,11 @@ pub struct Counts {
     pub picture: [f64; 2],
     /// Mesh elements.
     pub elements: usize,
-    /// GatherPoints of the second gather that the view needs.
+    /// Gather points that the view needs.
     pub gather_points: usize,
 }
 
-/// What the eye sees at one sample a pixel.
+/// What the view shows at one sample a pixel.
 struct ViewCounts {
     /// Pixels of each facet.
     pixels: Vec<f64>,
@@ -92,7 +94,7 @@ impl Counts {
         let in_view = ViewCounts::of(&surfaces, view)?;
         let pieces = surfaces.pieces.len() as f64;
         let elements = Layout::of_elements(&surfaces, step.elements).cells();
-        let (gather_points, looking) = match step.gather_points {
+        let (gather_points, hemicubes) = match step.gather_points {
             0 => (0, 0.0),
             count => {
                 let layout = Layout::of_gather_points(&surfaces, count, &in_view.pixels);
@@ -101,15 +103,15 @@ impl Counts {
         };
         let cubes = [
             (elements as f64, step.resolution),
-            (looking, step.gather_resolution),
+            (hemicubes, step.gather_resolution),
         ];
         let cubes = cubes.map(|(n, r)| (n, 3.0 * (r * r) as f64));
-        let all = elements as f64 + looking;
+        let all = elements as f64 + hemicubes;
         let (inside, edges) = (
-            in_view.inside * step.split.parts().pow(2) as f64
-                + in_view.stretched * step.stretched_split.parts().pow(2) as f64,
+            in_view.inside * step.sampling.split.parts().pow(2) as f64
+                + in_view.stretched * step.sampling.stretched_split.parts().pow(2) as f64,
             // An edge pixel shows two facets or three.
-            in_view.edges * 2.2 * step.edge_split.parts().pow(2) as f64,
+            in_view.edges * 2.2 * step.sampling.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
         // Where nothing is interpolated every fragment is evaluated.
@@ -142,7 +144,7 @@ impl Counts {
         })
     }
 
-    /// In units of [`pace`].
+    /// In units of [`cost_scale`].
     pub fn cost(&self, sources: usize) -> Cost {
         let sum = |counts: &[f64], units: &[f64]| -> f64 {
             counts.iter().zip(units).map(|(c, u)| c * u).sum()
@@ -151,10 +153,10 @@ impl Counts {
         let [fragments, lit] = self.picture;
         let alone = [fragments, lit / sources.max(1) as f64];
         Cost {
-            prepare: sum(&self.prepare, &OF_PREPARE),
-            per_source: sum(&self.lights, &OF_LIGHTS) / sources.max(1) as f64,
-            per_image: sum(&self.picture, &OF_PICTURE),
-            per_lone: sum(&alone, &OF_PICTURE),
+            prepare: sum(&self.prepare, &PREPARE_COSTS),
+            per_source: sum(&self.lights, &LIGHTS_COSTS) / sources.max(1) as f64,
+            per_image: sum(&self.picture, &PICTURE_COSTS),
+            per_lone: sum(&alone, &PICTURE_COSTS),
         }
     }
 
@@ -166,7 +168,7 @@ impl Counts {
             of("hemicube", step.resolution as f64),
             of("nodes", self.gather_points as f64),
             of("node hemicube", step.gather_resolution as f64),
-            of("sub-pixels", step.split.parts().pow(2) as f64),
+            of("sub-pixels", step.sampling.split.parts().pow(2) as f64),
             of("tolerance", step.tolerance),
         ]
     }
@@ -185,7 +187,7 @@ fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
 }
 
 impl ViewCounts {
-    /// Of the view, or of a smaller picture of it that stands for so many pixels.
+    /// Of the view; a large one is counted on a smaller picture and scaled.
     fn of(surfaces: &Surfaces, view: &View) -> Result<ViewCounts, TransportError> {
         camera(view)?;
         let mut times = 1;
@@ -217,7 +219,7 @@ impl ViewCounts {
             buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
         }
         let items = buffer.items();
-        let at = |x: usize, y: usize| items.get(y * view.width + x).copied().unwrap_or(NOTHING);
+        let at = |x: usize, y: usize| items[y * view.width + x];
         let mut out = ViewCounts {
             pixels: vec![0.0; surfaces.facets.len()],
             inside: 0.0,
@@ -236,18 +238,17 @@ impl ViewCounts {
                 if is_edge {
                     out.edges += 1.0;
                 }
-                let Some(facet) = surfaces.facets.get(item as usize) else {
+                if item == NOTHING {
                     continue;
-                };
+                }
+                let facet = &surfaces.facets[item as usize];
                 let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
                 if !is_edge && is_stretched(facet, &camera, ray) {
                     out.stretched += 1.0;
                 } else if !is_edge {
                     out.inside += 1.0;
                 }
-                if let Some(pixels) = out.pixels.get_mut(item as usize) {
-                    *pixels += 1.0;
-                }
+                out.pixels[item as usize] += 1.0;
                 let depth = -facet.height(camera.origin) / facet.normal.dot(ray);
                 if depth.is_finite() {
                     out.points
@@ -258,41 +259,36 @@ impl ViewCounts {
         Ok(out)
     }
 
-    /// Cells of a layout that the picture needs, and about how many of them look for themselves
-    /// when they do so within a `reach` (`indirect::between`): those beside the rim, as joints
-    /// are there.
+    /// The gather points of a layout that the picture needs, and about how many of them have a
+    /// hemicube of their own at a `reach` ([`Step::reach`]): those near the rim, where joints are.
     fn gather_points(&self, layout: &Layout, reach: f64) -> (usize, f64) {
         let mut wanted = vec![false; layout.cells()];
         for (facet, point) in &self.points {
             for (cell, weight) in layout.grid(*facet).iter().flat_map(|g| g.stencil(*point)) {
-                if let Some(flag) = wanted.get_mut(cell).filter(|_| weight > 0.0) {
-                    *flag = true;
-                }
+                wanted[cell] |= weight > 0.0;
             }
         }
-        let (mut count, mut looking) = (0, 0.0);
+        let (mut count, mut hemicubes) = (0, 0.0);
         for grid in (0..self.pixels.len()).filter_map(|facet| layout.grid(facet)) {
-            let [columns, rows] = grid.counts();
-            let own = wanted.iter().skip(grid.first()).take(columns * rows);
-            for (local, _) in own.enumerate().filter(|(_, wanted)| **wanted) {
-                let (i, j) = (local % columns, local / columns);
+            let [columns, rows] = grid.counts;
+            for [i, j] in grid.positions().filter(|at| wanted[grid.at(*at)]) {
                 let rim = i.min(j).min(columns - 1 - i).min(rows - 1 - j);
                 let far = reach * rim as f64 / CHANGE;
                 count += 1;
-                looking += 0.25_f64.powi(DENSITIES.iter().filter(|d| far >= **d).count() as i32);
+                hemicubes += 0.25_f64.powi(DENSITIES.iter().filter(|d| far >= **d).count() as i32);
             }
         }
-        (count, looking)
+        (count, hemicubes)
     }
 }
 
-/// Pixels that are counted one by one; of larger pictures a smaller one is counted.
+/// Pixels of the largest picture that is counted itself.
 const MOST_PIXELS: usize = 1 << 21;
 
-/// How fast reflected light changes beside a joint, times the distance from it.
+/// How fast reflected light changes near a joint, times the distance from it.
 const CHANGE: f64 = 0.3;
 
-/// Reaches from a joint beyond which one gather point of 4, of 16 and of 64 looks.
+/// Reaches from a joint beyond which one gather point of 4, of 16 and of 64 has a hemicube.
 const DENSITIES: [f64; 3] = [1.0, 2.0, 4.0];
 
 /// Seconds of a unit of cost here and now: a small room is prepared and rendered.

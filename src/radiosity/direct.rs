@@ -1,9 +1,8 @@
 //! Direct light: one number for each receiving point and light, at unit radiance or intensity.
 //!
 //! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
-//! the work of one thread. Panels and point sources go their own ways to it (`panel`,
-//! `spot`), each dropping at every cluster what cannot reach it or cannot be in the way.
-//! Where some error is allowed, a cluster takes what is fitted to a few samples (`patch`).
+//! the work of one thread. `panel` and `spot` drop at every cluster the emitters and occluders that
+//! do not reach it. Where some error is allowed, a cluster is interpolated (`irradiance_patch`).
 //! Invariant: results depend on the points alone, not on threads, batches or settings. This module
 //! does not depend on colour.
 
@@ -21,7 +20,6 @@ mod panel;
 pub mod projector;
 mod quadratic_fit;
 mod spot;
-pub mod strength;
 
 use crate::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
@@ -34,16 +32,16 @@ use crate::radiosity::direct::spot::Spot;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
 use crate::renderer::TransportError;
-use crate::scene::{Light, Rig};
+use crate::scene::{Light, Rig, Scene};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
-/// A light made ready for direct illumination.
+/// A light, prepared for direct illumination.
 #[derive(Clone, Debug)]
 pub enum Luminaire {
     /// Pieces (indices) that emit.
     Panel(Vec<usize>),
-    /// A point source; of a projection the even light that its image is cut out of.
+    /// A point source; of a projection the even light without its image.
     Spot(Beam),
 }
 
@@ -110,7 +108,35 @@ impl Luminaire {
     }
 }
 
-/// Makes the rig's lights ready.
+/// Refuses a rig whose parts do not fit together or whose numbers are not finite.
+///
+/// # Errors
+/// [`TransportError::Scene`] that names the light or source.
+pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
+    for (i, light) in rig.lights.iter().enumerate() {
+        let known =
+            !matches!(light, Light::Panel { material, .. } if *material >= scene.materials.len());
+        if !known || !light.strength().0.iter().all(|c| c.is_finite()) {
+            return Err(TransportError::Scene(format!(
+                "light {i} has an unknown material or a strength that is not finite"
+            )));
+        }
+    }
+    for source in &rig.sources {
+        for emitter in &source.emitters {
+            if emitter.light >= rig.lights.len() || !emitter.filter.0.iter().all(|c| c.is_finite())
+            {
+                return Err(TransportError::Scene(format!(
+                    "source {} has an unknown light or a filter that is not finite",
+                    source.name
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prepares the rig's lights.
 ///
 /// # Errors
 /// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
@@ -135,26 +161,36 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
             ))),
             Light::Measured(measured) => Beam::measured(measured)
                 .map(Luminaire::Spot)
-                .ok_or_else(|| unhung(i)),
+                .ok_or_else(|| bad_mount(i)),
             Light::Projection(projection) => Beam::even(projection)
                 .map(Luminaire::Spot)
-                .ok_or_else(|| unhung(i)),
+                .ok_or_else(|| bad_mount(i)),
         })
         .collect()
 }
 
-fn unhung(light: usize) -> TransportError {
+fn bad_mount(light: usize) -> TransportError {
     let needs = "needs a place, another one to aim at, and an angle below 180 degrees";
     TransportError::Scene(format!("light {light} {needs}"))
 }
 
-/// Who stands where: what the direct light needs of the scene.
+/// The geometry of a scene with the hierarchy over it.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
     /// The facets and pieces.
     pub surfaces: &'a Surfaces,
     /// The hierarchy over the same pieces.
     pub hierarchy: &'a Hierarchy,
+}
+
+impl<'a> Setting<'a> {
+    /// Of a scene's surfaces and the hierarchy over them.
+    pub fn new(surfaces: &'a Surfaces, hierarchy: &'a Hierarchy) -> Setting<'a> {
+        Setting {
+            surfaces,
+            hierarchy,
+        }
+    }
 }
 
 /// How exact direct light is to be.
@@ -197,7 +233,7 @@ pub fn irradiance(
         .map(|(facet, cluster)| {
             work.check()?;
             let own = &setting.surfaces.facets[*facet];
-            let reflectance = own.reflectance.iter().copied().fold(0.0, f64::max);
+            let reflectance = own.highest_reflectance();
             let allowed = if reflectance > 0.0 {
                 allowed / reflectance
             } else {

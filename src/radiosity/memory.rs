@@ -1,10 +1,10 @@
-//! What an operator holds of a budget of memory, step by step: each takes what the others leave.
+//! The memory budget of an operator, of which each part of it takes its share.
 
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
 use crate::work::Work;
 
-/// What one step after the other holds of a budget of memory.
+/// A memory budget and what is held of it.
 pub struct MemoryBudget {
     budget: usize,
     /// Bytes so far.
@@ -12,7 +12,7 @@ pub struct MemoryBudget {
 }
 
 impl MemoryBudget {
-    /// Nothing yet of what a task may hold.
+    /// The whole budget of a task, nothing held yet.
     pub fn new(work: Work<'_>) -> MemoryBudget {
         MemoryBudget {
             budget: work.memory,
@@ -20,7 +20,7 @@ impl MemoryBudget {
         }
     }
 
-    /// The same task with one of so many parts of what is left to hold.
+    /// The task with one of `parts` equal parts of what is left.
     pub fn share<'a>(&self, parts: usize, work: Work<'a>) -> Work<'a> {
         let free = self.budget.saturating_sub(self.held);
         Work {
@@ -29,7 +29,7 @@ impl MemoryBudget {
         }
     }
 
-    /// Is there so much left?
+    /// Checks that so many bytes are left.
     ///
     /// # Errors
     /// [`TransportError::Memory`] if not.

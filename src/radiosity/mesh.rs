@@ -1,13 +1,11 @@
 //! Elements: each facet divided by a grid along its longest edge.
 //!
-//! A cell of the grid, cut to the facet, is an element with a sample point (where its hemicube
-//! stands) and up to four samples of its parts (where its direct light is averaged first). Points
-//! inside a solid are left out: what no light can reach must not darken what is interpolated beside
-//! it. Where something stands on the facet the cell is cut along its foot, each part an element of
-//! its own, and nothing is interpolated across: light stops there, and else would leak. Facets that
-//! reflect nothing have no elements. Invariant: a mesh depends on the scene, the cell size, the
-//! points known to be in the open and what the caller requests for each cell. This module does not
-//! depend on lights.
+//! A cell of the grid, clipped to the facet, is an element with a centre (of its hemicube) and up to
+//! four samples (of its direct light). Points inside a solid are left out, so that they do not
+//! darken what is interpolated next to them. Where something stands on the facet the cell is split
+//! along its contact edge (discontinuity meshing): each part is an element, and nothing is
+//! interpolated across. Black facets have no elements. Invariant: a mesh depends on the scene, the
+//! cell size, the visibility seeds and the requests alone. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -39,7 +37,7 @@ const CUT: u32 = 1 << 31;
 /// What rises above a facet by less than this share of a cell does not cut it.
 const LEAST_RISE: f64 = 0.1;
 
-/// A point this near to what stands on a cell (in cells) is on it, as its hemicube is.
+/// A point nearer than this to what stands on a cell (in cells) counts as on it.
 const BEFORE: f32 = 1e-3;
 
 /// What stands on a cell, its foot in cells of its grid.
@@ -75,7 +73,7 @@ impl Above {
 pub struct Mesh {
     /// One for each facet; `None` for those that reflect nothing.
     pub grids: Vec<Option<Grid>>,
-    /// For each cell of all grids its element, or [`NONE`], or [`CUT`] and the number of a fork.
+    /// For each cell of all grids its element, or [`NONE`], or [`CUT`] and the number of a branch.
     cells: Vec<u32>,
     /// The same, with the nearest element of the grid where a cell has none: what shows of a
     /// nearly hidden cell is lit like its neighbour.
@@ -87,12 +85,12 @@ pub struct Mesh {
     pub elements: Vec<Element>,
 }
 
-/// What is asked of a cell of a layout.
+/// What the caller wants of a cell of a layout.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellRequest {
     /// Is it to be an element?
     pub wanted: bool,
-    /// A point of it that the picture shows, and so is in the open.
+    /// A point of it that the picture shows, which is therefore not inside a solid.
     pub shown: Option<Vec3>,
 }
 
@@ -154,7 +152,14 @@ impl Layout {
         self.grids[facet].as_ref()
     }
 
-    /// Makes elements of the cells that are wanted (one wish for each cell).
+    /// For tests: an element for each cell.
+    #[cfg(test)]
+    pub fn whole(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
+        let requests = vec![CellRequest::WANTED; self.cells];
+        self.mesh(setting, seeds, &requests)
+    }
+
+    /// Makes elements of the cells that are wanted (one request for each cell).
     pub fn mesh(self, setting: Setting<'_>, seeds: &[Vec3], requests: &[CellRequest]) -> Mesh {
         let contacts = Contacts::new(setting.surfaces);
         let made: Vec<(usize, Tree<Option<Element>>)> = self
@@ -192,7 +197,7 @@ impl Layout {
             elements: Vec::new(),
         };
         for (cell, tree) in made {
-            let (own, _) = mesh.plant(tree);
+            let (own, _) = mesh.add_tree(tree);
             mesh.cells[cell] = own;
         }
         mesh.seen = mesh.filled();
@@ -218,7 +223,7 @@ fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<Tree<Vec<Lin
     }
     let cells = feet.iter().enumerate();
     cells
-        .map(|(local, own)| bsp::cut(grid.line_of(local), own))
+        .map(|(local, own)| bsp::cut(grid.corner(local), own))
         .collect()
 }
 
@@ -238,11 +243,16 @@ impl Mesh {
         self.seen(grid.cell(p), grid.place(p).map(|x| x as f32))
     }
 
+    /// The branch that an entry of [`Mesh::cells`] or [`Mesh::seen`] numbers.
+    fn branch(&self, entry: u32) -> Option<&Branch> {
+        let is_branch = entry & CUT != 0 && entry != NONE;
+        is_branch.then(|| &self.branches[(entry & !CUT) as usize])
+    }
+
     /// The element seen at a place (in cells of its grid) of a cell.
     pub fn seen(&self, cell: usize, place: [f32; 2]) -> u32 {
         let mut found = self.seen[cell];
-        while found & CUT != 0 && found != NONE {
-            let branch = &self.branches[(found & !CUT) as usize];
+        while let Some(branch) = self.branch(found) {
             found = branch.seen[branch.side(place)];
         }
         found
@@ -260,10 +270,10 @@ impl Mesh {
         own == NONE || own & CUT == 0
     }
 
-    /// Does what stands on some cells hide a place of the facet (the second) from a point that sees
-    /// another? Not what is not between these two, nor if the point is on the place's side of it.
-    /// It does if the way from the point crosses it below its top; if above, something may stand on
-    /// that, and the answer is `None`.
+    /// Does what stands on some cells hide the second place of the facet from a point that sees the
+    /// first? Only what stands between the two places and between the point and the second can. It
+    /// hides the place if the ray from the point crosses it below its top; if the ray passes above,
+    /// something may stand on top of it, and the result is `None`.
     pub fn hides(
         &self,
         cells: impl Iterator<Item = usize>,
@@ -272,10 +282,9 @@ impl Mesh {
     ) -> Option<bool> {
         let mut above = false;
         for cell in cells {
-            // The forks on the way to what lies at the place are those that could be between.
+            // Only the branches on the path to the second place can be between.
             let mut found = self.seen[cell];
-            while found & CUT != 0 && found != NONE {
-                let branch = &self.branches[(found & !CUT) as usize];
+            while let Some(branch) = self.branch(found) {
                 let (at, from) = (branch.over(Above::on_facet(place)), branch.over(point));
                 let side = usize::from(at >= 0.0);
                 let is_behind = from * at.signum() < BEFORE;
@@ -294,15 +303,14 @@ impl Mesh {
     /// The element that a place of a cell belongs to, if there is one.
     fn own(&self, cell: usize, place: [f64; 2]) -> u32 {
         let mut found = self.cells[cell];
-        while found & CUT != 0 && found != NONE {
-            let branch = &self.branches[(found & !CUT) as usize];
+        while let Some(branch) = self.branch(found) {
             found = branch.sides[branch.side(place.map(|x| x as f32))];
         }
         found
     }
 
-    /// Adds the elements of a cell; what [`Mesh::cells`] and [`Mesh::seen`] have for it.
-    fn plant(&mut self, tree: Tree<Option<Element>>) -> (u32, u32) {
+    /// Adds the elements of a cell; returns its entries of [`Mesh::cells`] and [`Mesh::seen`].
+    fn add_tree(&mut self, tree: Tree<Option<Element>>) -> (u32, u32) {
         match tree {
             Tree::Leaf(None) => (NONE, NONE),
             Tree::Leaf(Some(element)) => {
@@ -311,7 +319,7 @@ impl Mesh {
                 (at, at)
             }
             Tree::Branch(Upright { line, lean, rise }, sides) => {
-                let [low, high] = (*sides).map(|side| self.plant(side));
+                let [low, high] = (*sides).map(|side| self.add_tree(side));
                 // A part without an element is hidden: what rounding shows of it is its neighbour.
                 let (low_seen, high_seen) = match (low.1, high.1) {
                     (NONE, NONE) => return (NONE, NONE),
@@ -381,16 +389,15 @@ impl Mesh {
     }
 
     /// The element of a cell (column and row) that nothing divides.
-    pub fn whole(&self, grid: &Grid, [i, j]: [usize; 2]) -> Option<usize> {
-        let element = self.cells[grid.first + j * grid.counts[0] + i];
+    pub fn whole(&self, grid: &Grid, at: [usize; 2]) -> Option<usize> {
+        let element = self.cells[grid.at(at)];
         (element & CUT == 0).then_some(element as usize)
     }
 
     /// Each of those, with its grid, column and row.
     pub fn each_whole(&self, mut take: impl FnMut(&Grid, [usize; 2], usize)) {
         for grid in self.grids.iter().flatten() {
-            let [columns, rows] = grid.counts;
-            for at in (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j])) {
+            for at in grid.positions() {
                 if let Some(element) = self.whole(grid, at) {
                     take(grid, at, element);
                 }
@@ -402,19 +409,19 @@ impl Mesh {
     pub fn each_pair(&self, mut take: impl FnMut(usize, usize)) {
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let at = |i: usize, j: usize| self.cells[grid.first + j * columns + i];
-            let mut both = |a: u32, b: u32| {
+            let mut both = |a: [usize; 2], b: [usize; 2]| {
+                let [a, b] = [a, b].map(|at| self.cells[grid.at(at)]);
                 // Parts of a cut cell are divided by what stands there, as is their light.
                 if (a | b) & CUT == 0 {
                     take(a as usize, b as usize);
                 }
             };
-            for (i, j) in (0..rows).flat_map(|j| (0..columns).map(move |i| (i, j))) {
+            for [i, j] in grid.positions() {
                 if i + 1 < columns {
-                    both(at(i, j), at(i + 1, j));
+                    both([i, j], [i + 1, j]);
                 }
                 if j + 1 < rows {
-                    both(at(i, j), at(i, j + 1));
+                    both([i, j], [i, j + 1]);
                 }
             }
         }
@@ -459,9 +466,8 @@ impl Mesh {
         let mut around = vec![false; self.cells.len()];
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let is_cut = |[i, j]: &[usize; 2]| !self.is_whole(grid.first + j * columns + i);
-            let cells = (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j]));
-            for [i, j] in cells.filter(is_cut) {
+            let is_cut = |at: &[usize; 2]| !self.is_whole(grid.at(*at));
+            for [i, j] in grid.positions().filter(is_cut) {
                 for y in j.saturating_sub(1)..(j + 2).min(rows) {
                     let line = grid.first + y * columns;
                     around[line + i.saturating_sub(1)..line + (i + 2).min(columns)].fill(true);
@@ -473,30 +479,23 @@ impl Mesh {
 
     /// The nearest element of the grid up to `reach` cells away, ring by ring.
     fn nearest(&self, grid: &Grid, p: Vec3, reach: usize) -> Option<u32> {
-        let local = grid.cell(p) - grid.first;
-        let (ci, cj) = (
-            (local % grid.counts[0]) as isize,
-            (local / grid.counts[0]) as isize,
-        );
-        let reach = grid.counts[0].max(grid.counts[1]).min(reach) as isize;
-        (0..=reach).find_map(|ring| {
-            (-ring..=ring)
-                .flat_map(|dj| (-ring..=ring).map(move |di| (di, dj)))
-                .filter(|(di, dj)| di.abs().max(dj.abs()) == ring)
-                .filter_map(|(di, dj)| {
-                    let (i, j) = (ci + di, cj + dj);
-                    let inside = i >= 0
-                        && j >= 0
-                        && (i as usize) < grid.counts[0]
-                        && (j as usize) < grid.counts[1];
-                    inside.then(|| grid.first + j as usize * grid.counts[0] + i as usize)
-                })
-                .map(|c| self.own(c, grid.clamped(c, grid.place(p))))
+        let [ci, cj] = grid.position(grid.cell(p) - grid.first);
+        let [columns, rows] = grid.counts;
+        let place = grid.place(p);
+        let distance = |e: u32| (self.elements[e as usize].centre - p).length();
+        (0..=columns.max(rows).min(reach)).find_map(|ring| {
+            let across = ci.saturating_sub(ring)..(ci + ring + 1).min(columns);
+            let along = cj.saturating_sub(ring)..(cj + ring + 1).min(rows);
+            let square = along.flat_map(|j| across.clone().map(move |i| [i, j]));
+            let is_on_ring = |[i, j]: &[usize; 2]| i.abs_diff(ci).max(j.abs_diff(cj)) == ring;
+            let cells = square.filter(is_on_ring);
+            let elements = cells.map(|at| {
+                let cell = grid.at(at);
+                self.own(cell, grid.clamped(cell, place))
+            });
+            elements
                 .filter(|e| *e != NONE)
-                .min_by(|&a, &b| {
-                    let d = |e: u32| (self.elements[e as usize].centre - p).length();
-                    d(a).total_cmp(&d(b))
-                })
+                .min_by(|&a, &b| distance(a).total_cmp(&distance(b)))
         })
     }
 }

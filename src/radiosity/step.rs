@@ -1,35 +1,20 @@
-//! The scale of quality: what each step spends.
+//! The scale of quality: the parameters of each step.
 //!
-//! All steps but the finest have the same fragments on edges, so that they differ by their light
-//! alone and the difference between two of them is a hint of the error. This module does not depend
-//! on a scene.
+//! All steps but the finest have the same fragments on edges, so that the difference between two of
+//! them is of their light alone and estimates the error. This module does not depend on a scene.
 
 use crate::radiosity::camera::fragment::{Sampling, Split};
 use crate::renderer::{Quality, TransportError};
 
-/// The five steps of its scale of quality, each slower and better than the one before on the
-/// reference scenes.
+/// The five steps, each slower and more exact than the one before on the reference scenes.
 ///
-/// The first two have no gather points: light goes on across shared edges instead (`seam`). With a
-/// gather point for each 8 x 8 pixels the second would err a third less on the tavern for a fifth
-/// more time, but how far it is from the first would no longer show what either lacks: predicted
-/// errors (`study::trial`) would be within a factor of 1.5 in 70 % of all steps instead of 87. From
-/// the third on a facet has a gather point for each 5 x 5 of its pixels, so that more gather points
-/// than those buy little: on the tavern's 22 banks, against the finest, 1000 elements and 8000
-/// gather points leave 1.21 % on average and 4.1 % in the worst, 2000 and 5000 in the same time .94
-/// and 2.7 %. What a gather point sees of a small bright place decides where all light has been
-/// reflected twice: in a room of 1,000 faces, one bank held against 65,536 paths a pixel, 3000
-/// elements and 8000 gather points of 32 pixels leave 4.1 %, 4000 elements 3.3, 6000 elements and
-/// 12,000 gather points of 40 pixels 2.7 (2.6 evened out, `radiosity::links`). Hence the fourth,
-/// where a pixel that is stretched on a floor is looked at in quarters, too. The finest
-/// interpolates no direct light and has all gather points look, so that its errors are those of the
-/// rest: on the stage .25 %, and .24 with gather points of 64 pixels in half as much time again.
-///
-/// The third and fourth leave out gather points that stand between others (`indirect::between`).
-/// The first three average light over a pixel only where its panel is very near: on the tavern 9 %
-/// less time at the first for an error of 2.08 for 2.07 %, 8 % at the third for .915 for .909 %,
-/// and nothing at the fourth. No step takes shadows by samples: that saved no time beyond this, and
-/// behind small windows it made streaks.
+/// The first two have no gather points: patches are stitched across shared edges instead. Gather
+/// points would make the second more exact, but its difference from the first would then no longer
+/// predict the error of either. From the third on a facet has a gather point for each 5 x 5 of its
+/// pixels; more of them gain little against more elements and finer hemicubes. The third and fourth
+/// interpolate between gather points (`indirect::interpolation`); the fourth also splits pixels that
+/// are stretched on a surface. The finest interpolates no direct light and draws a hemicube for
+/// each gather point, so that its errors are those of the mesh and the hemicubes.
 pub const STEPS: [Step; 5] = [
     Step {
         elements: 300,
@@ -39,9 +24,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.04,
         near: 0.25,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 1000,
@@ -51,9 +34,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.02,
         near: 0.25,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 2000,
@@ -63,9 +44,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.07,
         tolerance: 0.015,
         near: 0.5,
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     Step {
         elements: 6000,
@@ -75,9 +54,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.07,
         tolerance: 0.003,
         near: 1.0,
-        split: Split::Whole,
-        stretched_split: Split::Halves,
-        edge_split: Split::Halves,
+        sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
     Step {
         elements: 8000,
@@ -87,9 +64,7 @@ pub const STEPS: [Step; 5] = [
         reach: 0.0,
         tolerance: 0.0,
         near: 1.0,
-        split: Split::Halves,
-        stretched_split: Split::Halves,
-        edge_split: Split::Quarters,
+        sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
     },
 ];
 
@@ -104,8 +79,8 @@ pub struct Step {
     pub gather_points: usize,
     /// Pixels along the edge of its hemicubes.
     pub gather_resolution: usize,
-    /// GatherPoints that stand nearer to others than this share of the distance over which the
-    /// light of those changes take their mean; 0 for none.
+    /// A gather point is interpolated where it is nearer to others than this share of the distance
+    /// over which their light changes; 0 for none.
     pub reach: f64,
     /// How exactly direct light is interpolated between the picture's fragments, as a share of
     /// its root mean square in the picture; 0 for none.
@@ -113,12 +88,8 @@ pub struct Step {
     /// How near a panel must be for its light to be averaged over a pixel, as a share of the
     /// distance within which that changes anything.
     pub near: f64,
-    /// Fragments along the side of a plain pixel.
-    pub split: Split,
-    /// The same where the pixel is stretched on what it shows.
-    pub stretched_split: Split,
-    /// Fragments along the side of a pixel with edges.
-    pub edge_split: Split,
+    /// Fragments of a pixel.
+    pub sampling: Sampling,
 }
 
 impl Step {
@@ -132,14 +103,5 @@ impl Step {
             .get(at)
             .copied()
             .ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
-    }
-
-    /// How its pixels are looked at.
-    pub fn sampling(&self) -> Sampling {
-        Sampling {
-            split: self.split,
-            stretched_split: self.stretched_split,
-            edge_split: self.edge_split,
-        }
     }
 }

@@ -1,9 +1,9 @@
-//! Who stands between: segment tests, first hits, and the occluders in a shaft.
+//! Visibility: segment tests, first hits, and the occluders in a shaft.
 //!
-//! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to
-//! rounding: pieces are polygons, not samples. Both sides of a surface block light. Surfaces that
-//! contain an end of the segment (within `touching`) do not count: callers name the planes of the
-//! ends by keeping sample points on them. This module does not depend on light.
+//! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to rounding.
+//! Both sides of a surface block light. Surfaces that contain an end of the segment (within
+//! `touching`) do not block, so that points on a surface are not hidden by it. This module does not
+//! depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -25,14 +25,18 @@ use crate::radiosity::geometry::surface::{Piece, Surfaces};
 /// Pieces in a leaf.
 const LEAF: usize = 4;
 
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug)]
-struct Bounds {
-    low: Vec3,
-    high: Vec3,
+pub struct Bounds {
+    /// Least coordinates.
+    pub low: Vec3,
+    /// Greatest coordinates.
+    pub high: Vec3,
 }
 
 impl Bounds {
-    fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
+    /// Of points.
+    pub fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
         let [low, high] = bounds(points);
         Bounds { low, high }
     }
@@ -65,7 +69,8 @@ impl Bounds {
         enter <= leave * (1.0 + 1e-12)
     }
 
-    fn overlaps(&self, o: &Bounds) -> bool {
+    /// Do both have a point in common?
+    pub fn overlaps(&self, o: &Bounds) -> bool {
         (0..3).all(|a| self.low[a] <= o.high[a] && o.low[a] <= self.high[a])
     }
 }
@@ -140,6 +145,12 @@ impl<'a> Shaft<'a> {
         }
     }
 
+    /// False when a box lies outside the shaft's bounds or one of its walls.
+    fn may_meet(&self, bounds: &Bounds) -> bool {
+        let outside = |w: &Wall| -bounds.support(-w.normal) >= w.offset;
+        bounds.overlaps(&self.bounds) && !self.walls.iter().any(outside)
+    }
+
     /// True when the piece lies outside one of the walls.
     pub fn misses(&self, piece: &Piece) -> bool {
         self.walls
@@ -152,7 +163,7 @@ impl<'a> Shaft<'a> {
     pub fn is_blocked_by(&self, piece: &Piece, touching: f64) -> bool {
         let origin = piece.vertices[0];
         let height = |p: &Vec3| piece.normal.dot(*p - origin);
-        let side = self.receiver.first().map_or(0.0, |p| height(p).signum());
+        let side = height(&self.receiver[0]).signum();
         self.receiver.iter().all(|p| height(p) * side > touching)
             && self.emitter.iter().all(|p| height(p) * side < -touching)
             && self
@@ -272,30 +283,23 @@ impl Hierarchy {
         at
     }
 
+    fn leaves(&self) -> Leaves<'_> {
+        let mut stack = Vec::with_capacity(64);
+        stack.extend((!self.nodes.is_empty()).then_some(0));
+        Leaves {
+            hierarchy: self,
+            stack,
+        }
+    }
+
     /// True when any piece crosses the segment from `a` to `b`, the ends apart: surfaces within
     /// `touching` of an end do not count.
     pub fn blocked(&self, surfaces: &Surfaces, a: Vec3, b: Vec3) -> bool {
-        let direction = b - a;
-        let inverse = Vec3 {
-            x: 1.0 / direction.x,
-            y: 1.0 / direction.y,
-            z: 1.0 / direction.z,
-        };
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            if !node.bounds.meets(a, inverse, 1.0) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            let pieces = self.order[node.leaf.clone()].iter();
-            if pieces
-                .into_iter()
-                .any(|&i| blocks(&surfaces.pieces[i], a, b, self.touching))
-            {
+        let inverse = inverse(b - a);
+        let blocks = |&i: &usize| blocks(&surfaces.pieces[i], a, b, self.touching);
+        let mut leaves = self.leaves();
+        while let Some(leaf) = leaves.next(|bounds| bounds.meets(a, inverse, 1.0)) {
+            if leaf.iter().any(blocks) {
                 return true;
             }
         }
@@ -310,24 +314,12 @@ impl Hierarchy {
         origin: Vec3,
         direction: Vec3,
     ) -> Option<(usize, f64)> {
-        let inverse = Vec3 {
-            x: 1.0 / direction.x,
-            y: 1.0 / direction.y,
-            z: 1.0 / direction.z,
-        };
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
+        let inverse = inverse(direction);
         let mut best: Option<(usize, f64)> = None;
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            let reach = best.map_or(f64::INFINITY, |b| b.1);
-            if !node.bounds.meets(origin, inverse, reach) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            for &i in &self.order[node.leaf.clone()] {
+        let mut leaves = self.leaves();
+        let reach = |best: Option<(usize, f64)>| best.map_or(f64::INFINITY, |b| b.1);
+        while let Some(leaf) = leaves.next(|bounds| bounds.meets(origin, inverse, reach(best))) {
+            for &i in leaf {
                 let piece = &surfaces.pieces[i];
                 let height = piece.normal.dot(piece.vertices[0] - origin);
                 if height.abs() <= self.touching {
@@ -357,18 +349,9 @@ impl Hierarchy {
         found: &mut Vec<usize>,
     ) {
         found.clear();
-        let mut stack = Vec::with_capacity(64);
-        stack.extend((!self.nodes.is_empty()).then_some(0));
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            let outside = |w: &Wall| -node.bounds.support(-w.normal) >= w.offset;
-            if !node.bounds.overlaps(&shaft.bounds) || shaft.walls.iter().any(outside) {
-                continue;
-            }
-            if node.leaf.is_empty() {
-                stack.extend(node.children);
-            }
-            for &i in &self.order[node.leaf.clone()] {
+        let mut leaves = self.leaves();
+        while let Some(leaf) = leaves.next(|bounds| shaft.may_meet(bounds)) {
+            for &i in leaf {
                 let near = !hidden[i] && self.bounds[i].overlaps(&shaft.bounds);
                 if near && !shaft.misses(&surfaces.pieces[i]) {
                     found.push(i);
@@ -376,6 +359,38 @@ impl Hierarchy {
             }
         }
         found.sort_unstable();
+    }
+}
+
+/// One over each component of a direction.
+fn inverse(direction: Vec3) -> Vec3 {
+    Vec3 {
+        x: 1.0 / direction.x,
+        y: 1.0 / direction.y,
+        z: 1.0 / direction.z,
+    }
+}
+
+/// A depth-first walk over the leaves of a hierarchy.
+struct Leaves<'a> {
+    hierarchy: &'a Hierarchy,
+    stack: Vec<usize>,
+}
+
+impl<'a> Leaves<'a> {
+    /// The pieces of the next leaf that is reached through boxes that `enters` accepts.
+    fn next(&mut self, enters: impl Fn(&Bounds) -> bool) -> Option<&'a [usize]> {
+        while let Some(at) = self.stack.pop() {
+            let node = &self.hierarchy.nodes[at];
+            if !enters(&node.bounds) {
+                continue;
+            }
+            if !node.leaf.is_empty() {
+                return Some(&self.hierarchy.order[node.leaf.clone()]);
+            }
+            self.stack.extend(node.children);
+        }
+        None
     }
 }
 
@@ -390,12 +405,11 @@ pub fn blocks(piece: &Piece, a: Vec3, b: Vec3, touching: f64) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
+    use crate::radiosity::geometry::rectangle;
     use proptest::prelude::*;
 
     fn square(z: f64, half: f64) -> Vec<Vec3> {
-        [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
-            .map(|(x, y)| vec3(x * half, y * half, z))
-            .to_vec()
+        rectangle((-half, half), (-half, half), z).to_vec()
     }
 
     fn point() -> impl Strategy<Value = Vec3> {

@@ -1,9 +1,14 @@
 //! Banks given as images: pictures rendered elsewhere, added to what another operator renders.
 //!
-//! An image is light as it arrives in the picture, so that nothing of the stage matters to it: G is
-//! then a sum of pictures, each times its setting. Lights that are not images go to the operator
-//! underneath, which never sees an image; where there are none it is not asked at all, and the
-//! scale of quality has one step, because an image is as good as it is.
+//! An image is light as it arrives in the picture and does not depend on the stage: G is the sum of
+//! the images, each times its setting, and of the picture that the inner operator renders of the
+//! other lights. Invariant: the inner operator gets no image; where all lights are images it is not
+//! called, and the scale of quality has one step.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "images are numbered as they are taken from the setup"
+)]
 
 use std::sync::Arc;
 
@@ -17,11 +22,11 @@ use crate::scene::{Light, Rig};
 use crate::units::Rgb;
 use crate::work::Work;
 
-/// Seconds to add one number of a picture to another, measured on an ordinary core.
+/// Seconds to add one number of a picture to another.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
-/// The same in units of another operator's cost, taken as 0.1 s each. Where its unit is longer the
-/// share of images is small anyway.
+/// The same in units of the inner operator's cost, taken as 0.1 s each. Where its unit is longer
+/// the share of images is small anyway.
 const UNITS_PER_NUMBER: f64 = 1.5e-8;
 
 /// Images on top of another operator, or alone.
@@ -62,14 +67,14 @@ impl Transport for Layered<'_> {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         check_quality(quality, self.finest())?;
-        let parted = Parted::new(setup)?;
-        if let (Some(inner), true) = (self.inner, parted.images.is_empty()) {
+        let parts = SplitSetup::new(setup)?;
+        if let (Some(inner), true) = (self.inner, parts.images.is_empty()) {
             return inner.prepare(setup, quality, work);
         }
         let view = &setup.view;
         let size = (view.width, view.height);
         let wrong = |i: &&Arc<Image>| (i.width(), i.height()) != size;
-        if let Some(image) = parted.images.iter().find(wrong) {
+        if let Some(image) = parts.images.iter().find(wrong) {
             return Err(TransportError::Scene(format!(
                 "an image of {}x{} pixels does not fit a view of {}x{}",
                 image.width(),
@@ -80,13 +85,9 @@ impl Transport for Layered<'_> {
         }
         let inner = self
             .inner
-            .map(|inner| inner.prepare(&parted.rest, quality, work))
+            .map(|inner| inner.prepare(&parts.rest, quality, work))
             .transpose()?;
-        Ok(Box::new(Sum {
-            inner,
-            size,
-            parted,
-        }))
+        Ok(Box::new(Sum { inner, size, parts }))
     }
 
     fn warnings(&self) -> Vec<Warning> {
@@ -99,7 +100,7 @@ impl Transport for Layered<'_> {
         quality: Quality,
     ) -> Result<Vec<QualityParameter>, TransportError> {
         match self.inner {
-            Some(inner) => inner.quality_parameters(&Parted::new(setup)?.rest, quality),
+            Some(inner) => inner.quality_parameters(&SplitSetup::new(setup)?.rest, quality),
             None => Ok(Vec::new()),
         }
     }
@@ -111,18 +112,18 @@ impl Transport for Layered<'_> {
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
-        let Ok(parted) = Parted::new(setup) else {
+        let Ok(parts) = SplitSetup::new(setup) else {
             return Cost::default();
         };
         let inner = self
             .inner
-            .map_or(Cost::default(), |inner| inner.cost(&parted.rest, quality));
+            .map_or(Cost::default(), |inner| inner.cost(&parts.rest, quality));
         let each = match self.inner {
             Some(_) => UNITS_PER_NUMBER,
             None => SECONDS_PER_NUMBER,
         };
         let (rig, view) = (&setup.rig, &setup.view);
-        let numbers = (view.width * view.height * 3 * parted.images.len()) as f64;
+        let numbers = (view.width * view.height * 3 * parts.images.len()) as f64;
         Cost {
             per_image: inner.per_image + numbers * each,
             // Of the images a source has its share.
@@ -133,15 +134,15 @@ impl Transport for Layered<'_> {
 }
 
 /// A setup in two: the images, and the rest with the same sources.
-struct Parted {
+struct SplitSetup {
     rest: Setup,
     images: Vec<Arc<Image>>,
     /// For each source: which images it has, and through which colour.
     own: Vec<Vec<(usize, Rgb)>>,
 }
 
-impl Parted {
-    fn new(setup: &Setup) -> Result<Parted, TransportError> {
+impl SplitSetup {
+    fn new(setup: &Setup) -> Result<SplitSetup, TransportError> {
         let rig = &setup.rig;
         let mut others = Rig {
             lights: Vec::new(),
@@ -182,7 +183,7 @@ impl Parted {
             source.emitters = rest;
             all_own.push(own);
         }
-        Ok(Parted {
+        Ok(SplitSetup {
             rest: Setup::new(Arc::clone(&setup.scene), others, setup.view.clone()),
             images,
             own: all_own,
@@ -194,11 +195,8 @@ impl Parted {
         let mut out = vec![[0.0; 3]; self.images.len()];
         for (own, s) in self.own.iter().zip(setting) {
             for (image, filter) in own {
-                if let Some(sum) = out.get_mut(*image) {
-                    sum.iter_mut()
-                        .zip(filter.0)
-                        .for_each(|(to, f)| *to += s * f);
-                }
+                let sum = out[*image].iter_mut();
+                sum.zip(filter.0).for_each(|(to, f)| *to += s * f);
             }
         }
         out
@@ -217,17 +215,17 @@ impl Parted {
 struct Sum {
     inner: Option<Box<dyn Prepared>>,
     size: (usize, usize),
-    parted: Parted,
+    parts: SplitSetup,
 }
 
 impl Sum {
-    /// Pictures of the lights that are not images; black where they are out, without asking.
-    fn beneath(
+    /// Pictures of the lights that are not images; black, without a call, where they are out.
+    fn render_inner(
         &mut self,
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        let rest: Vec<Vec<f64>> = settings.iter().map(|s| self.parted.rest_of(s)).collect();
+        let rest: Vec<Vec<f64>> = settings.iter().map(|s| self.parts.rest_of(s)).collect();
         let lit = |setting: &Vec<f64>| setting.iter().any(|s| *s != 0.0);
         let wanted: Vec<Vec<f64>> = rest.iter().filter(|s| lit(s)).cloned().collect();
         let rendered = match &mut self.inner {
@@ -235,12 +233,12 @@ impl Sum {
             _ => Vec::new(),
         };
         let mut rendered = rendered.into_iter();
-        let black = || Image::new(self.size.0, self.size.1);
-        let each = rest.iter().map(|setting| match lit(setting) {
-            true => rendered.next().unwrap_or_else(black),
-            false => black(),
-        });
-        Ok(each.collect())
+        let missing = || TransportError::Scene("the renderer left out a picture".to_owned());
+        let picture = |setting| match (lit(setting), &self.inner) {
+            (true, Some(_)) => rendered.next().ok_or_else(missing),
+            _ => Ok(Image::new(self.size.0, self.size.1)),
+        };
+        rest.iter().map(picture).collect()
     }
 }
 
@@ -251,16 +249,16 @@ impl Prepared for Sum {
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
         work.check()?;
-        check_settings(settings, self.parted.own.len())?;
+        check_settings(settings, self.parts.own.len())?;
         let needed = settings
             .len()
             .saturating_mul(self.size.0 * self.size.1 * 3 * size_of::<f32>());
         check_memory("the pictures of all settings", needed, work.memory)?;
-        let mut out = self.beneath(settings, work)?;
+        let mut out = self.render_inner(settings, work)?;
         for (done, (image, setting)) in out.iter_mut().zip(settings).enumerate() {
             work.check()?;
-            let strengths = self.parted.strengths(setting);
-            let images = self.parted.images.iter().map(AsRef::as_ref);
+            let strengths = self.parts.strengths(setting);
+            let images = self.parts.images.iter().map(AsRef::as_ref);
             let terms: Vec<([f64; 3], &Image)> = strengths.into_iter().zip(images).collect();
             add_coloured(image, &terms, work.threads);
             work.progress.report("images", done + 1, settings.len());

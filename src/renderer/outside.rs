@@ -2,12 +2,10 @@
 //!
 //! The program comes from the command line or the embedding program, never from a show. For each
 //! picture it is started once, with a JSON file of what to render ([`Request`]) and the path at
-//! which to leave the picture; nothing is shared between pictures. What it does is not trusted:
-//! time, exit code, size and finite numbers are checked, and before the first picture its linearity
-//! is measured, because sums of its pictures stand for pictures of sums everywhere else.
-//!
-//! Settings may be negative here, where no renderer can make negative light: positive
-//! and negative parts are rendered apart and subtracted, two runs for a mixed setting.
+//! which to leave the picture; nothing is shared between pictures. Time, exit code, size and finite
+//! numbers are checked, and before the first picture its linearity is measured, because the plan
+//! uses sums of its pictures as pictures of sums. A setting with negative numbers takes two runs:
+//! the picture of its negative part is subtracted from that of its positive part.
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -157,9 +155,9 @@ pub struct Linearity {
     pub double: f64,
 }
 
-/// What runs have shown so far.
+/// What was measured on the runs so far.
 #[derive(Debug, Default)]
-struct Known {
+struct Measurements {
     linearity: Option<Linearity>,
     /// For each step that was rendered: pictures and their seconds.
     runs: Vec<(Quality, usize, f64)>,
@@ -168,7 +166,7 @@ struct Known {
 struct Renderer {
     call: Call,
     processes: Box<dyn Processes>,
-    known: Mutex<Known>,
+    measured: Mutex<Measurements>,
 }
 
 /// G by an outside renderer.
@@ -186,13 +184,13 @@ impl Outside {
         Outside(Arc::new(Renderer {
             call,
             processes,
-            known: Mutex::default(),
+            measured: Mutex::default(),
         }))
     }
 
     /// How linear the renderer is; `None` before the first picture.
     pub fn linearity(&self) -> Option<Linearity> {
-        self.0.known().linearity
+        self.0.measured().linearity
     }
 }
 
@@ -212,25 +210,25 @@ impl Transport for Outside {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         check_quality(quality, self.finest())?;
-        let view = Seen {
+        let operator = OutsideOperator {
             renderer: Arc::clone(&self.0),
             names: setup.rig.sources.iter().map(|s| s.name.clone()).collect(),
             view: setup.view.clone(),
             quality,
         };
         if self.linearity().is_none() {
-            let measured = view.linearity(work)?;
-            self.0.known().linearity = Some(measured);
+            let linearity = operator.linearity(work)?;
+            self.0.measured().linearity = Some(linearity);
         }
-        Ok(Box::new(view))
+        Ok(Box::new(operator))
     }
 
     /// The mean of its own runs at this quality, else at any other; zero before the first. Nothing
     /// is shared between pictures.
     fn cost(&self, _setup: &Setup, quality: Quality) -> Cost {
-        let known = self.0.known();
-        let run = known.runs.iter().find(|r| r.0 == quality);
-        let run = run.or(known.runs.last());
+        let measured = self.0.measured();
+        let run = measured.runs.iter().find(|r| r.0 == quality);
+        let run = run.or(measured.runs.last());
         let per_image = run.map_or(0.0, |(_, count, seconds)| seconds / *count as f64);
         Cost {
             per_image,
@@ -251,32 +249,32 @@ impl Transport for Outside {
 }
 
 impl Renderer {
-    fn known(&self) -> MutexGuard<'_, Known> {
-        // A panic elsewhere cannot leave it half changed: each change is one step.
-        self.known.lock().unwrap_or_else(PoisonError::into_inner)
+    fn measured(&self) -> MutexGuard<'_, Measurements> {
+        // Each change is one assignment, so that a panic elsewhere leaves no half of it.
+        self.measured.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn took(&self, quality: Quality, seconds: f64) {
-        let mut known = self.known();
-        match known.runs.iter_mut().find(|r| r.0 == quality) {
+    fn record_run(&self, quality: Quality, seconds: f64) {
+        let mut measured = self.measured();
+        match measured.runs.iter_mut().find(|r| r.0 == quality) {
             Some((_, count, sum)) => {
                 *count += 1;
                 *sum += seconds;
             }
-            None => known.runs.push((quality, 1, seconds)),
+            None => measured.runs.push((quality, 1, seconds)),
         }
     }
 }
 
 /// G for one rig, view and quality.
-struct Seen {
+struct OutsideOperator {
     renderer: Arc<Renderer>,
     names: Vec<String>,
     view: View,
     quality: Quality,
 }
 
-impl Seen {
+impl OutsideOperator {
     fn size(&self) -> (usize, usize) {
         (self.view.width, self.view.height)
     }
@@ -336,29 +334,26 @@ impl Seen {
             let wanted = self.size();
             return Err(OutsideError::Size { found, wanted }.into());
         }
-        self.renderer.took(self.quality, done.seconds);
+        self.renderer.record_run(self.quality, done.seconds);
         Ok(image)
     }
 
     /// The picture of any setting: that of its positive part less that of its negative part.
     fn signed(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
-        let mut parts = Vec::new();
-        for sign in [1.0, -1.0] {
+        let part = |sign: f64| {
             let part: Vec<f64> = setting.iter().map(|s| (s * sign).max(0.0)).collect();
-            if part.iter().any(|s| *s > 0.0) {
-                parts.push((sign, self.run(&part, work)?));
+            let is_lit = part.iter().any(|s| *s > 0.0);
+            is_lit.then(|| self.run(&part, work)).transpose()
+        };
+        match (part(1.0)?, part(-1.0)?) {
+            (Some(image), None) => Ok(image),
+            (positive, negative) => {
+                let positive = positive.iter().map(|image| (1.0, image));
+                let negative = negative.iter().map(|image| (-1.0, image));
+                let terms: Vec<(f64, &Image)> = positive.chain(negative).collect();
+                Ok(combine(self.size(), &terms, work.threads))
             }
         }
-        Ok(match parts.pop() {
-            Some((sign, image)) if parts.is_empty() && sign > 0.0 => image,
-            last => {
-                let terms = parts
-                    .iter()
-                    .chain(&last)
-                    .map(|(sign, image)| (*sign, image));
-                combine(self.size(), &terms.collect::<Vec<_>>(), work.threads)
-            }
-        })
     }
 
     /// Four pictures: every other source (a), the rest (b), both, and twice the first. A rig of one
@@ -397,7 +392,7 @@ impl Seen {
     }
 }
 
-impl Prepared for Seen {
+impl Prepared for OutsideOperator {
     fn render(
         &mut self,
         settings: &[Vec<f64>],

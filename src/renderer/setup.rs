@@ -1,5 +1,4 @@
-//! What a renderer is given. Everything that is rendered, priced or kept by a setup's content is
-//! told apart by this one type.
+//! What a renderer is given. Rendering, cost and the pool all compare setups by this one type.
 
 use std::sync::Arc;
 

@@ -67,7 +67,7 @@ pub struct Projection {
     /// Full angle from the image's bottom to its top, degrees; its width follows.
     pub field: f64,
     /// The image.
-    pub slide: Arc<Gobo>,
+    pub gobo: Arc<Gobo>,
     /// Which channel of it.
     pub plane: usize,
     /// Intensity (cd) of a texel of 1 at unit setting.
@@ -76,15 +76,15 @@ pub struct Projection {
 
 impl Projection {
     /// Half the image's width and height, 1 m from the projector.
-    pub fn half_size(slide: &Gobo, field: f64) -> [f64; 2] {
-        let (width, height) = slide.size();
+    pub fn half_size(gobo: &Gobo, field: f64) -> [f64; 2] {
+        let (width, height) = gobo.size();
         let tangent = (0.5 * field.to_radians()).tan();
         [tangent * width as f64 / height as f64, tangent]
     }
 
     /// Luminous flux (lm) of a white image thrown at 1 cd: the solid angle of the frustum.
-    pub fn flux(slide: &Gobo, field: f64) -> f64 {
-        let [a, b] = Projection::half_size(slide, field);
+    pub fn flux(gobo: &Gobo, field: f64) -> f64 {
+        let [a, b] = Projection::half_size(gobo, field);
         4.0 * (a * b / (1.0 + a * a + b * b).sqrt()).atan()
     }
 }

@@ -167,7 +167,7 @@ impl Light {
                     scene::Light::Projection(Projection {
                         mount: *mount,
                         field: *field,
-                        slide: slide.clone(),
+                        gobo: slide.clone(),
                         plane,
                         intensity,
                     })

@@ -171,7 +171,7 @@ fn planes(slide: &Arc<Gobo>, mount: Mount, field: f64, candela: f64) -> Vec<Ligh
         Light::Projection(Projection {
             mount,
             field,
-            slide: slide.clone(),
+            gobo: slide.clone(),
             plane,
             intensity,
         })
@@ -221,7 +221,7 @@ fn a_flat_screen_darkens_by_the_cube_of_the_cosine() {
             turn: 0.0,
         },
         field: 50.0,
-        slide: Arc::new(Gobo::new(white).unwrap()),
+        gobo: Arc::new(Gobo::new(white).unwrap()),
         plane: 0,
         intensity: Rgb::WHITE.scaled(1000.0),
     });

@@ -50,7 +50,7 @@ fn stage_with_slide(size: [usize; 2]) -> Case {
                 turn: 10.0,
             },
             field: 40.0,
-            slide: slide.clone(),
+            gobo: slide.clone(),
             plane,
             intensity,
         }));

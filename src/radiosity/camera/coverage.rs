@@ -1,10 +1,10 @@
-//! Exact shares of a square of the picture: which facets it shows, and how much of each.
+//! Exact visibility within a square of the picture: which facets it shows, and the area of each.
 //!
-//! Each piece covers what lies within the lines of its edges; from that is cut what lies behind
-//! another. One over the depth of a plane is linear in the picture, so where one plane is nearer
-//! than another is a half-plane, and every cut is by a straight line; facets that pass through each
-//! other are right too, and so are those that reach behind the eye. Ties in one plane go to the
-//! later facet, as in the rasterizer. This module does not depend on lights.
+//! A piece covers what lies within the lines of its edges, less what lies behind other pieces. One
+//! over the depth of a plane is linear in the picture, so that one plane is nearer than another on a
+//! half-plane, and every cut is along a straight line, also for facets that intersect or reach
+//! behind the camera. Of coplanar facets the later wins, as in the rasterizer. This module does not
+//! depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,12 +17,13 @@ use crate::radiosity::geometry::clipper::{
     self, Line, PlanePoint, PolygonClipper, Rectangle, measured,
 };
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
+use crate::radiosity::lists::Lists;
 use crate::radiosity::visibility::raster::Camera;
 
 /// Relative difference of inverse depths below which two planes count as one.
 const COPLANAR: f64 = 1e-6;
 
-/// The pieces of a scene as a camera sees them.
+/// The pieces of a scene projected by a camera.
 #[derive(Clone, Debug)]
 pub struct Silhouettes<'a> {
     surfaces: &'a Surfaces,
@@ -118,11 +119,10 @@ pub struct Square {
 /// What a square shows, with the working memory to find it; for one thread.
 #[derive(Debug, Default)]
 pub struct Shares {
-    stencil: PolygonClipper,
+    clipper: PolygonClipper,
     all: Vec<Share>,
-    /// Where in `places` each convex part ends.
-    ends: Vec<usize>,
-    places: Vec<PlanePoint>,
+    /// Corners of each convex part.
+    parts: Lists<PlanePoint>,
 }
 
 impl Shares {
@@ -134,24 +134,23 @@ impl Shares {
         candidates: &[u32],
     ) {
         self.all.clear();
-        self.ends.clear();
-        self.places.clear();
+        self.parts.clear();
         let [x, y] = corner;
         let outline = [[x, y], [x + side, y], [x + side, y + side], [x, y + side]];
         for own in silhouettes.pieces(candidates) {
-            self.stencil.clear();
-            self.stencil.add(&outline);
-            self.stencil
+            self.clipper.clear();
+            self.clipper.add(&outline);
+            self.clipper
                 .keep(silhouettes.lines[own.lines.clone()].iter());
             for other in silhouettes.pieces(candidates) {
-                if self.stencil.count() == 0 {
+                if self.clipper.count() == 0 {
                     break;
                 }
                 if other.facet != own.facet {
-                    // First what shows most often that nothing is to be cut.
+                    // First the line that most often shows that nothing is cut.
                     let nearer = [nearer(other, own)];
                     let lines = nearer.iter().chain(&silhouettes.lines[other.lines.clone()]);
-                    self.stencil.subtract(lines, &Rectangle::EVERYWHERE);
+                    self.clipper.subtract(lines, &Rectangle::EVERYWHERE);
                 }
             }
             self.merge(own.facet);
@@ -165,19 +164,15 @@ impl Shares {
 
     /// The convex parts of a share.
     pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[PlanePoint]> {
-        share.parts.clone().map(|part| {
-            let from = part.checked_sub(1).map_or(0, |before| self.ends[before]);
-            &self.places[from..self.ends[part]]
-        })
+        share.parts.clone().map(|part| self.parts.get(part))
     }
 
-    /// Adds what the stencil has left of a piece to its facet's share; the largest part gives the
-    /// place.
+    /// Adds what the clipper has left of a piece to its facet's share.
     fn merge(&mut self, facet: usize) {
-        if self.stencil.count() == 0 {
+        if self.clipper.count() == 0 {
             return;
         }
-        let from = self.ends.len();
+        let from = self.parts.count();
         if self.all.last().is_none_or(|share| share.facet != facet) {
             self.all.push(Share {
                 facet,
@@ -190,16 +185,15 @@ impl Shares {
         let Some(share) = self.all.last_mut() else {
             return;
         };
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             let (area, at) = measured(part);
             share.area += area;
             if area > share.largest {
                 (share.largest, share.at) = (area, at);
             }
-            self.places.extend_from_slice(part);
-            self.ends.push(self.places.len());
+            self.parts.push(part.iter().copied());
         }
-        share.parts.end = self.ends.len();
+        share.parts.end = self.parts.count();
     }
 }
 
@@ -217,20 +211,7 @@ fn nearer(a: &Layer, b: &Layer) -> Line {
 mod tests {
     use super::*;
     use crate::geometry::{Vec3, vec3};
-
-    /// One pixel of side 2 at distance 1, towards -z, x to the right.
-    fn eye() -> Camera {
-        Camera {
-            origin: Vec3::ZERO,
-            right: vec3(1.0, 0.0, 0.0),
-            up: vec3(0.0, 1.0, 0.0),
-            forward: vec3(0.0, 0.0, -1.0),
-            left: -1.0,
-            top: 1.0,
-            step_x: 2.0,
-            step_y: 2.0,
-        }
-    }
+    use crate::radiosity::geometry::rectangle;
 
     fn seen(quads: &[[Vec3; 4]]) -> Vec<f64> {
         let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
@@ -240,38 +221,33 @@ mod tests {
             side: 1.0,
         };
         let mut shares = Shares::default();
-        shares.find(&Silhouettes::new(&surfaces, &eye()), square, &all);
+        shares.find(
+            &Silhouettes::new(&surfaces, &Camera::of_square(1.0)),
+            square,
+            &all,
+        );
         shares.all().iter().map(|s| s.area).collect()
-    }
-
-    fn upright(x: (f64, f64), y: (f64, f64), z: f64) -> [Vec3; 4] {
-        [
-            vec3(x.0, y.0, z),
-            vec3(x.1, y.0, z),
-            vec3(x.1, y.1, z),
-            vec3(x.0, y.1, z),
-        ]
     }
 
     #[test]
     fn what_stands_before_takes_its_exact_share() {
-        let wall = upright((-9.0, 9.0), (-9.0, 9.0), -3.0);
+        let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -3.0);
         // At distance 1 the pixel is 2 x 2: this covers a tenth of its width, half its height.
-        let post = upright((0.3, 0.5), (-2.0, 0.0), -1.0);
+        let post = rectangle((0.3, 0.5), (-2.0, 0.0), -1.0);
         let areas = seen(&[wall, post]);
         assert!((areas[0] - 0.95).abs() < 1e-12 && (areas[1] - 0.05).abs() < 1e-12);
         // Behind the wall it takes none.
-        let hidden = upright((0.3, 0.5), (-2.0, 0.0), -4.0);
+        let hidden = rectangle((0.3, 0.5), (-2.0, 0.0), -4.0);
         assert!((seen(&[wall, hidden])[0] - 1.0).abs() < 1e-12);
         // In its plane the smaller wins.
-        let poster = upright((-3.0, 0.0), (-3.0, 3.0), -3.0);
+        let poster = rectangle((-3.0, 0.0), (-3.0, 3.0), -3.0);
         let areas = seen(&[wall, poster]);
         assert!((areas[0] - 0.5).abs() < 1e-9 && (areas[1] - 0.5).abs() < 1e-9);
     }
 
     #[test]
     fn planes_that_cross_share_along_their_line() {
-        let wall = upright((-9.0, 9.0), (-9.0, 9.0), -2.0);
+        let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -2.0);
         // Meets the wall where x = 1, nearer to the right, and the pixel's right edge at x = z.
         let slanted = [
             vec3(-0.5, -8.0, -3.5),

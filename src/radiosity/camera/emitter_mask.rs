@@ -15,21 +15,16 @@ use crate::work::Work;
 pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportError> {
     let Setup { scene, rig, view } = setup;
     let surfaces = Surfaces::new(scene)?;
-    let sampling = Sampling {
-        split: Split::Whole,
-        stretched_split: Split::Whole,
-        edge_split: Split::Whole,
-    };
+    let sampling = Sampling::new(Split::Whole, Split::Whole, Split::Whole);
     let seen = Threads::new(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
     let emits = |material: usize| {
         let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
         rig.lights.iter().any(of)
     };
     let lit: Vec<bool> = surfaces.facets.iter().map(|f| emits(f.material)).collect();
-    let pixels = seen.offsets.iter().zip(seen.offsets.iter().skip(1));
-    let pixels = pixels.map(|(from, to)| {
-        let mut shown = seen.all.iter().take(*to).skip(*from);
+    let shows_lit = |pixel| {
+        let mut shown = seen.pixels.get(pixel).iter();
         shown.any(|f| lit.get(f.facet) == Some(&true))
-    });
-    Ok(pixels.collect())
+    };
+    Ok((0..seen.pixels.count()).map(shows_lit).collect())
 }

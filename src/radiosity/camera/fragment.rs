@@ -1,10 +1,10 @@
-//! What the eye sees: fragments of facets and their share of each pixel.
+//! Fragments: the parts of each pixel that show one facet, with their share of the pixel.
 //!
-//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of
-//! it) that shows one facet, and the sub-pixels around it too, is one fragment, seen at its middle;
-//! one with edges in it has a fragment for each facet, weighted by the exact area that shows. What
-//! fits between the sub-pixels of two pixels is not found. Backs are black and opaque: they take
-//! their place and leave no fragment. This module does not depend on lights.
+//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of it)
+//! that shows one facet, as the sub-pixels around it do, is one fragment; one with edges has a
+//! fragment for each facet, weighted by its exact visible area. What lies between the sub-pixels of
+//! two pixels is missed. Backs are black and opaque: they occlude and leave no fragment. This module
+//! does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,6 +15,7 @@ use crate::geometry::{Vec3, vec3};
 use crate::radiosity::camera::coverage::{Shares, Silhouettes, Square};
 use crate::radiosity::geometry::clipper::PlanePoint;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
+use crate::radiosity::lists::Lists;
 use crate::radiosity::mesh::sample::kept_inside;
 use crate::radiosity::visibility::raster::{Camera, ItemBuffer, NOTHING};
 use crate::renderer::TransportError;
@@ -49,28 +50,39 @@ pub struct Fragment {
 pub enum Outline {
     /// A square: its middle, and half its side.
     Square([f32; 2], f32),
-    /// A range of the parts of [`Fragments`].
+    /// Convex parts: a range of the lists of [`Fragments`].
     Parts(u32, u32),
 }
 
 /// The fragments of all pixels.
 #[derive(Clone, Debug)]
 pub struct Fragments {
-    /// Pixel by pixel, row by row from the top.
-    pub all: Vec<Fragment>,
-    /// Where each pixel's fragments start, and at last their number.
-    pub offsets: Vec<usize>,
+    /// For each pixel, row by row from the top.
+    pub pixels: Lists<Fragment>,
     /// Of the view, one unit a pixel.
     pub camera: Camera,
-    /// Convex parts of outlines that are no squares: where in `places` each ends.
-    parts: Vec<u32>,
-    places: Vec<PlanePoint>,
+    /// Corners of the convex parts of outlines that are no squares.
+    parts: Lists<PlanePoint>,
 }
 
 impl Fragments {
+    /// All fragments, pixel by pixel.
+    pub fn all(&self) -> &[Fragment] {
+        self.pixels.items()
+    }
+
+    /// What the picture shows of each of `facets` facets, in pixels.
+    pub fn visible_areas(&self, facets: usize) -> Vec<f64> {
+        let mut areas = vec![0.0; facets];
+        for f in self.all() {
+            areas[f.facet] += f64::from(f.weight);
+        }
+        areas
+    }
+
     /// Calls back for each convex part of a fragment's outline.
     pub fn outline(&self, fragment: usize, mut each: impl FnMut(&[PlanePoint])) {
-        match self.all[fragment].outline {
+        match self.all()[fragment].outline {
             Outline::Square(middle, half) => {
                 let [x, y] = middle.map(f64::from);
                 let h = f64::from(half);
@@ -82,40 +94,14 @@ impl Fragments {
                 ]);
             }
             Outline::Parts(from, to) => {
-                for i in from as usize..to as usize {
-                    let start = i.checked_sub(1).map_or(0, |j| self.parts[j] as usize);
-                    each(&self.places[start..self.parts[i] as usize]);
-                }
+                (from..to).for_each(|part| each(self.parts.get(part as usize)));
             }
         }
     }
-
-    /// Adds the next band of the picture.
-    fn append(&mut self, band: Found) {
-        let (parts, places) = (self.parts.len() as u32, self.places.len() as u32);
-        let start = self.all.len();
-        self.offsets.extend(band.ends.iter().map(|e| start + e));
-        self.all.extend(band.all.into_iter().map(|mut f| {
-            if let Outline::Parts(from, to) = &mut f.outline {
-                *from += parts;
-                *to += parts;
-            }
-            f
-        }));
-        self.parts.extend(band.parts.iter().map(|p| p + places));
-        self.places.extend(band.places);
-    }
 }
 
-/// The fragments of some rows.
-#[derive(Default)]
-struct Found {
-    all: Vec<Fragment>,
-    /// Number of fragments up to each pixel and with it.
-    ends: Vec<usize>,
-    parts: Vec<u32>,
-    places: Vec<PlanePoint>,
-}
+/// The fragments of some rows: for each pixel, and the parts of their outlines.
+type BandFragments = (Lists<Fragment>, Lists<PlanePoint>);
 
 /// Runs of bands for each thread: enough that no thread waits long for the last.
 const RUNS: usize = 4;
@@ -144,7 +130,7 @@ impl Split {
 /// A pixel that is so many times as long on a facet as it is wide is stretched.
 const STRETCHED: f64 = 5.0;
 
-/// How finely a pixel is looked at.
+/// Into how many fragments a pixel is split.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// Fragments of a pixel that shows one facet.
@@ -157,6 +143,15 @@ pub struct Sampling {
 }
 
 impl Sampling {
+    /// Of a plain pixel, a stretched one, and one with edges.
+    pub const fn new(split: Split, stretched_split: Split, edge_split: Split) -> Sampling {
+        Sampling {
+            split,
+            stretched_split,
+            edge_split,
+        }
+    }
+
     fn tells_stretched(&self) -> bool {
         self.stretched_split != self.split
     }
@@ -235,7 +230,7 @@ pub fn fragments(
     };
     let count = view.height.div_ceil(BAND);
     // A few runs of bands for each thread, as every run takes memory of its own.
-    let bands: Result<Vec<Found>, TransportError> = (0..count)
+    let bands: Result<Vec<BandFragments>, TransportError> = (0..count)
         .into_par_iter()
         .with_min_len(count.div_ceil(RUNS * rayon::current_num_threads()))
         .map_init(
@@ -248,24 +243,26 @@ pub fn fragments(
             },
         )
         .collect();
-    let bands = bands?;
-    let total = |count: fn(&Found) -> usize| bands.iter().map(count).sum();
-    let mut offsets = Vec::with_capacity(view.width * view.height + 1);
-    offsets.push(0);
-    let mut out = Fragments {
-        all: Vec::with_capacity(total(|b| b.all.len())),
-        offsets,
-        camera,
-        parts: Vec::with_capacity(total(|b| b.parts.len())),
-        places: Vec::with_capacity(total(|b| b.places.len())),
-    };
-    for band in bands {
-        out.append(band);
+    let mut bands = bands?;
+    let mut before = 0;
+    for (pixels, parts) in &mut bands {
+        for fragment in pixels.items_mut() {
+            if let Outline::Parts(from, to) = &mut fragment.outline {
+                *from += before;
+                *to += before;
+            }
+        }
+        before += parts.count() as u32;
     }
-    Ok(out)
+    let (pixels, parts): (Vec<_>, Vec<_>) = bands.into_iter().unzip();
+    Ok(Fragments {
+        pixels: Lists::concat(pixels),
+        camera,
+        parts: Lists::concat(parts),
+    })
 }
 
-/// What is looked at, and how.
+/// What all bands have in common.
 struct Rasterized<'a> {
     surfaces: &'a Surfaces,
     /// Of the picture, one unit a pixel.
@@ -353,9 +350,9 @@ impl Band<'_> {
         }
     }
 
-    fn pixels(&mut self, rows: usize) -> Found {
+    fn pixels(&mut self, rows: usize) -> BandFragments {
         let s = SUBPIXELS;
-        let mut out = Found::default();
+        let mut out = BandFragments::default();
         for y in 0..rows {
             for x in 0..self.rasterized.width {
                 let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
@@ -368,7 +365,7 @@ impl Band<'_> {
                         None => self.cut(corner, side, &mut out),
                     }
                 }
-                out.ends.push(out.all.len());
+                out.0.end();
             }
         }
         out
@@ -414,17 +411,17 @@ impl Band<'_> {
     }
 
     /// Adds the fragment of a square that shows one item.
-    fn plain(&self, item: u32, corner: [usize; 2], side: usize, out: &mut Found) {
+    fn plain(&self, item: u32, corner: [usize; 2], side: usize, (pixels, _): &mut BandFragments) {
         let Square { corner, side } = self.square(corner, side);
         let half = 0.5 * side;
         let middle = corner.map(|c| c + half);
         let outline = Outline::Square(middle.map(|c| c as f32), half as f32);
         let fragment = self.rasterized.fragment(item, middle, side * side, outline);
-        out.all.extend(fragment);
+        fragment.into_iter().for_each(|f| pixels.add(f));
     }
 
     /// Adds the fragments of a square with edges in it.
-    fn cut(&mut self, corner: [usize; 2], side: usize, out: &mut Found) {
+    fn cut(&mut self, corner: [usize; 2], side: usize, (pixels, parts): &mut BandFragments) {
         let width = self.rasterized.width * SUBPIXELS + 2;
         self.items.clear();
         for y in corner[1]..corner[1] + side + 2 {
@@ -442,17 +439,16 @@ impl Band<'_> {
             if share.area <= LEAST {
                 continue;
             }
-            let from = out.parts.len() as u32;
+            let from = parts.count() as u32;
             let outline = Outline::Parts(from, from + share.count() as u32);
             let item = share.facet as u32;
             if let Some(fragment) = self
                 .rasterized
                 .fragment(item, share.at, share.area, outline)
             {
-                out.all.push(fragment);
+                pixels.add(fragment);
                 for part in self.shares.parts(share) {
-                    out.places.extend_from_slice(part);
-                    out.parts.push(out.places.len() as u32);
+                    parts.push(part.iter().copied());
                 }
             }
         }

@@ -1,7 +1,7 @@
-//! Point sources made ready: what a point receives from one when nothing is in the way.
+//! Point sources: their irradiance where nothing occludes them.
 //!
 //! [`Beam::irradiance`] is the one interface of any point source, whatever its distribution. This
-//! module handles one lamp, nothing of surfaces and shadows.
+//! module does not depend on surfaces and shadows.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::scene::photometric::Distribution;
 use crate::scene::profile::Profile;
 use crate::scene::{Measured, Projection, Spot};
 
-/// A point source made ready.
+/// A point source.
 #[derive(Clone, Debug)]
 pub struct Beam {
     /// Where it hangs.
@@ -28,18 +28,9 @@ enum Law {
     Round(Profile),
     /// As a file says, in candela.
     Measured(Arc<Distribution>, Axes),
-    /// The same in all directions of a half space, of which the light within this angle from the
-    /// axis is wanted: what is thrown there is another's to say.
+    /// The same in all directions of a half space, of which only the light within this angle from
+    /// the axis is used: a [`super::projector::Projector`] multiplies it by its image.
     Even(f64),
-}
-
-/// The cone outside which a source has no light at all.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
-    /// Unit vector along the middle.
-    pub axis: Vec3,
-    /// Angle from the axis to the edge, radians, 0 to pi (pi: it shines everywhere).
-    pub angle: f64,
 }
 
 impl Beam {
@@ -56,16 +47,15 @@ impl Beam {
         Beam::towards(light.mount.position, light.mount.aim, law)
     }
 
-    /// The even light, at one candela, that a projection cuts its image out of; its reach is the
-    /// cone around the frustum. It does not stop at that cone, so that nothing that is
-    /// interpolated across a frustum's edge sees a step. `None` unless the mount has axes and
-    /// 0 < field < 180.
+    /// The even light of one candela that a projection multiplies by its image; its reach is the
+    /// cone around the frustum. It does not stop at that cone, so that interpolation across the
+    /// frustum's edge has no step. `None` unless the mount has axes and 0 < field < 180.
     pub fn even(light: &Projection) -> Option<Beam> {
         light.mount.axes()?;
         if !(light.field > 0.0 && light.field < 180.0) {
             return None;
         }
-        let [a, b] = Projection::half_size(&light.slide, light.field);
+        let [a, b] = Projection::half_size(&light.gobo, light.field);
         let law = Law::Even(a.hypot(b).atan().min(FRAC_PI_2));
         Beam::towards(light.mount.position, light.mount.aim, law)
     }
@@ -79,16 +69,13 @@ impl Beam {
         })
     }
 
-    /// The cone outside which irradiance is zero, or of no use (see [`Beam::even`]).
-    pub fn reach(&self) -> Reach {
-        let angle = match &self.law {
+    /// Angle from the axis beyond which irradiance is zero or of no use (see [`Beam::even`]),
+    /// radians, 0 to pi (pi: it shines everywhere).
+    pub fn reach(&self) -> f64 {
+        match &self.law {
             Law::Round(profile) => profile.end(),
             Law::Measured(distribution, _) => distribution.end(),
             Law::Even(angle) => *angle,
-        };
-        Reach {
-            axis: self.axis,
-            angle,
         }
     }
 
@@ -100,7 +87,7 @@ impl Beam {
             return false;
         }
         let angle = self.axis.cross(d).length().atan2(self.axis.dot(d));
-        angle - (radius / distance).asin() > self.reach().angle
+        angle - (radius / distance).asin() > self.reach()
     }
 
     /// Irradiance on a surface of unit `normal` at `point` per unit of the light's own intensity:
@@ -175,7 +162,7 @@ mod tests {
                 let shines = b.share(lit - b.position) > 0.0;
                 assert!(!shines || !b.misses(aside, 0.5 + 1e-9), "{field} {angle}");
                 assert!(
-                    shines || b.misses(lit, 0.0) || angle <= b.reach().angle,
+                    shines || b.misses(lit, 0.0) || angle <= b.reach(),
                     "{field} {angle}"
                 );
             }
@@ -187,13 +174,13 @@ mod tests {
     fn no_light_outside_the_reach_and_some_just_inside() {
         let b = Beam::new(&spot(24.0, 40.0)).unwrap();
         let reach = b.reach();
-        assert_eq!(reach.axis, vec3(0.0, 0.0, -1.0));
+        assert_eq!(b.axis, vec3(0.0, 0.0, -1.0));
         let at = |angle: f64| {
             let point = b.position + vec3(angle.sin(), 0.0, -angle.cos()) * 3.0;
             b.irradiance(point, vec3(0.0, 0.0, 1.0))
         };
-        assert_eq!(at(reach.angle + 1e-9), 0.0);
-        assert!(at(reach.angle - 1e-3) > 0.0);
+        assert_eq!(at(reach + 1e-9), 0.0);
+        assert!(at(reach - 1e-3) > 0.0);
     }
 
     #[test]
@@ -228,7 +215,7 @@ mod tests {
         // Turned by 90 degrees, anticlockwise seen from behind the lamp, thus from above.
         let turned = Beam::measured(&light(90.0)).unwrap();
         assert!((floor(&turned, -3.0, 0.0) - 400.0).abs() < 1e-9);
-        assert!((beam.reach().angle - FRAC_PI_2).abs() < 1e-12);
+        assert!((beam.reach() - FRAC_PI_2).abs() < 1e-12);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Receivers of direct light, sorted facet by facet into trees of small flat clusters.
 //!
-//! A cluster holds the rectangle of the facet's plane that holds its points and, where they are
-//! fragments of a picture, all their outlines; and the rectangle of the picture that holds those.
+//! A cluster has two bounding rectangles: one in the facet's plane, of its points and, where they
+//! are fragments of a picture, their outlines; and one in the picture, of the outlines.
 //! Invariants: the trees depend on the receivers alone; halves tile their cluster. This module does
 //! not depend on light.
 
@@ -50,7 +50,7 @@ pub struct Cluster {
     pub picture: Rectangle,
     /// Of the points themselves, in the [`frame`] of their plane.
     inner: Rectangle,
-    /// Found when they are asked for first: most clusters never are.
+    /// Found at their first use: most clusters have none.
     samples: OnceLock<[u32; SAMPLES]>,
     /// None below a handful of points.
     pub halves: Option<Box<[Cluster; 2]>>,
@@ -110,7 +110,7 @@ impl Receivers {
     /// Sorts the fragments of a picture.
     pub fn of_fragments(surfaces: &Surfaces, fragments: &Fragments) -> Receivers {
         let receivers: Vec<Receiver> = fragments
-            .all
+            .all()
             .iter()
             .map(|f| Receiver {
                 point: f.point,
@@ -282,9 +282,7 @@ impl Plane<'_> {
             let all = members.iter().map(|m| self.extent(m));
             (None, all.fold(none, Extent::with))
         };
-        let height = members
-            .first()
-            .map_or(0.0, |m| self.normal.dot(self.receivers[m.index].point));
+        let height = self.normal.dot(self.receivers[members[0].index].point);
         let corner = |u: f64, v: f64| self.frame[0] * u + self.frame[1] * v + self.normal * height;
         let Rectangle([a, b, c, d]) = extent.reach;
         let cluster = Cluster {

@@ -1,9 +1,8 @@
-//! Irradiance of one chunk of receivers as it becomes known: point by point, or fitted to a few.
+//! Irradiance of one chunk of receivers: evaluated point by point, or fitted to a few samples.
 //!
-//! A patch is a cluster small enough for a fit; a large one is looked at in more places than the
-//! fit has freedom, so that what it misses is seen. Invariant: what a point is given depends on the
-//! points and on what is evaluated at them alone. This module depends on neither lights nor
-//! occluders.
+//! A patch is a cluster small enough for a fit; a large one has more samples than the fit needs, to
+//! check it. Invariant: the irradiance of a point depends on the points and the values at the
+//! samples alone. This module depends on neither lights nor occluders.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,15 +13,14 @@ use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::cluster::{CORNERS, Cluster, PATCH, SAMPLES};
 use crate::radiosity::direct::quadratic_fit::QuadraticFit;
 
-/// Points of the largest patch whose fit is believed without a look beside it.
+/// Points of the largest patch whose fit needs no check.
 const UNCHECKED: usize = 32;
 
-/// Points of the largest patch that has something before its light: what is six points wide must
-/// not lie between its samples.
+/// Points of the largest patch with occluders: a shadow six points wide must not lie between its
+/// samples.
 pub const SHADED: usize = 100;
 
-/// How much farther than allowed the plane may be from the samples of a patch whose bend is
-/// checked.
+/// How many times the allowed error the fitted plane may be off where the curved fit is checked.
 const BENT: f64 = 4.0;
 
 /// The receivers of one chunk.
@@ -79,27 +77,27 @@ impl<'a> IrradiancePatch<'a> {
         let patch = Patch::new(cluster, self.frame);
         let places = samples.map(|i| patch.place(self.points[i]));
         let mut values = [0.0; SAMPLES];
-        let looked = if count > UNCHECKED { SAMPLES } else { CORNERS };
+        let sampled = if count > UNCHECKED { SAMPLES } else { CORNERS };
         for (value, &i) in values.iter_mut().zip(&samples).take(CORNERS) {
             *value = self.known(i, &mut at);
         }
-        let (few, their) = (first(&places), first(&values));
-        let Some(fit) = QuadraticFit::through(&few, &their) else {
+        let (corners, heights) = (first(&places), first(&values));
+        let Some(fit) = QuadraticFit::through(&corners, &heights) else {
             return false;
         };
-        let bent = if looked > CORNERS { BENT } else { 1.0 };
+        let bent = if sampled > CORNERS { BENT } else { 1.0 };
         if fit.farthest > self.allowed * bent {
             return false;
         }
-        for k in CORNERS..looked {
+        for k in CORNERS..sampled {
             values[k] = self.known(samples[k], &mut at);
             if (fit.at(places[k]) - values[k]).abs() > self.allowed {
                 return false;
             }
         }
-        // A slope must not carry a value beyond those that were seen.
-        let seen = values.iter().take(looked);
-        let (low, high) = seen.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
+        // No value may lie beyond those of the samples.
+        let known = values.iter().take(sampled);
+        let (low, high) = known.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
         let (low, high) = ((low - self.allowed).max(0.0), high + self.allowed);
         for i in cluster.range.clone() {
             let value = fit.at(patch.place(self.points[i])).clamp(low, high);
@@ -151,6 +149,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::radiosity::direct::cluster::{Receiver, Receivers};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
@@ -158,8 +157,8 @@ mod tests {
     /// A floor of `n` by `n` receivers, one a unit.
     fn floor(n: u8) -> Receivers {
         let side = f64::from(n);
-        let corners = [(0.0, 0.0), (side, 0.0), (side, side), (0.0, side)];
-        let surfaces = Surfaces::grey(vec![corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()]);
+        let square = rectangle((0.0, side), (0.0, side), 0.0);
+        let surfaces = Surfaces::grey(vec![square.to_vec()]);
         let points = (0..n).flat_map(|j| (0..n).map(move |i| (f64::from(i), f64::from(j))));
         let receivers: Vec<Receiver> = points
             .map(|(x, y)| Receiver {

@@ -3,9 +3,9 @@
 //! The irradiance at a point is half the sum, over the polygon's edges, of the angle that the edge
 //! subtends times the component of the edge's unit moment along the receiver's normal (Lambert,
 //! Photometria, 1760). An occluder's shadow on the polygon is what lies behind it within the cone
-//! from the point through its edges: on the polygon's plane each side of the cone is a straight
-//! line, so that what is lit is found by cutting polygons in two dimensions; shadows have no
-//! samples and no noise. This module handles one point and one polygon, nothing of meshes.
+//! from the point through its edges; on the polygon's plane each side of the cone is a straight
+//! line, so that the visible part is found by clipping in two dimensions, without samples. This
+//! module handles one point and one polygon and does not depend on meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -25,15 +25,17 @@ const MOST_PARTS: usize = 192;
 /// few points of each part.
 const MOST_HALVINGS: usize = 8;
 
-/// A corner that lies lower than this part of the emitter's height, as the point sees both, has no
-/// place on the emitter's plane that would be worth its rounding.
+/// A corner lower than this share of the emitter's height above the point is not projected onto the
+/// emitter's plane, because of rounding.
 const LOW: f64 = 1e-6;
 
 /// A convex polygon that shines, with coordinates in its plane, metres.
 #[derive(Clone, Debug)]
 pub struct LightPolygon {
-    corners: Vec<Vec3>,
-    normal: Vec3,
+    /// At least three.
+    pub corners: Vec<Vec3>,
+    /// Unit normal of the side that shines.
+    pub normal: Vec3,
     /// The corners in coordinates of its plane: along these axes from the first corner.
     outline: Vec<PlanePoint>,
     axes: [Vec3; 2],
@@ -43,7 +45,7 @@ impl LightPolygon {
     /// Of a polygon with this unit normal.
     pub fn new(corners: Vec<Vec3>, normal: Vec3) -> LightPolygon {
         let axes = frame(normal);
-        let origin = corners.first().copied().unwrap_or_default();
+        let origin = corners[0];
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
         LightPolygon {
             outline: corners.iter().map(place).collect(),
@@ -53,27 +55,16 @@ impl LightPolygon {
         }
     }
 
-    /// Its corners.
-    pub fn corners(&self) -> &[Vec3] {
-        &self.corners
-    }
-
-    /// Its unit normal: where it shines to.
-    pub fn normal(&self) -> Vec3 {
-        self.normal
-    }
-
-    /// Does a point lie before it?
+    /// Is a point in front of it?
     pub fn faces(&self, point: Vec3) -> bool {
-        let first = self.corners.first();
-        first.is_some_and(|c| self.normal.dot(point - *c) > 0.0)
+        self.normal.dot(point - self.corners[0]) > 0.0
     }
 
     /// Cut in two across its longest extent; halves of fewer than three corners are left out.
     pub fn halves(&self) -> impl Iterator<Item = LightPolygon> {
         let polygon = &self.corners;
-        let first = polygon.first().copied().unwrap_or_default();
-        let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len().max(1) as f64;
+        let first = polygon[0];
+        let centre = polygon.iter().fold(Vec3::ZERO, |s, v| s + *v) / polygon.len() as f64;
         let far = polygon.iter().fold(first, |far, v| {
             if (*v - first).length() > (far - first).length() {
                 *v
@@ -99,11 +90,10 @@ struct LightCone<'a> {
 
 impl<'a> LightCone<'a> {
     fn new(polygon: &'a LightPolygon, point: Vec3) -> LightCone<'a> {
-        let origin = polygon.corners.first().copied().unwrap_or_default() - point;
         LightCone {
             polygon,
             point,
-            origin,
+            origin: polygon.corners[0] - point,
         }
     }
 
@@ -126,21 +116,20 @@ impl<'a> LightCone<'a> {
     }
 }
 
-/// What an occluder does to a light polygon's plane.
+/// The shadow of an occluder on a light polygon's plane.
 #[derive(Debug, Default)]
 struct Shadow {
     /// Its corners, from the point.
     corners: Vec<Vec3>,
-    /// The same where they are seen on the plane; fewer when one is beside the point rather than
-    /// before it.
+    /// The same projected onto the plane; fewer where one cannot be projected.
     places: Vec<PlanePoint>,
     /// The greatest distance of a corner from the point, as a share of that of its place.
     farthest: f64,
 }
 
 impl Shadow {
-    /// Takes the corners of a piece. What holds the shadow: everywhere when one of them is beside
-    /// the point.
+    /// Projects the corners of a piece. Returns bounds of the shadow: everywhere where a corner
+    /// cannot be projected.
     fn cast(&mut self, cone: LightCone<'_>, piece: &Piece) -> Rectangle {
         let corners = piece.vertices.iter().map(|v| *v - cone.point);
         self.corners.clear();
@@ -168,8 +157,9 @@ impl Shadow {
         self.places.len() == self.corners.len() && self.farthest <= 1.0
     }
 
-    /// Does `each` answer yes to all lines around the shadow of a piece with this normal, whose
-    /// plane lies at this height above the point along it? The first no is the last line asked.
+    /// True if `each` is true of all lines around the shadow of a piece with this normal, whose
+    /// plane lies at this height above the point along it; stops at the first line of which it is
+    /// not.
     fn all_lines(
         &self,
         cone: LightCone<'_>,
@@ -200,8 +190,8 @@ fn through(p: PlanePoint, q: PlanePoint, turn: f64) -> Line {
 
 /// Working memory for one thread: the lit parts of the emitter.
 #[derive(Debug, Default)]
-pub struct Clipper {
-    stencil: PolygonClipper,
+pub struct LambertIntegrator {
+    clipper: PolygonClipper,
     /// The occluder at hand.
     shadow: Shadow,
     /// The lines around its shadow.
@@ -245,13 +235,13 @@ fn angle_over_sine(square: f64, cosine: f64) -> f64 {
     at(above) / (at(below) * cosine)
 }
 
-impl Clipper {
+impl LambertIntegrator {
     /// Starts with the part of a light polygon above the horizon of a point.
     fn start(&mut self, cone: LightCone<'_>, normal: Vec3) {
-        self.stencil.clear();
-        self.stencil.add(&cone.polygon.outline);
+        self.clipper.clear();
+        self.clipper.add(&cone.polygon.outline);
         let horizon = cone.line(normal, 0.0);
-        self.stencil.keep(std::iter::once(&horizon));
+        self.clipper.keep(std::iter::once(&horizon));
     }
 
     /// Irradiance at `point` from the unoccluded `polygon`; the caller has seen to it that the
@@ -285,14 +275,14 @@ impl Clipper {
         halvings: usize,
     ) -> f64 {
         self.start(cone, normal);
-        let whole = self.stencil.bounds();
+        let whole = self.clipper.bounds();
         let mut rest = occluders.clone();
-        while self.stencil.count() > 0 {
+        while self.clipper.count() > 0 {
             let Some(piece) = rest.next() else {
                 return self.light(cone, normal);
             };
             self.subtract(cone, &whole, piece, touching);
-            if self.stencil.count() < MOST_PARTS {
+            if self.clipper.count() < MOST_PARTS {
                 continue;
             }
             if halvings == 0 {
@@ -311,7 +301,7 @@ impl Clipper {
     /// Irradiance from the parts that are left.
     fn light(&mut self, cone: LightCone<'_>, normal: Vec3) -> f64 {
         let mut sum = 0.0;
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             self.part.clear();
             self.part.extend(part.iter().map(|p| cone.direction(*p)));
             sum += closed_form(&self.part, normal);
@@ -331,7 +321,7 @@ impl Clipper {
         let point = cone.point;
         let open = |d: Vec3| !rest.iter().any(|p| blocks(p, point, point + d, touching));
         let mut sum = 0.0;
-        for part in self.stencil.parts() {
+        for part in self.clipper.parts() {
             self.part.clear();
             self.part.extend(part.iter().map(|p| cone.direction(*p)));
             for pair in self.part.windows(2).skip(1) {
@@ -374,7 +364,7 @@ impl Clipper {
             greatest > 0.0
         });
         if is_met {
-            self.stencil.subtract(self.lines.iter(), &bounds);
+            self.clipper.subtract(self.lines.iter(), &bounds);
         }
     }
 }
@@ -438,11 +428,11 @@ mod tests {
                 })
             })
             .collect();
-        let mut clipper = Clipper::default();
+        let mut integrator = LambertIntegrator::default();
         let mut sum = 0.0;
         for (u, a) in &rule {
             for (v, b) in &rule {
-                sum += a * b * clipper.unoccluded(receiver(*u, *v), normal, emitter);
+                sum += a * b * integrator.unoccluded(receiver(*u, *v), normal, emitter);
             }
         }
         sum / PI
@@ -480,7 +470,7 @@ mod tests {
     #[test]
     fn the_horizon_cuts_the_emitter() {
         // The wall from z = -1 to 1 sends as much to the floor as its upper half.
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let wall = |low: f64| {
             polygon(&[
                 vec3(1.0, -1.0, low),
@@ -500,7 +490,7 @@ mod tests {
 
     #[test]
     fn half_a_shadow_is_the_other_half_of_the_light() {
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
         let half = occluder((-0.5, 0.0), (-3.0, 3.0), 1.0);
         let got = c.occluded(Vec3::ZERO, UP, &lamp, [&half].into_iter(), 1e-9);
@@ -523,7 +513,7 @@ mod tests {
     fn a_grid_of_many_occluders_stays_within_bounds() {
         // 400 small squares that cover a quarter of the lamp: far more parts than the cap, so
         // that the lamp is halved several times.
-        let mut c = Clipper::default();
+        let mut c = LambertIntegrator::default();
         let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
         let squares: Vec<Piece> = (0..400)
             .map(|i| {
@@ -535,7 +525,7 @@ mod tests {
             .map(|(x, y)| occluder((x, x + 0.025), (y, y + 0.025), 1.0))
             .collect();
         let got = c.occluded(Vec3::ZERO, UP, &lamp, squares.iter(), 1e-9);
-        assert!(c.stencil.count() < 2 * MOST_PARTS);
+        assert!(c.clipper.count() < 2 * MOST_PARTS);
         // What is left: all but each square's own light.
         let mut expected = c.unoccluded(Vec3::ZERO, UP, &lamp);
         for square in &squares {
@@ -566,7 +556,7 @@ mod tests {
             prop_assume!(normal.dot(vertices[0]).abs() > 0.05);
             let piece = Piece { vertices, normal, facet: 0 };
             let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
-            let mut c = Clipper::default();
+            let mut c = LambertIntegrator::default();
             let exact = c.occluded(Vec3::ZERO, UP, &lamp, [&piece].into_iter(), 1e-9);
             let n = 200;
             let mut counted = 0.0;

@@ -1,11 +1,9 @@
-//! Light that changes within a pixel, because its source is near.
+//! Near-field light: irradiance that changes within a pixel, as its source is near.
 //!
-//! Irradiance from a point source is I cos/d²; over an area it is the integral of I over the solid
-//! angle that the area fills as the source sees it. That angle is exact for a triangle (Van
-//! Oosterom and Strackee, "The Solid Angle of a Plane Triangle", 1983), and the intensity, which is
-//! smooth, is taken at centres. From a panel it is exact at each point, and where the panel stands
-//! on the surface it falls from half its radiosity to little within the pixel: there several points
-//! stand for one. At one point instead, a pixel beside a lamp is wrong by half.
+//! The integral of I cos/d² over an area is that of I over the solid angle that the area fills as
+//! seen from the source. That angle is exact for a triangle (Van Oosterom and Strackee, "The Solid
+//! Angle of a Plane Triangle", 1983); the smooth intensity is evaluated at centroids. Near a panel
+//! that touches the surface the mean over a pixel is taken at several points.
 
 #![allow(
     clippy::indexing_slicing,
@@ -69,11 +67,11 @@ impl<'a> Picture<'a> {
     /// About how long a pixel is on the facet at a point, metres.
     pub fn footprint(&self, point: Vec3) -> f64 {
         let camera = self.canvas.camera;
-        let sight = point - camera.origin;
+        let ray = point - camera.origin;
         // Across the line of sight a pixel is `step` times the distance; along a slope that much
         // longer as the surface turns away.
         let step = camera.step_x.max(camera.step_y);
-        sight.dot(sight) * step / self.canvas.height.abs()
+        ray.dot(ray) * step / self.canvas.height.abs()
     }
 
     /// Mean of what is found at points all over a receiver's outline: those in the middle of

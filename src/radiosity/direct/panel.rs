@@ -1,9 +1,9 @@
 //! Direct light of a panel: all the polygons of one light together.
 //!
-//! A polygon seen from a cluster is clear, dark, or mixed with a list of occluders; a cluster's
-//! halves take over what is left with shorter lists. Whether a cluster may be interpolated is
-//! decided by the sum over all polygons, as that is what shows. Invariant: what has been dropped
-//! sends nothing to any point of the cluster.
+//! For each cluster of receivers every polygon of the panel has a list of occluders; the cluster's
+//! halves inherit the polygons that reach them with shorter lists. Whether a cluster may be
+//! interpolated is decided by the sum over all polygons, as only the sum is visible. Invariant: a
+//! polygon that is dropped sends no light to any point of the cluster.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,7 +13,7 @@
 use crate::geometry::Vec3;
 use crate::radiosity::direct::cluster::{Cluster, PATCH};
 use crate::radiosity::direct::irradiance_patch::{IrradiancePatch, SHADED};
-use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
+use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::{Hidden, Setting};
 use crate::radiosity::visibility::Shaft;
@@ -47,12 +47,12 @@ struct Pair {
     occluders: Range<usize>,
 }
 
-/// One light's way to one chunk of a facet.
+/// Working memory to light one chunk of a facet by a panel.
 pub struct Panel<'a> {
     setting: Setting<'a>,
     normal: Vec3,
     facet: usize,
-    clipper: Clipper,
+    integrator: LambertIntegrator,
     /// Of the distances of [`NEAR`].
     near: f64,
     // Stacks: what a cluster adds is taken off when it is done.
@@ -63,8 +63,8 @@ pub struct Panel<'a> {
 
 impl Emitter {
     fn new(light_polygon: LightPolygon, halvings: usize) -> Emitter {
-        let corners = light_polygon.corners();
-        let count = corners.len().max(1) as f64;
+        let corners = &light_polygon.corners;
+        let count = corners.len() as f64;
         let middle = corners.iter().fold(Vec3::ZERO, |sum, c| sum + *c) * (1.0 / count);
         let radius = corners.iter().map(|c| (*c - middle).length());
         Emitter {
@@ -78,19 +78,19 @@ impl Emitter {
     fn distance(&self, point: Vec3) -> f64 {
         let (middle, radius) = self.ball;
         let way = point - middle;
-        let height = self.light_polygon.normal().dot(way).abs();
+        let height = self.light_polygon.normal.dot(way).abs();
         (way.length() - radius).max(height)
     }
 }
 
 impl<'a> Panel<'a> {
-    /// The way to a facet of unit `normal`.
+    /// For a facet of unit `normal`.
     pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, near: f64) -> Panel<'a> {
         Panel {
             setting,
             normal,
             facet,
-            clipper: Clipper::default(),
+            integrator: LambertIntegrator::default(),
             near,
             emitters: Vec::new(),
             pairs: Vec::new(),
@@ -134,7 +134,7 @@ impl<'a> Panel<'a> {
             self.emitters.push(emitter);
             self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
         }
-        self.settle(picture, chunk, 0..self.pairs.len(), patch);
+        self.light_cluster(picture, chunk, 0..self.pairs.len(), patch);
     }
 
     /// Do these points lie on the plane of a cluster or below it?
@@ -148,8 +148,8 @@ impl<'a> Panel<'a> {
         Shaft::new(
             &cluster.corners,
             self.normal,
-            emitter.light_polygon.corners(),
-            Some(emitter.light_polygon.normal()),
+            &emitter.light_polygon.corners,
+            Some(emitter.light_polygon.normal),
             self.setting.surfaces.touching(),
         )
     }
@@ -163,7 +163,7 @@ impl<'a> Panel<'a> {
         }
         let halves: Vec<LightPolygon> = self.emitters[emitter].light_polygon.halves().collect();
         for half in halves {
-            if !self.is_below(half.corners(), cluster) {
+            if !self.is_below(&half.corners, cluster) {
                 self.emitters.push(Emitter::new(half, halvings - 1));
                 self.narrow(self.emitters.len() - 1, occluders.clone(), cluster);
             }
@@ -198,7 +198,7 @@ impl<'a> Panel<'a> {
     }
 
     /// Interpolates where that is allowed, else evaluates the points of the smallest clusters.
-    fn settle(
+    fn light_cluster(
         &mut self,
         picture: Option<&Picture<'_>>,
         cluster: &Cluster,
@@ -230,7 +230,7 @@ impl<'a> Panel<'a> {
                 self.narrow(emitter, occluders, half);
             }
             let own = marks.1..self.pairs.len();
-            self.settle(picture, half, own, patch);
+            self.light_cluster(picture, half, own, patch);
             self.emitters.truncate(marks.0);
             self.pairs.truncate(marks.1);
             self.lists.truncate(marks.2);
@@ -275,16 +275,18 @@ impl<'a> Panel<'a> {
         }
         let list = &self.lists[occluders.clone()];
         if list.is_empty() {
-            return self.clipper.unoccluded(point, self.normal, light_polygon);
+            return self
+                .integrator
+                .unoccluded(point, self.normal, light_polygon);
         }
         let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
         let touching = surfaces.touching();
-        self.clipper
+        self.integrator
             .occluded(point, self.normal, light_polygon, occluders, touching)
     }
 }
 
-/// Does a cluster see nothing but the emitter's back?
+/// Is a cluster behind the emitter?
 fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
     !cluster
         .corners

@@ -1,12 +1,11 @@
-//! What a projector throws: the texel that a place of a surface receives, averaged over the place.
+//! A projection's image on a surface, averaged over each receiver's footprint.
 //!
-//! The light of a projection is that of an even point source
-//! ([`crate::radiosity::direct::beam::Beam::even`], which has visibility and distance) times the
-//! mean of the image over what the receiver sees of it: its footprint, a parallelogram on the
-//! surface (a pixel's, or a part of an element). The footprint is carried into the image; along its
-//! longer side up to [`MOST_TAPS`] places are averaged, each over the shorter side by a prefiltered
-//! level. At the rim of the frustum the share of the footprint that is inside counts, so that light
-//! ends there within one footprint, without steps. It depends on neither shadows nor settings.
+//! The light of a projection is that of an even point source ([`super::beam::Beam::even`], with
+//! visibility and distance) times the mean of the image over the footprint: a parallelogram on the
+//! surface, of a pixel or of a part of an element. Along the footprint's longer side up to
+//! [`MOST_TAPS`] texels are averaged, each of a prefiltered level as wide as the shorter side. At
+//! the edge of the frustum the share of the footprint that is inside counts. This module depends on
+//! neither shadows nor settings.
 
 use std::sync::Arc;
 
@@ -20,33 +19,33 @@ use crate::scene::mount::{Axes, Mount};
 /// times as long as wide is blurred across its shorter side.
 pub const MOST_TAPS: usize = 16;
 
-/// A projector made ready.
+/// A projector.
 #[derive(Clone, Debug)]
 pub struct Projector {
     mount: Mount,
     axes: Axes,
     half_size: [f64; 2],
-    slide: Arc<Gobo>,
+    gobo: Arc<Gobo>,
     plane: usize,
 }
 
 impl Projector {
-    /// `None` where [`crate::radiosity::direct::beam::Beam::even`] is.
+    /// `None` where [`super::beam::Beam::even`] is.
     pub fn new(light: &Projection) -> Option<Projector> {
         Some(Projector {
             mount: light.mount,
             axes: light.mount.axes()?,
-            half_size: Projection::half_size(&light.slide, light.field),
-            slide: Arc::clone(&light.slide),
+            half_size: Projection::half_size(&light.gobo, light.field),
+            gobo: Arc::clone(&light.gobo),
             plane: light.plane.min(2),
         })
     }
 
-    /// True when two throw the same image from the same place: then they share visibility.
-    pub fn is_beside(&self, other: &Projector) -> bool {
+    /// True when both project the same image from the same place: then they share visibility.
+    pub fn shares_projection(&self, other: &Projector) -> bool {
         self.mount == other.mount
             && self.half_size == other.half_size
-            && Arc::ptr_eq(&self.slide, &other.slide)
+            && Arc::ptr_eq(&self.gobo, &other.gobo)
     }
 
     /// Mean of the image's plane over the parallelogram of sides `footprint` around `point`, as a
@@ -72,7 +71,7 @@ impl Projector {
         self.mean(place, footprint.map(side))
     }
 
-    /// `even` light times the share at each of the receivers.
+    /// `even` light at each of the receivers times the share there.
     pub fn cut<'a>(
         &self,
         even: &[f32],
@@ -88,18 +87,14 @@ impl Projector {
     /// Mean over a parallelogram of the image, where the whole image is a unit square.
     fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> f64 {
         let [u, v] = place;
-        let reach = |c: usize| {
-            0.5 * sides
-                .iter()
-                .map(|s| s.get(c).map_or(0.0, |x| x.abs()))
-                .sum::<f64>()
-        };
-        let (wide, high) = (reach(0), reach(1));
+        let [[px, py], [qx, qy]] = sides;
+        let wide = 0.5 * (px.abs() + qx.abs());
+        let high = 0.5 * (py.abs() + qy.abs());
         let outside = |x: f64, r: f64| x + r <= 0.0 || x - r >= 1.0;
         if !(wide.is_finite() && high.is_finite()) || outside(u, wide) || outside(v, high) {
             return 0.0;
         }
-        let (width, height) = self.slide.size();
+        let (width, height) = self.gobo.size();
         let texels = [width as f64, height as f64];
         let scaled = sides.map(|s| [s[0] * texels[0], s[1] * texels[1]]);
         let (long, short, direction) = axes_of(scaled);
@@ -115,7 +110,7 @@ impl Projector {
             let (u, v) = (u + t * step[0], v + t * step[1]);
             let inside = overlap(u, size / texels[0]) * overlap(v, size / texels[1]);
             if inside > 0.0 {
-                sum += inside * self.slide.texel(u, v, size, self.plane);
+                sum += inside * self.gobo.texel(u, v, size, self.plane);
             }
         }
         sum / taps
@@ -166,7 +161,7 @@ mod tests {
     use crate::units::Rgb;
 
     /// A projector at the origin that looks upstage, 90 degrees high.
-    fn throw(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Projector {
+    fn projector(width: usize, height: usize, f: impl Fn(usize, usize) -> f32) -> Projector {
         let at = |i: usize| [f(i % width, i / width); 3];
         let data = (0..width * height).flat_map(at).collect();
         let image = Image::from_data(width, height, data).unwrap();
@@ -177,7 +172,7 @@ mod tests {
                 turn: 0.0,
             },
             field: 90.0,
-            slide: Arc::new(Gobo::new(image).unwrap()),
+            gobo: Arc::new(Gobo::new(image).unwrap()),
             plane: 0,
             intensity: Rgb::WHITE,
         })
@@ -189,7 +184,7 @@ mod tests {
     #[test]
     fn the_image_is_read_the_right_way_round_from_behind() {
         // Left to right 0 to 3, and the top row brighter by 10.
-        let t = throw(4, 2, |x, y| x as f32 + if y == 0 { 10.0 } else { 0.0 });
+        let t = projector(4, 2, |x, y| x as f32 + if y == 0 { 10.0 } else { 0.0 });
         for x in 0..4 {
             for (y, height) in [(0, 0.5), (1, -0.5)] {
                 // The frustum is 4 m wide and 2 m high at 1 m.
@@ -203,7 +198,7 @@ mod tests {
 
     #[test]
     fn light_ends_at_the_frustum_within_a_footprint() {
-        let t = throw(4, 2, |_, _| 1.0);
+        let t = projector(4, 2, |_, _| 1.0);
         for inside in [0.999_999, 1.000_001] {
             let expected = f64::from(u8::from(inside < 1.0));
             assert_eq!(t.share(vec3(2.0 * inside, 1.0, 0.3), POINT), expected);
@@ -225,7 +220,7 @@ mod tests {
     #[test]
     fn footprints_of_many_texels_see_their_mean() {
         // Stripes one texel wide, which single samples would see as black or white.
-        let t = throw(512, 512, |x, _| (x % 2) as f32);
+        let t = projector(512, 512, |x, _| (x % 2) as f32);
         let texel = 2.0 / 512.0;
         let mut worst = [0.0_f64; 2];
         for i in 0..200 {
@@ -241,7 +236,7 @@ mod tests {
 
     #[test]
     fn a_footprint_long_in_one_direction_is_blurred_in_that_only() {
-        let t = throw(256, 256, |x, _| if x < 128 { 0.0 } else { 1.0 });
+        let t = projector(256, 256, |x, _| if x < 128 { 0.0 } else { 1.0 });
         let texel = 2.0 / 256.0;
         // Twelve texels high, one wide, one texel beside the edge: still all light or none.
         let tall = [vec3(texel, 0.0, 0.0), vec3(0.0, 0.0, 12.0 * texel)];
@@ -256,8 +251,8 @@ mod tests {
     #[test]
     fn footprints_add_up_to_the_image() {
         // Whatever the footprints, the mean over a screen that holds the frustum is the image's.
-        let t = throw(48, 32, |x, y| ((x * 5 + y * 3) % 7) as f32);
-        let mean = t.slide.texel(0.5, 0.5, 1e9, 0);
+        let t = projector(48, 32, |x, y| ((x * 5 + y * 3) % 7) as f32);
+        let mean = t.gobo.texel(0.5, 0.5, 1e9, 0);
         for n in [7, 20, 150] {
             let (w, h) = (4.0 / f64::from(n), 2.4 / f64::from(n));
             let sides = [vec3(w, 0.0, 0.0), vec3(0.0, 0.0, h)];

@@ -1,10 +1,9 @@
-//! A smooth function between a few samples of it: a plane, and a bend.
+//! A smooth function fitted to a few samples near the corners and the middle of a square: a plane,
+//! and a quadratic term.
 //!
-//! The samples lie near the corners and the middle of a square. A plane alone is too high in the
-//! middle of a hill and too low at its foot, everywhere alike for one light, so that it shifts the
-//! mean; the bend takes that back. Invariants: samples that do not determine a slope make no fit,
-//! for a slope guessed from places close together is far off beyond them; and a fit adds and scales
-//! with its values. This module does not depend on light.
+//! Invariants: samples that do not determine a slope give no fit, as a slope extrapolated from
+//! places close together is far off; and a fit is linear in its values. This module does not depend
+//! on light.
 
 use crate::radiosity::direct::cluster::CORNERS;
 

@@ -1,7 +1,7 @@
-//! Direct light of a point source: exact shadows of a picture's fragments, or of points.
+//! Direct light of a point source: exact shadows on a picture's fragments, or at points.
 //!
-//! Where shadows may fall on a cluster, its halves take over what is left of them; the outlines of
-//! fragments are cut by those that cross them. Nothing is interpolated across a sharp shadow.
+//! A cluster's halves inherit the shadows that may fall on them; the outlines of fragments are
+//! clipped by the shadows that cross them. Nothing is interpolated across a shadow's edge.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,18 +19,18 @@ use crate::radiosity::geometry::clipper::{PlanePoint, PolygonClipper, Rectangle,
 use crate::radiosity::visibility::shadow::{Lit, Meeting, Shadows, shade};
 use crate::radiosity::visibility::{Shaft, blocks};
 
-/// One source's way to one chunk of a facet.
+/// Working memory to light one chunk of a facet by a point source.
 pub struct Spot<'a> {
     setting: Setting<'a>,
     beam: &'a Beam,
     hidden: &'a Hidden,
     normal: Vec3,
     shadows: Shadows,
-    stencil: PolygonClipper,
+    clipper: PolygonClipper,
 }
 
 impl<'a> Spot<'a> {
-    /// The way to a facet of unit `normal`, given what is hidden from the source.
+    /// For a facet of unit `normal`, given what is hidden from the source.
     pub fn new(setting: Setting<'a>, beam: &'a Beam, hidden: &'a Hidden, normal: Vec3) -> Spot<'a> {
         Spot {
             setting,
@@ -38,7 +38,7 @@ impl<'a> Spot<'a> {
             hidden,
             normal,
             shadows: Shadows::default(),
-            stencil: PolygonClipper::default(),
+            clipper: PolygonClipper::default(),
         }
     }
 
@@ -132,8 +132,8 @@ impl<'a> Spot<'a> {
         }
     }
 
-    /// Light on the outlines of a picture's fragments, given the shadows (numbers) that may fall
-    /// on the cluster.
+    /// Light on the outlines of a picture's fragments, given the numbers of the shadows that may
+    /// fall on the cluster.
     fn outlines(
         &mut self,
         picture: &Picture<'_>,
@@ -186,14 +186,14 @@ impl<'a> Spot<'a> {
         if open <= 0.0 {
             return open;
         }
-        self.stencil.clear();
+        self.clipper.clear();
         let (mut whole, mut bounds) = (0.0, Rectangle::EMPTY);
         picture.outline(i, |part| {
-            self.stencil.add(part);
+            self.clipper.add(part);
             whole += measured(part).0;
             bounds = part.iter().fold(bounds, |b, &at| b.with(Rectangle::at(at)));
         });
-        match shade(&mut self.stencil, &bounds, &self.shadows, shadows) {
+        match shade(&mut self.clipper, &bounds, &self.shadows, shadows) {
             Lit::Wholly => open,
             Lit::Not => 0.0,
             Lit::Partly => {
@@ -206,7 +206,7 @@ impl<'a> Spot<'a> {
                     let centre = picture.canvas.point(centre);
                     area * self.beam.irradiance(centre, self.normal)
                 };
-                let lit: f64 = self.stencil.parts().map(light).sum();
+                let lit: f64 = self.clipper.parts().map(light).sum();
                 lit / whole
             }
         }

@@ -1,9 +1,9 @@
-//! Convex parts of a plane, cut by straight lines.
+//! Clipping of convex polygons by straight lines, in two dimensions.
 //!
-//! What a pixel shows, what is lit of it by a spot, and what a point sees of a panel, are all found
-//! by cutting polygons in two dimensions, of the picture or of the panel's own plane: no samples,
-//! no bias, edges sharp at any size. All parts of one outline share one list of corners, so that
-//! cutting allocates nothing. This module does not depend on surfaces or light.
+//! What a pixel shows, how much of it a spot lights, and how much of a panel is visible from a point
+//! are all found in this way, in the plane of the picture or of the panel, without samples. All
+//! parts of one outline share one list of corners, so that clipping allocates nothing. This module
+//! does not depend on surfaces or light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -158,7 +158,7 @@ impl PolygonClipper {
         bounds.fold(Rectangle::EMPTY, Rectangle::with)
     }
 
-    /// Leaves the parts that `wanted` says.
+    /// Keeps the parts for which `wanted` is true.
     pub fn retain(&mut self, mut wanted: impl FnMut(&[PlanePoint]) -> bool) {
         let places = &self.places;
         self.parts.retain(|p| wanted(&places[p.corners.clone()]));
@@ -181,7 +181,7 @@ impl PolygonClipper {
         lines: impl Iterator<Item = &'a Line> + Clone,
         bounds: &Rectangle,
     ) {
-        // From the last on: what is pushed lies outside and is not looked at again.
+        // From the last on: what is pushed lies outside and is not clipped again.
         for at in (0..self.parts.len()).rev() {
             let part = &self.parts[at];
             if !part.bounds.overlaps(bounds) {

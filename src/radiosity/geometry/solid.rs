@@ -1,12 +1,10 @@
-//! Convex solids, and the faces of them that hide nothing because their fronts hide it first.
+//! Convex solids, and their back faces, which occlude nothing that the fronts do not.
 //!
-//! An observer outside a convex solid sees its fronts only: what passes through its back has
-//! come in by a front. So of a box that stands in the way of light, or is drawn around a point,
-//! half of the faces can be left out, and nothing changes. The solids of a set are seldom closed: a
-//! box that stands on a floor has no bottom. It is a solid all the same when each face that it
-//! lacks lies wholly on something else, as what comes in there has been stopped by that before.
-//! Invariant: a solid is convex, its fronts outside, and closed but for such faces; whatever is
-//! not surely one is none. This module does not depend on light.
+//! From outside a convex solid only its fronts are visible: a ray through a back has come in by a
+//! front. So half of a box's faces can be left out as occluders. Solids are seldom closed: a box on
+//! a floor has no bottom. It is a solid all the same if each missing face is covered by other
+//! surfaces. Invariant: a solid is convex with its fronts outside, and closed but for such faces;
+//! what may not be one is none. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,6 +13,7 @@
 
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, measured};
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece};
 use std::collections::BTreeMap;
 
@@ -68,9 +67,7 @@ impl Solids {
             let heights = corners
                 .iter()
                 .map(|c| piece.normal.dot(*c - piece.vertices[0]));
-            let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-                (l.min(x), h.max(x))
-            });
+            let (low, high) = extent(heights);
             outside[*solid as usize] |= low > touching;
             *behind = high <= 0.0;
         }
@@ -137,7 +134,7 @@ struct Face {
 }
 
 impl Faces<'_> {
-    /// Are these facets the faces of a convex solid, all but such as lie on something else?
+    /// Are these facets the faces of a convex solid, but for faces that other surfaces cover?
     fn is_solid(self, members: &[usize]) -> bool {
         let Some(corners) = self.corners(members) else {
             return false;
@@ -168,7 +165,7 @@ impl Faces<'_> {
         }
         let thick = |m: &usize| {
             let heights = corners.iter().map(|c| self.facets[*m].height(*c));
-            let (low, high) = heights.fold((0.0_f64, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+            let (low, high) = extent(heights);
             high <= self.touching && low < -THICK * self.touching
         };
         (corners.len() <= MOST_CORNERS && members.iter().all(thick)).then_some(corners)
@@ -207,10 +204,10 @@ impl Faces<'_> {
         let origin = face.corners[0];
         let axes = frame(face.normal);
         let place = |v: &Vec3| axes.map(|axis| axis.dot(*v - origin));
-        let mut stencil = PolygonClipper::default();
-        stencil.add(&round(face.corners.iter().map(place).collect()));
-        let area = |stencil: &PolygonClipper| stencil.parts().map(|p| measured(p).0).sum::<f64>();
-        let whole = area(&stencil);
+        let mut clipper = PolygonClipper::default();
+        clipper.add(&round(face.corners.iter().map(place).collect()));
+        let area = |clipper: &PolygonClipper| clipper.parts().map(|p| measured(p).0).sum::<f64>();
+        let whole = area(&clipper);
         for piece in pieces {
             let height = |v: &Vec3| face.normal.dot(*v - origin).abs();
             if piece.vertices.iter().any(|v| height(v) > self.touching) {
@@ -227,8 +224,8 @@ impl Faces<'_> {
                 [slack - u * ax - v * ay, u, v]
             });
             let lines: Vec<Line> = lines.collect();
-            stencil.subtract(lines.iter(), &Rectangle::of(&outline));
-            if area(&stencil) <= GAP * whole {
+            clipper.subtract(lines.iter(), &Rectangle::of(&outline));
+            if area(&clipper) <= GAP * whole {
                 return true;
             }
         }
@@ -249,13 +246,13 @@ fn round(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
 mod tests {
     use super::*;
     use crate::geometry::{block, vec3};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::blocks;
     use proptest::prelude::*;
 
     fn floor(x: (f64, f64), y: (f64, f64)) -> Vec<Vec3> {
-        let corners = [(x.0, y.0), (x.1, y.0), (x.1, y.1), (x.0, y.1)];
-        corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec()
+        rectangle(x, y, 0.0).to_vec()
     }
 
     fn solids(polygons: Vec<Vec<Vec3>>) -> usize {

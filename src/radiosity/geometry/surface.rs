@@ -1,9 +1,8 @@
-//! The scene as transport sees it: facets (planar polygons) and their convex pieces.
+//! The scene for light transport: facets (planar polygons) and their convex pieces.
 //!
 //! Invariants: every facet has a positive area and at least one piece; the pieces tile the facet;
-//! facets are ordered by falling area, so that drawing them in order puts the smaller of two
-//! coplanar facets on top. Degenerate polygons are left out: they have no area to light, see or
-//! cast a shadow. This module does not depend on pixels or settings.
+//! facets are ordered by falling area, so that of two coplanar ones the smaller is drawn on top.
+//! Degenerate polygons are left out. This module does not depend on pixels or settings.
 
 #![allow(
     clippy::indexing_slicing,
@@ -61,6 +60,11 @@ impl Facet {
         self.reflectance.iter().all(|r| *r == 0.0)
     }
 
+    /// Of the channel that it reflects most of.
+    pub fn highest_reflectance(&self) -> f64 {
+        self.reflectance.iter().copied().fold(0.0, f64::max)
+    }
+
     /// Signed distance of `p` in front of the facet's plane.
     pub fn height(&self, p: Vec3) -> f64 {
         self.normal.dot(p - self.vertices[0])
@@ -96,7 +100,7 @@ pub struct Surfaces {
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
-    /// Found when they are asked for first: not every use needs them.
+    /// Found at their first use, as not every use needs them.
     pub(in crate::radiosity) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,

@@ -1,10 +1,10 @@
-//! How much of a light falls on each element: the mean of its direct light.
+//! Mean direct light of each element: what it reflects first.
 //!
-//! Four samples see what a lamp far away does. Beside a lamp, and where a beam's edge or a shadow
-//! crosses an element, they may miss it by a tenth of all the light there is, and everything that
-//! is reflected is wrong by as much. So an element whose samples differ by more than a share of the
-//! light's flux is sampled again in quarters of quarters, until they agree. What is sampled depends
-//! on the light at unit strength alone, hence G stays linear.
+//! Four samples of an element suffice far from the light. Near it, and where a beam's edge or a
+//! shadow crosses the element, they may miss its mean, and all reflected light would be wrong by as
+//! much. So an element whose samples differ by more than a share of the light's flux is divided
+//! into quarters, again and again, until they agree. Invariant: the samples depend on the light at
+//! unit strength alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
@@ -34,28 +34,28 @@ struct Part {
 }
 
 impl Operator {
-    /// Mean direct irradiance of each element, for the lights of a team: one light, or the planes
-    /// of one thrown image, which share all but the image.
+    /// Mean direct irradiance of each element, for one light or for the planes of one projected
+    /// image, which share all but the texels.
     ///
     /// # Errors
     /// Cancel.
     pub fn on_elements(
         &self,
         light: &Shining<'_>,
-        team: &[usize],
+        lights: &[usize],
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, Cancelled> {
         let parts = self.parts(light, work)?;
-        Ok(team.iter().map(|&l| self.means(l, &parts)).collect())
+        Ok(lights.iter().map(|&l| self.means(l, &parts)).collect())
     }
 
-    /// Parts of the elements, as fine as the light asks.
+    /// Parts of the elements, as fine as the light needs.
     fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, Cancelled> {
         let mut groups = self.first_parts(light, work)?;
         let power = |p: &Part| self.weight(p.element) * p.sample.area * f64::from(p.light);
         let allowed = ALLOWED * groups.iter().flatten().map(power).sum::<f64>();
-        let beside = self.beside(&groups);
-        let apart = |g: &[Part]| self.spread(g, g.first().map_or(0.0, |p| beside[p.element]));
+        let differences = self.neighbour_difference(&groups);
+        let apart = |g: &[Part]| self.spread(g, g.first().map_or(0.0, |p| differences[p.element]));
         let (uneven, even): (Vec<_>, Vec<_>) = groups.into_iter().partition(|g| apart(g) > allowed);
         let mut done = even.concat();
         groups = self.quartered(light, &uneven.concat(), work)?;
@@ -69,7 +69,7 @@ impl Operator {
         Ok(done)
     }
 
-    /// What a unit of light on an element counts.
+    /// The greatest reflectance of an element, by which errors of its light are weighted.
     fn weight(&self, element: usize) -> f64 {
         let most = self.reflectance[element]
             .iter()
@@ -78,9 +78,9 @@ impl Operator {
         f64::from(most)
     }
 
-    /// For each element how far its light is from that of the elements beside it: what falls
-    /// between its own samples may show in theirs.
-    fn beside(&self, groups: &[Vec<Part>]) -> Vec<f64> {
+    /// For each element the greatest difference of its light from that of its neighbours: what its
+    /// own samples miss may show in theirs.
+    fn neighbour_difference(&self, groups: &[Vec<Part>]) -> Vec<f64> {
         let mean = |g: &Vec<Part>| {
             let sum: f64 = g.iter().map(|p| f64::from(p.light)).sum();
             sum / g.len().max(1) as f64
@@ -95,9 +95,9 @@ impl Operator {
         apart
     }
 
-    /// How far the parts of a group are from even, as flux that is reflected; at least as far as
-    /// half of what is `beside`.
-    fn spread(&self, group: &[Part], beside: f64) -> f64 {
+    /// How unequal the parts of a group are, as reflected flux; at least half of the `difference`
+    /// from the neighbours.
+    fn spread(&self, group: &[Part], difference: f64) -> f64 {
         let area: f64 = group.iter().map(|p| p.sample.area).sum();
         let flux: f64 = group
             .iter()
@@ -107,7 +107,7 @@ impl Operator {
         let off = |p: &Part| p.sample.area * (f64::from(p.light) - mean).abs();
         let own: f64 = group.iter().map(off).sum();
         let weight = group.first().map_or(0.0, |p| self.weight(p.element));
-        weight * own.max(0.5 * area * beside)
+        weight * own.max(0.5 * area * difference)
     }
 
     /// The samples that the mesh has, element by element.
@@ -178,10 +178,7 @@ impl Operator {
     }
 
     pub fn setting(&self) -> Setting<'_> {
-        Setting {
-            surfaces: &self.surfaces,
-            hierarchy: &self.hierarchy,
-        }
+        Setting::new(&self.surfaces, &self.hierarchy)
     }
 
     /// Mean over the parts of each element; of a projection, what its image leaves of them.
@@ -198,13 +195,13 @@ impl Operator {
     }
 
     fn cut(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
-        let Some(throw) = &self.projectors[light] else {
+        let Some(projector) = &self.projectors[light] else {
             return even;
         };
         let samples = parts.iter().filter_map(|p| {
             let grid = self.mesh.grids[self.mesh.elements[p.element].facet].as_ref()?;
             Some((p.sample.point, p.sample.sides(grid)))
         });
-        throw.cut(&even, samples)
+        projector.cut(&even, samples)
     }
 }

@@ -1,4 +1,4 @@
-//! Rows of form factors in compressed storage, and the light that goes to and fro between them.
+//! Rows of form factors in compressed storage, and the interreflections that they describe.
 //!
 //! Invariant: each product is summed in the order of the row, column by column, so that a column's
 //! result does not depend on its neighbours or on the number of threads. This module does not
@@ -109,8 +109,8 @@ impl Rows {
 /// Error of the iteration, as a share of the whole.
 const REST: f64 = 2e-4;
 
-/// Beyond this bound on the share that survives a bounce, what is asked has no finite answer worth
-/// the name: light that is trapped between white walls.
+/// Greatest bound on the share that survives a bounce: beyond it light is trapped between white
+/// walls, and the sum of all bounces has no useful limit.
 const TRAPPED: f64 = 0.999_95;
 
 /// Products that improve the bound.

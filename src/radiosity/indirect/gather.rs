@@ -1,4 +1,5 @@
-//! What elements and gather points see of the elements: rows of form factors, kept or made again.
+//! Hemicube passes over elements and gather points: rows of form factors, or their products with
+//! the radiosities where the rows do not fit into memory.
 
 #![allow(
     clippy::indexing_slicing,
@@ -8,7 +9,6 @@
 use super::interpolation::Interpolation;
 use super::smoothing::Smoothing;
 use crate::geometry::Vec3;
-
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::indirect::form::{BLOCK, Block, Rows};
@@ -22,29 +22,29 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// About what a gather point takes without its row, bytes: an element and its place in the grid.
-const OF_A_GATHER_POINT: usize = 256;
+/// Bytes that a gather point takes without its row, about: an element and its place in the grid.
+const GATHER_POINT_BYTES: usize = 256;
 
-/// Where reflected light is interpolated between.
+/// Where the second gather finds reflected irradiance; between them it is interpolated.
 pub struct GatherPoints {
-    /// Elements of a finer grid that only gather.
+    /// Elements of a finer grid, which receive and do not send.
     pub mesh: Mesh,
     table: Table,
-    /// How near to others a gather point need not look itself ([`Interpolation::gather_points`]).
+    /// As [`Step::reach`].
     reach: f64,
-    /// Without them they are made again for each use.
+    /// `None` where the rows do not fit into memory: they are made again for each use.
     kept: Option<Kept>,
 }
 
-/// What the gather points see.
+/// Form factors of the gather points, and what follows from them.
 struct Kept {
-    /// Form factors to elements, from those gather points that look.
-    seen: Vec<(Vec<u32>, Rows)>,
+    /// For each pass, the gather points with a hemicube and their rows.
+    passes: Vec<(Vec<u32>, Rows)>,
     interpolation: Interpolation,
     smoothing: Smoothing,
 }
 
-/// What is looked at, from wherever.
+/// The scene and the elements that hemicubes see.
 #[derive(Clone, Copy)]
 pub struct GatherScene<'a> {
     /// The scene.
@@ -56,7 +56,7 @@ pub struct GatherScene<'a> {
 }
 
 impl GatherPoints {
-    /// The finer gather points that the fragments need, and what they see of the elements. Rows
+    /// The gather points that the fragments need, with their form factors to the elements. Rows
     /// that would take more than a quarter of the memory are not kept.
     ///
     /// # Errors
@@ -69,23 +69,20 @@ impl GatherPoints {
         work: Work<'_>,
     ) -> Result<GatherPoints, TransportError> {
         let setting = gather_scene.setting;
-        let mut pixels = vec![0.0; setting.surfaces.facets.len()];
-        for f in &fragments.all {
-            pixels[f.facet] += f64::from(f.weight);
-        }
+        let pixels = fragments.visible_areas(setting.surfaces.facets.len());
         let layout = Layout::of_gather_points(setting.surfaces, step.gather_points, &pixels);
         check_memory(
             "the nodes",
-            layout.cells().saturating_mul(OF_A_GATHER_POINT),
+            layout.cells().saturating_mul(GATHER_POINT_BYTES),
             work.memory,
         )?;
         let mut requests = vec![CellRequest::default(); layout.cells()];
-        for f in &fragments.all {
+        for f in fragments.all() {
             for (cell, weight) in layout.grid(f.facet).iter().flat_map(|g| g.stencil(f.point)) {
                 requests[cell].wanted |= weight > 0.0;
             }
         }
-        show(&layout, fragments, &mut requests);
+        mark_shown(&layout, fragments, &mut requests);
         let mesh = layout.mesh(setting, seeds, &requests);
         let table = Table::new(step.gather_resolution);
         let limited = Work {
@@ -93,16 +90,15 @@ impl GatherPoints {
             ..work
         };
         let meter = Meter::new("final gather", mesh.elements.len());
-        let mut seen = Vec::new();
-        let interpolation = Interpolation::gather_points(&mesh, step.reach, |gather_points| {
-            let (rows, nearby) =
-                form_factors(gather_scene, &mesh, gather_points, &table, &meter, limited)?;
-            seen.push((gather_points.to_vec(), rows));
+        let mut passes = Vec::new();
+        let interpolation = Interpolation::new(&mesh, step.reach, |which| {
+            let (rows, nearby) = form_factors(gather_scene, &mesh, which, &table, &meter, limited)?;
+            passes.push((which.to_vec(), rows));
             Ok(nearby)
         });
         let kept = match interpolation {
             Ok(interpolation) => Some(Kept {
-                seen,
+                passes,
                 smoothing: Smoothing::new(&mesh, &interpolation.nearby),
                 interpolation,
             }),
@@ -119,9 +115,9 @@ impl GatherPoints {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let kept = self.kept.iter().flat_map(|kept| &kept.seen);
-        let rows: usize = kept.map(|(_, rows)| rows.bytes()).sum();
-        self.mesh.elements.len() * OF_A_GATHER_POINT + rows
+        let passes = self.kept.iter().flat_map(|kept| &kept.passes);
+        let rows: usize = passes.map(|(_, rows)| rows.bytes()).sum();
+        self.mesh.elements.len() * GATHER_POINT_BYTES + rows
     }
 
     /// Irradiance at each gather point from a block of radiosities of `width` columns. The same
@@ -138,99 +134,71 @@ impl GatherPoints {
     ) -> Result<Vec<f32>, Cancelled> {
         let mut out = vec![0.0_f32; self.mesh.elements.len() * width];
         if let Some(kept) = &self.kept {
-            for (gather_points, rows) in &kept.seen {
-                place(
-                    gather_points,
-                    &rows.times(radiosity, width),
-                    width,
-                    &mut out,
-                );
+            for (which, rows) in &kept.passes {
+                place(which, &rows.times(radiosity, width), width, &mut out);
             }
             kept.interpolation.fill(&mut out, width);
             kept.smoothing.even(&mut out, width);
             return Ok(out);
         }
-        let interpolation =
-            Interpolation::gather_points(&self.mesh, self.reach, |gather_points| {
-                let mut sums = vec![0.0_f32; gather_points.len() * width];
-                let nearby = self.look(gather_scene, gather_points, radiosity, &mut sums, work)?;
-                place(gather_points, &sums, width, &mut out);
-                Ok(nearby)
-            })?;
+        let interpolation = Interpolation::new(&self.mesh, self.reach, |which| {
+            let (sums, nearby) = self.products(gather_scene, which, radiosity, width, work)?;
+            place(which, &sums, width, &mut out);
+            Ok(nearby)
+        })?;
         interpolation.fill(&mut out, width);
         Smoothing::new(&self.mesh, &interpolation.nearby).even(&mut out, width);
         Ok(out)
     }
 
-    /// Adds up what some gather points see of a block of radiosities, without keeping the rows.
-    fn look(
+    /// Products of some gather points' rows with a block of radiosities; the rows are not kept.
+    fn products(
         &self,
         gather_scene: GatherScene<'_>,
-        gather_points: &[u32],
+        which: &[u32],
         radiosity: &[f32],
-        sums: &mut [f32],
+        width: usize,
         work: Work<'_>,
-    ) -> Result<Vec<NearbyEmission>, Cancelled> {
-        let width = sums.len() / gather_points.len().max(1);
-        let (done, all) = (AtomicUsize::new(0), gather_points.len());
-        let mut nearby = vec![NearbyEmission::default(); gather_points.len()];
-        gather_points
-            .par_chunks(BLOCK)
-            .zip(sums.par_chunks_mut(BLOCK * width.max(1)))
-            .zip(nearby.par_chunks_mut(BLOCK))
-            .try_for_each(|((gather_points, sums), nearby)| {
-                work.check()?;
-                let so_far = done.fetch_add(gather_points.len(), Ordering::Relaxed);
-                work.progress.report("final gather", so_far, all);
-                let mut cube = Hemicube::new(
-                    gather_scene.setting,
-                    gather_scene.vertices,
-                    gather_scene.to,
-                    &self.table,
-                );
-                for (i, &at) in gather_points.iter().enumerate() {
-                    let gather_point = &self.mesh.elements[at as usize];
-                    let turn = scatter(u64::from(at));
-                    let sums = &mut sums[i * width..(i + 1) * width];
-                    nearby[i] = cube.visit(
-                        gather_point.facet,
-                        gather_point.centre,
-                        turn,
-                        |element, share| {
-                            let from = element as usize * width;
-                            for (sum, x) in sums.iter_mut().zip(&radiosity[from..from + width]) {
-                                *sum += share * x;
-                            }
-                        },
-                    );
-                }
-                Ok::<(), Cancelled>(())
-            })?;
-        Ok(nearby)
+    ) -> Result<(Vec<f32>, Vec<NearbyEmission>), Cancelled> {
+        let meter = Meter::new("final gather", which.len());
+        let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
+            let mut sums = vec![0.0_f32; which.len() * width];
+            let mut nearby = Vec::with_capacity(which.len());
+            for (i, &at) in which.iter().enumerate() {
+                let sums = &mut sums[i * width..(i + 1) * width];
+                nearby.push(visit(cube, &self.mesh, at, |element, share| {
+                    let from = element as usize * width;
+                    for (sum, x) in sums.iter_mut().zip(&radiosity[from..from + width]) {
+                        *sum += share * x;
+                    }
+                }));
+            }
+            Ok((sums, nearby))
+        };
+        let blocks = in_blocks(gather_scene, which, &self.table, &meter, work, block)?;
+        let (sums, nearby): (Vec<_>, Vec<_>) = blocks.into_iter().unzip();
+        Ok((sums.concat(), nearby.concat()))
     }
 }
 
 /// Puts rows of values, one for each of some gather points, where they belong among all.
-fn place(gather_points: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
-    for (gather_point, row) in gather_points.iter().zip(values.chunks_exact(width.max(1))) {
+fn place(which: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
+    for (gather_point, row) in which.iter().zip(values.chunks_exact(width.max(1))) {
         let at = *gather_point as usize * width;
         all[at..at + width].copy_from_slice(row);
     }
 }
 
-/// A block of rows, and [`Hemicube::visit`]'s answer for each.
-type Seen = (Block, Vec<NearbyEmission>);
-
-/// Notes for each cell a point of it that the picture shows.
-pub fn show(layout: &Layout, fragments: &Fragments, requests: &mut [CellRequest]) {
-    for f in &fragments.all {
+/// Notes for each cell a point of it that the picture shows, which is therefore not inside a solid.
+pub fn mark_shown(layout: &Layout, fragments: &Fragments, requests: &mut [CellRequest]) {
+    for f in fragments.all() {
         if let Some(grid) = layout.grid(f.facet) {
             requests[grid.cell(f.point)].shown.get_or_insert(f.point);
         }
     }
 }
 
-/// How far a task is, over several calls of [`form_factors`].
+/// Progress of a task over several calls of [`form_factors`].
 pub struct Meter {
     task: &'static str,
     total: usize,
@@ -249,10 +217,15 @@ impl Meter {
             bytes: AtomicUsize::new(0),
         }
     }
+
+    /// Reports that so many more rows are done.
+    fn report(&self, rows: usize, work: Work<'_>) {
+        let so_far = self.done.fetch_add(rows, Ordering::Relaxed) + rows;
+        work.progress.report(self.task, so_far, self.total);
+    }
 }
 
-/// Form factors from some elements of `from` to all elements in sight, and what each sees all
-/// in all.
+/// Form factors from some elements of `from` to all elements, and the nearby emission at each.
 ///
 /// # Errors
 /// [`TransportError::Memory`] when they do not fit, and cancel.
@@ -264,41 +237,60 @@ pub fn form_factors(
     meter: &Meter,
     work: Work<'_>,
 ) -> Result<(Rows, Vec<NearbyEmission>), TransportError> {
-    let count = Ordering::Relaxed;
-    // The work of one task: enough blocks that making a hemicube does not count.
-    let tasks: Result<Vec<Vec<Seen>>, TransportError> = which
-        .par_chunks(4 * BLOCK)
-        .map(|which| {
-            let mut cube = Hemicube::new(
-                gather_scene.setting,
-                gather_scene.vertices,
-                gather_scene.to,
-                table,
-            );
-            let mut blocks = Vec::new();
-            for which in which.chunks(BLOCK) {
-                work.check()?;
-                let mut block = Block::default();
-                let mut nearby = Vec::with_capacity(which.len());
-                for &at in which {
-                    let e = &from.elements[at as usize];
-                    let turn = scatter(u64::from(at));
-                    let near = cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
-                    nearby.push(near);
-                    block.end_row();
-                }
-                block.trim();
-                let own = block.bytes();
-                let all = meter.bytes.fetch_add(own, count) + own;
-                check_memory("form factors", all, work.memory)?;
-                blocks.push((block, nearby));
-                let so_far = meter.done.fetch_add(which.len(), count) + which.len();
-                work.progress.report(meter.task, so_far, meter.total);
-            }
-            Ok(blocks)
-        })
-        .collect();
-    let (blocks, nearby): (Vec<Block>, Vec<Vec<NearbyEmission>>) =
-        tasks?.into_iter().flatten().unzip();
+    let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
+        let mut block = Block::default();
+        let mut nearby = Vec::with_capacity(which.len());
+        for &at in which {
+            nearby.push(visit(cube, from, at, |c, share| block.push(c, share)));
+            block.end_row();
+        }
+        block.trim();
+        let own = block.bytes();
+        let all = meter.bytes.fetch_add(own, Ordering::Relaxed) + own;
+        check_memory("form factors", all, work.memory)?;
+        Ok::<_, TransportError>((block, nearby))
+    };
+    let blocks = in_blocks(gather_scene, which, table, meter, work, block)?;
+    let (blocks, nearby): (Vec<Block>, Vec<_>) = blocks.into_iter().unzip();
     Ok((Rows::of(blocks), nearby.concat()))
+}
+
+/// Runs `block` on [`BLOCK`] elements at a time, in parallel; its results in order.
+fn in_blocks<R: Send, E: From<Cancelled> + Send>(
+    gather_scene: GatherScene<'_>,
+    which: &[u32],
+    table: &Table,
+    meter: &Meter,
+    work: Work<'_>,
+    block: impl Fn(&mut Hemicube<'_>, &[u32]) -> Result<R, E> + Sync,
+) -> Result<Vec<R>, E> {
+    let GatherScene {
+        setting,
+        vertices,
+        to,
+    } = gather_scene;
+    // The work of one task: enough blocks that making a hemicube does not count.
+    let tasks = which.par_chunks(4 * BLOCK).map(|which| {
+        let mut cube = Hemicube::new(setting, vertices, to, table);
+        let mut results = Vec::new();
+        for which in which.chunks(BLOCK) {
+            work.check()?;
+            results.push(block(&mut cube, which)?);
+            meter.report(which.len(), work);
+        }
+        Ok(results)
+    });
+    let results: Result<Vec<Vec<R>>, E> = tasks.collect();
+    Ok(results?.into_iter().flatten().collect())
+}
+
+/// Draws the hemicube of an element of `from`; gives `take` each element that it sees.
+fn visit(
+    cube: &mut Hemicube<'_>,
+    from: &Mesh,
+    at: u32,
+    take: impl FnMut(u32, f32),
+) -> NearbyEmission {
+    let e = &from.elements[at as usize];
+    cube.visit(e.facet, e.centre, scatter(u64::from(at)), take)
 }

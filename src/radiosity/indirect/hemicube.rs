@@ -1,14 +1,12 @@
-//! The cubic tetrahedron: which elements a point sees, weighted by form factor.
+//! Hemicubes (as cubic tetrahedra): the form factors from a point to the elements.
 //!
 //! After Cohen and Greenberg, "The Hemi-Cube" (1985), in the form of Beran-Koehn and Pavicic, "A
-//! Cubic Tetrahedral Adaptation of the Hemi-Cube Algorithm" (1991): the corner of a cube points
-//! along the normal, so that three faces cover the hemisphere: triangles above the horizon, from
-//! slope -2 to 1. The finest pixels lie where the form factor is largest. It is turned about the
-//! normal by an angle that looks random: aliasing becomes noise without pattern, several times
-//! smaller when summed. And only the table of the pixels' form factors is normalised to sum to 1,
-//! never a row, so that open scenes lose the light that leaves them. In a closed room a row sums to
-//! 1 because outlines are drawn wider by a five-hundredth of a pixel: neighbours overlap and leave
-//! no gap. This module does not depend on lights.
+//! Cubic Tetrahedral Adaptation of the Hemi-Cube Algorithm" (1991): a corner of the cube points
+//! along the normal, so that three faces cover the hemisphere, triangles above the horizon, from
+//! slope -2 to 1. Each is turned about the normal by a pseudo-random angle, so that aliasing becomes
+//! noise that averages out. Only the table of the pixels' form factors is normalised to sum to 1,
+//! never a row, so that open scenes lose the light that leaves them; in a closed room a row sums to
+//! 1, as outlines overlap. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -74,7 +72,7 @@ impl Table {
 /// A row of form factors: elements and their shares, each element once.
 pub type Row = Vec<(u32, f32)>;
 
-/// What a point sees, all in all.
+/// How near the surfaces around a point are that send light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct NearbyEmission {
     /// One over the harmonic mean distance of all that is seen, weighted by form factor (1/m); what
@@ -85,8 +83,8 @@ pub struct NearbyEmission {
 }
 
 impl NearbyEmission {
-    /// How fast reflected light changes, as a share of itself (1/m): without bounds where only
-    /// things are seen that send none, as beside there may be some that do.
+    /// How fast reflected light can change, as a share of itself (1/m): infinite where all visible
+    /// surfaces are black, as others may be visible close by.
     pub fn change(&self) -> f32 {
         if self.inverse_distance > 0.0 {
             self.inverse_distance / self.seen
@@ -96,7 +94,7 @@ impl NearbyEmission {
     }
 }
 
-/// Where a facet's grid is, seen from a point: cells are
+/// A facet's grid relative to a point: cells are
 /// `point + slopes . ray / inverse depth`.
 #[derive(Clone, Copy, Debug, Default)]
 struct Placed {
@@ -109,21 +107,20 @@ struct Placed {
     nearness: [f32; 3],
 }
 
-/// Where in a pixel it is asked what is seen of a cell that is cut, in pixels from its middle. What
-/// lights the wall that it hangs on cuts it, so that the brightest of all elements are the
-/// smallest, and a gather point that asks once a pixel finds them or not. Of cells beside those
-/// that are cut as many are asked: what one of them gives, the other must get.
+/// Sub-samples of a pixel that shows a cell that is split or its neighbour, in pixels from its
+/// middle. A lamp splits the cells of the wall that it hangs on, so that the brightest elements are
+/// the smallest: one sample a pixel would miss them or overrate them.
 const PLACES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
-/// Cells between two places that are asked whether what stands on them hides one: more would take
-/// as long as a ray.
+/// Cells between two places that are tested for what stands on them: more would take as long as a
+/// ray.
 const MOST_BETWEEN: usize = 9;
 
 /// Least inverse depth of a place, as a share of that of its pixel's middle: it may lie beyond the
 /// facet's horizon.
 const LEAST: f32 = 0.1;
 
-/// A facet as a row of pixels sees it.
+/// A facet's grid relative to a row of pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stripe {
     point: Above,
@@ -145,8 +142,8 @@ impl Stripe {
             start: placed.slopes.map(|s| s[forward] + s[up] * y),
             slopes: placed.slopes.map(|s| [s[right], s[up]]),
             nearness: [right, up].map(|k| placed.nearness[k]),
-            counts: grid.counts().map(|c| c as f32 - 1e-3),
-            first: grid.first(),
+            counts: grid.counts.map(|c| c as f32 - 1e-3),
+            first: grid.first,
         }
     }
 
@@ -168,7 +165,7 @@ impl Stripe {
         self.first + v as usize * (self.counts[0] as usize + 1) + u as usize
     }
 
-    /// The cells in the rectangle between two places, if they are not too many to ask.
+    /// The cells in the rectangle between two places, if they are not too many to test.
     fn between(&self, [a, b]: [[f32; 2]; 2]) -> Option<impl Iterator<Item = usize> + use<>> {
         let range = |k: usize| a[k].min(b[k]) as usize..=a[k].max(b[k]) as usize;
         let (columns, rows) = (range(0), range(1));
@@ -191,7 +188,7 @@ pub struct Hemicube<'a> {
     setting: Setting<'a>,
     mesh: &'a Mesh,
     table: &'a Table,
-    hemicube_raster: HemicubeRasterizer<'a>,
+    rasterizer: HemicubeRasterizer<'a>,
     buffer: FaceBuffer,
     placed: Vec<Placed>,
     stamp: u64,
@@ -202,7 +199,7 @@ pub struct Hemicube<'a> {
     touched: Vec<u32>,
 }
 
-/// A number in 0..1 that looks random, from an index (the finaliser of SplitMix64).
+/// A pseudo-random number in 0..1 from an index (the finaliser of SplitMix64).
 pub fn scatter(index: u64) -> f64 {
     let mut z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -222,7 +219,7 @@ fn corner(normal: Vec3, turn: f64) -> [Vec3; 3] {
 }
 
 impl<'a> Hemicube<'a> {
-    /// Hemicubes that look at `mesh`, whose polygons are `vertices`.
+    /// Hemicubes that see the elements of `mesh`; `vertices` are those of the scene.
     pub fn new(
         setting: Setting<'a>,
         vertices: &'a VertexBuffer,
@@ -233,7 +230,7 @@ impl<'a> Hemicube<'a> {
             setting,
             mesh,
             table,
-            hemicube_raster: HemicubeRasterizer::new(vertices),
+            rasterizer: HemicubeRasterizer::new(vertices),
             buffer: FaceBuffer::new(table.resolution),
             placed: vec![Placed::default(); setting.surfaces.facets.len()],
             stamp: 0,
@@ -263,11 +260,11 @@ impl<'a> Hemicube<'a> {
         let surfaces = self.setting.surfaces;
         let axes = corner(surfaces.facets[facet].normal, turn);
         self.stamp += 1;
-        self.hemicube_raster.look(surfaces, facet, point, axes);
+        self.rasterizer.set_viewpoint(surfaces, facet, point, axes);
         let mut inverse_distance = 0.0;
         for face in 0..3 {
             self.buffer.clear();
-            self.hemicube_raster.draw(face, &mut self.buffer);
+            self.rasterizer.draw(face, &mut self.buffer);
             inverse_distance += self.inverse_distance();
             self.resolve(face, point, axes);
         }
@@ -290,7 +287,7 @@ impl<'a> Hemicube<'a> {
         depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
 
-    /// Gives the pixels of a face to the elements that they see.
+    /// Adds the form factor of each pixel of a face to the element that it shows.
     fn resolve(&mut self, face: usize, point: Vec3, axes: [Vec3; 3]) {
         let n = self.table.resolution;
         let step = 3.0 / n as f32;
@@ -335,7 +332,7 @@ impl<'a> Hemicube<'a> {
                 }
                 for i in 0..4 {
                     let element = self.mesh.seen(cells[i], around[i]);
-                    // Light does not get round what stands on a facet.
+                    // A sub-sample behind what stands on the facet counts for the pixel's middle.
                     let way = [middle, around[i]];
                     let known = || self.mesh.hides(stripe.between(way)?, way, stripe.point);
                     let is_hidden = || match known() {
@@ -371,7 +368,7 @@ impl<'a> Hemicube<'a> {
         }
     }
 
-    /// The grid of a facet as the point sees it.
+    /// The grid of a facet relative to the point.
     fn place(&mut self, facet: usize, point: Vec3, axes: [Vec3; 3]) -> Placed {
         let known = self.placed[facet];
         if known.stamp == self.stamp {

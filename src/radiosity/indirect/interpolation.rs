@@ -1,17 +1,11 @@
-//! GatherPoints that need no hemicube, as they stand between others that see about the same.
+//! Irradiance interpolation: gather points that need no hemicube of their own.
 //!
-//! How fast reflected light can change is known from how near the things are that a gather point
-//! sees (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection", 1988):
-//! over a distance d by about d / R, with R the harmonic mean of their distances, taken of what
-//! sends light: in the open the light of the little that is seen changes faster, as a share of
-//! itself. So first one gather point of 64 looks, the eighth along each line, and the last; then
-//! those halfway between two or four of them where d / R is large, then those halfway between
-//! these, and so on. All others take the mean of what they stand between, so that gather points are
-//! as dense as the picture wants them at corners and joints, and as the light wants them elsewhere.
-//! At a reach of .07 seven eighths of the tavern's gather points look, which is full of small
-//! things, five sixths of the stage's at the third step and seven tenths at the fourth, and half of
-//! a bare room's at .1. Invariant: who looks follows from the scene and the gather points alone, so
-//! that G stays linear.
+//! Irradiance changes over a distance d by about d / R, where R is the harmonic mean distance of
+//! what is seen (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection",
+//! 1988), here of what sends light. The first pass draws the hemicubes of one gather point in 64;
+//! each further pass halves the stride, draws those where d / R to their parents is large, and
+//! interpolates the others. Invariant: the choice depends on the scene and the gather points alone,
+//! so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,45 +16,46 @@ use crate::radiosity::indirect::hemicube::NearbyEmission;
 use crate::radiosity::mesh::Mesh;
 use crate::radiosity::mesh::grid::Grid;
 
-/// Cells between the gather points that look first.
+/// Cells between the gather points of the first pass.
 const COARSEST: usize = 8;
 
-/// A gather point must stand this near to where its cell has its sample, in cells.
+/// Greatest distance of a gather point from its place in the grid, in cells.
 const OFF: f64 = 0.1;
 
-/// A gather point that takes shares of others, none of them twice.
+/// An interpolated gather point with its parents and their weights.
 #[derive(Clone, Debug)]
 struct Fill {
     gather_point: u32,
     from: Vec<(u32, f32)>,
 }
 
-/// What the gather points between others take.
+/// The gather points that are interpolated.
 #[derive(Clone, Debug)]
 pub struct Interpolation {
-    /// In an order in which what is taken is known.
+    /// Parents before those that need them.
     fills: Vec<Fill>,
-    /// What each gather point sees.
+    /// At each gather point.
     pub nearby: Vec<NearbyEmission>,
 }
 
 impl Interpolation {
-    /// Makes gather points look by `look`, which answers with what they see; those that stand
-    /// nearer to others than a share `reach` of the distance over which their light changes are
-    /// left out.
+    /// Chooses the gather points that need a hemicube, in passes: `sample` draws those of a pass
+    /// and returns their nearby emission. One that is nearer to its parents than a share `reach` of
+    /// the distance over which their light changes is interpolated.
     ///
     /// # Errors
-    /// Those of `look`.
-    pub fn gather_points<E>(
+    /// Those of `sample`.
+    pub fn new<E>(
         mesh: &Mesh,
         reach: f64,
-        mut look: impl FnMut(&[u32]) -> Result<Vec<NearbyEmission>, E>,
+        mut sample: impl FnMut(&[u32]) -> Result<Vec<NearbyEmission>, E>,
     ) -> Result<Interpolation, E> {
         let mut all = Interpolation {
             fills: Vec::new(),
             nearby: vec![NearbyEmission::default(); mesh.elements.len()],
         };
-        // A point that does not stand as its grid says looks for itself, and gives to none.
+        // A point that has been moved from its place in the grid is neither interpolated nor a
+        // parent.
         let mut regular = vec![false; mesh.elements.len()];
         mesh.each_whole(|grid, at, gather_point| {
             regular[gather_point] = is_regular(mesh, grid, at, gather_point)
@@ -71,17 +66,17 @@ impl Interpolation {
         let mut stride = COARSEST;
         while stride > 0 {
             mesh.each_whole(|grid, at, gather_point| {
-                let counts = grid.counts();
+                let counts = grid.counts;
                 let turn = |stride| (0..2).all(|k| is_on(at[k], counts[k], stride));
                 let done = stride < COARSEST && turn(2 * stride);
                 if !regular[gather_point] || !turn(stride) || done {
                     return;
                 }
-                // These have had their turn: they are on strides of twice the length.
+                // Parents lie on the coarser stride: earlier passes have dealt with them.
                 let is_even = |from: &Vec<(u32, f32)>| {
                     let near = |(n, _): &(u32, f32)| {
                         let other = *n as usize;
-                        regular[other] && all.way(mesh, gather_point, other) < reach
+                        regular[other] && all.error(mesh, gather_point, other) < reach
                     };
                     stride < COARSEST && from.iter().all(near)
                 };
@@ -95,8 +90,8 @@ impl Interpolation {
                 }
             });
             missing.sort_unstable();
-            let seen = look(&missing)?;
-            for (gather_point, near) in missing.drain(..).zip(seen) {
+            let sampled = sample(&missing)?;
+            for (gather_point, near) in missing.drain(..).zip(sampled) {
                 all.nearby[gather_point as usize] = near;
             }
             stride /= 2;
@@ -104,9 +99,9 @@ impl Interpolation {
         Ok(all)
     }
 
-    /// How far it is from a gather point to another, as a share of the distance over which the
-    /// light of the other changes.
-    fn way(&self, mesh: &Mesh, gather_point: usize, other: usize) -> f64 {
+    /// Ward's error bound: the distance from a gather point to another, as a share of the distance
+    /// over which the light of the other changes.
+    fn error(&self, mesh: &Mesh, gather_point: usize, other: usize) -> f64 {
         let [a, b] = [gather_point, other].map(|n| mesh.elements[n].centre);
         (a - b).length() * f64::from(self.nearby[other].change())
     }
@@ -139,7 +134,7 @@ impl Interpolation {
 
 fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], gather_point: usize) -> bool {
     let place = grid.place(mesh.elements[gather_point].centre);
-    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts()[k])).abs() < OFF)
+    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts[k])).abs() < OFF)
 }
 
 /// Is a cell a whole number of strides from the first along its line, or the last?
@@ -147,13 +142,13 @@ fn is_on(at: usize, count: usize, stride: usize) -> bool {
     at.is_multiple_of(stride) || at + 1 == count
 }
 
-/// Those that a gather point stands between, `stride` cells away along the axes along which it is
+/// The gather points that one is interpolated between, `stride` cells away along the axes along which it is
 /// an odd number of strides from the first, or the last of their line, with bilinear shares; `None`
 /// if one is missing.
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {
-        let count = grid.counts()[axis];
+        let count = grid.counts[axis];
         if is_on(at[axis], count, 2 * stride) {
             continue;
         }
@@ -180,7 +175,7 @@ mod tests {
     use crate::radiosity::direct::Setting;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::indirect::hemicube::{Hemicube, Table, scatter};
-    use crate::radiosity::mesh::{CellRequest, Layout};
+    use crate::radiosity::mesh::Layout;
     use crate::radiosity::visibility::Hierarchy;
     use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
     use std::convert::Infallible;
@@ -192,21 +187,16 @@ mod tests {
         polygons.extend_from_slice(&block(table, false)[..5]);
         let surfaces = Surfaces::grey(polygons);
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
-        let made = |layout: Layout| {
-            let requests = vec![CellRequest::WANTED; layout.cells()];
-            layout.mesh(setting, &[vec3(3.0, 1.0, 2.0)], &requests)
-        };
-        let elements = made(Layout::of_elements(&surfaces, 300));
-        let gather_points = made(Layout::of_gather_points(&surfaces, 8000, &[0.0; 11]));
+        let setting = Setting::new(&surfaces, &hierarchy);
+        let eye = [vec3(3.0, 1.0, 2.0)];
+        let elements = Layout::of_elements(&surfaces, 300).whole(setting, &eye);
+        let layout = Layout::of_gather_points(&surfaces, 8000, &[0.0; 11]);
+        let gather_points = layout.whole(setting, &eye);
         task(setting, &elements, &gather_points)
     }
 
-    /// What every gather point sees of the ceiling when only some look, by how many looked, and the
-    /// greatest error against all of them looking.
+    /// How many hemicubes are drawn at a `reach`, and the share of the ceiling at every gather
+    /// point.
     fn seen(
         setting: Setting<'_>,
         elements: &Mesh,
@@ -217,10 +207,10 @@ mod tests {
         let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(64));
         let mut cube = Hemicube::new(setting, &vertices, elements, &table);
         let mut values = vec![0.0; gather_points.elements.len()];
-        let mut looked = 0;
-        let between = Interpolation::gather_points(gather_points, reach, |which| {
-            looked += which.len();
-            let mut look = |n: &u32| {
+        let mut drawn = 0;
+        let interpolation = Interpolation::new(gather_points, reach, |which| {
+            drawn += which.len();
+            let mut draw = |n: &u32| {
                 let gather_point = &gather_points.elements[*n as usize];
                 let sum = &mut values[*n as usize];
                 let turn = scatter(u64::from(*n));
@@ -231,57 +221,57 @@ mod tests {
                     }
                 })
             };
-            Ok::<_, Infallible>(which.iter().map(&mut look).collect())
+            Ok::<_, Infallible>(which.iter().map(&mut draw).collect())
         });
-        between.unwrap().fill(&mut values, 1);
-        (looked, values)
+        interpolation.unwrap().fill(&mut values, 1);
+        (drawn, values)
     }
 
     #[test]
-    fn most_nodes_need_not_look() {
+    fn most_gather_points_need_no_hemicube() {
         with_room(|setting, elements, gather_points| {
             let (all, exact) = seen(setting, elements, gather_points, 0.0);
             assert_eq!(all, gather_points.elements.len());
             let mut last = (usize::MAX, 0.0);
             for (reach, share, most) in [(0.1, 0.55, 3e-3), (0.2, 0.35, 8e-3)] {
-                let (looked, found) = seen(setting, elements, gather_points, reach);
+                let (drawn, found) = seen(setting, elements, gather_points, reach);
                 let apart = found
                     .iter()
                     .zip(&exact)
                     .map(|(a, b)| f64::from(a - b).powi(2));
                 let power: f64 = exact.iter().map(|b| f64::from(*b).powi(2)).sum();
                 let error = (apart.sum::<f64>() / power).sqrt();
-                println!("reach {reach}: {looked} of {all} look, error {error:.5}");
+                println!("reach {reach}: {drawn} of {all} hemicubes, error {error:.5}");
                 assert!(
-                    looked < (all as f64 * share) as usize && looked < last.0,
-                    "{looked}"
+                    drawn < (all as f64 * share) as usize && drawn < last.0,
+                    "{drawn}"
                 );
                 assert!(error < most && error > last.1, "{error}");
-                last = (looked, error);
+                last = (drawn, error);
             }
         });
     }
 
-    /// Interpolation gather points before which black things stand there may be a gap that lets
-    /// light in; in the void there is nothing to miss.
+    /// Between gather points that see black things only there may be a gap that lets light in; in
+    /// the void there is nothing to miss.
     #[test]
-    fn among_black_things_every_node_looks() {
+    fn among_black_things_every_gather_point_has_a_hemicube() {
         with_room(|_, _, gather_points| {
-            let looking = |inverse_distance| {
-                let mut looked = 0;
+            let hemicubes = |inverse_distance| {
+                let mut drawn = 0;
                 let dark = NearbyEmission {
                     inverse_distance,
                     seen: 0.0,
                 };
-                let all = Interpolation::gather_points(gather_points, 0.1, |which| {
-                    looked += which.len();
+                let all = Interpolation::new(gather_points, 0.1, |which| {
+                    drawn += which.len();
                     Ok::<_, Infallible>(vec![dark; which.len()])
                 });
                 all.unwrap();
-                looked
+                drawn
             };
-            assert_eq!(looking(0.5), gather_points.elements.len());
-            assert!(looking(0.0) < gather_points.elements.len() / 8);
+            assert_eq!(hemicubes(0.5), gather_points.elements.len());
+            assert!(hemicubes(0.0) < gather_points.elements.len() / 8);
         });
     }
 
@@ -297,13 +287,13 @@ mod tests {
                 inverse_distance: 0.05,
                 seen: 1.0,
             };
-            let between = Interpolation::gather_points(gather_points, 0.5, |which| {
+            let interpolation = Interpolation::new(gather_points, 0.5, |which| {
                 for n in which {
                     values[*n as usize] = slope(n);
                 }
                 Ok::<_, Infallible>(vec![near; which.len()])
             });
-            between.unwrap().fill(&mut values, 1);
+            interpolation.unwrap().fill(&mut values, 1);
             for (n, value) in (0..).zip(&values) {
                 assert!(
                     (value - slope(&n)).abs() < 2e-3,

@@ -1,14 +1,11 @@
-//! Reflected light evened out between neighbouring gather points that see about the same.
+//! Irradiance smoothing: reflected light is averaged over neighbouring gather points.
 //!
-//! A gather point sees a small bright place in a few pixels of its hemicube, more or less by
-//! chance: alone it would show as blotches, as each gather point errs by itself. How fast reflected
-//! light can change is known from how near the things are that a gather point sees: over a distance
-//! d by about d / R, with R the harmonic mean of their distances (Ward, Rubinstein and Clear, "A
-//! Ray Tracing Solution for Diffuse Interreflection", 1988). So neighbours are averaged where d / R
-//! is small, and left alone beside corners and joints, where light does change. Each is held
-//! against the two beside it on a line, so that a slope stays as it is and only what bends is bent
-//! less. Invariant: weights follow from the scene and the gather points alone, so that G stays
-//! linear.
+//! A hemicube sees a small bright area in a few pixels, more or less by chance, so that single
+//! gather points err and show as blotches. Neighbours are averaged where their distance over the
+//! harmonic mean distance of what they see is small (the error bound of `interpolation`), and not
+//! near corners, where light does change. Each is compared with the two beside it along an axis of
+//! the grid, so that a slope stays and only curvature is reduced. Invariant: weights depend on the
+//! scene and the gather points alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
@@ -18,17 +15,15 @@
 use crate::radiosity::indirect::hemicube::NearbyEmission;
 use crate::radiosity::mesh::Mesh;
 
-/// The share of the mean distance of what they see over which gather points are averaged. At half
-/// of this the right wall of the tavern has blotches at every step, the finest too, where it sees
-/// the sills of its windows and the walls above its lamps between banisters; against a far finer
-/// operator both are as exact (.909 % for .913 % at the third step, .608 for .604 % at the fourth).
+/// The share of that mean distance over which gather points are averaged. Half of it leaves visible
+/// blotches where small openings light a wall, at the same total error.
 const REACH: f64 = 0.2;
 
 /// Times that neighbours are averaged.
 const ROUNDS: usize = 2;
 
-/// A gather point between two others: the value halfway, as the way between them is divided, is of
-/// the first and the last so much.
+/// Three neighbours in a row: the one in the middle moves towards the first and the last by these
+/// shares.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     gather_points: [u32; 3],
@@ -43,7 +38,7 @@ pub struct Smoothing {
 }
 
 impl Smoothing {
-    /// Interpolation neighbours on a facet that nothing divides, given what each gather point sees.
+    /// Of neighbours on a facet that nothing divides, given the nearby emission at each.
     pub fn new(mesh: &Mesh, nearby: &[NearbyEmission]) -> Smoothing {
         let rows = [0, 1].map(|axis| {
             let mut rows = Vec::new();
@@ -91,11 +86,11 @@ mod tests {
     use super::*;
     use crate::geometry::{Vec3, block, vec3};
     use crate::radiosity::direct::Setting;
-    use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
+    use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::indirect::hemicube::{Hemicube, Table, scatter};
+    use crate::radiosity::mesh::Layout;
     use crate::radiosity::mesh::element::Element;
-    use crate::radiosity::mesh::{CellRequest, Layout};
     use crate::radiosity::visibility::Hierarchy;
     use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
     use std::f64::consts::PI;
@@ -115,17 +110,11 @@ mod tests {
     fn a_small_bright_place_makes_no_blotches() {
         let (surfaces, spot) = room();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let eye = [vec3(3.0, 3.0, 2.0)];
-        let made = |layout: Layout| {
-            let requests = vec![CellRequest::WANTED; layout.cells()];
-            layout.mesh(setting, &eye, &requests)
-        };
-        let elements = made(Layout::of_elements(&surfaces, 200));
-        let gather_points = made(Layout::of_gather_points(&surfaces, 20_000, &[0.0; 7]));
+        let elements = Layout::of_elements(&surfaces, 200).whole(setting, &eye);
+        let layout = Layout::of_gather_points(&surfaces, 20_000, &[0.0; 7]);
+        let gather_points = layout.whole(setting, &eye);
         let (vertices, table) = (VertexBuffer::new(&surfaces), Table::new(16));
         let mut cube = Hemicube::new(setting, &vertices, &elements, &table);
         let bright = surfaces.facets.len() - 1;
@@ -148,7 +137,7 @@ mod tests {
         let mut even = naive.clone();
         Smoothing::new(&gather_points, &nearby).even(&mut even, 1);
         let light_polygon = LightPolygon::new(spot, vec3(0.0, 0.0, -1.0));
-        let mut clipper = Clipper::default();
+        let mut integrator = LambertIntegrator::default();
         let mut error = |found: &[f32]| {
             let (mut apart, mut power) = (0.0, 0.0);
             for (gather_point, found) in gather_points.elements.iter().zip(found) {
@@ -156,7 +145,7 @@ mod tests {
                 let beside = (gather_point.centre.x - 3.0).hypot(gather_point.centre.y - 3.0);
                 if normal.z > 0.9 && beside < 2.0 {
                     let exact =
-                        clipper.unoccluded(gather_point.centre, normal, &light_polygon) / PI;
+                        integrator.unoccluded(gather_point.centre, normal, &light_polygon) / PI;
                     apart += (f64::from(*found) - exact).powi(2);
                     power += exact * exact;
                 }
@@ -173,13 +162,9 @@ mod tests {
     fn slopes_stay_and_corners_are_left_alone() {
         let (surfaces, _) = room();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let layout = Layout::of_gather_points(&surfaces, 2000, &[0.0; 7]);
-        let requests = vec![CellRequest::WANTED; layout.cells()];
-        let gather_points = layout.mesh(setting, &[vec3(3.0, 3.0, 2.0)], &requests);
+        let gather_points = layout.whole(setting, &[vec3(3.0, 3.0, 2.0)]);
         let count = gather_points.elements.len();
         let slope = |e: &Element| [1.0, e.centre.dot(vec3(0.3, -0.2, 0.5)) as f32];
         let near = |inverse_distance: f32| {

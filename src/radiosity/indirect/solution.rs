@@ -1,4 +1,4 @@
-//! What each light does at unit strength: direct light where it is seen, reflected light at gather
+//! Solves lights at unit strength: direct light at the fragments, reflected light at the gather
 //! points.
 
 #![allow(
@@ -14,8 +14,8 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Direct light of one light at the fragments, and its means on the elements.
-type SeenAndMeans = (Vec<f32>, Vec<f32>);
+/// Direct light of one light at the fragments, and its mean on each element.
+type DirectLight = (Vec<f32>, Vec<f32>);
 
 impl Operator {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
@@ -35,13 +35,13 @@ impl Operator {
         let together = (work.memory / 4 / each.max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
-            let lit: Result<Vec<Vec<SeenAndMeans>>, Cancelled> = group
-                .chunk_by(|a, b| self.is_beside(*a, *b))
+            let lit: Result<Vec<Vec<DirectLight>>, Cancelled> = group
+                .chunk_by(|a, b| self.shares_projection(*a, *b))
                 .collect::<Vec<_>>()
                 .par_iter()
-                .map(|team| {
-                    let lit = self.lit(team, work)?;
-                    let so_far = done.fetch_add(team.len(), Ordering::Relaxed) + team.len();
+                .map(|lights| {
+                    let lit = self.lit(lights, work)?;
+                    let so_far = done.fetch_add(lights.len(), Ordering::Relaxed) + lights.len();
                     work.progress.report("direct light", so_far, missing.len());
                     Ok(lit)
                 })
@@ -56,19 +56,20 @@ impl Operator {
         Ok(())
     }
 
-    /// Planes of one thrown image share all but the image.
-    fn is_beside(&self, a: usize, b: usize) -> bool {
+    /// Are both planes of one projected image? They share all but the texels.
+    fn shares_projection(&self, a: usize, b: usize) -> bool {
         match (&self.projectors[a], &self.projectors[b]) {
-            (Some(a), Some(b)) => a.is_beside(b),
+            (Some(a), Some(b)) => a.shares_projection(b),
             _ => false,
         }
     }
 
-    /// The direct light of one light, or of the planes of one thrown image.
-    fn lit(&self, team: &[usize], work: Work<'_>) -> Result<Vec<SeenAndMeans>, Cancelled> {
-        let shining = Shining::new(&self.surfaces, &self.lights[team[0]]);
-        // All planes of an image, wanted or not: how exact each is must not hang on its company.
-        let is_plane = |l: &usize| *l == team[0] || self.is_beside(team[0], *l);
+    /// The direct light of one light, or of the planes of one projected image.
+    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, Cancelled> {
+        let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
+        // All planes of an image, wanted or not, so that the precision of one does not depend on which
+        // others are rendered with it.
+        let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
         let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
         let means = self.on_elements(&shining, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
@@ -83,13 +84,13 @@ impl Operator {
             precision,
             work,
         )?;
-        let wanted = planes.iter().zip(means).filter(|(l, _)| team.contains(l));
+        let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
         Ok(wanted
             .map(|(l, m)| (self.on_fragments(*l, &seen), m))
             .collect())
     }
 
-    /// Direct light that may be off by so much between samples.
+    /// Precision where interpolated direct light may be off by `allowed`.
     pub fn precision(&self, allowed: f64) -> Precision {
         Precision {
             allowed,
@@ -97,12 +98,12 @@ impl Operator {
         }
     }
 
-    /// A light at the fragments, from what is even: cut out of it if it is a projection.
+    /// A light at the fragments, given its light without an image.
     fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
-        let Some(throw) = &self.projectors[light] else {
+        let Some(projector) = &self.projectors[light] else {
             return even.to_vec();
         };
-        let seen = self.fragments.all.iter().map(|f| {
+        let seen = self.fragments.all().iter().map(|f| {
             let normal = self.surfaces.facets[f.facet].normal;
             let weight = f64::from(f.weight);
             (
@@ -110,17 +111,16 @@ impl Operator {
                 pixel(&self.fragments.camera, f.point, normal, weight),
             )
         });
-        throw.cut(even, seen)
+        projector.cut(even, seen)
     }
 
     /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
     /// elements that the picture shows.
     fn level(&self, on_elements: &[f32]) -> f64 {
-        let elements = self.mesh.elements.iter().zip(&self.shown);
+        let elements = self.mesh.elements.iter().zip(&self.visible_shares);
         let power = elements.zip(on_elements).map(|((e, share), direct)| {
-            let reflectance = self.surfaces.facets[e.facet].reflectance;
-            let most = reflectance.iter().copied().fold(0.0, f64::max);
-            share * (most * f64::from(*direct)).powi(2)
+            let reflectance = self.surfaces.facets[e.facet].highest_reflectance();
+            share * (reflectance * f64::from(*direct)).powi(2)
         });
         power.sum::<f64>().sqrt()
     }

@@ -1,17 +1,16 @@
-//! A mesh cell cut along lines into convex parts: the tree of its cuts.
+//! The BSP of a mesh cell: lines where something stands on it split it into convex parts.
 //!
-//! Everything is in cells of the facet's grid. The longest segment within a part cuts it first, and
-//! only if it has some length there or runs across most of the part, so that the foot of a table's
-//! leg divides nothing, and if both sides are worth an element. This module does not depend on
-//! space.
+//! Everything is in cells of the facet's grid. The longest segment within a part splits it first,
+//! and only if it is long enough there or runs across most of the part, and if both sides are large
+//! enough, so that a table's leg splits nothing. This module does not depend on space.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "corners are numbered modulo their count"
 )]
 
-/// A point, in cells.
-type PlanePoint = [f64; 2];
+use crate::radiosity::geometry::clipper::PlanePoint;
+use crate::radiosity::geometry::extent;
 
 /// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
 pub type Line = [f64; 3];
@@ -61,9 +60,11 @@ pub enum Tree<T> {
 /// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that
 /// bound it, each not negative on its side.
 pub fn cut(corner: PlanePoint, feet: &[Foot]) -> Tree<Vec<Line>> {
-    let [u, v] = corner;
-    let square = [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
-    grow(&square, feet, Vec::new())
+    grow(&square(corner), feet, Vec::new())
+}
+
+fn square([u, v]: PlanePoint) -> [PlanePoint; 4] {
+    [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]]
 }
 
 fn grow(region: &[PlanePoint], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
@@ -106,13 +107,7 @@ fn divided(
     let parts = [line.map(|x| -x), line].map(|l| kept(region, l));
     let along = |p: &PlanePoint| line[1] * p[0] - line[0] * p[1];
     let on_line = |p: &&PlanePoint| height(line, **p).abs() < 1e-9;
-    let (low, high) = parts[1]
-        .iter()
-        .filter(on_line)
-        .map(along)
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(x), h.max(x))
-        });
+    let (low, high) = extent(parts[1].iter().filter(on_line).map(along));
     let divides = length >= LEAST_LENGTH || length >= LEAST_SHARE * (high - low);
     let worth = parts.iter().all(|p| area(p) >= LEAST_AREA);
     (divides && worth).then_some((length, line, parts))
@@ -206,8 +201,7 @@ mod tests {
     }
 
     fn part(corner: PlanePoint, bounds: &[Line]) -> f64 {
-        let [u, v] = corner;
-        let square = vec![[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]];
+        let square = square(corner).to_vec();
         area(&bounds.iter().fold(square, |r, l| kept(&r, *l)))
     }
 

@@ -1,16 +1,17 @@
-//! Where something stands on a facet: the lines along which other surfaces touch it or pass through
-//! it.
+//! Contact edges: the lines along which other surfaces touch a facet or pass through it.
 //!
-//! Light changes from full to none across such a line, so a mesh cell must not reach over it. What
-//! hardly rises above the facet divides nothing. This module does not depend on cells and lights.
+//! Light changes abruptly across such a line, so that a mesh cell must not reach over it. What
+//! hardly rises above the facet is ignored. This module does not depend on cells and lights.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "corners are numbered modulo their count, pieces by the sorted list"
 )]
 
-use crate::geometry::{Vec3, bounds, vec3};
+use crate::geometry::{Vec3, vec3};
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
+use crate::radiosity::visibility::Bounds;
 
 /// Where a surface stands on a facet.
 pub struct Foot {
@@ -26,20 +27,16 @@ pub struct Foot {
 pub struct Contacts<'a> {
     surfaces: &'a Surfaces,
     /// Pieces with their bounds, by the least x.
-    boxes: Vec<(usize, Vec3, Vec3)>,
+    boxes: Vec<(usize, Bounds)>,
 }
 
 impl<'a> Contacts<'a> {
     /// Sorts a scene's pieces.
     pub fn new(surfaces: &'a Surfaces) -> Contacts<'a> {
         let pieces = surfaces.pieces.iter().enumerate();
-        let mut boxes: Vec<_> = pieces
-            .map(|(i, p)| {
-                let [low, high] = bounds(&p.vertices);
-                (i, low, high)
-            })
-            .collect();
-        boxes.sort_by(|a, b| a.1.x.total_cmp(&b.1.x).then(a.0.cmp(&b.0)));
+        let mut boxes: Vec<(usize, Bounds)> =
+            pieces.map(|(i, p)| (i, Bounds::of(&p.vertices))).collect();
+        boxes.sort_by(|(i, a), (j, b)| a.low.x.total_cmp(&b.low.x).then(i.cmp(j)));
         Contacts { surfaces, boxes }
     }
 
@@ -60,13 +57,15 @@ impl<'a> Contacts<'a> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
-        let [low, high] = bounds(&own.vertices);
-        let (low, high) = (low - margin, high + margin);
-        let end = self.boxes.partition_point(|b| b.1.x <= high.x);
-        self.boxes[..end]
-            .iter()
-            .filter(move |(_, l, h)| (0..3).all(|k| l[k] <= high[k] && low[k] <= h[k]))
-            .map(|(i, ..)| &self.surfaces.pieces[*i])
+        let mut bounds = Bounds::of(&own.vertices);
+        bounds.low = bounds.low - margin;
+        bounds.high = bounds.high + margin;
+        let end = self
+            .boxes
+            .partition_point(|(_, b)| b.low.x <= bounds.high.x);
+        let near = self.boxes[..end].iter();
+        near.filter(move |(_, b)| b.overlaps(&bounds))
+            .map(|(i, _)| &self.surfaces.pieces[*i])
             .filter(move |p| p.facet != facet)
     }
 }
@@ -74,11 +73,7 @@ impl<'a> Contacts<'a> {
 /// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
 fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<([Vec3; 2], f64)> {
     let heights: Vec<f64> = piece.vertices.iter().map(|v| facet.height(*v)).collect();
-    let (lowest, highest) = heights
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(*x), h.max(*x))
-        });
+    let (lowest, highest) = extent(heights.iter().copied());
     if highest <= least || lowest > touching {
         return None;
     }

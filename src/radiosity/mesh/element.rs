@@ -1,6 +1,6 @@
-//! One element: where a part of a cell is looked at from and lit.
+//! One element: the centre of its hemicube and the samples of its direct light.
 //!
-//! This module does not depend on the other cells, nor of lights.
+//! This module does not depend on other cells and lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -29,7 +29,7 @@ pub struct Element {
 pub struct Maker<'a> {
     /// The scene.
     pub setting: Setting<'a>,
-    /// Points known to be in the open.
+    /// Visibility seeds.
     pub seeds: &'a [Vec3],
     /// The cell's facet.
     pub facet: usize,
@@ -37,7 +37,7 @@ pub struct Maker<'a> {
     pub grid: &'a Grid,
     /// The cell, numbered within the grid.
     pub cell: usize,
-    /// A point of it that is known to be in the open.
+    /// A point of it that is known not to be inside a solid.
     pub shown: Option<Vec3>,
 }
 
@@ -65,13 +65,8 @@ impl Maker<'_> {
             bounds.iter().all(|line| height(*line, place) >= 0.0)
         };
         let shown = self.shown.filter(within);
-        let whole = Sample::of(
-            surfaces,
-            facet,
-            self.grid,
-            self.grid.line_of(self.cell),
-            bounds,
-        )?;
+        let square = (self.grid.corner(self.cell), 1.0);
+        let whole = Sample::new(surfaces, facet, self.grid, square, bounds.into())?;
         let mut centre = whole.point;
         if self.grid.on_rim {
             if let Some(p) = self.rim().filter(|_| is_whole) {
@@ -89,11 +84,11 @@ impl Maker<'_> {
             .iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let Some(nearest) = nearest else {
-            // All but a strip is hidden: the strip stands for it, if it shows.
+            // All samples are inside a solid: a point that the picture shows stands for it.
             let p = kept_inside(surfaces, facet, shown?);
             return Some(self.made(p, vec![whole.at(p)]));
         };
-        // Half hidden: stand on the visible sample nearest to the centre.
+        // Partly inside a solid: the open sample nearest to the centre takes its place.
         let stands = if self.is_open(centre) {
             centre
         } else {
@@ -115,7 +110,7 @@ impl Maker<'_> {
     fn rim(&self) -> Option<Vec3> {
         let (grid, surfaces) = (self.grid, self.setting.surfaces);
         let facet = &surfaces.facets[self.facet];
-        let (i, j) = (self.cell % grid.counts[0], self.cell / grid.counts[0]);
+        let [i, j] = grid.position(self.cell);
         let [u, v] = [grid.stand(i, grid.counts[0]), grid.stand(j, grid.counts[1])];
         let p = grid.origin + grid.along * (u / grid.scale[0]) + grid.across * (v / grid.scale[1]);
         let p = kept_inside(surfaces, facet, p);

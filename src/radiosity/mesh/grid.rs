@@ -1,6 +1,6 @@
 //! The grid of a facet: its cells, and what lies around a point of it.
 //!
-//! This module does not depend on what else stands on the facet.
+//! This module does not depend on other facets.
 
 #![allow(
     clippy::indexing_slicing,
@@ -8,6 +8,7 @@
 )]
 
 use crate::geometry::Vec3;
+use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::Facet;
 
 /// Cells along one side of a facet at most.
@@ -21,11 +22,12 @@ pub struct Grid {
     pub(super) across: Vec3,
     /// One over the cell's sides.
     pub(super) scale: [f64; 2],
-    pub(super) counts: [usize; 2],
+    /// Cells along the two sides.
+    pub counts: [usize; 2],
     /// Samples of the outermost cells stand on the rim, not at the cells' centres.
     pub(super) on_rim: bool,
-    /// Its first cell among those of all grids.
-    pub(super) first: usize,
+    /// Its first cell among those of all grids; the others follow, line by line.
+    pub first: usize,
 }
 
 impl Grid {
@@ -43,16 +45,8 @@ impl Grid {
         });
         let along = longest.normalized();
         let across = facet.normal.cross(along);
-        let extent = |axis: Vec3| {
-            facet
-                .vertices
-                .iter()
-                .map(|v| axis.dot(*v - facet.vertices[0]))
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                })
-        };
-        let (u, v) = (extent(along), extent(across));
+        let vertices = facet.vertices.iter().map(|v| *v - facet.vertices[0]);
+        let [u, v] = [along, across].map(|axis| extent(vertices.clone().map(|d| axis.dot(d))));
         let more = if on_rim { 1.0 } else { 0.0 };
         let count = |length: f64| ((length / side).round() + more).clamp(1.0, MOST_CELLS);
         let counts = [count(u.1 - u.0), count(v.1 - v.0)];
@@ -76,16 +70,6 @@ impl Grid {
         ]
     }
 
-    /// Cells along the two sides.
-    pub fn counts(&self) -> [usize; 2] {
-        self.counts
-    }
-
-    /// Its first cell among those of all grids; the others follow, line by line.
-    pub fn first(&self) -> usize {
-        self.first
-    }
-
     /// Cells per metre, along the two sides.
     pub fn slopes(&self) -> [Vec3; 2] {
         [self.along * self.scale[0], self.across * self.scale[1]]
@@ -104,17 +88,33 @@ impl Grid {
         let [u, v] = self.place(p);
         // The cast saturates: below zero is zero.
         let (i, j) = (u as usize, v as usize);
-        self.first + j.min(self.counts[1] - 1) * self.counts[0] + i.min(self.counts[0] - 1)
+        self.at([i.min(self.counts[0] - 1), j.min(self.counts[1] - 1)])
+    }
+
+    /// Columns and rows of all cells, line by line.
+    pub fn positions(&self) -> impl Iterator<Item = [usize; 2]> + use<> {
+        let [columns, rows] = self.counts;
+        (0..rows).flat_map(move |j| (0..columns).map(move |i| [i, j]))
+    }
+
+    /// The cell at a column and row.
+    pub fn at(&self, [i, j]: [usize; 2]) -> usize {
+        self.first + j * self.counts[0] + i
     }
 
     /// Column and row of a cell, numbered within the grid.
-    pub(super) fn line_of(&self, local: usize) -> [f64; 2] {
-        [local % self.counts[0], local / self.counts[0]].map(|k| k as f64)
+    pub(super) fn position(&self, local: usize) -> [usize; 2] {
+        [local % self.counts[0], local / self.counts[0]]
+    }
+
+    /// The least corner of a cell, numbered within the grid, in cells.
+    pub(super) fn corner(&self, local: usize) -> [f64; 2] {
+        self.position(local).map(|k| k as f64)
     }
 
     /// The place of a cell nearest to a place.
     pub(super) fn clamped(&self, cell: usize, place: [f64; 2]) -> [f64; 2] {
-        let low = self.line_of(cell - self.first);
+        let low = self.corner(cell - self.first);
         [0, 1].map(|k| place[k].clamp(low[k], low[k] + 1.0))
     }
 
@@ -132,7 +132,7 @@ impl Grid {
 
     /// Centre of a cell, numbered within the grid.
     pub(super) fn middle(&self, local: usize) -> Vec3 {
-        let (i, j) = (local % self.counts[0], local / self.counts[0]);
+        let [i, j] = self.position(local);
         self.origin
             + self.along * ((i as f64 + 0.5) / self.scale[0])
             + self.across * ((j as f64 + 0.5) / self.scale[1])
@@ -170,12 +170,11 @@ impl Grid {
         };
         let (i, i1, s) = axis(u, self.counts[0]);
         let (j, j1, t) = axis(v, self.counts[1]);
-        let at = |i: usize, j: usize| self.first + j * self.counts[0] + i;
         [
-            (at(i, j), (1.0 - s) * (1.0 - t)),
-            (at(i1, j), s * (1.0 - t)),
-            (at(i, j1), (1.0 - s) * t),
-            (at(i1, j1), s * t),
+            (self.at([i, j]), (1.0 - s) * (1.0 - t)),
+            (self.at([i1, j]), s * (1.0 - t)),
+            (self.at([i, j1]), (1.0 - s) * t),
+            (self.at([i1, j1]), s * t),
         ]
     }
 }

@@ -1,8 +1,7 @@
-//! Where on a facet light is sampled: the middles of the parts that squares of its grid cut out of
-//! it.
+//! Sample points of a facet: the centroids of the parts that squares of its grid cut out of it.
 //!
 //! Points keep a distance from the facet's edges, as visibility is undecided on them. This module
-//! does not depend on lights, nor of what hides what.
+//! does not depend on lights and visibility.
 
 #![allow(
     clippy::indexing_slicing,
@@ -34,18 +33,9 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// The cell at a corner, within bounds; `None` where there is no facet.
-    pub fn of(
-        surfaces: &Surfaces,
-        facet: &Facet,
-        grid: &Grid,
-        corner: [f64; 2],
-        bounds: Vec<Line>,
-    ) -> Option<Sample> {
-        Sample::square(surfaces, facet, grid, (corner, 1.0), bounds.into())
-    }
-
-    fn square(
+    /// The square at a corner with this side, in cells, within bounds; `None` where there is no
+    /// facet.
+    pub fn new(
         surfaces: &Surfaces,
         facet: &Facet,
         grid: &Grid,
@@ -102,7 +92,7 @@ impl Sample {
         [[u, v], [u + half, v], [u, v + half], [u + half, v + half]]
             .into_iter()
             .filter_map(move |corner| {
-                Sample::square(surfaces, facet, grid, (corner, half), Arc::clone(&bounds))
+                Sample::new(surfaces, facet, grid, (corner, half), Arc::clone(&bounds))
             })
     }
 

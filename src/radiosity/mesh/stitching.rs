@@ -1,10 +1,9 @@
-//! Where facets that lie in one plane meet: light goes on from one to the other.
+//! Patch stitching: light is interpolated across the shared edges of coplanar facets.
 //!
-//! Each facet has a grid of its own, so that what is interpolated on it ends at its rim: a wall
-//! made of several polygons would show each by a shade of its own. Within half a cell of a shared
-//! edge it goes on to the facet beyond, as far as the samples on both sides are from it; not where
-//! something stands on the shared edge, as light stops there. This module does not depend on
-//! lights.
+//! Each facet has a grid of its own, so that a wall made of several polygons would show each by a
+//! shade of its own. Within half a cell of a shared edge the facet beyond takes part in the
+//! interpolation, not where something stands on the edge and stops the light. This module does not
+//! depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -54,10 +53,10 @@ impl Stitching {
             false => contacts.of(f, 0.0),
         };
         let feet: Vec<Vec<Foot>> = facets().map(feet).collect();
-        for (facet, stitching) in of.iter_mut().enumerate() {
-            stitching.retain(|seam| {
-                let mut both = feet[facet].iter().chain(&feet[seam.other]);
-                !both.any(|foot| seam.runs_along(foot.ends, surfaces.touching()))
+        for (facet, edges) in of.iter_mut().enumerate() {
+            edges.retain(|edge| {
+                let mut both = feet[facet].iter().chain(&feet[edge.other]);
+                !both.any(|foot| edge.runs_along(foot.ends, surfaces.touching()))
             });
         }
         Stitching { of }
@@ -81,17 +80,17 @@ impl Stitching {
         out: &mut Vec<(u32, f32)>,
     ) {
         let mut own = weight;
-        for seam in &self.of[facet] {
-            let is_new = |way: &Vec3| way.dot(seam.inward).abs() < 0.5;
+        for edge in &self.of[facet] {
+            let is_new = |way: &Vec3| way.dot(edge.inward).abs() < 0.5;
             let free = crossed.iter().position(|way| *way == Vec3::ZERO);
             let Some(free) = free.filter(|_| crossed.iter().all(is_new)) else {
                 continue;
             };
-            let Some((foot, share)) = seam.beyond(mesh, facet, p) else {
+            let Some((foot, share)) = edge.beyond(mesh, facet, p) else {
                 continue;
             };
-            crossed[free] = seam.inward;
-            self.add(mesh, seam.other, foot, own * share, crossed, out);
+            crossed[free] = edge.inward;
+            self.add(mesh, edge.other, foot, own * share, crossed, out);
             own *= 1.0 - share;
         }
         let stencil = mesh.stencil(facet, p).into_iter();
@@ -194,7 +193,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::radiosity::direct::Setting;
-    use crate::radiosity::mesh::{CellRequest, Layout};
+    use crate::radiosity::mesh::Layout;
     use crate::radiosity::visibility::Hierarchy;
 
     /// A floor of four tiles that meet at (2, 1), and what else stands there.
@@ -211,13 +210,9 @@ mod tests {
         polygons.extend_from_slice(others);
         let surfaces = Surfaces::grey(polygons);
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let layout = Layout::of_elements(&surfaces, 20);
-        let all = vec![CellRequest::WANTED; layout.cells()];
-        let mesh = layout.mesh(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)], &all);
+        let mesh = layout.whole(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)]);
         (surfaces, mesh)
     }
 
@@ -280,13 +275,13 @@ mod tests {
             naive += jump(false, p, way) / 200.0;
             ours = ours.max(jump(true, p, way));
         }
-        println!("from tile to tile {naive:.3} on average, {ours:.1e} at most across seams");
+        println!("from tile to tile {naive:.3} on average, {ours:.1e} at most across shared edges");
         assert!(naive > 0.1, "{naive}");
         assert!(ours < 1e-4, "{ours}");
     }
 
     #[test]
-    fn light_stops_where_something_stands_on_the_seam() {
+    fn light_stops_where_something_stands_on_the_edge() {
         let wall = [
             vec3(2.0, 0.0, 0.0),
             vec3(2.0, 3.0, 0.0),

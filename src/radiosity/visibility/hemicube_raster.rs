@@ -1,13 +1,13 @@
-//! All polygons around a point, drawn on the faces of a cube in single precision.
+//! The hemicube rasterizer: all polygons around a point, drawn on the faces of a cube in single
+//! precision.
 //!
-//! Corners that polygons share are stored and turned once. A face is drawn as an item buffer of
-//! facets, the nearest wins; of two in one plane the one drawn later wins: backs come first, so
-//! that a wall of two faces back to back is seen on both sides, then large pieces before small
-//! ones. Backs and what reflects nothing are drawn as [`BLACK`]: they hide, and send nothing. Backs
-//! of convex solids are left out: their fronts hide them. Invariants: every outline is drawn wider
-//! by a five-hundredth of a pixel, and a polygon is cut where it comes nearer than any of its
-//! points on the face can be, so that coordinates stay small. This module does not depend on
-//! elements and lights.
+//! Corners that polygons share are stored and transformed once. A face is an item buffer of facets:
+//! the nearest wins, of two in one plane the later one. Backs are drawn first, so that a wall of two
+//! faces back to back is visible on both sides, then large pieces before small ones. Backs and black
+//! facets are drawn as [`BLACK`]: they occlude and send nothing. Backs of convex solids are left
+//! out. Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is
+//! clipped where it comes nearer than any of its points on the face can be, so that coordinates
+//! stay small. This module does not depend on elements and lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -30,7 +30,7 @@ const WIDER: f32 = 2e-3;
 /// Rounding of inverse depths in single precision, as a share of their terms.
 const ROUNDING: f32 = 4e-7;
 
-/// The smallest float from which on there are no fractions.
+/// The smallest float above which all floats are whole numbers.
 const WHOLE: f32 = 8_388_608.0;
 
 /// The corners of all pieces.
@@ -187,7 +187,7 @@ impl FaceBuffer {
 
 /// A piece above the horizon.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct VisiblePiece {
     piece: u32,
     item: u32,
     /// Faces that it may be on, one bit each.
@@ -207,7 +207,7 @@ pub struct HemicubeRasterizer<'a> {
     /// The corners on the face at hand, in pixels; without meaning behind it.
     projected: [Vec<f32>; 2],
     /// Backs, and fronts: drawn in this order.
-    seen: [Vec<Seen>; 2],
+    seen: [Vec<VisiblePiece>; 2],
     flat: Vec<[f32; 2]>,
 }
 
@@ -234,9 +234,15 @@ impl<'a> HemicubeRasterizer<'a> {
         }
     }
 
-    /// Turns everything into the axes of a cube at `point` of `facet`, whose sum points along the
-    /// facet's normal, and keeps what reaches above the facet's plane.
-    pub fn look(&mut self, surfaces: &Surfaces, facet: usize, point: Vec3, axes: [Vec3; 3]) {
+    /// Transforms everything into the `axes` of a cube at `point` of `facet`, whose sum points along
+    /// the facet's normal, and keeps the pieces that reach above the facet's plane.
+    pub fn set_viewpoint(
+        &mut self,
+        surfaces: &Surfaces,
+        facet: usize,
+        point: Vec3,
+        axes: [Vec3; 3],
+    ) {
         let local = point - self.vertices.middle;
         let [px, py, pz] = [local.x as f32, local.y as f32, local.z as f32];
         let [cx, cy, cz] = &self.vertices.corners;
@@ -277,7 +283,7 @@ impl<'a> HemicubeRasterizer<'a> {
             }
             let is_back = distance > 0.0;
             let black = is_back || surfaces.facets[piece.facet].is_black();
-            self.seen[usize::from(!is_back)].push(Seen {
+            self.seen[usize::from(!is_back)].push(VisiblePiece {
                 piece: i as u32,
                 item: if black { BLACK } else { piece.facet as u32 },
                 faces,

@@ -1,11 +1,11 @@
-//! Which points lie inside a solid, where no light can come.
+//! Interior-point rejection: which points lie inside a solid, where no light can come.
 //!
-//! Solids are seldom closed: a box that stands on a floor has no bottom, and the floor goes on
-//! beneath it. So a point counts as open when it sees a visibility seed (the eye, a luminaire) or
-//! the void, or when a surface that it sees does, twice over; else it is inside a solid. Of
-//! visibility seeds those are asked that are nearest: a recess with a lamp of its own has it there.
-//! One that three bounces from its nearest lamps do not reach is taken for inside a solid too: it
-//! is dark, or nearly. This module does not depend on meshes.
+//! Solids are seldom closed: a box on a floor has no bottom, and the floor continues beneath it. So
+//! a point is open if a visibility seed (the camera, a luminaire) or the void is visible from it, or
+//! if a surface visible from it is open in the same way, up to two surfaces away. Only the nearest
+//! seeds are tested: a recess with a lamp of its own has its seed there. A point that three bounces
+//! from its nearest lamps do not reach is rejected too: it is dark, or nearly. This module does not
+//! depend on meshes.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,16 +15,16 @@
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::{Luminaire, Setting};
 
-/// Beacons of a light at most: of a panel of many faces some stand for all.
-const OF_A_LIGHT: usize = 4;
+/// Seeds of one light at most; a panel of many faces has one on some of them.
+const SEEDS_OF_A_LIGHT: usize = 4;
 
-/// Beacons asked at most: more make the answer slower where it is no.
-const ASKED: usize = 16;
+/// Seeds tested for one point at most.
+const TESTED: usize = 16;
 
-/// How many surfaces in a row are asked.
+/// Surfaces in a row from which a seed may be visible.
 const DEPTH: usize = 2;
 
-/// Points known to be in the open: the eye and the luminaires, of each some.
+/// The visibility seeds of a scene: the camera and points of the luminaires.
 pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
     let surfaces = setting.surfaces;
     let lift = surfaces.size * 1e-4;
@@ -32,7 +32,7 @@ pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3>
     for light in lights {
         match light {
             Luminaire::Panel(pieces) => {
-                let stride = pieces.len().div_ceil(OF_A_LIGHT).max(1);
+                let stride = pieces.len().div_ceil(SEEDS_OF_A_LIGHT).max(1);
                 all.extend(pieces.iter().step_by(stride).map(|&i| {
                     let piece = &surfaces.pieces[i];
                     let sum = piece.vertices.iter().fold(Vec3::ZERO, |s, v| s + *v);
@@ -47,11 +47,11 @@ pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3>
 
 /// The visibility seeds nearest to a point, the nearest first.
 fn nearest(seeds: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
-    let mut best = [(f64::INFINITY, Vec3::ZERO); ASKED];
+    let mut best = [(f64::INFINITY, Vec3::ZERO); TESTED];
     for b in seeds {
         let square = (*b - p).dot(*b - p);
         let at = best.partition_point(|(other, _)| *other <= square);
-        if at < ASKED {
+        if at < TESTED {
             best[at..].rotate_right(1);
             best[at] = (square, *b);
         }
@@ -99,8 +99,9 @@ fn is_open(setting: Setting<'_>, seeds: &[Vec3], facet: usize, p: Vec3, depth: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::vec3;
+    use crate::geometry::{block, vec3};
     use crate::radiosity::direct::beam::Beam;
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::Hierarchy;
     use crate::scene::Spot;
@@ -108,56 +109,19 @@ mod tests {
 
     /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
     fn scene() -> Surfaces {
-        let c = |x: f64, y: f64, z: f64| vec3(x, y, z);
-        let quads = [
-            [
-                c(-9.0, -9.0, 0.0),
-                c(9.0, -9.0, 0.0),
-                c(9.0, 1.0, 0.0),
-                c(-9.0, 1.0, 0.0),
-            ],
-            [
-                c(-9.0, 1.0, 0.0),
-                c(9.0, 1.0, 0.0),
-                c(9.0, 1.0, 9.0),
-                c(-9.0, 1.0, 9.0),
-            ],
-            [
-                c(-1.0, -1.0, 1.0),
-                c(1.0, -1.0, 1.0),
-                c(1.0, 1.0, 1.0),
-                c(-1.0, 1.0, 1.0),
-            ],
-            [
-                c(-1.0, -1.0, 0.0),
-                c(1.0, -1.0, 0.0),
-                c(1.0, -1.0, 1.0),
-                c(-1.0, -1.0, 1.0),
-            ],
-            [
-                c(1.0, -1.0, 0.0),
-                c(1.0, 1.0, 0.0),
-                c(1.0, 1.0, 1.0),
-                c(1.0, -1.0, 1.0),
-            ],
-            [
-                c(-1.0, 1.0, 0.0),
-                c(-1.0, -1.0, 0.0),
-                c(-1.0, -1.0, 1.0),
-                c(-1.0, 1.0, 1.0),
-            ],
-        ];
-        Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect())
+        let floor = rectangle((-9.0, 9.0), (-9.0, 1.0), 0.0).to_vec();
+        let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)];
+        let wall = wall.map(|(x, z)| vec3(x, 1.0, z)).to_vec();
+        let corners = [vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 1.0)];
+        let [top, south, east, _, west, _] = block(corners, false);
+        Surfaces::grey(vec![floor, wall, top, south, east, west])
     }
 
     #[test]
-    fn floor_and_wall_inside_an_open_box_are_buried() {
+    fn floor_and_wall_inside_an_open_box_are_interior() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let towards = |n: Vec3, p: Vec3| {
             let on = |f: &crate::radiosity::geometry::surface::Facet| {
                 f.normal == n && f.height(p).abs() < 1e-9
@@ -185,16 +149,13 @@ mod tests {
         }
     }
 
-    /// One of forty lamps is in the box, where no other is seen: of them all every third would not
-    /// be it.
+    /// One of forty lamps is in the box, from where no other is visible; every third of them would
+    /// not include it.
     #[test]
     fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting {
-            surfaces: &surfaces,
-            hierarchy: &hierarchy,
-        };
+        let setting = Setting::new(&surfaces, &hierarchy);
         let lamp = |i: u8| {
             let away = vec3(f64::from(i) * 0.2 - 4.0, -6.0, 5.0);
             Spot {

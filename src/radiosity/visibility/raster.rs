@@ -50,6 +50,23 @@ impl Camera {
             + self.right * (self.left + self.step_x * x)
             + self.up * (self.top - self.step_y * y)
     }
+
+    /// For tests: `pixels` x `pixels` over a square of side 2 at distance 1, towards -z, x to the
+    /// right.
+    #[cfg(test)]
+    pub fn of_square(pixels: f64) -> Camera {
+        use crate::geometry::vec3;
+        Camera {
+            origin: Vec3::ZERO,
+            right: vec3(1.0, 0.0, 0.0),
+            up: vec3(0.0, 1.0, 0.0),
+            forward: vec3(0.0, 0.0, -1.0),
+            left: -1.0,
+            top: 1.0,
+            step_x: 2.0 / pixels,
+            step_y: 2.0 / pixels,
+        }
+    }
 }
 
 /// The nearest item and its inverse depth for every pixel.
@@ -205,28 +222,7 @@ impl ItemBuffer {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
-
-    fn camera(size: f64) -> Camera {
-        Camera {
-            origin: Vec3::ZERO,
-            right: vec3(1.0, 0.0, 0.0),
-            up: vec3(0.0, 1.0, 0.0),
-            forward: vec3(0.0, 0.0, -1.0),
-            left: -1.0,
-            top: 1.0,
-            step_x: 2.0 / size,
-            step_y: 2.0 / size,
-        }
-    }
-
-    fn rectangle(x: (f64, f64), y: (f64, f64), depth: f64) -> [Vec3; 4] {
-        [
-            vec3(x.0, y.0, -depth),
-            vec3(x.1, y.0, -depth),
-            vec3(x.1, y.1, -depth),
-            vec3(x.0, y.1, -depth),
-        ]
-    }
+    use crate::radiosity::geometry::rectangle;
 
     const TOWARDS: Vec3 = vec3(0.0, 0.0, 1.0);
 
@@ -235,8 +231,8 @@ mod tests {
         let mut buffer = ItemBuffer::new(8, 8);
         // Slopes -0.5 to 0.5 and 0 to 1: columns 2 to 5, rows 0 to 3.
         buffer.draw(
-            &camera(8.0),
-            &rectangle((-1.0, 1.0), (0.0, 2.0), 2.0),
+            &Camera::of_square(8.0),
+            &rectangle((-1.0, 1.0), (0.0, 2.0), -2.0),
             TOWARDS,
             7,
         );
@@ -250,13 +246,13 @@ mod tests {
     #[test]
     fn nearer_wins_and_coplanar_goes_to_the_later() {
         let mut buffer = ItemBuffer::new(4, 4);
-        let c = camera(4.0);
-        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), 1.0), TOWARDS, 0);
-        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), 2.0), TOWARDS, 1);
+        let c = Camera::of_square(4.0);
+        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), -1.0), TOWARDS, 0);
+        buffer.draw(&c, &rectangle((-9.0, 9.0), (-9.0, 9.0), -2.0), TOWARDS, 1);
         assert!(buffer.items().iter().all(|i| *i == 0));
         buffer.draw(
             &c,
-            &rectangle((-9.0, 9.0), (-9.0, 9.0), 1.0 + 1e-8),
+            &rectangle((-9.0, 9.0), (-9.0, 9.0), -(1.0 + 1e-8)),
             TOWARDS,
             2,
         );
@@ -268,7 +264,7 @@ mod tests {
     #[test]
     fn a_floor_under_the_eye_is_clipped_and_its_depth_exact() {
         let mut buffer = ItemBuffer::new(16, 16);
-        let c = camera(16.0);
+        let c = Camera::of_square(16.0);
         let floor = [
             vec3(-50.0, -1.0, 50.0),
             vec3(50.0, -1.0, 50.0),
@@ -298,7 +294,7 @@ mod tests {
         };
         for i in 0..37 {
             let triangle = [vec3(0.013, 0.021, -1.0), rim(i), rim((i + 1) % 37)];
-            buffer.draw(&camera(64.0), &triangle, TOWARDS, i as u32);
+            buffer.draw(&Camera::of_square(64.0), &triangle, TOWARDS, i as u32);
         }
         assert!(buffer.items().iter().all(|i| *i != NOTHING));
     }
@@ -306,10 +302,10 @@ mod tests {
     #[test]
     fn degenerate_polygons_draw_nothing() {
         let mut buffer = ItemBuffer::new(4, 4);
-        let c = camera(4.0);
+        let c = Camera::of_square(4.0);
         buffer.draw(&c, &[], TOWARDS, 0);
         buffer.draw(&c, &[vec3(0.0, 0.0, -1.0); 3], TOWARDS, 0);
-        buffer.draw(&c, &rectangle((-1.0, 1.0), (-1.0, 1.0), -1.0), TOWARDS, 0);
+        buffer.draw(&c, &rectangle((-1.0, 1.0), (-1.0, 1.0), 1.0), TOWARDS, 0);
         assert!(buffer.items().iter().all(|i| *i == NOTHING));
     }
 }

@@ -1,10 +1,9 @@
-//! Shadows of a point source in the picture: how much of a fragment's outline is lit, exactly.
+//! Shadows of a point source in the picture: the lit part of a fragment's outline, exactly.
 //!
-//! The shadow of a convex piece is where the planes through the source and its edges, and the
-//! piece's own plane, all have a point on their far side. On a facet seen by a pinhole camera each
-//! of these planes becomes a straight line of the picture, so what is lit of an outline is found by
-//! cutting polygons in two dimensions: no samples, no bias, edges sharp at any size. This module
-//! does not depend on intensity or colour.
+//! The shadow of a convex piece is bounded by its own plane and the planes through the source and
+//! its edges. On a facet, under a pinhole camera, each of these planes becomes a straight line of
+//! the picture, so that the lit part of an outline is found by clipping polygons in two dimensions,
+//! without samples. This module does not depend on intensity or colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,13 +15,14 @@ use crate::radiosity::geometry::clipper::{
     self, Line, PlanePoint, PolygonClipper, Rectangle, measured, value,
 };
 use crate::radiosity::geometry::surface::Piece;
+use crate::radiosity::lists::Lists;
 use crate::radiosity::visibility::raster::Camera;
 
 /// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
 /// for each part, at its centroid; a dozen occluders of one pixel stay far below.
 const MOST_PARTS: usize = 128;
 
-/// A facet's plane as the camera sees it.
+/// A facet's plane and the camera that projects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Canvas<'a> {
     /// Of the picture, in pixels.
@@ -52,16 +52,13 @@ impl Canvas<'_> {
 /// Shadows of pieces on a canvas, by the lines around each.
 #[derive(Clone, Debug, Default)]
 pub struct Shadows {
-    lines: Vec<Line>,
-    /// For each shadow, where its lines end.
-    ends: Vec<usize>,
+    lines: Lists<Line>,
 }
 
 impl Shadows {
     /// Forgets all.
     pub fn clear(&mut self) {
         self.lines.clear();
-        self.ends.clear();
     }
 
     /// Adds the shadow of a piece from a point; its number, or `None` if its plane holds the
@@ -79,25 +76,19 @@ impl Shadows {
         }
         let side = height.signum();
         let beyond = canvas.line(piece.normal * side, source, height * side);
-        self.lines.push(beyond);
+        self.lines.add(beyond);
         for (i, v) in piece.vertices.iter().enumerate() {
             let w = piece.vertices[(i + 1) % piece.vertices.len()];
             let wall = (*v - source).cross(w - source) * side;
-            self.lines.push(canvas.line(wall, source, 0.0));
+            self.lines.add(canvas.line(wall, source, 0.0));
         }
-        self.ends.push(self.lines.len());
-        Some(self.ends.len() - 1)
-    }
-
-    fn lines(&self, shadow: usize) -> &[Line] {
-        let from = shadow.checked_sub(1).map_or(0, |i| self.ends[i]);
-        &self.lines[from..self.ends[shadow]]
+        Some(self.lines.end())
     }
 
     /// What one shadow does to a rectangle of the picture.
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
-        for line in self.lines(shadow) {
+        for line in self.lines.get(shadow) {
             let (low, high) = clipper::range(line, rectangle);
             if high <= 0.0 {
                 return Meeting::Misses;
@@ -136,12 +127,12 @@ pub enum Lit {
 
 /// Cuts shadows away from an outline within `bounds`; returns what is left.
 pub fn shade(
-    stencil: &mut PolygonClipper,
+    clipper: &mut PolygonClipper,
     bounds: &Rectangle,
     shadows: &Shadows,
     list: &[usize],
 ) -> Lit {
-    if stencil.count() == 0 {
+    if clipper.count() == 0 {
         return Lit::Not;
     }
     let mut touched = false;
@@ -152,22 +143,22 @@ pub fn shade(
             Meeting::Crosses => {}
         }
         touched = true;
-        if stencil.count() > MOST_PARTS {
-            drop_dark(stencil, shadows, &list[at..]);
+        if clipper.count() > MOST_PARTS {
+            drop_dark(clipper, shadows, &list[at..]);
             break;
         }
-        stencil.subtract(shadows.lines(shadow).iter(), &Rectangle::EVERYWHERE);
-        if stencil.count() == 0 {
+        clipper.subtract(shadows.lines.get(shadow).iter(), &Rectangle::EVERYWHERE);
+        if clipper.count() == 0 {
             return Lit::Not;
         }
     }
     if touched { Lit::Partly } else { Lit::Wholly }
 }
 
-fn drop_dark(stencil: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
-    stencil.retain(|part| {
+fn drop_dark(clipper: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
+    clipper.retain(|part| {
         let (_, centre) = measured(part);
-        let inside = |&s: &usize| shadows.lines(s).iter().all(|l| value(l, centre) > 0.0);
+        let inside = |&s: &usize| shadows.lines.get(s).iter().all(|l| value(l, centre) > 0.0);
         !rest.iter().any(inside)
     });
 }
@@ -176,24 +167,11 @@ fn drop_dark(stencil: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
 mod tests {
     use super::*;
     use crate::geometry::{newell, vec3};
+    use crate::radiosity::geometry::rectangle;
     use crate::radiosity::visibility::blocks;
     use proptest::prelude::*;
 
     const SQUARE: [PlanePoint; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
-
-    /// One pixel of side 2 at distance 1, towards -z, x to the right.
-    fn eye() -> Camera {
-        Camera {
-            origin: Vec3::ZERO,
-            right: vec3(1.0, 0.0, 0.0),
-            up: vec3(0.0, 1.0, 0.0),
-            forward: vec3(0.0, 0.0, -1.0),
-            left: -1.0,
-            top: 1.0,
-            step_x: 2.0,
-            step_y: 2.0,
-        }
-    }
 
     fn piece(vertices: Vec<Vec3>) -> Piece {
         Piece {
@@ -205,7 +183,7 @@ mod tests {
 
     /// Lit share of the pixel on the wall of a normal through (0, 0, -3).
     fn lit(normal: Vec3, source: Vec3, pieces: &[Piece]) -> f64 {
-        let camera = eye();
+        let camera = Camera::of_square(1.0);
         let canvas = Canvas {
             camera: &camera,
             normal,
@@ -214,18 +192,18 @@ mod tests {
         let mut shadows = Shadows::default();
         let cast = |p: &Piece| shadows.cast(&canvas, source, p, 1e-9);
         let list: Vec<usize> = pieces.iter().filter_map(cast).collect();
-        let mut stencil = PolygonClipper::default();
-        stencil.clear();
-        stencil.add(&SQUARE);
+        let mut clipper = PolygonClipper::default();
+        clipper.clear();
+        clipper.add(&SQUARE);
         match shade(
-            &mut stencil,
+            &mut clipper,
             &Rectangle([0.0, 1.0, 0.0, 1.0]),
             &shadows,
             &list,
         ) {
             Lit::Wholly => 1.0,
             Lit::Not => 0.0,
-            Lit::Partly => stencil.parts().map(|p| measured(p).0).sum(),
+            Lit::Partly => clipper.parts().map(|p| measured(p).0).sum(),
         }
     }
 
@@ -237,14 +215,7 @@ mod tests {
     fn a_shadow_narrower_than_a_pixel_takes_its_share() {
         // The pixel shows x from -3 to 3 on the wall; the lamp is 4 before it, the slat 2.
         let lamp = vec3(0.0, 0.0, 1.0);
-        let slat = |x: f64| {
-            piece(vec![
-                vec3(x - 0.15, -9.0, -1.0),
-                vec3(x + 0.15, -9.0, -1.0),
-                vec3(x + 0.15, 9.0, -1.0),
-                vec3(x - 0.15, 9.0, -1.0),
-            ])
-        };
+        let slat = |x: f64| piece(rectangle((x - 0.15, x + 0.15), (-9.0, 9.0), -1.0).to_vec());
         let middle = vec3(0.0, 0.0, -3.0);
         for (x, naive) in [(0.0, 0.0), (0.5, 1.0)] {
             let slat = slat(x);
@@ -273,14 +244,7 @@ mod tests {
                     f64::from(i / 60) * 0.3 - 1.5,
                 )
             })
-            .map(|(x, y)| {
-                piece(vec![
-                    vec3(x, y, -1.0),
-                    vec3(x + 0.025, y, -1.0),
-                    vec3(x + 0.025, y + 0.3, -1.0),
-                    vec3(x, y + 0.3, -1.0),
-                ])
-            })
+            .map(|(x, y)| piece(rectangle((x, x + 0.025), (y, y + 0.3), -1.0).to_vec()))
             .collect();
         let share = lit(FRONT, lamp, &bars);
         assert!((share - 0.5).abs() < 0.3, "{share}");
@@ -304,7 +268,7 @@ mod tests {
             prop_assume!(pieces.iter().all(|p| p.normal.dot(p.vertices[0] - source).abs() > 0.02));
             let exact = lit(normal, source, &pieces);
             let n = 100;
-            let camera = eye();
+            let camera = Camera::of_square(1.0);
             let height = normal.dot(vec3(0.0, 0.0, -3.0));
             let mut counted = 0;
             for i in 0..n * n {

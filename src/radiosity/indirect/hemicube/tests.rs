@@ -2,11 +2,11 @@
 
 use super::*;
 use crate::geometry::{block, vec3};
-use crate::radiosity::direct::lambert::{Clipper, LightPolygon};
+use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
+use crate::radiosity::mesh::Layout;
 use crate::radiosity::mesh::element::Element;
-use crate::radiosity::mesh::{CellRequest, Layout};
 use crate::radiosity::visibility::Hierarchy;
 use std::collections::BTreeMap;
 
@@ -35,13 +35,9 @@ fn with_cube<T>(
     task: impl Fn(&mut Hemicube<'_>, &Mesh) -> T,
 ) -> T {
     let hierarchy = Hierarchy::new(surfaces);
-    let setting = Setting {
-        surfaces,
-        hierarchy: &hierarchy,
-    };
+    let setting = Setting::new(surfaces, &hierarchy);
     let layout = Layout::of_elements(surfaces, 60);
-    let all = vec![CellRequest::WANTED; layout.cells()];
-    let mesh = layout.mesh(setting, &[vec3(0.0, 0.0, 0.5)], &all);
+    let mesh = layout.whole(setting, &[vec3(0.0, 0.0, 0.5)]);
     let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
     task(&mut Hemicube::new(setting, &vertices, &mesh, &table), &mesh)
 }
@@ -233,7 +229,7 @@ fn far_single_pairs_are_coarse_and_their_sum_is_not() {
     let errors = |resolution: usize| {
         with_cube(&surfaces, resolution, |cube, mesh| {
             let row: BTreeMap<u32, f32> = cube.row(own_facet, point, 0.3).into_iter().collect();
-            let mut clipper = Clipper::default();
+            let mut integrator = LambertIntegrator::default();
             let (mut square, mut far, mut found, mut exact) = (0.0, 0.0, 0.0, 0.0);
             for (e, element) in (0..).zip(&mesh.elements) {
                 let facet = &surfaces.facets[element.facet];
@@ -241,7 +237,7 @@ fn far_single_pairs_are_coarse_and_their_sum_is_not() {
                     continue;
                 }
                 let light_polygon = LightPolygon::new(facet.vertices.clone(), facet.normal);
-                let own = clipper.unoccluded(point, up, &light_polygon) / std::f64::consts::PI;
+                let own = integrator.unoccluded(point, up, &light_polygon) / std::f64::consts::PI;
                 let share = f64::from(row.get(&e).copied().unwrap_or_default());
                 found += share;
                 exact += own;
