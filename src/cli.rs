@@ -41,7 +41,7 @@ pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os()) {
         Ok(parsed) => parsed,
         Err(error) => {
-            // Help goes to standard output, mistakes to standard error; both may be closed.
+            // Help goes to standard output, errors to standard error; both may be closed.
             let _ = error.print();
             if let Some(show) = sole_show(std::env::args_os()) {
                 complain(&format!(
@@ -207,7 +207,7 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Where pictures are stored: where the user says, else beside the show's file.
+/// Where pictures are stored: where the user says, else next to the show's file.
 fn pool_place(show: Option<&str>, folder: &Path, settings: &Settings) -> Option<PoolPlace> {
     let folder = match &settings.pool {
         Some(said) if said.as_os_str() == "off" => return None,

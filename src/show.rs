@@ -101,7 +101,7 @@ pub enum ToneCurve {
     Plain,
 }
 
-/// A geometry file beside the show.
+/// A geometry file next to the show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stage {
     /// The statement.

@@ -30,7 +30,7 @@ pub struct Settings {
     /// Draw pictures in the terminal by Kitty's graphics protocol
     #[arg(long, global = true)]
     pub kitty: bool,
-    /// How mistakes and warnings are told (default: text); `short`, a line each, and `json` go to
+    /// How errors and warnings are told (default: text); `short`, a line each, and `json` go to
     /// standard output
     #[arg(long, global = true, value_name = "FORMAT")]
     #[arg(value_parser = PossibleValuesParser::new(["text", "short", "json"]).map(style))]
@@ -59,7 +59,7 @@ pub struct Settings {
     /// Its steps of quality (default: 1, it has no scale)
     #[arg(long, global = true, value_name = "N", value_parser = value_parser!(u8).range(1..=5))]
     renderer_steps: Option<u8>,
-    /// Folder that keeps pictures (default: .footlight beside the show; `off`: none)
+    /// Folder that keeps pictures (default: .footlight next to the show; `off`: none)
     #[arg(long, global = true, value_name = "DIR")]
     pub pool: Option<PathBuf>,
     /// Megabytes kept there, least recently used dropped first (default: 2000)
@@ -166,11 +166,9 @@ pub enum OwnCommand {
         #[arg(id = "CODE")]
         code: String,
     },
-    /// show every save of a file that is edited elsewhere: mistakes, changes, the picture
-    #[command(
-        after_help = "A mistake leaves the last good show. Ctrl-C ends it.\n\n\
-        Example:\n  footlight watch show.lxq -o now.png"
-    )]
+    /// show every save of a file that is edited elsewhere: errors, changes, the picture
+    #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
+        Example:\n  footlight watch show.lxq -o now.png")]
     Watch(Watched),
     /// print a script that completes this program's commands in a shell
     #[command(after_help = "Example:\n  footlight completions bash > footlight.bash")]

@@ -244,7 +244,7 @@ fn each(repl: &mut Repl, entered: &str, screen: &Screen) -> bool {
     pending.run(repl, screen)
 }
 
-/// Runs the lines of `input` to their end, going on after mistakes; the exit code is the worst of
+/// Runs the lines of `input` to their end, going on after errors; the exit code is the worst of
 /// theirs.
 pub fn batch(repl: &mut Repl, input: impl Read, screen: &Screen) -> Result<u8, Error> {
     let mut pending = Pending::default();

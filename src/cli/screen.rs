@@ -1,4 +1,4 @@
-//! What a person sees: replies, mistakes, progress bars.
+//! What a person sees: replies, errors, progress bars.
 
 use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicUsize, Ordering};

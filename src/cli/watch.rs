@@ -33,7 +33,7 @@ pub struct Watched {
     output: Option<String>,
 }
 
-/// Watches until Ctrl-C. A mistake leaves the last good show.
+/// Watches until Ctrl-C. An error leaves the last good show.
 pub fn watch(
     watched: &Watched,
     screen: &Screen,

@@ -35,9 +35,9 @@ pub struct Label {
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
-    /// Stable code, such as `E012` or `W003`; empty for what is no mistake of the show's text.
+    /// Stable code, such as `E012` or `W003`; empty for what is no error of the show's text.
     pub code: &'static str,
-    /// The mistake in one sentence.
+    /// The error in one sentence.
     pub message: String,
     /// The place; more than one where there are two. The first is the main one.
     pub labels: Vec<Label>,

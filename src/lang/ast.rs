@@ -39,7 +39,7 @@ pub struct Word<'a> {
 #[derive(Debug)]
 pub struct Statement<'a> {
     pub span: Span,
-    /// As written; `None` where lines with mistakes were left out, or it was lowered before.
+    /// As written; `None` where lines with errors were left out, or it was lowered before.
     pub text: Option<&'a str>,
     pub item: Declaration<'a>,
 }

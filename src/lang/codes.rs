@@ -1,12 +1,12 @@
 //! Every diagnostic's code, in one table. A code keeps its meaning for ever; a code that is no
-//! longer used is not given to another mistake.
+//! longer used is not given to another error.
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Code {
     /// `E…` errors, `W…` warnings.
     pub code: &'static str,
-    /// The kind of mistake in a few words.
+    /// The kind of error in a few words.
     pub title: &'static str,
 }
 
@@ -35,7 +35,7 @@ codes! {
     CYCLE = "E015" "defined by itself";
     INCLUDE = "E016" "a file that cannot be included";
     WRONG_QUANTITY = "E020" "a quantity of another kind";
-    BAD_NUMBER = "E021" "not a number this language knows";
+    BAD_NUMBER = "E021" "not a number of this language";
     LEVEL_RANGE = "E022" "a level outside 0 to 100";
     RANGE = "E023" "a number out of its range";
     BAD_COLOUR = "E024" "not a colour";

@@ -1,4 +1,4 @@
-//! Pages about codes: `grammar/mistakes.md`, taken apart.
+//! Pages about codes: `grammar/errors.md`, taken apart.
 //!
 //! The document is the only source, so that what `explain` prints is what stands in the manual,
 //! and what the tests run.
@@ -6,22 +6,22 @@
 use super::codes;
 use super::names::nearest;
 
-/// The manual's chapter on mistakes.
-const CHAPTER: &str = include_str!("../../grammar/mistakes.md");
+/// The manual's chapter on errors.
+const CHAPTER: &str = include_str!("../../grammar/errors.md");
 
 /// What the manual says of a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Page<'a> {
     /// Such as `E012`.
     pub code: &'a str,
-    /// The kind of mistake in a few words.
+    /// The kind of error in a few words.
     pub title: &'a str,
     /// The page below its heading, in Markdown.
     pub text: &'a str,
 }
 
 impl Page<'_> {
-    /// The smallest sheet that makes the mistake, and its correction, where there are such.
+    /// The smallest sheet that makes the error, and its correction, where there are such.
     pub fn sheets(&self) -> Option<(&str, &str)> {
         let mut sheets = self.text.split("```lxq\n").skip(1);
         let mut next = || sheets.next()?.split_once("```").map(|(sheet, _)| sheet);

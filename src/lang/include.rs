@@ -142,7 +142,7 @@ impl Gathering<'_, '_> {
 
     fn include(&mut self, index: usize, path: &str, span: Span) -> Option<usize> {
         if path.is_empty() {
-            let help = "name a file beside the show: include \"rig.lxq\"";
+            let help = "name a file next to the show: include \"rig.lxq\"";
             let at = (span, "no file");
             return self
                 .report
@@ -293,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mistake_is_shown_in_its_own_file() {
+    fn an_error_is_shown_in_its_own_file() {
         let files = files().with("looks.lxq", "look night { lamp 5 }\n");
         let mut sources = Sources::default();
         let text = "include \"rig.lxq\"\nbank late = k\ncue 1 { night }\n";

@@ -21,5 +21,5 @@ pub const REPEAT: u32 = 10_000;
 pub const LEVELS: usize = 4_000_000;
 /// Pixels of a view in either direction.
 pub const PIXELS: usize = 16_384;
-/// Mistakes looked for inside one statement by leaving out the line that was wrong.
+/// Errors looked for inside one statement by leaving out the line that was wrong.
 pub const RETRIES: usize = 8;

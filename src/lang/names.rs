@@ -150,7 +150,7 @@ pub fn reserved(name: &str) -> Diagnostic {
 }
 
 /// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one
-/// mistake in three characters. The first wins among equals.
+/// error in three characters. The first wins among equals.
 pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Option<&'c str> {
     let length = word.chars().take(LONGEST + 1).count();
     if length > LONGEST {
@@ -165,7 +165,7 @@ pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Opt
         if candidate.chars().count().abs_diff(length) > limit {
             continue;
         }
-        // Optimal string alignment: swapping two neighbours is one mistake.
+        // Optimal string alignment: swapping two neighbours is one error.
         let distance = strsim::osa_distance(word, candidate);
         if distance <= limit && distance < length && best.is_none_or(|(d, _)| distance < d) {
             best = Some((distance, candidate));

@@ -39,7 +39,7 @@ impl Unit {
             Unit::Degree => "an angle",
             Unit::Candela => "an intensity",
             Unit::Lumen => "a luminous flux",
-            Unit::Luminance => "a radiance",
+            Unit::Luminance => "a luminance",
             Unit::Kelvin => "a colour temperature",
         }
     }

@@ -15,7 +15,7 @@ use crate::diagnostic::Diagnostic;
 /// What was read.
 #[derive(Debug, Default)]
 pub struct Read<'a> {
-    /// Statements that parsed, at least after lines with mistakes were left out.
+    /// Statements that parsed, at least after lines with errors were left out.
     pub statements: Vec<Statement<'a>>,
     /// Names whose declarations did not parse.
     pub broken: Vec<(Kind, Word<'a>)>,
@@ -228,7 +228,7 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// Parses a statement; after a mistake inside braces once more without the line of the mistake,
+    /// Parses a statement; after an error inside braces once more without the line of the error,
     /// to find the next.
     fn parse(&mut self, rule: Rule, text: &'a str, base: usize) -> Option<Statement<'a>> {
         let builder = Builder {
@@ -308,7 +308,7 @@ fn is_name(word: &str) -> bool {
     !word.is_empty() && !syntax::is_inner_word(word) && !STATEMENTS.contains(&word)
 }
 
-/// The last word of the line before, where the mistake is the first thing on its line: something is
+/// The last word of the line before, where the error is the first thing on its line: something is
 /// missing there. None behind a comment.
 fn unfinished(before: &str) -> Option<Range<usize>> {
     let end = before.trim_end().len();
@@ -357,7 +357,7 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
         '“' | '”' | '„' | '‘' | '’' | '\'' => {
             "write texts in straight double quotes: \"Evening\""
         }
-        c if c.is_whitespace() => "this is no ordinary space: delete it and type it anew",
+        c if c.is_whitespace() => "this is no ordinary space: delete it and type it again",
         '"' if image => "an image stands without `=`: `bank front image \"front.exr\"`",
         '"' if only("a name") => "a name stands without quotes",
         ',' if failure.between_items => "what a cue does stands side by side, without commas",
@@ -405,7 +405,7 @@ fn unit_apart(before: &str) -> Option<&'static str> {
     words.next()?.ends_with(is_digit).then_some(unit)
 }
 
-/// The text with the line of the mistake blanked out, same length; `None` where that would leave
+/// The text with the line of the error blanked out, same length; `None` where that would leave
 /// braces without their partners.
 fn without_line(text: &str, failure: &Failure) -> Option<String> {
     let before = text.get(..failure.at)?;

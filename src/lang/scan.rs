@@ -1,4 +1,4 @@
-//! Cuts a file into statements, before any grammar sees it, so that a mistake ends with its
+//! Cuts a file into statements, before any grammar sees it, so that an error ends with its
 //! statement and the parser holds one statement at a time.
 //!
 //! A statement begins where a line outside all braces begins with a statement word; it goes on over

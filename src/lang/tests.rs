@@ -213,7 +213,7 @@ fn declarations_are_told_from_verbs() {
 }
 
 /// The parser recurses with the brackets and watches no stack: the deepest statement that the
-/// scanner lets through takes a fraction of what a thread has, also when lines with mistakes are
+/// scanner lets through takes a fraction of what a thread has, also when lines with errors are
 /// left out of it.
 #[test]
 fn the_deepest_statement_needs_little_stack() {

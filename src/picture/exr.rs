@@ -107,7 +107,7 @@ fn require_finite(image: &Image) -> Result<(), PictureError> {
 }
 
 /// Refuses what would become infinite as a half: rounding starts at 65520, but anything beyond the
-/// largest half is a mistake of scale already.
+/// largest half is an error of scale already.
 fn require_half_range(image: &Image) -> Result<(), PictureError> {
     let beyond = image.data().iter().filter(|v| v.abs() > HALF_MAX);
     let (count, largest) = beyond.fold((0, 0.0_f32), |(n, m), v| (n + 1, m.max(v.abs())));

@@ -30,7 +30,7 @@ pub fn check(document: &Document, style: Style) -> String {
     }
     let _ = writeln!(text, "{}", headline(document));
     text.push_str(&match diagnostics.list.len() {
-        0 => "no mistakes".to_owned(),
+        0 => "no errors".to_owned(),
         n => format!("no errors, {}", count(n, "warning")),
     });
     text

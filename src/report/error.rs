@@ -105,7 +105,7 @@ pub fn engine_error(error: &engine::Error) -> String {
             "{} exists already and was not written; choose another name",
             path.display()
         ),
-        E::NoBackground => "nothing can run beside the prompt here; say it without `&`".to_owned(),
+        E::NoBackground => "nothing can run in the background here; say it without `&`".to_owned(),
         E::OneQuality => "there is one quality only, so that nothing can be tried".to_owned(),
         E::TooFewSteps { found, needed } => format!(
             "the pictures of this show have {} of quality: tune needs {needed}, two for coarse \

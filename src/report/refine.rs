@@ -149,7 +149,7 @@ fn describe_job(job: &JobStatus, text: &mut String) {
 
 /// What to say where nothing runs in the background.
 pub fn idle(engine: &Engine) -> String {
-    let mut text = "nothing is at work beside the prompt".to_owned();
+    let mut text = "nothing is running in the background".to_owned();
     if let Some(step) = engine.steps().last() {
         let refined = count(step.refined, "refined picture");
         let _ = write!(text, "; {refined}, error {} %", percent(step.error));

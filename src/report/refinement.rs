@@ -85,7 +85,7 @@ pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
     };
     let seconds = "seconds from the start, coarse pictures among them";
     let real = "How long does it take? (mixed pictures: as shipped)";
-    let predicted = "How long was it foretold to take?";
+    let predicted = "How long was it predicted to take?";
     let panels = [
         panel(&first, REFINED, Scale::Whole, &|m, _| m as f64),
         panel(real, seconds, Scale::Linear, &|_, p| p.real),

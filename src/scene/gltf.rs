@@ -76,7 +76,7 @@ pub enum PartError {
         found: u64,
     },
     /// A buffer of neither kind.
-    #[error("`{0}` is neither a file beside the stage nor base64 data")]
+    #[error("`{0}` is neither a file next to the stage nor base64 data")]
     Uri(String),
     /// Base64 that is none.
     #[error("its data is not base64")]

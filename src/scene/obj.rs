@@ -6,7 +6,7 @@
 //! area are dropped and bent ones cut into triangles, as every exporter writes some of those.
 //!
 //! Not read: textures (`map_Kd`), normals, texture coordinates, lines, points, curves. Kd is the
-//! diffuse reflectance, Ke the emitted radiance; either is black where the MTL does not give it.
+//! diffuse reflectance, Ke the emitted luminance; either is black where the MTL does not give it.
 
 mod read;
 
@@ -50,7 +50,7 @@ pub enum LineError {
     #[error("reflectance {0} is outside 0 to 1")]
     Reflectance(f64),
     /// A negative emission.
-    #[error("emitted radiance {0} is negative")]
+    #[error("emitted luminance {0} is negative")]
     Emission(f64),
     /// A face of fewer than three corners.
     #[error("a face needs at least 3 corners and has {0}")]

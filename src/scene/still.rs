@@ -11,7 +11,7 @@ use crate::files::{FileError, Files};
 use crate::picture::exr::layer;
 use crate::picture::{Image, PictureError, png};
 
-/// Where a picture stands: a file beside the show, and perhaps a layer of it.
+/// Where a picture stands: a file next to the show, and perhaps a layer of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ImageFile {
     /// Relative to the show's folder.

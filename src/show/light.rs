@@ -36,7 +36,7 @@ pub enum LightKind {
         /// How bright it is at full; never its own.
         strength: Strength,
     },
-    /// A point source as a file beside the show has it measured (see [`scene::Measured`]).
+    /// A point source as a file next to the show has it measured (see [`scene::Measured`]).
     Photometric {
         /// The file.
         path: String,
@@ -47,7 +47,7 @@ pub enum LightKind {
         /// How bright it is at full.
         output: Output,
     },
-    /// An image beside the show, thrown (see [`scene::Projection`]).
+    /// An image next to the show, thrown (see [`scene::Projection`]).
     Projection {
         /// The file.
         path: String,

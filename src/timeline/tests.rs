@@ -238,7 +238,7 @@ fn go_follow_hang_gap_and_at() {
 }
 
 #[test]
-fn mistakes_of_timing_are_all_reported() {
+fn errors_of_timing_are_all_reported() {
     let mut show = empty(1);
     show.cues.push(cue(1, go(10.), 1., vec![]));
     show.cues.push(cue(2, go(5.), 1., vec![]));

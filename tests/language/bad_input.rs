@@ -155,7 +155,7 @@ fn told(show: &str, arguments: &[&str]) -> (i32, String, String) {
 }
 
 #[test]
-fn mistakes_are_told_in_lines_and_in_json() {
+fn errors_are_told_in_lines_and_in_json() {
     let show = "show \"x\"\n\tbank 照明 = lampe\nbank 照明 = lampe\n";
     let short = "show.lxq:2:12: error[E010]: there is no light called `lampe`\n\
         show.lxq:3:6: error[E012]: `照明` is declared twice\n\
@@ -201,7 +201,7 @@ fn warnings_are_told_in_lines_and_in_json() {
 }
 
 #[test]
-fn what_is_no_mistake_of_the_text_has_the_same_form() {
+fn what_is_no_error_of_the_text_has_the_same_form() {
     let json = concat!(
         r#"[{"code":null,"help":[],"labels":[],"message":"`none.lxq` does not exist","#,
         r#""severity":"error"}]"#,

@@ -8,11 +8,11 @@
 )]
 
 mod bad_input;
+mod errors;
 mod figure4;
 mod hostile;
 mod live;
 mod manual;
-mod mistakes;
 mod paper;
 
 use std::fs;

@@ -1,4 +1,4 @@
-//! `watch`: every save is told, a mistake leaves the last good show, the picture is rewritten.
+//! `watch`: every save is told, an error leaves the last good show, the picture is rewritten.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -10,7 +10,7 @@ fn examples() -> PathBuf {
 }
 
 #[test]
-fn every_save_is_told_and_a_mistake_leaves_the_last_good_show() {
+fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
     let folder = tempfile::tempdir().unwrap();
     for name in ["first.lxq", "first.obj", "first.mtl"] {
         fs::copy(examples().join(name), folder.path().join(name)).unwrap();

@@ -148,7 +148,7 @@ fn the_true_error_is_what_one_sees() {
 }
 
 #[test]
-fn a_mistake_ends_a_session_with_its_line_and_keeps_what_is_done() {
+fn an_error_ends_a_session_with_its_line_and_keeps_what_is_done() {
     let cases = [
         (
             "refine\n\nrefine sometimes\n",

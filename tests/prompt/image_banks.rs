@@ -173,9 +173,9 @@ fn images_add_to_lights_on_a_stage() {
 }
 
 /// The message about a show that cannot be used.
-fn mistake(text: &str, files: Memory) -> String {
+fn error(text: &str, files: Memory) -> String {
     match open(text, files) {
-        Ok(_) => panic!("no mistake in {text}"),
+        Ok(_) => panic!("no error in {text}"),
         Err(error) => error.report(Style::Plain),
     }
 }
@@ -191,22 +191,22 @@ fn an_image_that_cannot_be_used_is_named_with_its_place_and_a_way_out() {
     let one = |file: &str| {
         format!("view v from 0, -1, 0 to 0, 0, 0 fov 40 size 8x4\nbank x image {file}\n")
     };
-    let found = mistake(&one("\"none.exr\""), files());
+    let found = error(&one("\"none.exr\""), files());
     says(&found, &["E305", "show.lxq:2", "`none.exr` does not exist"]);
-    let found = mistake(&one("\"../a.exr\""), files());
+    let found = error(&one("\"../a.exr\""), files());
     says(&found, &["E305", "outside", "copy the file"]);
-    let found = mistake(&one("\"text.exr\""), files());
+    let found = error(&one("\"text.exr\""), files());
     says(&found, &["E305", "`text.exr`", "OpenEXR"]);
-    let found = mistake(&one("\"a.exr\" layer \"Key\""), files());
+    let found = error(&one("\"a.exr\" layer \"Key\""), files());
     says(&found, &["E306", "no layer `Key`", "leave `layer` out"]);
-    let found = mistake(&one("\"p.png\" layer \"Key\""), files());
+    let found = error(&one("\"p.png\" layer \"Key\""), files());
     says(&found, &["E306", "leave `layer` out"]);
-    let found = mistake(&one("\"wide.exr\""), files());
+    let found = error(&one("\"wide.exr\""), files());
     says(
         &found,
         &["E307", "9x4", "the view `v` has 8x4", "show.lxq:2"],
     );
-    let found = mistake(
+    let found = error(
         "bank x image \"a.exr\"\nbank y image \"wide.exr\"\n",
         files(),
     );
@@ -223,10 +223,10 @@ fn an_image_that_cannot_be_used_is_named_with_its_place_and_a_way_out() {
     let mut bytes = coded(&ramp(8, 4, 1.0));
     let end = bytes.len();
     bytes[end - 4..].copy_from_slice(&f32::NAN.to_le_bytes());
-    let found = mistake(&one("\"nan.exr\""), files().with("nan.exr", bytes.clone()));
+    let found = error(&one("\"nan.exr\""), files().with("nan.exr", bytes.clone()));
     says(&found, &["E305", "`nan.exr`", "NaN", "column 7, row 3"]);
     bytes.truncate(end - 5);
-    let found = mistake(&one("\"cut.exr\""), files().with("cut.exr", bytes));
+    let found = error(&one("\"cut.exr\""), files().with("cut.exr", bytes));
     says(&found, &["E305", "`cut.exr`"]);
 }
 

@@ -144,7 +144,7 @@ fn levels_are_told_as_they_were_written_and_light_beside_them() {
 }
 
 #[test]
-fn a_mistake_leaves_everything_as_it_was() {
+fn an_error_leaves_everything_as_it_was() {
     let (mut show, _) = open();
     show.engine_mut().refine(Goal::count(1)).unwrap();
     let source = show.engine().document().text().to_owned();
@@ -502,7 +502,7 @@ fn a_metric_holds_for_a_call() {
     let error = show.execute("refine --metric light").unwrap_err();
     let error = error.to_string();
     assert!(error.contains("settings, influence or error"), "{error}");
-    assert_eq!(show.engine().metric(), None, "a mistake changes nothing");
+    assert_eq!(show.engine().metric(), None, "an error changes nothing");
 }
 
 /// The order of refinement follows the metric; what is foretold is always the error, so orders can

@@ -49,7 +49,7 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
                 ..
             } => "export the geometry again as glTF without compression",
             SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
-            _ => "export the geometry again as OBJ with its MTL beside it, or as glTF 2.0",
+            _ => "export the geometry again as OBJ with its MTL next to it, or as glTF 2.0",
         };
         export.to_owned()
     });
@@ -98,7 +98,7 @@ pub(super) fn slide_cause(path: &str, error: &dyn std::fmt::Display) -> String {
 pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the photometric file cannot be read: {cause}");
     let help =
-        "put the IES LM-63 file (type C) of the luminaire beside the show; its maker publishes it";
+        "put the IES LM-63 file (type C) of the luminaire next to the show; its maker publishes it";
     error(
         codes::PHOTOMETRIC,
         message,
@@ -111,7 +111,7 @@ pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Dia
 /// A slide that cannot be used.
 pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the image cannot be thrown: {cause}");
-    let help = "put a PNG or OpenEXR file of at most 16,777,216 pixels beside the show";
+    let help = "put a PNG or OpenEXR file of at most 16,777,216 pixels next to the show";
     error(codes::SLIDE, message, light, spans, vec![help.to_owned()])
 }
 
@@ -123,7 +123,7 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
             (codes::MATERIAL, id, materials(material, scene, true))
         }
         RigError::Dark { id, material } => {
-            let help = format!("give it a radiance, such as `panel {material} 500 cd/m2`");
+            let help = format!("give it a luminance, such as `panel {material} 500 cd/m2`");
             (codes::DARK, id, vec![help])
         }
         RigError::NoImage { id, .. } => (codes::IMAGE, id, Vec::new()),

@@ -94,7 +94,7 @@ fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic 
         Motion::Plus(_) => format!("`{target}` is a look with changes in cue {number}"),
     };
     let message = format!("{why}: there is no number to change");
-    let help = format!("write the move anew in the text of cue {number}");
+    let help = format!("rewrite the move in the text of cue {number}");
     Diagnostic::error(codes::DOES_NOT_FIT, message).help(help)
 }
 

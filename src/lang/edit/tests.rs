@@ -110,7 +110,7 @@ fn removing_takes_the_line() {
 }
 
 #[test]
-fn a_mistake_leaves_everything() {
+fn an_error_leaves_everything() {
     assert_eq!(
         declare(SHOW, "cue 2 { lamps }}").unwrap_err()[0].code,
         codes::STRAY_BRACE

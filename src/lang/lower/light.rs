@@ -283,7 +283,7 @@ impl<'a> Lower<'a, '_> {
     fn finished(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<LightKind> {
         let form = spec.form?;
         if self.report.failed() && light.kind.text == "like" {
-            // A light like a broken one would only repeat its mistakes.
+            // A light like a broken one would only repeat its errors.
             return None;
         }
         self.complete(light, spec, form)?;
@@ -351,7 +351,7 @@ impl<'a> Lower<'a, '_> {
             None if tint == Rgb::WHITE => Some(Strength::Own),
             None => {
                 let message = format!(
-                    "the panel `{}` has a colour, but no radiance",
+                    "the panel `{}` has a colour, but no luminance",
                     light.name.text
                 );
                 let help = "say how bright it is too, as `40 cd/m2`";

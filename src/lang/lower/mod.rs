@@ -2,7 +2,7 @@
 //! [`crate::show`] are established.
 //!
 //! Two passes: all names are declared first, so that order plays no part; then each family of
-//! statements is lowered, every mistake reported. A show comes out only if there was no error;
+//! statements is lowered, every error reported. A show comes out only if there was no error;
 //! placeholders that stand for broken pieces never leave this module.
 
 mod calculation;
@@ -57,7 +57,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
-        // A clash with a broken declaration is not worth a word: the first mistake is elsewhere.
+        // A clash with a broken declaration is not worth a word: the first error is elsewhere.
         let _ = lower.names.declare(*name, *kind, None);
     }
     lower.values(statements);

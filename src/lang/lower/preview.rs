@@ -145,7 +145,7 @@ impl<'a> Lower<'a, '_> {
         let text = unquoted(path);
         if text.is_empty() {
             let help =
-                "write the name of an OBJ or glTF file beside the show: stage \"tavern.obj\"";
+                "write the name of an OBJ or glTF file next to the show: stage \"tavern.obj\"";
             let at = (path.span, "no file");
             self.report
                 .error::<()>(codes::MISSING, "the stage has no file", at, help);

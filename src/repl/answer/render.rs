@@ -79,7 +79,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         repl.refining = words;
         let notes = repl.event_notes();
         return Ok(Reply::text(match notes.is_empty() {
-            true => "refining beside the prompt: `status` tells how far it is".to_owned(),
+            true => "refining in the background: `status` shows how far it is".to_owned(),
             false => notes.join("\n"),
         }));
     }

@@ -73,7 +73,7 @@ pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         }));
     }
     Ok(Reply::text(match repl.engine.format()? {
-        true => "laid out anew; `save` writes it",
+        true => "laid out again; `save` writes it",
         false => "already in its canonical layout",
     }))
 }

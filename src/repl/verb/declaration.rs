@@ -46,7 +46,7 @@ pub const DECLARATIONS: [Declaration; 15] = [
     ),
     of(
         "stage \"FILE\"",
-        "the geometry: OBJ or glTF, beside the show's file",
+        "the geometry: OBJ or glTF, next to the show's file",
         "stage \"first.obj\"",
     ),
     of(

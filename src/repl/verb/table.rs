@@ -120,7 +120,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "check",
         text::check,
-        "look for mistakes in the show, its stage and its curves",
+        "look for errors in the show, its stage and its curves",
         "check",
     )
     .command(),
@@ -134,7 +134,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "at",
         live::at,
-        "move to a time and tell the levels there, beside the light where a dimmer bends it",
+        "move to a time and print the levels there, and the light where a dimmer changes it",
         "at 1:30",
     )
     .words("[TIME]", Complete::Nothing),
@@ -178,7 +178,7 @@ pub const VERBS: &[VerbSpec] = &[
             value(
                 "quality",
                 "Q",
-                "render anew at this step of the scale, 1 to 5",
+                "render again at this step of the scale, 1 to 5",
             ),
             VIEW,
             FLOAT,
@@ -188,7 +188,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "refine",
         render::refine,
-        "render refined pictures in the order of the plan, one if nothing is said; `&`: beside the prompt",
+        "render refined pictures in the order of the plan, one if nothing is said; `&`: in the background",
         "refine until 2%",
     )
     .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
@@ -196,19 +196,19 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "status",
         render::status,
-        "how far the refinement beside the prompt is, and when it will end",
+        "how far the refinement in the background is, and when it will end",
         "status",
     ),
     verb(
         "wait",
         render::wait,
-        "wait for the refinement beside the prompt; Ctrl-C ends the waiting alone",
+        "wait for the refinement in the background; Ctrl-C ends the waiting alone",
         "wait",
     ),
     verb(
         "stop",
         render::stop,
-        "end the refinement beside the prompt after what is in hand, or now",
+        "end the refinement in the background after what is in hand, or now",
         "stop",
     )
     .words("[now]", Complete::Nothing),
@@ -330,7 +330,7 @@ pub const VERBS: &[VerbSpec] = &[
             value(
                 "commands",
                 "FILE",
-                "of session, the file to replay (default: session.txt beside the show)",
+                "of session, the file to replay (default: session.txt next to the show)",
             ),
             switch("truth", "of session, also against every source at the refined quality"),
             DARK,
@@ -367,7 +367,7 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("COMMANDS", Complete::Files)
     .options(&[
-            switch("truth", "measure against every source at the refined quality, rendered beside"),
+            switch("truth", "measure against every source at the refined quality, rendered too"),
             METRIC,
             output("write a .png or an .svg, or the data as .csv or .json"),
         ])
@@ -453,7 +453,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "tracksheet",
         text::tracksheet,
-        "cues by banks: the level each bank holds, moved, tracked and blocked told apart",
+        "cues by banks: the level each bank holds, moved, tracked and blocked marked",
         "tracksheet -o tracks.csv",
     )
     .options(&[output("write a .md, .csv or .txt")])
@@ -469,7 +469,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "fmt",
         text::fmt,
-        "lay the show's text out anew, comments and groups kept",
+        "lay out the show's text, comments and groups kept",
         "fmt",
     )
     .options(&[switch("check", "only tell whether the layout is canonical")]),

@@ -1,4 +1,4 @@
-//! Materials: names, diffuse reflectance, emitted radiance.
+//! Materials: names, diffuse reflectance, emitted luminance.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -131,7 +131,7 @@ fn emission(described: &Described) -> Result<Rgb, PartError> {
     let radiance = described.emissive_factor.0.map(|c| f64::from(c) * strength);
     match radiance.iter().find(|c| !(0.0..=1e30).contains(*c)) {
         Some(bad) => Err(PartError::Range {
-            what: "emitted radiance",
+            what: "emitted luminance",
             value: *bad,
             range: "0 to 1e30",
         }),

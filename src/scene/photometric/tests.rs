@@ -164,7 +164,7 @@ fn light_ends_where_the_file_says() {
 }
 
 #[test]
-fn every_mistake_has_its_line() {
+fn every_error_has_its_line() {
     let good = file(&[0.0, 45.0, 90.0], &[0.0, 90.0], |_, _| 10.0);
     assert!(Distribution::parse(good.as_bytes()).is_ok());
     for (from, to, line, say) in [
