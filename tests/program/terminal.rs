@@ -188,7 +188,7 @@ fn refinement_goes_on_beside_the_prompt() {
     let mut terminal = Terminal::open(&example("first.lxq"), &history);
     terminal.wait("lxq> ");
     terminal.press("refine 1 &\r");
-    terminal.wait("beside the prompt");
+    terminal.wait("in the background");
     terminal.wait("lxq> ");
     // Told above the line that is being typed, which stays as it is.
     terminal.press("goto 2");

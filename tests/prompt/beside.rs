@@ -100,7 +100,7 @@ fn finish(show: &mut Repl, queue: &Queue) -> Vec<String> {
 fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_meanwhile() {
     let (mut show, queue) = open();
     let text = say(&mut show, "refine 2 &");
-    assert!(text.contains("beside the prompt"), "{text}");
+    assert!(text.contains("in the background"), "{text}");
     // Both coarse steps first, each in one call.
     assert!(say(&mut show, "status").contains("3 coarse pictures at quality 1"));
     assert!(queue.run());
@@ -195,7 +195,7 @@ fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
         let notes = finish(&mut show, &queue);
         assert!(notes[0].ends_with("stopped; what is finished is kept"));
         assert_eq!(show.engine().refined(), refined, "{word}");
-        assert!(say(&mut show, word).contains("nothing is at work"));
+        assert!(say(&mut show, word).contains("nothing is running"));
         // The operator came home: another refinement goes on with it.
         say(&mut show, "refine 1");
         assert_eq!(show.engine().refined(), refined + 1);

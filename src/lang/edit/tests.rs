@@ -281,7 +281,7 @@ fn what_has_no_number_is_said_to_have_none() {
         ("h", "`h` goes to `(k + 100)` in cue 1"),
     ] {
         let said = message(show, update("1", target, 0.5));
-        let wanted = format!("E026: {why}: there is no number to change; write the move anew");
+        let wanted = format!("E026: {why}: there is no number to change; rewrite the move");
         assert!(said.starts_with(&wanted), "{said}");
     }
     for (cue, target, level, code) in [
