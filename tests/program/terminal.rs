@@ -205,7 +205,7 @@ fn refinement_goes_on_beside_the_prompt() {
     let mut terminal = Terminal::open(&example("tavern/tavern.lxq"), &history);
     terminal.wait("lxq> ");
     terminal.press("refine 20 &\r");
-    terminal.wait("tells how far");
+    terminal.wait("shows how far");
     terminal.wait("lxq> ");
     terminal.press("status\r");
     terminal.wait("coarse pictures at quality 1");
