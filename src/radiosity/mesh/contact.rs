@@ -59,7 +59,7 @@ impl<'a> Contacts<'a> {
         let margin = vec3(1.0, 1.0, 1.0) * touching;
         let mut bounds = Bounds::of(&own.vertices);
         bounds.low = bounds.low - margin;
-        bounds.high = bounds.high + margin;
+        bounds.high += margin;
         let end = self
             .boxes
             .partition_point(|(_, b)| b.low.x <= bounds.high.x);
