@@ -60,23 +60,14 @@ use evaluation::{Needed, Previewed, Rule, Verdict, median};
 
 use footlight::engine::measure::Machine;
 use footlight::engine::{Engine, Host};
-use footlight::files::{Folder, Memory};
+use footlight::files::Folder;
 use random_show::random_show;
 use record::record;
 
 const SHOWS: u64 = 20;
 
 fn random(seed: u64) -> Result<Verdict, Box<dyn Error>> {
-    let made = random_show(seed);
-    let files = Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
-    let host = Host {
-        files: Box::new(files),
-        threads: 2,
-        ..Host::default()
-    };
-    let show = Engine::from_text("random.lxq", made.show.as_bytes(), host);
+    let show = random_show(seed, [96, 54]).open(Host::default());
     let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of(
         &format!("random {seed}"),

@@ -1,10 +1,12 @@
 //! Random shows: a room with boxes, spots, panels and cues, as text.
 //!
 //! The same seed gives the same show on every machine: the generator is written here, its numbers
-//! are printed with fixed digits. Shows are small (a picture of 96 x 54) but of the usual kind:
-//! banks of one to three lights with hard or soft shadows, fades that overlap, splines.
+//! are printed with fixed digits. Shows are small but of the usual kind: banks of one to three lights with hard or soft shadows, fades that overlap, splines.
 
 use std::fmt::Write as _;
+
+use footlight::engine::{Engine, Host};
+use footlight::files::Memory;
 
 use crate::dice::Dice;
 
@@ -118,8 +120,30 @@ impl Stage {
     }
 }
 
-/// The show of a seed: 12 to 24 banks, 5 to 12 cues.
-pub fn random_show(seed: u64) -> RandomShow {
+impl RandomShow {
+    /// The files that the show names.
+    pub fn files(&self) -> Memory {
+        Memory::default()
+            .with("room.obj", self.stage.as_str())
+            .with("room.mtl", self.materials.as_str())
+    }
+
+    /// Opens the show with the host's means, its files in memory.
+    ///
+    /// # Errors
+    /// Those of [`Engine::from_text`].
+    pub fn open(&self, host: Host) -> Result<Engine, footlight::Error> {
+        let host = Host {
+            files: Box::new(self.files()),
+            threads: 2,
+            ..host
+        };
+        Engine::from_text("random.lxq", self.show.as_bytes(), host)
+    }
+}
+
+/// The show of a seed: 12 to 24 banks, 5 to 12 cues, a picture of so many pixels.
+pub fn random_show(seed: u64, [width, height]: [usize; 2]) -> RandomShow {
     let dice = &mut Dice::new(seed);
     let room = Room {
         half: dice.between(2.5, 5.0),
@@ -133,7 +157,7 @@ pub fn random_show(seed: u64) -> RandomShow {
     stage.room(dice, room);
     let mut show = format!(
         "show \"Random {seed}\"\npreview {{ gap 2 }}\nstage \"room.obj\"\nview house  from 0, \
-         -{:.2}, 1.7  to 0, {:.2}, {:.2}  fov 32  size 96x54\n\n",
+         -{:.2}, 1.7  to 0, {:.2}, {:.2}  fov 32  size {width}x{height}\n\n",
         2.2 * room.half,
         room.depth / 2.0,
         room.height / 2.3

@@ -234,20 +234,16 @@ fn random(store: &MemoryStore) -> Repl {
         clock: Box::new(Ticking::by(0.25)),
         ..Host::default()
     };
-    random_of("size 32x18", store, host)
+    random_of([32, 18], store, host)
 }
 
 /// The same with pictures of a size and other means.
-fn random_of(size: &str, store: &MemoryStore, host: Host) -> Repl {
-    let made = crate::random_show::random_show(7);
-    let files = footlight::files::Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
-    let text = made.show.replace("size 96x54", size);
+fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
+    let made = crate::random_show::random_show(7, size);
     let path = Path::new("set/random.lxq");
-    store.write(path, text.as_bytes()).unwrap();
+    store.write(path, made.show.as_bytes()).unwrap();
     let host = Host {
-        files: Box::new(files),
+        files: Box::new(made.files()),
         store: Box::new(store.clone()),
         ..host
     };
@@ -313,7 +309,7 @@ fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
         memory: 1 << 20,
         ..Host::default()
     };
-    let mut show = random_of("size 96x54", &MemoryStore::default(), host);
+    let mut show = random_of([96, 54], &MemoryStore::default(), host);
     let error = show.execute("chart plan").unwrap_err().to_string();
     assert!(error.contains("every source at three qualities"), "{error}");
 }
@@ -328,7 +324,7 @@ fn stubborn() -> Repl {
         }),
         ..Host::default()
     };
-    random_of("size 16x9", &MemoryStore::default(), host)
+    random_of([16, 9], &MemoryStore::default(), host)
 }
 
 #[test]

@@ -7,7 +7,6 @@ use crate::random_show::random_show;
 use footlight::engine::measure::tuner::{Candidate, StepCost, Tuner};
 use footlight::engine::session::sequence_error;
 use footlight::engine::{Engine, Error, Goal, Host};
-use footlight::files::Memory;
 use footlight::lang::edit::Edit;
 use footlight::picture::Image;
 use footlight::plan;
@@ -18,17 +17,7 @@ use footlight::work::Work;
 
 /// A random show, small, with other means.
 fn with(host: Host) -> Engine {
-    let made = random_show(1);
-    let files = Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
-    let host = Host {
-        files: Box::new(files),
-        threads: 2,
-        ..host
-    };
-    let text = made.show.replace("size 96x54", "size 48x27");
-    Engine::from_text("random.lxq", text.as_bytes(), host).unwrap()
+    random_show(1, [48, 27]).open(host).unwrap()
 }
 
 fn random(host: Host) -> Repl {

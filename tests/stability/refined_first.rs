@@ -6,7 +6,6 @@ use crate::projection::Projection;
 use crate::random_show::random_show;
 use footlight::engine::measure::Trial;
 use footlight::engine::{Engine, Host};
-use footlight::files::Memory;
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric};
@@ -14,19 +13,10 @@ use footlight::pool::Pool;
 use footlight::work::Work;
 
 const SEEDS: [u64; 2] = [1, 7];
+const SIZE: [usize; 2] = [48, 27];
 
 fn engine(seed: u64) -> Engine {
-    let made = random_show(seed);
-    let files = Memory::default()
-        .with("room.obj", made.stage)
-        .with("room.mtl", made.materials);
-    let host = Host {
-        files: Box::new(files),
-        threads: 2,
-        ..Host::default()
-    };
-    let text = made.show.replace("size 96x54", "size 48x27");
-    Engine::from_text("random.lxq", text.as_bytes(), host).unwrap()
+    random_show(seed, SIZE).open(Host::default()).unwrap()
 }
 
 fn trial(seed: u64) -> Trial {
@@ -35,8 +25,8 @@ fn trial(seed: u64) -> Trial {
 
 #[test]
 fn a_seed_is_a_show_and_two_are_two() {
-    assert_eq!(random_show(3), random_show(3));
-    assert_ne!(random_show(3).show, random_show(4).show);
+    assert_eq!(random_show(3, SIZE), random_show(3, SIZE));
+    assert_ne!(random_show(3, SIZE).show, random_show(4, SIZE).show);
 }
 
 #[test]
