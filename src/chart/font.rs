@@ -1,18 +1,23 @@
-//! Text: widths, shortening, glyph outlines, from the embedded subset of DejaVu Sans.
+//! Text: widths, shortening, glyph outlines, from a table of DejaVu Sans' glyphs.
 //!
-//! The subset holds ASCII, Latin-1, Latin Extended-A and the mathematical signs that charts use;
+//! The table holds ASCII, Latin-1, Latin Extended-A and the mathematical signs that charts use;
 //! anything else shows as the font's empty box in PNG, and as itself in SVG (where the reader's
 //! fonts stand in). No shaping and no kerning: digits of DejaVu have one width, and SVG text
 //! states the measured length so that another font fills the same place.
+//!
+//! The outlines were read from the font once, with skrifa: to do so in the program cost every build
+//! half a minute.
 
-use skrifa::instance::{LocationRef, Size};
-use skrifa::outline::{DrawSettings, OutlinePen};
-use skrifa::{FontRef, GlyphId, MetadataProvider};
+use std::sync::LazyLock;
 use tiny_skia::{Path, PathBuilder};
 
 use super::drawing::Point;
 
-static SUBSET: &[u8] = include_bytes!("DejaVuSans-subset.ttf");
+/// A glyph a line: the letter's code point (hexadecimal; first `notdef`, the empty box), its advance,
+/// its outline as absolute M, L, Q and Z commands of SVG, y upward; in font units.
+static TABLE: &str = include_str!("DejaVuSans-glyphs.txt");
+/// Font units an em.
+const UNITS: f32 = 2048.0;
 
 /// Height of accented capitals over the baseline, in ems.
 pub(super) const ASCENT: f32 = 0.94;
@@ -20,31 +25,55 @@ pub(super) const ASCENT: f32 = 0.94;
 pub(super) const DESCENT: f32 = 0.24;
 /// Half the height of a digit: from the baseline to the middle of a label, in ems.
 pub(super) const MIDDLE: f32 = 0.365;
-/// Advance where the font is silent, in ems.
-const GUESS: f32 = 0.6;
 
-fn face() -> Option<FontRef<'static>> {
-    FontRef::new(SUBSET).ok()
+/// What is drawn for one letter, in font units.
+#[derive(Clone, Copy, Debug, Default)]
+struct Glyph {
+    advance: f32,
+    outline: &'static str,
 }
 
-fn glyph(face: &FontRef<'_>, letter: char) -> GlyphId {
+/// The table's glyphs by letter, and the empty box.
+#[derive(Debug, Default)]
+struct Face {
+    /// Sorted by letter.
+    glyphs: Vec<(char, Glyph)>,
+    empty_box: Glyph,
+}
+
+static FACE: LazyLock<Face> = LazyLock::new(|| {
+    let mut face = Face::default();
+    for line in TABLE.lines() {
+        let mut words = line.splitn(3, ' ');
+        let name = words.next().unwrap_or_default();
+        let advance = words.next().and_then(|word| word.parse().ok());
+        let glyph = Glyph {
+            advance: advance.unwrap_or_default(),
+            outline: words.next().unwrap_or_default(),
+        };
+        let code = u32::from_str_radix(name, 16).ok();
+        match code.and_then(char::from_u32) {
+            Some(letter) => face.glyphs.push((letter, glyph)),
+            None => face.empty_box = glyph,
+        }
+    }
+    face
+});
+
+fn glyph(letter: char) -> Glyph {
     // A soft line break or tab in a name must not become a box.
     let letter = if letter.is_control() { ' ' } else { letter };
-    face.charmap().map(letter).unwrap_or_default()
+    let found = FACE
+        .glyphs
+        .binary_search_by_key(&letter, |(known, _)| *known);
+    let found = found.ok().and_then(|at| FACE.glyphs.get(at));
+    found.map_or(FACE.empty_box, |(_, glyph)| *glyph)
 }
 
 /// The advance of each letter of `text` at `size` pixels an em.
 fn advances(text: &str, size: f32) -> Vec<f32> {
-    let Some(face) = face() else {
-        return text.chars().map(|_| GUESS * size).collect();
-    };
-    let metrics = face.glyph_metrics(Size::new(size), LocationRef::default());
-    text.chars()
-        .map(|letter| {
-            let advance = metrics.advance_width(glyph(&face, letter));
-            advance.unwrap_or(GUESS * size)
-        })
-        .collect()
+    let scale = size / UNITS;
+    text.chars().map(|c| glyph(c).advance * scale).collect()
 }
 
 /// How wide `text` is at `size` pixels an em.
@@ -104,46 +133,74 @@ pub(super) fn wrap(text: &str, size: f32, room: f32, most: usize) -> Vec<String>
 /// The outlines of `text` from a point of its baseline on (pixels, y down); `None` where nothing
 /// is drawn.
 pub(super) fn outline(text: &str, size: f32, (x, y): Point) -> Option<Path> {
-    let face = face()?;
-    let outlines = face.outline_glyphs();
-    let path = PathBuilder::new();
-    let mut pen = Pen { x, y, path };
-    for (letter, advance) in text.chars().zip(advances(text, size)) {
-        if let Some(shape) = outlines.get(glyph(&face, letter)) {
-            let settings = DrawSettings::unhinted(Size::new(size), LocationRef::default());
-            // A glyph that cannot be drawn leaves its space empty.
-            let _ = shape.draw(settings, &mut pen);
+    let scale = size / UNITS;
+    let mut path = PathBuilder::new();
+    let mut left = x;
+    for letter in text.chars() {
+        let glyph = glyph(letter);
+        for command in Commands(glyph.outline) {
+            // The font's y is upward from the baseline.
+            let at = |(dx, dy): Point| (left + dx * scale, y - dy * scale);
+            match command {
+                Command::Move(to) => {
+                    let (x, y) = at(to);
+                    path.move_to(x, y);
+                }
+                Command::Line(to) => {
+                    let (x, y) = at(to);
+                    path.line_to(x, y);
+                }
+                Command::Quadratic(control, to) => {
+                    let ((cx, cy), (x, y)) = (at(control), at(to));
+                    path.quad_to(cx, cy, x, y);
+                }
+                Command::Close => path.close(),
+            }
         }
-        pen.x += advance;
+        left += glyph.advance * scale;
     }
-    pen.path.finish()
+    path.finish()
 }
 
-/// Turns the font's upward y about the baseline and moves each glyph to its place.
-struct Pen {
-    x: f32,
-    y: f32,
-    path: PathBuilder,
+/// One command of an outline, in font units.
+enum Command {
+    Move(Point),
+    Line(Point),
+    Quadratic(Point, Point),
+    Close,
 }
 
-impl OutlinePen for Pen {
-    fn move_to(&mut self, x: f32, y: f32) {
-        self.path.move_to(self.x + x, self.y - y);
+/// The commands of an outline; ends at the first that cannot be read.
+struct Commands(&'static str);
+
+impl Commands {
+    fn number(&mut self) -> Option<f32> {
+        let text = self.0.trim_start_matches(' ');
+        let end = text.find(|c: char| c == ' ' || c.is_ascii_uppercase());
+        let (word, rest) = text.split_at(end.unwrap_or(text.len()));
+        self.0 = rest;
+        word.parse().ok()
     }
-    fn line_to(&mut self, x: f32, y: f32) {
-        self.path.line_to(self.x + x, self.y - y);
+
+    fn point(&mut self) -> Option<Point> {
+        Some((self.number()?, self.number()?))
     }
-    fn quad_to(&mut self, cx0: f32, cy0: f32, x: f32, y: f32) {
-        let (ox, oy) = (self.x, self.y);
-        self.path.quad_to(ox + cx0, oy - cy0, ox + x, oy - y);
-    }
-    fn curve_to(&mut self, cx0: f32, cy0: f32, cx1: f32, cy1: f32, x: f32, y: f32) {
-        let (ox, oy) = (self.x, self.y);
-        self.path
-            .cubic_to(ox + cx0, oy - cy0, ox + cx1, oy - cy1, ox + x, oy - y);
-    }
-    fn close(&mut self) {
-        self.path.close();
+}
+
+impl Iterator for Commands {
+    type Item = Command;
+
+    fn next(&mut self) -> Option<Command> {
+        let mut letters = self.0.chars();
+        let name = letters.next()?;
+        self.0 = letters.as_str();
+        match name {
+            'M' => self.point().map(Command::Move),
+            'L' => self.point().map(Command::Line),
+            'Q' => Some(Command::Quadratic(self.point()?, self.point()?)),
+            'Z' => Some(Command::Close),
+            _ => None,
+        }
     }
 }
 
@@ -152,11 +209,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_subset_parses_and_holds_what_charts_write() {
-        let face = face().expect("the embedded font parses");
+    fn the_table_parses_and_holds_what_charts_write() {
+        assert!(FACE.glyphs.is_sorted_by(|a, b| a.0 < b.0));
+        for (letter, glyph) in FACE.glyphs.iter().chain([&('□', FACE.empty_box)]) {
+            assert!(glyph.advance > 0.0, "{letter}");
+            let read = Commands(glyph.outline).count();
+            let written = glyph.outline.matches(['M', 'L', 'Q', 'Z']).count();
+            assert_eq!(read, written, "{letter}");
+        }
         let signs = "AZaz09 –—µ×÷±≤≥°%Σσρ∫→·…−⁻⁰¹²³⁴⁵⁶⁷⁸⁹éøßŁ<&>'\"";
         for sign in signs.chars() {
-            assert!(face.charmap().map(sign).is_some(), "{sign} is missing");
+            let found = FACE.glyphs.iter().any(|(letter, _)| *letter == sign);
+            assert!(found, "{sign} is missing");
         }
     }
 

@@ -30,10 +30,10 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
 }
 
 /// Radiance everywhere is E / (1 - rho). Blind to form factors whose sums are right; it tests the
-/// solver and what is lost at edges.
+/// solver and what is lost at edges, here of walls of different sides.
 #[test]
 fn every_wall_emits_and_reflects() {
-    for quality in qualities() {
+    for quality in [2, 4] {
         let off = off_in_a_furnace(0.999, quality);
         assert!(off < 1e-3, "quality {quality}: {off}");
     }
@@ -115,9 +115,8 @@ fn integrating_sphere() {
         .map(|t| (t[1] - t[0]).cross(t[2] - t[0]).length() * 0.5)
         .sum();
     let exact = flux / area * rho / (1.0 - rho);
-    // The finest step costs as much as all others and shows no more: the triangles are the limit.
-    let finest = *qualities().end();
-    for quality in [1, finest - 1] {
+    // Finer steps show no more: the triangles are the limit.
+    for quality in [1, 3] {
         let lit = room(rho).radiances(&view, quality);
         let direct = room(GREY).radiances(&view, quality);
         let all = lit

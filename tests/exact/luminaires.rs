@@ -120,7 +120,7 @@ fn a_spots_lumens_arrive() {
             field,
             intensity: Rgb::WHITE.scaled(800.0 / Profile::new(beam, field).unwrap().flux()),
         };
-        let flux = delivered(&black_box(), vec![Light::Spot(spot)], 48);
+        let flux = delivered(&black_box(), vec![Light::Spot(spot)], 32);
         assert!(
             (flux[0] / 800.0 - 1.0).abs() < 2e-3,
             "{beam}/{field}: {flux:?}"
@@ -316,7 +316,7 @@ fn a_shapes_lumens_arrive() {
             material: 1,
             radiance,
         };
-        let flux = delivered(&scene, vec![panel], 40);
+        let flux = delivered(&scene, vec![panel], 28);
         assert!((flux[0] / 800.0 - 1.0).abs() < 2e-3, "{shape:?}: {flux:?}");
     }
 }

@@ -20,6 +20,12 @@ pub fn qualities() -> std::ops::RangeInclusive<u8> {
     1..=Radiosity.finest().0
 }
 
+/// Every second step, the cheapest and the finest among them: enough to see that steps become
+/// better, for cases whose every step takes seconds.
+pub fn every_second() -> Vec<u8> {
+    qualities().step_by(2).collect()
+}
+
 /// Two threads, plenty of memory.
 pub fn work() -> Work<'static> {
     Work {

@@ -8,25 +8,25 @@ use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
 use footlight::units::Rgb;
 
 /// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is
-/// direct light between its samples: with planes alone it was 0.8 % at the worst pixel.
+/// direct light between its samples: with planes alone it was 0.8 % at the worst pixel. One step for
+/// each reflectance: direct light matters most where little is reflected, the solver where almost
+/// all is. The finest step is tried by `cheap_steps_are_off_by_what_they_interpolate`.
 #[test]
 fn the_furnace_is_even_at_every_step_and_reflectance() {
-    for rho in [0.5, 0.9, 0.99, 0.999] {
+    for (rho, quality) in [(0.5, 2), (0.9, 1), (0.99, 4), (0.999, 3)] {
         let mut case = furnace();
-        (case.view.width, case.view.height) = (96, 96);
+        (case.view.width, case.view.height) = (64, 64);
         for material in &mut case.scene.materials {
             material.reflectance = Rgb([rho; 3]);
         }
         let exact = 1.0 / (1.0 - rho);
-        for quality in 1..=5 {
-            let image = &render(&case, quality, &[vec![1.0; 6]], 2)[0];
-            let off = |v: &f32| (f64::from(*v) / exact - 1.0).abs();
-            let worst = image.data().iter().map(off).fold(0.0, f64::max);
-            let square: f64 = image.data().iter().map(|v| off(v).powi(2)).sum();
-            let mean = (square / image.data().len() as f64).sqrt();
-            let told = format!("{rho} at quality {quality}: {mean} worst {worst}");
-            assert!(mean < 1e-3 && worst < 5e-3, "{told}");
-        }
+        let image = &render(&case, quality, &[vec![1.0; 6]], 2)[0];
+        let off = |v: &f32| (f64::from(*v) / exact - 1.0).abs();
+        let worst = image.data().iter().map(off).fold(0.0, f64::max);
+        let square: f64 = image.data().iter().map(|v| off(v).powi(2)).sum();
+        let mean = (square / image.data().len() as f64).sqrt();
+        let told = format!("{rho} at quality {quality}: {mean} worst {worst}");
+        assert!(mean < 1e-3 && worst < 5e-3, "{told}");
     }
 }
 

@@ -293,11 +293,7 @@ fn the_chart_of_the_plan_has_every_order_and_both_bounds() {
     for word in ["true error: an oracle", "influence, the paper's"] {
         assert!(said.contains(word), "{said}");
     }
-    for file in ["plan.svg", "plan.png", "plan.csv"] {
-        show.execute(&format!("chart plan -o {file} --dark"))
-            .unwrap();
-        assert!(!store.read(Path::new(file), 1 << 24).unwrap().is_empty());
-    }
+    show.execute("chart plan -o plan.svg --dark").unwrap();
     let svg = store.read(Path::new("plan.svg"), 1 << 24).unwrap();
     let svg = String::from_utf8(svg).unwrap();
     assert!(svg.contains("bank by bank") && !svg.contains("no data"));
