@@ -16,7 +16,7 @@
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::mesh::grid::Grid;
-use crate::radiosity::mesh::{Above, Mesh, NONE};
+use crate::radiosity::mesh::{Mesh, NONE, PointAboveFacet};
 use crate::radiosity::visibility::hemicube_raster::{
     BLACK, FaceBuffer, HemicubeRasterizer, VertexBuffer, lead,
 };
@@ -72,22 +72,24 @@ impl Table {
 /// A row of form factors: elements and their shares, each element once.
 pub type Row = Vec<(u32, f32)>;
 
-/// How near the surfaces around a point are that send light.
+/// How near the surfaces visible from a point are, and how much of its hemisphere the elements
+/// take.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NearbyEmission {
-    /// One over the harmonic mean distance of all that is seen, weighted by form factor (1/m); what
-    /// is open counts as infinitely far.
-    pub inverse_distance: f32,
-    /// Sum of the form factors to elements, 0 to 1.
-    pub seen: f32,
+pub struct SurfaceProximity {
+    /// Mean over the hemisphere, weighted by form factor, of one over the distance of the visible
+    /// surface, black ones included (1/m); a direction without a surface counts as 0.
+    pub mean_inverse_distance: f32,
+    /// Sum of the form factors to elements, 0 to 1: black surfaces and open directions have none.
+    pub form_factor_sum: f32,
 }
 
-impl NearbyEmission {
-    /// How fast reflected light can change, as a share of itself (1/m): infinite where all visible
-    /// surfaces are black, as others may be visible close by.
-    pub fn change(&self) -> f32 {
-        if self.inverse_distance > 0.0 {
-            self.inverse_distance / self.seen
+impl SurfaceProximity {
+    /// One over the distance R over which reflected irradiance changes by about itself (1/m), see
+    /// [`super::interpolation`]: 0 where no surface is visible, infinite where all visible surfaces
+    /// are black, as elements may be visible from close by.
+    pub fn inverse_change_distance(&self) -> f32 {
+        if self.mean_inverse_distance > 0.0 {
+            self.mean_inverse_distance / self.form_factor_sum
         } else {
             0.0
         }
@@ -102,7 +104,7 @@ struct Placed {
     stamp: u64,
     slopes: [[f32; 3]; 2],
     /// The point, above the facet.
-    point: Above,
+    point: PointAboveFacet,
     /// By how much inverse depth grows along each axis.
     nearness: [f32; 3],
 }
@@ -123,7 +125,7 @@ const LEAST: f32 = 0.1;
 /// A facet's grid relative to a row of pixels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stripe {
-    point: Above,
+    point: PointAboveFacet,
     /// Slopes of a ray, in cells, at the row's start and along the two sides of the face.
     start: [f32; 2],
     slopes: [[f32; 2]; 2],
@@ -199,8 +201,8 @@ pub struct Hemicube<'a> {
     touched: Vec<u32>,
 }
 
-/// A pseudo-random number in 0..1 from an index (the finaliser of SplitMix64).
-pub fn scatter(index: u64) -> f64 {
+/// Pseudo-random number in 0..1 that depends on `index` alone (the output function of SplitMix64).
+pub fn hash_to_unit(index: u64) -> f64 {
     let mut z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -256,33 +258,33 @@ impl<'a> Hemicube<'a> {
         point: Vec3,
         turn: f64,
         mut take: impl FnMut(u32, f32),
-    ) -> NearbyEmission {
+    ) -> SurfaceProximity {
         let surfaces = self.setting.surfaces;
         let axes = corner(surfaces.facets[facet].normal, turn);
         self.stamp += 1;
         self.rasterizer.set_viewpoint(surfaces, facet, point, axes);
-        let mut inverse_distance = 0.0;
+        let mut mean_inverse_distance = 0.0;
         for face in 0..3 {
             self.buffer.clear();
             self.rasterizer.draw(face, &mut self.buffer);
-            inverse_distance += self.inverse_distance();
+            mean_inverse_distance += self.sum_of_inverse_distances();
             self.resolve(face, point, axes);
         }
-        let mut seen = 0.0;
+        let mut form_factor_sum = 0.0;
         for e in self.touched.drain(..) {
             let share = std::mem::take(&mut self.shares[e as usize]);
-            seen += share;
+            form_factor_sum += share;
             take(e, share);
         }
-        NearbyEmission {
-            inverse_distance,
-            seen,
+        SurfaceProximity {
+            mean_inverse_distance,
+            form_factor_sum,
         }
     }
 
-    /// Sum over a face of the pixels' shares over their distances; nothing is drawn below the
-    /// horizon that counts.
-    fn inverse_distance(&self) -> f32 {
+    /// Sum over a face of each pixel's form factor over the distance of what it shows (1/m); pixels
+    /// below the horizon have a weight of 0.
+    fn sum_of_inverse_distances(&self) -> f32 {
         let depths = self.buffer.inverse_depths.iter();
         depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
@@ -314,7 +316,7 @@ impl<'a> Hemicube<'a> {
                 let middle = stripe.place([x, 0.0], 1.0 / inverse);
                 let home = stripe.cell(middle);
                 let weight = self.table.weights[at];
-                if let Some(element) = self.mesh.seen_whole(home) {
+                if let Some(element) = self.mesh.element_for_display_if_uncut(home) {
                     self.give(element, weight);
                     continue;
                 }
@@ -325,16 +327,16 @@ impl<'a> Hemicube<'a> {
                     stripe.place([x + dx, dy], depths[i])
                 });
                 let cells = around.map(|place| stripe.cell(place));
-                let own = self.mesh.seen(home, middle);
-                if self.mesh.is_whole(home) && cells == [home; 4] {
+                let own = self.mesh.element_for_display(home, middle);
+                if self.mesh.is_uncut(home) && cells == [home; 4] {
                     self.give(own, weight);
                     continue;
                 }
                 for i in 0..4 {
-                    let element = self.mesh.seen(cells[i], around[i]);
+                    let element = self.mesh.element_for_display(cells[i], around[i]);
                     // A sub-sample behind what stands on the facet counts for the pixel's middle.
                     let way = [middle, around[i]];
-                    let known = || self.mesh.hides(stripe.between(way)?, way, stripe.point);
+                    let known = || self.mesh.occludes(stripe.between(way)?, way, stripe.point);
                     let is_hidden = || match known() {
                         Some(hidden) => hidden,
                         None => {
