@@ -69,7 +69,7 @@ impl Transport for Radiosity {
         "radiosity"
     }
 
-    fn results(&self) -> Option<String> {
+    fn results_version(&self) -> Option<String> {
         // The digest of this module and those below it, made by `src/build.rs`: any change of the
         // code is another version.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))

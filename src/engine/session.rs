@@ -196,7 +196,7 @@ fn predicted_errors(engine: &Engine) -> Result<Errors, Error> {
         return Ok(Errors { now, coarse: 0.0 });
     }
     let norm = Some(engine.sequence_norm(pool));
-    let alone = plan::forecast(engine.document.keys(), &[], &pool.weighting(), norm)?;
+    let alone = plan::forecast(engine.document.keys(), &[], pool.weighting(), norm)?;
     let coarse = alone * engine.calibration();
     Ok(Errors { now, coarse })
 }

@@ -19,7 +19,8 @@ use crate::units::Time;
 
 /// Keys times coordinates beyond this many numbers are refused (256 MB).
 const MOST_NUMBERS: usize = 1 << 25;
-/// Negative numbers above this, left by rounding, are zero in a key.
+/// A number of a key between minus this and 0 is rounding and becomes 0, unless keys may be
+/// negative.
 const ROUNDING: f64 = 1e-11;
 
 /// What has been made so far, and the setting at the knot that was reached.
@@ -77,13 +78,12 @@ impl<'a> Sweep<'a> {
                 self.begin(*coordinate, piece);
             }
             let next = knots.peek().and_then(|n| n.first()).map(|n| n.0);
-            self.stretch(*start, next.unwrap_or(self.timeline.end()))?;
+            self.push_segments_between(*start, next.unwrap_or(self.timeline.end()))?;
         }
-        self.last_look()
+        self.push_last_look()
     }
 
-    /// A number of a key: rounding below zero is zero unless keys may be negative, and adding zero
-    /// makes -0 the same as 0.
+    /// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
     fn clean(&self, x: f64) -> f64 {
         let rounding = !self.options.signed_keys && x < 0.0 && x > -ROUNDING;
         if rounding { 0.0 } else { x + 0.0 }
@@ -121,8 +121,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The segments between two neighbouring knots.
-    fn stretch(&mut self, start: Time, end: Time) -> Result<(), TooManyKeys> {
+    /// Adds the segments between two neighbouring knots.
+    fn push_segments_between(&mut self, start: Time, end: Time) -> Result<(), TooManyKeys> {
         let degrees = self.moving.iter().map(|(_, p)| p.polynomial.degree());
         let degree = degrees.max().unwrap_or(0);
         let curves: Vec<Bernstein> = self
@@ -132,7 +132,7 @@ impl<'a> Sweep<'a> {
             .collect();
         let (from, to) = (start.micros() as f64, end.micros() as f64);
         if self.options.signed_keys || degree < 2 {
-            return self.segment((from, to, false), degree, &curves);
+            return self.push_segment((from, to, false), degree, &curves);
         }
         let inner = positivity::knots(&curves);
         self.inserted += inner.len();
@@ -143,14 +143,14 @@ impl<'a> Sweep<'a> {
         for w in parameters.windows(2) {
             let &[s, e] = w else { continue };
             let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e)).collect();
-            self.segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
+            self.push_segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
         }
         Ok(())
     }
 
-    /// A segment on which the moving coordinates, in their order, run along `curves`; whether its
-    /// start was inserted.
-    fn segment(
+    /// Adds a segment on which the moving coordinates, in their order, run along `curves`;
+    /// `inserted` says whether positivity inserted the knot at its start.
+    fn push_segment(
         &mut self,
         (start, end, inserted): (f64, f64, bool),
         degree: usize,
@@ -165,7 +165,7 @@ impl<'a> Sweep<'a> {
                 self.current[coordinate] = value;
                 hash = hash.wrapping_add(share(coordinate, value));
             }
-            keys.push(self.key(hash)?);
+            keys.push(self.intern_key(hash)?);
         }
         self.control_points += keys.len();
         self.segments.push(Segment {
@@ -178,8 +178,8 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// The index of the key that is the current setting.
-    fn key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
+    /// Index of the key that is the current setting, which is added unless it is there already.
+    fn intern_key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
         while let Some(&index) = self.known.get(&hash) {
             if self.keys[index] == self.current {
                 return Ok(index);
@@ -196,8 +196,8 @@ impl<'a> Sweep<'a> {
         Ok(index)
     }
 
-    /// A segment without length where the last look is not what the last segment ends with.
-    fn last_look(&mut self) -> Result<(), TooManyKeys> {
+    /// Adds a segment without length for the last look where the last segment does not end with it.
+    fn push_last_look(&mut self) -> Result<(), TooManyKeys> {
         let last = self.timeline.last().iter();
         let last: Vec<f64> = last.map(|v| self.clean(*v)).collect();
         let reached = self.segments.last().and_then(|s| s.keys.last());
@@ -209,7 +209,7 @@ impl<'a> Sweep<'a> {
         self.hash = shares.fold(0, u64::wrapping_add);
         self.current = last;
         let at = self.timeline.end().micros() as f64;
-        self.segment((at, at, false), 0, &[])
+        self.push_segment((at, at, false), 0, &[])
     }
 }
 

@@ -1,7 +1,7 @@
 //! One call of the operator with all that it needs, to be done on any thread while the engine goes
 //! on.
 
-use super::Rendering;
+use super::SetupImages;
 use crate::picture::Image;
 use crate::renderer::layered::Layered;
 use crate::renderer::{Prepared, Quality, Setup, Transport, TransportError};
@@ -61,7 +61,7 @@ impl Job {
     }
 }
 
-impl Rendering {
+impl SetupImages {
     /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
     pub fn lend(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
         self.lent = Some(quality.0);

@@ -17,7 +17,7 @@ pub type Levels = BTreeMap<usize, (f64, Span)>;
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     New,
-    Open,
+    Visiting,
     Done,
 }
 
@@ -39,12 +39,13 @@ impl<'a> Lower<'a, '_> {
         }
         let mut states = vec![State::New; looks.len()];
         for start in 0..looks.len() {
-            self.look_after_its_terms(start, &looks, &mut states);
+            self.lower_look_in_postorder(start, &looks, &mut states);
         }
     }
 
-    /// Depth first without recursion, so that a long chain of looks costs no stack.
-    fn look_after_its_terms(
+    /// Lowers a look after those that it is made of; without recursion, so that a long chain of looks
+    /// costs no stack.
+    fn lower_look_in_postorder(
         &mut self,
         start: usize,
         looks: &[(Word<'a>, &[Term<'a>], Span)],
@@ -67,7 +68,7 @@ impl<'a> Lower<'a, '_> {
                     stack.pop();
                 }
                 State::New => {
-                    set(states, State::Open);
+                    set(states, State::Visiting);
                     for term in terms.iter() {
                         let Term::Look(word) = term else { continue };
                         let entry = self.names.get(word.text).filter(|e| e.kind == Kind::Look);
@@ -76,12 +77,12 @@ impl<'a> Lower<'a, '_> {
                         };
                         match states.get(other) {
                             Some(State::New) => stack.push(other),
-                            Some(State::Open) => self.circle(*name, *word),
+                            Some(State::Visiting) => self.circle(*name, *word),
                             _ => {}
                         }
                     }
                 }
-                State::Open => {
+                State::Visiting => {
                     let levels = self.composed(terms);
                     if let Some(look) = self.show.looks.get_mut(index) {
                         look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
@@ -133,7 +134,8 @@ impl<'a> Lower<'a, '_> {
             let setting = self.setting(level.value);
             let banks = self.targeted(level.target, &[Kind::Bank, Kind::Group], &[]);
             let Some(setting) = setting else { continue };
-            for coordinate in self.set(&banks, level.target, setting, level.value.span) {
+            for coordinate in self.resolved_levels(&banks, level.target, setting, level.value.span)
+            {
                 let (coordinate, value) = coordinate;
                 if let Some((_, earlier)) = out.insert(coordinate, (value, level.target.span)) {
                     self.twice(coordinate, level.target.span, earlier, "look");
@@ -218,8 +220,8 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::NOT_RGB, message, (span, what), help);
     }
 
-    /// Coordinates and levels that a setting means on some banks.
-    pub fn set(
+    /// Coordinates of some banks and the level that a setting gives each.
+    pub fn resolved_levels(
         &mut self,
         banks: &[usize],
         target: Target<'a>,

@@ -50,7 +50,7 @@ impl<'a> Lower<'a, '_> {
                 let Some(setting) = setting else {
                     return Vec::new();
                 };
-                let levels = self.set(&banks, target, setting, word.span);
+                let levels = self.resolved_levels(&banks, target, setting, word.span);
                 levels
                     .into_iter()
                     .map(|(c, l)| (c, Motion::To(l)))
