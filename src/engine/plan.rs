@@ -52,7 +52,7 @@ impl Engine {
             ),
         };
         let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
-        let report = plan.report(self.show(), keys);
+        let report = plan.report(self.show(), keys)?;
         Ok(if self.is_final() {
             nothing_to_refine(report)
         } else {

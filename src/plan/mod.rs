@@ -235,7 +235,9 @@ impl Plan {
         }
         express::complete(keys, &w, &a.lower, &mut directions, &mut sigma)?;
         let (basis, weights) = express::express(keys, &w, &directions);
-        let predicted = predicted(&sigma, norm.unwrap_or(total));
+        let (before, after) = predicted(&sigma, norm.unwrap_or(total));
+        let mut predicted = vec![before];
+        predicted.extend(after);
         let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
         let used = predicted.iter().position(enough).unwrap_or(basis.len());
         let zero = |(i, w): (usize, &f64)| (*w == 0.0).then_some(i);
@@ -263,15 +265,17 @@ impl Plan {
     }
 }
 
-/// Square roots of the tails' sums of squares, over `norm`; 0 where there is nothing.
-fn predicted(sigma: &[f64], norm: f64) -> Vec<f64> {
+/// The error of no direction, and those once each of the directions is refined: square roots of the
+/// sums of squares of the singular values that are left, over `norm`; 0 where that is 0.
+fn predicted(sigma: &[f64], norm: f64) -> (f64, Vec<f64>) {
     let mut sum = 0.0;
-    let mut out = vec![0.0];
+    let mut error = 0.0;
+    let mut after = Vec::with_capacity(sigma.len());
     for s in sigma.iter().rev() {
+        after.push(error);
         sum += s * s;
-        let error = sum.sqrt() / norm;
-        out.push(if norm > 0.0 { error } else { 0.0 });
+        error = if norm > 0.0 { sum.sqrt() / norm } else { 0.0 };
     }
-    out.reverse();
-    out
+    after.reverse();
+    (error, after)
 }

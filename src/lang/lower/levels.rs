@@ -58,7 +58,7 @@ impl<'a> Lower<'a, '_> {
             else {
                 return;
             };
-            let set = |states: &mut [State], value| {
+            let mark = |states: &mut [State], value| {
                 if let Some(slot) = states.get_mut(index) {
                     *slot = value;
                 }
@@ -68,7 +68,7 @@ impl<'a> Lower<'a, '_> {
                     stack.pop();
                 }
                 State::New => {
-                    set(states, State::Visiting);
+                    mark(states, State::Visiting);
                     for term in terms.iter() {
                         let Term::Look(word) = term else { continue };
                         let entry = self.names.get(word.text).filter(|e| e.kind == Kind::Look);
@@ -87,7 +87,7 @@ impl<'a> Lower<'a, '_> {
                     if let Some(look) = self.show.looks.get_mut(index) {
                         look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
                     }
-                    set(states, State::Done);
+                    mark(states, State::Done);
                     stack.pop();
                 }
             }
@@ -205,10 +205,14 @@ impl<'a> Lower<'a, '_> {
             self.not_rgb(bank, channel.span, "has no emitters of its own");
             return Vec::new();
         }
-        let which = ["r", "g", "b"]
-            .iter()
-            .position(|c| *c == channel.text)
-            .unwrap_or(0);
+        let emitters = ["r", "g", "b"];
+        let Some(which) = emitters.iter().position(|c| *c == channel.text) else {
+            let message = format!("`{}` is not an emitter", channel.text);
+            let help = "the emitters of an rgb bank are `r`, `g` and `b`";
+            self.report
+                .error::<()>(codes::NOT_RGB, message, (channel.span, "not here"), help);
+            return Vec::new();
+        };
         vec![(first + which, which)]
     }
 
