@@ -173,10 +173,9 @@ impl Pool {
         &self.weighting
     }
 
-    /// True when nothing is known to be wrong with any coarse picture: two qualities were rendered
-    /// and every pair is alike to the bit, as where a renderer ignores quality. The estimated error
-    /// is then zero and no picture is worth refining.
-    pub fn flawless(&self) -> bool {
+    /// True when two coarse qualities were rendered and every pair of pictures is alike to the bit, as
+    /// where a renderer ignores quality: the estimated error is zero and nothing is worth refining.
+    pub fn has_no_estimated_error(&self) -> bool {
         !self.errors.is_empty() && self.errors.iter().all(|e| *e == 0.0)
     }
 

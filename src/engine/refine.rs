@@ -278,7 +278,7 @@ impl Engine {
 
     fn uncalibrated_error(&self) -> Result<f64, Error> {
         let pool = self.rendered()?;
-        if self.is_final() || pool.flawless() {
+        if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
         let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));

@@ -182,7 +182,7 @@ impl Refiner {
             self.add(engine, ticket, Vec::new())?;
             return Ok(Next::Added);
         }
-        let job = rendering.lend(quality, missing.settings);
+        let job = rendering.new_job(quality, missing.settings);
         Ok(Next::Render(job, Box::new(ticket)))
     }
 
@@ -228,7 +228,7 @@ impl Refiner {
                 started: now,
                 predicted: cost * engine.pace.seconds(),
             };
-            return Ok(Some((rendering.lend(quality, missing.settings), ticket)));
+            return Ok(Some((rendering.new_job(quality, missing.settings), ticket)));
         }
         Ok(None)
     }
@@ -273,7 +273,7 @@ impl Refiner {
         };
         let same = rendering.setup == ticket.setup;
         if same {
-            rendering.give_back(ticket.quality, rendered.operator);
+            rendering.return_operator(ticket.quality, rendered.operator);
         }
         let images = rendered.images?;
         let store = engine.host.store.as_ref();
@@ -329,7 +329,7 @@ impl Refiner {
     /// Gives up a job whose images will never come: its operator is lost with it.
     pub fn abandon(&mut self, engine: &mut Engine, ticket: &Ticket) {
         if let Some(rendering) = engine.rendering.as_mut() {
-            rendering.give_back(ticket.quality, None);
+            rendering.return_operator(ticket.quality, None);
         }
     }
 }

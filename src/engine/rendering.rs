@@ -33,7 +33,7 @@ pub(super) struct SetupImages {
     pub steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
     /// The step of quality whose operator is at work in a job.
-    lent: Option<u8>,
+    in_job: Option<u8>,
     /// The rig as addresses see it.
     lights: Lights,
     /// Where its images belong; `None` when the operator's images are not to be kept.
@@ -83,7 +83,7 @@ impl SetupImages {
             setup: setup.clone(),
             steps,
             operators: BTreeMap::new(),
-            lent: None,
+            in_job: None,
             near_copies: 0,
             pool: None,
         }
@@ -126,7 +126,7 @@ impl SetupImages {
 
     /// True when the operator of this step of quality is at hand, or will be given back.
     pub fn is_prepared(&self, quality: Quality) -> bool {
-        self.operators.contains_key(&quality.0) || self.lent == Some(quality.0)
+        self.operators.contains_key(&quality.0) || self.in_job == Some(quality.0)
     }
 
     /// Lets go of all operators but those of some steps.

@@ -60,7 +60,7 @@ impl<'a> Sweep<'a> {
             control_points: 0,
             known: HashMap::new(),
             current: vec![0.0; n],
-            hash: (0..n).fold(0, |sum, c| sum.wrapping_add(share(c, 0.0))),
+            hash: (0..n).fold(0, |sum, c| sum.wrapping_add(hash_share(c, 0.0))),
             moving: Vec::new(),
             places: vec![None; n],
         }
@@ -75,7 +75,7 @@ impl<'a> Sweep<'a> {
                 continue;
             };
             for (_, coordinate, piece) in begun {
-                self.begin(*coordinate, piece);
+                self.begin_piece(*coordinate, piece);
             }
             let next = knots.peek().and_then(|n| n.first()).map(|n| n.0);
             self.push_segments_between(*start, next.unwrap_or(self.timeline.end()))?;
@@ -84,36 +84,37 @@ impl<'a> Sweep<'a> {
     }
 
     /// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
-    fn clean(&self, x: f64) -> f64 {
+    fn without_rounding(&self, x: f64) -> f64 {
         let rounding = !self.options.signed_keys && x < 0.0 && x > -ROUNDING;
         if rounding { 0.0 } else { x + 0.0 }
     }
 
-    fn begin(&mut self, coordinate: usize, piece: &'a Piece) {
+    /// Starts the piece of a coordinate: it moves from here on, or holds.
+    fn begin_piece(&mut self, coordinate: usize, piece: &'a Piece) {
         let moves = piece.polynomial.degree() > 0;
         match (self.places[coordinate], moves) {
             (Some(place), true) => self.moving[place].1 = piece,
-            (Some(place), false) => self.stop(place),
+            (Some(place), false) => self.stop_moving(place),
             (None, true) => {
-                self.hash = self.hash.wrapping_sub(self.held(coordinate));
+                self.hash = self.hash.wrapping_sub(self.held_hash(coordinate));
                 self.places[coordinate] = Some(self.moving.len());
                 self.moving.push((coordinate, piece));
             }
-            (None, false) => self.hash = self.hash.wrapping_sub(self.held(coordinate)),
+            (None, false) => self.hash = self.hash.wrapping_sub(self.held_hash(coordinate)),
         }
         if !moves {
-            self.current[coordinate] = self.clean(piece.polynomial.first());
-            self.hash = self.hash.wrapping_add(self.held(coordinate));
+            self.current[coordinate] = self.without_rounding(piece.polynomial.first());
+            self.hash = self.hash.wrapping_add(self.held_hash(coordinate));
         }
     }
 
     /// A holding coordinate's share of the hash.
-    fn held(&self, coordinate: usize) -> u64 {
-        share(coordinate, self.current[coordinate])
+    fn held_hash(&self, coordinate: usize) -> u64 {
+        hash_share(coordinate, self.current[coordinate])
     }
 
     /// Takes a coordinate from those that move; the last of them gets its place.
-    fn stop(&mut self, place: usize) {
+    fn stop_moving(&mut self, place: usize) {
         let (coordinate, _) = self.moving.swap_remove(place);
         self.places[coordinate] = None;
         if let Some((other, _)) = self.moving.get(place) {
@@ -161,9 +162,9 @@ impl<'a> Sweep<'a> {
             let mut hash = self.hash;
             for (m, curve) in curves.iter().enumerate() {
                 let coordinate = self.moving[m].0;
-                let value = self.clean(curve.coefficients()[i]);
+                let value = self.without_rounding(curve.coefficients()[i]);
                 self.current[coordinate] = value;
-                hash = hash.wrapping_add(share(coordinate, value));
+                hash = hash.wrapping_add(hash_share(coordinate, value));
             }
             keys.push(self.intern_key(hash)?);
         }
@@ -199,13 +200,13 @@ impl<'a> Sweep<'a> {
     /// Adds a segment without length for the last look where the last segment does not end with it.
     fn push_last_look(&mut self) -> Result<(), TooManyKeys> {
         let last = self.timeline.last().iter();
-        let last: Vec<f64> = last.map(|v| self.clean(*v)).collect();
+        let last: Vec<f64> = last.map(|v| self.without_rounding(*v)).collect();
         let reached = self.segments.last().and_then(|s| s.keys.last());
         if reached.is_some_and(|k| self.keys[*k] == last) {
             return Ok(());
         }
         self.moving.clear();
-        let shares = last.iter().enumerate().map(|(c, v)| share(c, *v));
+        let shares = last.iter().enumerate().map(|(c, v)| hash_share(c, *v));
         self.hash = shares.fold(0, u64::wrapping_add);
         self.current = last;
         let at = self.timeline.end().micros() as f64;
@@ -222,7 +223,7 @@ fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
 }
 
 /// A coordinate's share of a key's hash: Vigna's splitmix64 of its number's bits and its place.
-fn share(coordinate: usize, value: f64) -> u64 {
+fn hash_share(coordinate: usize, value: f64) -> u64 {
     let place = (coordinate as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = value.to_bits().wrapping_add(place);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

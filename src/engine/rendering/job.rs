@@ -63,8 +63,8 @@ impl Job {
 
 impl SetupImages {
     /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
-    pub fn lend(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
-        self.lent = Some(quality.0);
+    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
+        self.in_job = Some(quality.0);
         Job {
             setup: self.setup.clone(),
             quality,
@@ -74,8 +74,8 @@ impl SetupImages {
     }
 
     /// Takes an operator back.
-    pub fn give_back(&mut self, quality: Quality, operator: Option<Box<dyn Prepared>>) {
-        self.lent = None;
+    pub fn return_operator(&mut self, quality: Quality, operator: Option<Box<dyn Prepared>>) {
+        self.in_job = None;
         if let Some(operator) = operator {
             self.operators.entry(quality.0).or_insert(operator);
         }

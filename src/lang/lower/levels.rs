@@ -23,7 +23,7 @@ enum State {
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the looks.
-    pub fn levels(&mut self, statements: &[Statement<'a>]) {
+    pub fn lower_looks(&mut self, statements: &[Statement<'a>]) {
         let looks: Vec<(Word<'a>, &[Term<'a>], Span)> = statements
             .iter()
             .filter_map(|s| match &s.item {
@@ -77,13 +77,13 @@ impl<'a> Lower<'a, '_> {
                         };
                         match states.get(other) {
                             Some(State::New) => stack.push(other),
-                            Some(State::Visiting) => self.circle(*name, *word),
+                            Some(State::Visiting) => self.report_cycle(*name, *word),
                             _ => {}
                         }
                     }
                 }
                 State::Visiting => {
-                    let levels = self.composed(terms);
+                    let levels = self.combined_levels(terms);
                     if let Some(look) = self.show.looks.get_mut(index) {
                         look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
                     }
@@ -94,15 +94,15 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    fn circle(&mut self, name: Word<'a>, word: Word<'a>) {
+    fn report_cycle(&mut self, name: Word<'a>, word: Word<'a>) {
         let message = format!("the look `{}` is made of itself", name.text);
         let help = "a look is made of other looks and of levels in braces";
         self.report
             .error::<()>(codes::CYCLE, message, (word.span, "leads back here"), help);
     }
 
-    /// The levels of terms; what stands later wins.
-    pub fn composed(&mut self, terms: &[Term<'a>]) -> Levels {
+    /// The levels of terms together; of two levels of one coordinate the later term's wins.
+    pub fn combined_levels(&mut self, terms: &[Term<'a>]) -> Levels {
         let mut out = Levels::new();
         for term in terms {
             let levels = match term {
@@ -132,13 +132,13 @@ impl<'a> Lower<'a, '_> {
         let mut out = Levels::new();
         for level in levels {
             let setting = self.setting(level.value);
-            let banks = self.targeted(level.target, &[Kind::Bank, Kind::Group], &[]);
+            let banks = self.banks_of_target(level.target, &[Kind::Bank, Kind::Group], &[]);
             let Some(setting) = setting else { continue };
             for coordinate in self.resolved_levels(&banks, level.target, setting, level.value.span)
             {
                 let (coordinate, value) = coordinate;
                 if let Some((_, earlier)) = out.insert(coordinate, (value, level.target.span)) {
-                    self.twice(coordinate, level.target.span, earlier, "look");
+                    self.report_set_twice(coordinate, level.target.span, earlier, "look");
                     break;
                 }
             }
@@ -146,8 +146,8 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
-    /// A coordinate that is set twice where once is allowed.
-    pub fn twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
+    /// Reports a coordinate that is set twice where once is allowed.
+    pub fn report_set_twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
         let mut at = self.first_coordinates.iter().zip(&self.show.banks);
         let bank = at.rfind(|(first, _)| **first <= coordinate);
         let name = bank.map_or("", |(_, bank)| bank.name.as_str());
@@ -166,7 +166,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// The banks of a target: itself, or its group's.
-    pub fn targeted(
+    pub fn banks_of_target(
         &mut self,
         target: Target<'a>,
         kinds: &[Kind],

@@ -186,7 +186,7 @@ fn parts_of_a_cut_cell_are_seen_evenly() {
             [f64::sqrt(apart / power), off / all]
         })
     };
-    let ([naive, _], [ours, off]) = (error([[0.0; 2]; 4]), error(PLACES));
+    let ([naive, _], [ours, off]) = (error([[0.0; 2]; 4]), error(SUB_SAMPLES));
     println!("a strip: {naive:.3} by one sample a pixel, {ours:.3} by four, {off:.3} on average");
     assert!(off.abs() < 0.05, "{off}");
     assert!(naive > 0.3, "{naive}");
