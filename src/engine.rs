@@ -49,7 +49,7 @@ pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
 pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
-pub use self::refine::{Ended, Goal, Refined, Step, Warning};
+pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning};
 pub use self::session::Session;
 pub use self::versions::Serving;
 
@@ -81,7 +81,7 @@ pub struct Engine {
     /// Every image at hand, whether the pool uses it or not.
     image_cache: ImageCache,
     /// Operators and pool of the document's setup; `None` where it has none.
-    rendering: Option<rendering::Rendering>,
+    rendering: Option<rendering::SetupImages>,
     /// What orders the images that are refined; `None`: the best that the images allow.
     metric: Option<Metric>,
     background: Option<background::BackgroundRefinement>,
@@ -238,12 +238,12 @@ impl Engine {
 
     /// Keeps of what is rendered what the document's setup still means.
     fn renew_rendering(&mut self) {
-        let results = self.host.renderer.results();
+        let version = self.host.renderer.results_version();
         let old = self.rendering.take();
         let preview = &self.document.show().preview;
         let setup = self.document.setup();
-        self.rendering =
-            setup.map(|setup| rendering::Rendering::renew(old, setup, preview, results.as_deref()));
+        self.rendering = setup
+            .map(|setup| rendering::SetupImages::renew(old, setup, preview, version.as_deref()));
     }
 
     /// Keeps an event for the next [`Engine::poll`]; the oldest go first when they are not polled.

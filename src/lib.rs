@@ -208,7 +208,7 @@ pub use cli::main;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
-    Moves, PlanOptions, PoolPlace, Refined, Status,
+    Moves, PlanOptions, PoolPlace, RefinementSummary, Status,
 };
 pub use files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,

@@ -4,8 +4,9 @@
 //! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse pictures C' extrapolated
 //! from two coarse qualities, plus the known corrections of refined pictures R_j at settings s_j,
 //! weighted by the projection of L on the s_j in the metric of the coarse error. A refined setting
-//! is reproduced exactly. Projecting in plain settings (the paper's "refined first") can make a
-//! picture worse than coarse alone.
+//! is reproduced exactly. The projection in plain settings, by levels alone, follows Dorsey, Arvo and
+//! Greenberg, "Interactive Design of Complex Time-Dependent Lighting" (1995); it can make a picture
+//! worse than coarse ones alone.
 //!
 //! Invariants: all pictures have one size; raw settings and pictures are kept.
 
@@ -33,7 +34,7 @@ use crate::work::Work;
 
 /// A refined picture and how it came to be.
 #[derive(Clone, Debug)]
-pub struct Refined {
+pub struct RefinedImage {
     /// The setting that was rendered, one number for each source.
     pub setting: Vec<f64>,
     /// The picture.
@@ -51,15 +52,16 @@ pub struct Pool {
     coarser: Vec<Arc<Image>>,
     gram: Matrix,
     errors: Vec<f64>,
-    refined: Vec<Refined>,
+    weighting: Weighting,
+    refined: Vec<RefinedImage>,
     fit: Fit,
     /// C' of every source, made when first wanted after a picture was added: of 24 sources and 10
     /// refined pictures a preview then reads 34 pictures and not 58.
     extrapolated: OnceLock<Vec<Arc<Image>>>,
 }
 
-/// C' is kept where it takes no more than this part of the memory that a task may hold.
-const KEPT: usize = 4;
+/// C' is kept where it takes no more than the memory that a task may hold, divided by this.
+const EXTRAPOLATED_MEMORY_DIVISOR: usize = 4;
 
 impl Pool {
     /// The settings of coarse pictures: each of `sources` sources alone at unit setting.
@@ -70,7 +72,14 @@ impl Pool {
 
     /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper
     /// quality.
-    pub fn new<I: Into<Arc<Image>>>(coarse: Vec<I>, coarser: Vec<I>, work: Work<'_>) -> Pool {
+    ///
+    /// # Errors
+    /// [`PlanError::Weight`] where a picture has a pixel that is not finite.
+    pub fn new<I: Into<Arc<Image>>>(
+        coarse: Vec<I>,
+        coarser: Vec<I>,
+        work: Work<'_>,
+    ) -> Result<Pool, PlanError> {
         let shared = |images: Vec<I>| images.into_iter().map(Into::into).collect();
         let [coarse, coarser]: [Vec<Arc<Image>>; 2] = [coarse, coarser].map(shared);
         let size = coarse.first().map_or((0, 0), |c| c.size());
@@ -87,9 +96,10 @@ impl Pool {
             let difference = combine(size, &[(1.0, fine), (-1.0, cheap)], work.threads);
             dot(&difference, &difference).sqrt()
         };
-        let errors = coarse.iter().zip(&coarser).map(error).collect();
-        Pool {
+        let errors: Vec<f64> = coarse.iter().zip(&coarser).map(error).collect();
+        Ok(Pool {
             size,
+            weighting: weighting(&errors, &norms(&gram))?,
             coarse,
             coarser,
             gram,
@@ -97,7 +107,7 @@ impl Pool {
             refined: Vec::new(),
             fit: Fit::of(&[]),
             extrapolated: OnceLock::new(),
-        }
+        })
     }
 
     /// Width and height of every picture.
@@ -116,7 +126,7 @@ impl Pool {
     }
 
     /// The refined pictures, oldest first.
-    pub fn refined(&self) -> &[Refined] {
+    pub fn refined(&self) -> &[RefinedImage] {
         &self.refined
     }
 
@@ -133,7 +143,7 @@ impl Pool {
             0 | 1 => image.clone(),
             _ => Arc::new(image.every(step)),
         };
-        let refined = self.refined.iter().map(|r| Refined {
+        let refined = self.refined.iter().map(|r| RefinedImage {
             image: thin(&r.image),
             ..r.clone()
         });
@@ -145,6 +155,7 @@ impl Pool {
             refined: refined.collect(),
             gram: self.gram.clone(),
             errors: self.errors.clone(),
+            weighting: self.weighting.clone(),
             fit: self.fit,
             extrapolated: OnceLock::new(),
         }
@@ -155,29 +166,22 @@ impl Pool {
         &self.gram
     }
 
-    /// The best metric the pictures allow: the estimated error norm of each source's coarse picture
-    /// where two coarse qualities exist, else the norm of the picture itself. Where all pictures
-    /// are black every coordinate counts alike.
-    pub fn weighting(&self) -> Weighting {
-        let (metric, weights) = if self.errors.is_empty() {
-            (Metric::Influence, self.norms())
-        } else {
-            (Metric::Error, self.errors.clone())
-        };
-        Weighting::new(metric, weights).unwrap_or_else(|_| Weighting::settings(self.coarse.len()))
+    /// The weights of the best metric that the pictures allow: [`Metric::Error`] where two coarse
+    /// qualities exist, else [`Metric::Norm`]. Where all of these weights are zero, each source
+    /// counts alike ([`Metric::Settings`]).
+    pub fn weighting(&self) -> &Weighting {
+        &self.weighting
     }
 
-    /// True when nothing is known to be wrong with any coarse picture: two qualities were rendered
-    /// and every pair is alike to the bit, as where a renderer ignores quality. The estimated error
-    /// is then zero and no picture is worth refining.
-    pub fn flawless(&self) -> bool {
+    /// True when two coarse qualities were rendered and every pair of pictures is alike to the bit, as
+    /// where a renderer ignores quality: the estimated error is zero and nothing is worth refining.
+    pub fn has_no_estimated_error(&self) -> bool {
         !self.errors.is_empty() && self.errors.iter().all(|e| *e == 0.0)
     }
 
     /// The norm of each coarse picture at unit setting.
     pub fn norms(&self) -> Vec<f64> {
-        let square = |i: usize| self.gram[(i, i)].max(0.0);
-        (0..self.coarse.len()).map(|i| square(i).sqrt()).collect()
+        norms(&self.gram)
     }
 
     /// By how much the estimated errors must be multiplied to agree with the corrections known so
@@ -208,15 +212,14 @@ impl Pool {
         terms.extend(negative(&setting).zip(images(&self.coarse)));
         let k = combine(self.size, &terms, work.threads);
         let e = self.difference(&setting, work);
-        let weighting = self.weighting();
-        let terms = setting.iter().zip(weighting.weights());
+        let terms = setting.iter().zip(self.weighting.weights());
         let evidence = Evidence {
             kk: dot(&k, &k),
             ke: dot(&k, &e),
             ee: dot(&e, &e),
             expected: terms.map(|(s, w)| (s * w) * (s * w)).sum(),
         };
-        self.refined.push(Refined {
+        self.refined.push(RefinedImage {
             setting,
             image,
             quality,
@@ -235,7 +238,7 @@ impl Pool {
             |(fine, cheap): (&Arc<Image>, &Arc<Image>)| extrapolate(fine, cheap, by, work.threads);
         let pairs = self.coarse.iter().zip(&self.coarser);
         let bytes = self.coarse.len() * self.size.0 * self.size.1 * size_of::<[f32; 3]>();
-        if bytes <= work.memory / KEPT {
+        if bytes <= work.memory / EXTRAPOLATED_MEMORY_DIVISOR {
             let kept = self
                 .extrapolated
                 .get_or_init(|| pairs.map(|pair| Arc::new(beyond(pair))).collect());
@@ -283,7 +286,7 @@ impl Pool {
     /// coarse ones.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
-        let c = plan::projection(&self.settings(), &self.weighting(), &looks)?.concat();
+        let c = plan::projection(&self.settings(), &self.weighting, &looks)?.concat();
         let mut rest = setting.to_vec();
         for (refined, c) in self.refined.iter().zip(&c) {
             for (r, s) in rest.iter_mut().zip(&refined.setting) {
@@ -292,6 +295,24 @@ impl Pool {
         }
         Ok((c, rest))
     }
+}
+
+/// The weights of [`Pool::weighting`].
+fn weighting(errors: &[f64], norms: &[f64]) -> Result<Weighting, PlanError> {
+    let (metric, weights) = if errors.is_empty() {
+        (Metric::Norm, norms)
+    } else {
+        (Metric::Error, errors)
+    };
+    match Weighting::new(metric, weights.to_vec()) {
+        Err(PlanError::NoWeight) => Ok(Weighting::settings(norms.len())),
+        other => other,
+    }
+}
+
+/// The norm of each picture, given the scalar products of all.
+fn norms(gram: &Matrix) -> Vec<f64> {
+    gram.diagonal().iter().map(|x| x.max(0.0).sqrt()).collect()
 }
 
 fn images(shared: &[Arc<Image>]) -> impl Iterator<Item = &Image> {
@@ -317,7 +338,7 @@ mod tests {
         (dot(&d, &d) / 3.0).sqrt()
     }
 
-    /// Two banks, coarse errors 0.01 and 1: what `numerics` calls refined first going wrong.
+    /// Two banks with coarse errors of 0.01 and 1, which a projection in plain settings mixes up.
     struct Two {
         truth: [Image; 2],
         pool: Pool,
@@ -330,7 +351,7 @@ mod tests {
             // The cheaper quality errs twice as much, so that the difference is the error.
             let coarser = [row(&[5.0, 0.0, 0.02, 0.0]), row(&[0.0, 7.0, 0.0, 2.0])];
             let [coarse, coarser] = [coarse, coarser].map(|i| i.map(Arc::new).to_vec());
-            let pool = Pool::new(coarse, coarser, Work::silent());
+            let pool = Pool::new(coarse, coarser, Work::silent()).unwrap();
             Two { truth, pool }
         }
 
@@ -341,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn refined_first_in_plain_settings_would_be_worse_than_coarse_and_ours_is_not() {
+    fn projecting_in_plain_settings_would_be_worse_than_coarse_and_ours_is_not() {
         let mut two = Two::new();
         let refined = two.rendered([1.0, 1.0]);
         assert!(
@@ -352,10 +373,10 @@ mod tests {
         let coarse = distance(&two.pool.coarse()[0], &truth);
         assert!((coarse - 0.01).abs() < 1e-6);
 
-        // The paper: project (1,0) on (1,1) in plain settings, half of the refined picture.
+        // (1,0) projected on (1,1) in plain settings is half of the refined picture.
         let c = two.pool.coarse();
-        let paper = combine((4, 1), &[(0.5, &refined), (0.5, &c[0]), (-0.5, &c[1])], 1);
-        assert!(distance(&paper, &truth) > 40.0 * coarse);
+        let plain = combine((4, 1), &[(0.5, &refined), (0.5, &c[0]), (-0.5, &c[1])], 1);
+        assert!(distance(&plain, &truth) > 40.0 * coarse);
 
         let ours = two.pool.preview(&[1.0, 0.0], Work::silent()).unwrap();
         assert!(

@@ -7,7 +7,7 @@
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "one entry for each light, element, node, fragment or source, made together"
+    reason = "one entry for each light, element, gather point, fragment or source, made together"
 )]
 
 mod camera;
@@ -29,7 +29,7 @@ pub use direct::cluster::{Receiver, Receivers};
 pub use direct::{Luminaire, Precision, Setting, Shining, irradiance, luminaires};
 pub use geometry::surface::Surfaces;
 pub use indirect::form::{BLOCK, Block, Bounces, Rows};
-pub use indirect::hemicube::{Hemicube, Row, Table, scatter};
+pub use indirect::hemicube::{Hemicube, Row, Table, hash_to_unit};
 pub use mesh::sample::kept_inside;
 pub use mesh::{CellRequest, Layout, Mesh};
 pub use visibility::Hierarchy;
@@ -50,7 +50,7 @@ use compose::gather_weights;
 use cost::Counts;
 use direct::check_rig;
 use direct::projector::Projector;
-use indirect::gather::{GatherPoints, GatherScene, Meter, form_factors, mark_shown};
+use indirect::gather::{GatherPoints, GatherScene, RowTally, form_factors, record_visible_points};
 use lists::Lists;
 use memory::MemoryBudget;
 use mesh::element::Element;
@@ -69,7 +69,7 @@ impl Transport for Radiosity {
         "radiosity"
     }
 
-    fn results(&self) -> Option<String> {
+    fn results_version(&self) -> Option<String> {
         // The digest of this module and those below it, made by `src/build.rs`: any change of the
         // code is another version.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
@@ -212,7 +212,7 @@ impl Operator {
         budget.take("the mesh", layout.cells() * ELEMENT_BYTES)?;
         let seeds = seeds(setting, &lights, view.from);
         let mut requests = vec![CellRequest::WANTED; layout.cells()];
-        mark_shown(&layout, &fragments, &mut requests);
+        record_visible_points(&layout, &fragments, &mut requests);
         let mesh = layout.mesh(setting, &seeds, &requests);
 
         let gather_scene = GatherScene {
@@ -223,8 +223,8 @@ impl Operator {
         let table = Table::new(step.resolution);
         let limited = budget.share(2, work);
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
-        let meter = Meter::new("form factors", every.len());
-        let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &meter, limited)?;
+        let tally = RowTally::new("form factors", every.len());
+        let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &tally, limited)?;
         budget.take("form factors", rows.bytes())?;
         let facet_of = |e: &Element| &surfaces.facets[e.facet];
         let reflectance = mesh.elements.iter().map(facet_of);
@@ -236,7 +236,7 @@ impl Operator {
         let gather_points = if step.gather_points > 0 {
             let left = budget.share(1, work);
             let found = GatherPoints::new(gather_scene, &seeds, &fragments, step, left)?;
-            budget.take("the nodes", found.bytes())?;
+            budget.take("gather points", found.bytes())?;
             Some(found)
         } else {
             None

@@ -153,7 +153,7 @@ pub trait Transport: Send + Sync {
     /// An operator that names its results promises that a picture depends on scene, view, quality
     /// and the lights that are lit alone, by their strength in each channel, and that channels do
     /// not mix: pictures are then kept on disk, found again after edits, and added up.
-    fn results(&self) -> Option<String> {
+    fn results_version(&self) -> Option<String> {
         None
     }
 

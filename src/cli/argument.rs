@@ -30,7 +30,7 @@ pub struct Settings {
     /// Draw pictures in the terminal by Kitty's graphics protocol
     #[arg(long, global = true)]
     pub kitty: bool,
-    /// How errors and warnings are told (default: text); `short`, a line each, and `json` go to
+    /// How errors and warnings are written (default: text); `short`, a line each, and `json` go to
     /// standard output
     #[arg(long, global = true, value_name = "FORMAT")]
     #[arg(value_parser = PossibleValuesParser::new(["text", "short", "json"]).map(style))]

@@ -12,7 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::forecast;
-use super::refine::{Ended, Goal, Refined};
+use super::refine::{Ended, Goal, RefinementSummary};
 use super::refiner::{Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered};
 use super::{Engine, Error};
@@ -167,7 +167,7 @@ pub enum Event {
     /// then, where it is known.
     RefinementEnded {
         /// What it did.
-        done: Refined,
+        done: RefinementSummary,
         /// Why it failed, if it did.
         failed: Option<Error>,
         /// Predicted error of the sequence, relative.
@@ -261,7 +261,8 @@ impl Engine {
         self.tell(event);
     }
 
-    /// As far as it goes without waiting.
+    /// Collects and starts jobs as far as that goes without waiting; the reason where the refinement
+    /// has ended.
     fn advance(&mut self, background: &mut BackgroundRefinement) -> Result<Option<Ended>, Error> {
         loop {
             if let Some(mut job) = background.job.take() {
@@ -277,7 +278,7 @@ impl Engine {
                     }
                 }
             }
-            match background.refiner.next(self)? {
+            match background.refiner.advance(self)? {
                 Next::Added => {}
                 Next::Ended(ended) => return Ok(Some(ended)),
                 Next::Render(job, ticket) => {
@@ -288,7 +289,8 @@ impl Engine {
         }
     }
 
-    /// Takes in what a job rendered; one that was cancelled brings nothing.
+    /// Takes in what a job rendered: of one that was cancelled its operator alone, which is no
+    /// error.
     fn collect(
         &mut self,
         background: &mut BackgroundRefinement,

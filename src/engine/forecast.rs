@@ -153,7 +153,7 @@ impl Engine {
             return Ok(out);
         }
         let pool = self.rendered()?;
-        if pool.flawless() {
+        if pool.has_no_estimated_error() {
             return Ok(out);
         }
         let next = self.directions(pool, metric)?;

@@ -39,14 +39,20 @@ impl Engine {
         let (weighting, norm) = match (options.metric, self.pool()) {
             (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
             (_, None) => return Err(Error::NotRendered),
-            (Metric::Error, Some(pool)) => (pool.weighting(), Some(self.sequence_norm(pool))),
+            (Metric::Error, Some(pool)) => {
+                (pool.weighting().clone(), Some(self.sequence_norm(pool)))
+            }
+            (Metric::Norm, Some(pool)) => (
+                Weighting::new(Metric::Norm, pool.norms())?,
+                Some(self.sequence_norm(pool)),
+            ),
             (Metric::Influence, Some(pool)) => (
                 Weighting::influence(&pool.norms(), keys)?,
                 Some(self.sequence_norm(pool)),
             ),
         };
         let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
-        let report = plan.report(self.show(), keys);
+        let report = plan.report(self.show(), keys)?;
         Ok(if self.is_final() {
             nothing_to_refine(report)
         } else {
@@ -77,7 +83,8 @@ impl Engine {
     fn weighting(&self, pool: &Pool, metric: Option<Metric>) -> Result<Weighting, Error> {
         let keys = self.document.keys();
         Ok(match metric {
-            None | Some(Metric::Error) => pool.weighting(),
+            None | Some(Metric::Error) => pool.weighting().clone(),
+            Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
             Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
             Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
         })
@@ -95,11 +102,11 @@ impl Engine {
         let mut known = pool.settings();
         let mut out = plan::next(keys, &known, &weighting, norm)?.directions;
         let own = pool.weighting();
-        if weighting != own {
+        if weighting != *own {
             // Singular values in another metric say nothing of errors.
             for direction in &mut out {
                 known.push(direction.setting.clone());
-                direction.error = plan::forecast(keys, &known, &own, norm)?;
+                direction.error = plan::forecast(keys, &known, own, norm)?;
             }
         }
         Ok(out)

@@ -56,7 +56,7 @@ impl Engine {
         let keys = self.document.keys();
         let next = self
             .pool()
-            .and_then(|pool| plan::next(keys, &pool.settings(), &pool.weighting(), None).ok());
+            .and_then(|pool| plan::next(keys, &pool.settings(), pool.weighting(), None).ok());
         Some(PoolSummary {
             held,
             idle: self.image_cache.kept().len().saturating_sub(held),

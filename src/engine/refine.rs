@@ -94,12 +94,12 @@ pub enum Warning {
 
 /// What a refinement did.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Refined {
+pub struct RefinementSummary {
     /// Images that it added.
     pub images: usize,
     /// Seconds of computing them.
     pub seconds: f64,
-    /// How it went about it.
+    /// Why it rendered several images at once, or ended early.
     pub warnings: Vec<Warning>,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
@@ -144,7 +144,7 @@ impl Engine {
     /// # Errors
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], else what
     /// rendering says; images finished before it are kept.
-    pub fn refine(&mut self, goal: Goal) -> Result<Refined, Error> {
+    pub fn refine(&mut self, goal: Goal) -> Result<RefinementSummary, Error> {
         self.refine_watched(goal, &mut |_| Ok(()))
     }
 
@@ -154,7 +154,7 @@ impl Engine {
         &mut self,
         goal: Goal,
         watch: &mut dyn FnMut(&mut Engine) -> Result<(), Error>,
-    ) -> Result<Refined, Error> {
+    ) -> Result<RefinementSummary, Error> {
         self.timed(|engine| {
             engine.idle()?;
             engine.coarse()?;
@@ -176,7 +176,7 @@ impl Engine {
             if refiner.done.images > 0 && self.host.progress.cancelled() {
                 return Ok(Ended::Stopped);
             }
-            match refiner.next(self)? {
+            match refiner.advance(self)? {
                 Next::Ended(ended) => return Ok(ended),
                 Next::Added => {}
                 Next::Render(job, ticket) => {
@@ -210,7 +210,11 @@ impl Engine {
     }
 
     /// Why no image is to be rendered after what is done; `None` if one is.
-    pub(super) fn ended(&self, goal: &Goal, done: &Refined) -> Result<Option<Ended>, Error> {
+    pub(super) fn ended(
+        &self,
+        goal: &Goal,
+        done: &RefinementSummary,
+    ) -> Result<Option<Ended>, Error> {
         // As it is now: an edit changes it without an image.
         let error = self.predicted_error()?;
         // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
@@ -274,14 +278,14 @@ impl Engine {
 
     fn uncalibrated_error(&self) -> Result<f64, Error> {
         let pool = self.rendered()?;
-        if self.is_final() || pool.flawless() {
+        if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
         let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
         Ok(predicted_error(
             keys,
             &pool.settings(),
-            &pool.weighting(),
+            pool.weighting(),
             norm,
         )?)
     }

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use super::forecast::{self, NextImage};
-use super::refine::{Ended, Goal, Refined, Warning};
+use super::refine::{Ended, Goal, RefinementSummary, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
 use super::{Engine, Error};
 use crate::picture::Image;
@@ -71,11 +71,11 @@ pub(super) struct Refiner {
     goal: Goal,
     /// What orders the images, as it was when the refinement began.
     metric: Option<Metric>,
-    /// Several images in one job where that pays, as a caller that waits needs none of them by
-    /// itself.
-    batches: bool,
+    /// Whether the caller waits until the end: several images then share a job where that pays, as
+    /// none of them is needed by itself.
+    blocking: bool,
     coarse: Coarse,
-    pub done: Refined,
+    pub done: RefinementSummary,
     stopping: bool,
     begin: f64,
     /// Images that the goal was last predicted to need.
@@ -83,13 +83,13 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, metric: Option<Metric>, batches: bool, now: f64) -> Refiner {
+    pub fn new(goal: Goal, metric: Option<Metric>, blocking: bool, now: f64) -> Refiner {
         Refiner {
             goal: goal.or_one(),
             metric,
-            batches,
+            blocking,
             coarse: Coarse::default(),
-            done: Refined::default(),
+            done: RefinementSummary::default(),
             stopping: false,
             begin: now,
             needed: 0,
@@ -110,8 +110,9 @@ impl Refiner {
         self.stopping = true;
     }
 
-    /// What is to be rendered next, planned from the show and the pool as they are now.
-    pub fn next(&mut self, engine: &mut Engine) -> Result<Next, Error> {
+    /// Plans the next job from the show and the pool as they are now. Refined images that are at
+    /// hand are added to the pool here, and the pool is made here once its coarse images are there.
+    pub fn advance(&mut self, engine: &mut Engine) -> Result<Next, Error> {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
@@ -124,14 +125,14 @@ impl Refiner {
         if let Some(ended) = engine.ended(&self.goal, &self.done)? {
             return Ok(Next::Ended(ended));
         }
-        if self.batches {
+        if self.blocking {
             engine.calibrate_cost()?;
         }
         let begin = engine.now();
         let forecast = engine.forecast_by(self.metric)?;
         let left = self.goal.budget.map(|s| s - self.done.seconds);
         let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
-        if !self.batches {
+        if !self.blocking {
             batch.images = batch.images.min(1);
             batch.warning = None;
         }
@@ -181,7 +182,7 @@ impl Refiner {
             self.add(engine, ticket, Vec::new())?;
             return Ok(Next::Added);
         }
-        let job = rendering.lend(quality, missing.settings);
+        let job = rendering.new_job(quality, missing.settings);
         Ok(Next::Render(job, Box::new(ticket)))
     }
 
@@ -227,7 +228,7 @@ impl Refiner {
                 started: now,
                 predicted: cost * engine.pace.seconds(),
             };
-            return Ok(Some((rendering.lend(quality, missing.settings), ticket)));
+            return Ok(Some((rendering.new_job(quality, missing.settings), ticket)));
         }
         Ok(None)
     }
@@ -238,18 +239,16 @@ impl Refiner {
         let begin = engine.now();
         let mut coarse = std::mem::take(&mut self.coarse);
         coarse.sets.sort_by_key(|(quality, _)| *quality);
-        let mut sets = coarse.sets.into_iter().map(|(_, images)| images);
-        let (first, second) = (sets.next().unwrap_or_default(), sets.next());
-        let (coarser, images) = match second {
-            Some(finer) => (first, finer),
-            None => (Vec::new(), first),
-        };
+        let mut finest_first = coarse.sets.into_iter().rev().map(|(_, images)| images);
+        let images = finest_first.next().ok_or(Error::NotRendered)?;
+        // One step of quality alone has no coarser images.
+        let coarser = finest_first.next().unwrap_or_default();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        rendering.pool = Some(Pool::new(images, coarser, engine.host.work()));
+        rendering.pool = Some(Pool::new(images, coarser, engine.host.work())?);
         rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();
         // What was found says nothing of what rendering takes; the background learns job by job.
-        if self.batches && !coarse.found {
+        if self.blocking && !coarse.found {
             let [predicted, measured] = coarse.seconds;
             let measured = measured + engine.now() - begin;
             engine.pace.learn(predicted, measured);
@@ -258,10 +257,11 @@ impl Refiner {
         engine.reuse_refined()
     }
 
-    /// Takes in what a job rendered. A cancelled job brings nothing.
+    /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its
+    /// images. A cancelled job has no images, but gives its operator back.
     ///
     /// # Errors
-    /// What rendering says, a cancel included; adding the images may fail as well.
+    /// The error of rendering, a cancel included; adding the images may fail as well.
     pub fn collect(
         &mut self,
         engine: &mut Engine,
@@ -273,7 +273,7 @@ impl Refiner {
         };
         let same = rendering.setup == ticket.setup;
         if same {
-            rendering.give_back(ticket.quality, rendered.operator);
+            rendering.return_operator(ticket.quality, rendered.operator);
         }
         let images = rendered.images?;
         let store = engine.host.store.as_ref();
@@ -282,7 +282,7 @@ impl Refiner {
         rendering::trim(image_cache, engine.host.memory);
         let seconds = engine.now() - ticket.started;
         if !ticket.refined {
-            if !self.batches && ticket.found.iter().all(Option::is_none) {
+            if !self.blocking && ticket.found.iter().all(Option::is_none) {
                 engine.pace.learn(ticket.predicted, seconds);
             }
             self.coarse.seconds[0] += ticket.predicted;
@@ -329,7 +329,7 @@ impl Refiner {
     /// Gives up a job whose images will never come: its operator is lost with it.
     pub fn abandon(&mut self, engine: &mut Engine, ticket: &Ticket) {
         if let Some(rendering) = engine.rendering.as_mut() {
-            rendering.give_back(ticket.quality, None);
+            rendering.return_operator(ticket.quality, None);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What is rendered of a setup: prepared operators and the pool, kept as long as the setup stays.
+//! The operators and images of one setup, kept as long as the setup stays.
 
 mod job;
 mod reuse;
@@ -22,17 +22,18 @@ use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError}
 use crate::show::Preview;
 use crate::work::Work;
 
-/// The share of the memory budget for images that the pool does not use at present.
-const KEPT_SHARE: usize = 4;
+/// Images that the pool does not use at present may take the memory budget divided by this.
+const IDLE_MEMORY_DIVISOR: usize = 4;
 
-/// Operators, addresses and pool of one setup.
-pub(super) struct Rendering {
+/// The prepared operators of one setup by step of quality, the addresses of its images, and the
+/// pool of them.
+pub(super) struct SetupImages {
     pub setup: Setup,
     /// The coarse and the refined step of quality that the show asks for.
     pub steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
     /// The step of quality whose operator is at work in a job.
-    lent: Option<u8>,
+    in_job: Option<u8>,
     /// The rig as addresses see it.
     lights: Lights,
     /// Where its images belong; `None` when the operator's images are not to be kept.
@@ -51,22 +52,23 @@ pub(super) struct Missing {
     pub wanted: Option<Vec<Wanted>>,
 }
 
-impl Rendering {
-    /// Of a setup, with what `old` has that is still true of it: operators and pool where the setup
-    /// is the same. `results` is what the operator says of its images.
+impl SetupImages {
+    /// Those of `setup`: where `old` is of the same setup its operators, and its pool if `preview`
+    /// asks for the same steps; else none yet. `results_version` is
+    /// [`Transport::results_version`].
     pub fn renew(
-        old: Option<Rendering>,
+        old: Option<SetupImages>,
         setup: &Setup,
         preview: &Preview,
-        results: Option<&str>,
-    ) -> Rendering {
+        results_version: Option<&str>,
+    ) -> SetupImages {
         let steps = [preview.coarse, preview.refined];
         if let Some(mut old) = old.filter(|old| old.setup == *setup) {
             // A pool's coarse images are of one step; operators are kept by step anyway.
             if old.steps != steps {
                 old.pool = None;
             }
-            return Rendering {
+            return SetupImages {
                 setup: setup.clone(),
                 steps,
                 near_copies: 0,
@@ -74,14 +76,14 @@ impl Rendering {
             };
         }
         // Banks given as images are images already: nothing is gained by keeping them twice.
-        let results = results.filter(|_| !only_images(&setup.rig));
-        Rendering {
+        let version = results_version.filter(|_| !only_images(&setup.rig));
+        SetupImages {
             lights: Lights::new(&setup.rig),
-            scene_key: results.map(|r| SceneKey::new(r, &setup.scene, &setup.view)),
+            scene_key: version.map(|v| SceneKey::new(v, &setup.scene, &setup.view)),
             setup: setup.clone(),
             steps,
             operators: BTreeMap::new(),
-            lent: None,
+            in_job: None,
             near_copies: 0,
             pool: None,
         }
@@ -124,7 +126,7 @@ impl Rendering {
 
     /// True when the operator of this step of quality is at hand, or will be given back.
     pub fn is_prepared(&self, quality: Quality) -> bool {
-        self.operators.contains_key(&quality.0) || self.lent == Some(quality.0)
+        self.operators.contains_key(&quality.0) || self.in_job == Some(quality.0)
     }
 
     /// Lets go of all operators but those of some steps.
@@ -213,7 +215,7 @@ impl Rendering {
         image_cache.has(&self.wanted(key, quality, settings, None), store)
     }
 
-    /// Images of settings as the cache holds them; `refined` as in [`Rendering::find`].
+    /// Images of settings as the cache holds them; `refined` as in [`SetupImages::find`].
     fn wanted(
         &self,
         key: SceneKey,
@@ -273,9 +275,9 @@ impl Rendering {
     }
 }
 
-/// The two steps of quality for coarse images: `coarse` itself and the next finer one, whose images
-/// serve; their difference estimates the error that these have. The estimate sees nothing of an
-/// error that both steps share.
+/// The two steps of quality at which coarse images are rendered, ascending: `coarse`, clamped to the
+/// scale, and the next finer one; both are the finest where there is no finer one. Previews use the
+/// images of the second; the difference of the two estimates their error, but for what both share.
 pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [Quality; 2] {
     let cheap = coarse.clamp(1, finest.0);
     [cheap, cheap.saturating_add(1).min(finest.0)].map(Quality)
@@ -314,5 +316,5 @@ pub(super) fn in_order(
 
 /// Lets go of images that nothing uses, beyond their share of the memory, bytes.
 pub(super) fn trim(image_cache: &mut ImageCache, memory: usize) {
-    image_cache.trim(memory / KEPT_SHARE);
+    image_cache.trim(memory / IDLE_MEMORY_DIVISOR);
 }

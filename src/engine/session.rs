@@ -192,11 +192,11 @@ impl Session {
 fn predicted_errors(engine: &Engine) -> Result<Errors, Error> {
     let pool = engine.rendered()?;
     let now = engine.predicted_error()?;
-    if engine.is_final() || pool.flawless() {
+    if engine.is_final() || pool.has_no_estimated_error() {
         return Ok(Errors { now, coarse: 0.0 });
     }
     let norm = Some(engine.sequence_norm(pool));
-    let alone = plan::forecast(engine.document.keys(), &[], &pool.weighting(), norm)?;
+    let alone = plan::forecast(engine.document.keys(), &[], pool.weighting(), norm)?;
     let coarse = alone * engine.calibration();
     Ok(Errors { now, coarse })
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::compile::{self, Source, Version};
-use super::rendering::{Rendering, refined_step};
+use super::rendering::{SetupImages, refined_step};
 use super::setup::{self, Loaded};
 use super::{Engine, Error, Host, decode};
 use crate::files::Files;
@@ -48,8 +48,8 @@ impl Version {
         let Ok(Some(loaded)) = setup::load(show, spans, source, known) else {
             return BTreeSet::new();
         };
-        let results = host.renderer.results();
-        let rendering = Rendering::renew(None, &loaded.setup, &show.preview, results.as_deref());
+        let version = host.renderer.results_version();
+        let rendering = SetupImages::renew(None, &loaded.setup, &show.preview, version.as_deref());
         let finest = rendering.finest(host.renderer.as_ref());
         let least = refined_step(show.preview.refined, finest);
         rendering.serving(image_cache, least, host.store.as_ref())

@@ -125,10 +125,10 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
                 Action::Added,
             ),
         };
-        draft.splice(splice);
+        draft.splice(splice)?;
         changes.push(key.change(action));
     }
-    Ok(Edited::new(source, draft.splices(), changes))
+    Edited::new(source, draft.splices(), changes)
 }
 
 fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
@@ -139,7 +139,7 @@ fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
         text: String::new(),
     };
     let changes = vec![key.change(Action::Removed)];
-    Ok(Edited::new(source, vec![splice], changes))
+    Edited::new(source, vec![splice], changes)
 }
 
 /// The statements of a text whose braces, quotes and comments are closed.

@@ -12,7 +12,7 @@ mod layout;
 mod piece;
 
 use super::read;
-use super::report::Report;
+use super::report::{Report, slice};
 use super::scan;
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -40,12 +40,12 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
         let pieces = piece::pieces(cut.text);
         for (i, piece) in pieces.iter().enumerate() {
             let start = cut.span.start + piece.span.start;
-            let gap = unix.get(from..start).unwrap_or("");
+            let gap = slice(&unix, from..start)?;
             layout.piece(piece, gap, || rest_of_block(&pieces, i, cut.text));
             from = cut.span.start + piece.span.end;
         }
     }
-    let lines = layout.finish(unix.get(from..).unwrap_or(""));
+    let lines = layout.finish(slice(&unix, from..unix.len())?);
     let formatted = column::text(&lines);
     let windows = text.find('\n').is_some_and(|i| text[..i].ends_with('\r'));
     Ok(if windows {

@@ -127,7 +127,7 @@ pub fn parse_again(
     if let Some(show) = &mut show
         && show.title.is_empty()
     {
-        let file = name.rsplit(['/', '\\']).next().unwrap_or(name);
+        let file = name.rsplit_once(['/', '\\']).map_or(name, |(_, file)| file);
         show.title = file.strip_suffix(".lxq").unwrap_or(file).to_owned();
     }
     Parsed {

@@ -261,14 +261,15 @@ impl<'a> Reader<'a, '_> {
     fn failure(&mut self, failure: &Failure, text: &str, base: usize) {
         let rest = text.get(failure.at..).unwrap_or("");
         let word = first_word(rest);
+        let ends = |c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}');
+        let mut buffer = [0; 4];
         let found: &str = match rest.chars().next() {
             None => "",
             Some(_) if !word.is_empty() => word,
-            Some(c) if c.is_ascii_digit() || c == '-' || c == '#' => rest
-                .split(|c: char| c.is_whitespace() || matches!(c, ',' | '{' | '}'))
-                .next()
-                .unwrap_or(""),
-            Some(c) => rest.get(..c.len_utf8()).unwrap_or(""),
+            Some(c) if c.is_ascii_digit() || c == '-' || c == '#' => {
+                rest.split_once(ends).map_or(rest, |(found, _)| found)
+            }
+            Some(c) => c.encode_utf8(&mut buffer),
         };
         let shown: String = found.chars().take(40).collect();
         let what = if found.is_empty() {
@@ -313,11 +314,13 @@ fn is_name(word: &str) -> bool {
 fn unfinished(before: &str) -> Option<Range<usize>> {
     let end = before.trim_end().len();
     let (written, blanks) = before.split_at_checked(end)?;
-    let line = written.rsplit('\n').next().unwrap_or("");
+    let line = written.rsplit_once('\n').map_or(written, |(_, line)| line);
     if !blanks.contains('\n') || line.contains("//") || line.contains("*/") {
         return None;
     }
-    let word = line.rsplit(char::is_whitespace).next().unwrap_or("");
+    let word = line
+        .rsplit_once(char::is_whitespace)
+        .map_or(line, |(_, word)| word);
     Some(end - word.len()..end)
 }
 

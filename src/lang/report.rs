@@ -1,5 +1,7 @@
 //! Collects diagnostics, and stops when there are too many to be read by anyone.
 
+use std::ops::Range;
+
 use crate::diagnostic::{Diagnostic, Severity};
 
 use super::ast::Span;
@@ -65,6 +67,20 @@ impl Report {
         }
         self.found
     }
+}
+
+/// The part of a text in a range of bytes.
+///
+/// # Errors
+/// An internal error where the range is not in the text or splits a character: whoever found the
+/// range is wrong, and a text that lacks what stands there must not be written.
+pub fn slice(text: &str, range: Range<usize>) -> Result<&str, Vec<Diagnostic>> {
+    let (start, end) = (range.start, range.end);
+    text.get(range).ok_or_else(|| {
+        let message = format!("internal error: no text at bytes {start} to {end}");
+        let help = "nothing was changed; please report this with the show";
+        vec![Diagnostic::error(codes::DOES_NOT_FIT, message).help(help)]
+    })
 }
 
 /// Labels by spans of the tree and by nodes of the model.

@@ -31,8 +31,11 @@ use crate::timeline::KeySequence;
 pub enum Metric {
     /// w_i = 1: light as the desk sees it.
     Settings,
-    /// The paper's: w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the
-    /// sequence of length T.
+    /// w_i = ‖C_i‖: how bright the coordinate is at full.
+    Norm,
+    /// w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the sequence of
+    /// length T (Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
+    /// Lighting", 1995).
     Influence,
     /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: what its coarse
     /// image is estimated to be wrong by.
@@ -40,13 +43,14 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// All of them.
+    /// Those that can be chosen; [`Metric::Norm`] stands in where no error is estimated.
     pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
 
     /// As reports write it.
     pub fn name(self) -> &'static str {
         match self {
             Metric::Settings => "settings",
+            Metric::Norm => "norm",
             Metric::Influence => "influence",
             Metric::Error => "error",
         }
@@ -104,10 +108,10 @@ impl Weighting {
     /// # Errors
     /// A negative or not finite weight; all weights zero.
     pub fn new(metric: Metric, weights: Vec<f64>) -> Result<Weighting, PlanError> {
-        let bad = |w: &f64| !w.is_finite() || *w < 0.0;
-        if let Some(coordinate) = weights.iter().position(bad) {
-            let weight = weights.get(coordinate).copied().unwrap_or(f64::NAN);
-            return Err(PlanError::Weight { coordinate, weight });
+        for (coordinate, &weight) in weights.iter().enumerate() {
+            if !weight.is_finite() || weight < 0.0 {
+                return Err(PlanError::Weight { coordinate, weight });
+            }
         }
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
@@ -231,7 +235,9 @@ impl Plan {
         }
         express::complete(keys, &w, &a.lower, &mut directions, &mut sigma)?;
         let (basis, weights) = express::express(keys, &w, &directions);
-        let predicted = predicted(&sigma, norm.unwrap_or(total));
+        let (before, after) = predicted(&sigma, norm.unwrap_or(total));
+        let mut predicted = vec![before];
+        predicted.extend(after);
         let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
         let used = predicted.iter().position(enough).unwrap_or(basis.len());
         let zero = |(i, w): (usize, &f64)| (*w == 0.0).then_some(i);
@@ -259,15 +265,17 @@ impl Plan {
     }
 }
 
-/// Square roots of the tails' sums of squares, over `norm`; 0 where there is nothing.
-fn predicted(sigma: &[f64], norm: f64) -> Vec<f64> {
+/// The error of no direction, and those once each of the directions is refined: square roots of the
+/// sums of squares of the singular values that are left, over `norm`; 0 where that is 0.
+fn predicted(sigma: &[f64], norm: f64) -> (f64, Vec<f64>) {
     let mut sum = 0.0;
-    let mut out = vec![0.0];
+    let mut error = 0.0;
+    let mut after = Vec::with_capacity(sigma.len());
     for s in sigma.iter().rev() {
+        after.push(error);
         sum += s * s;
-        let error = sum.sqrt() / norm;
-        out.push(if norm > 0.0 { error } else { 0.0 });
+        error = if norm > 0.0 { sum.sqrt() / norm } else { 0.0 };
     }
-    out.reverse();
-    out
+    after.reverse();
+    (error, after)
 }

@@ -67,16 +67,15 @@ pub fn next(
             sigma.push(*s);
         }
     }
-    let errors = predicted(&sigma, norm.unwrap_or(total));
-    let after = errors.iter().skip(1);
+    let (error, after) = predicted(&sigma, norm.unwrap_or(total));
     let directions = settings.into_iter().zip(sigma).zip(after);
     Ok(NextSteps {
-        error: errors.first().copied().unwrap_or(0.0),
+        error,
         directions: directions
             .map(|((setting, singular_value), error)| Direction {
                 setting,
                 singular_value,
-                error: *error,
+                error,
             })
             .collect(),
         refused,

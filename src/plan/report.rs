@@ -3,7 +3,7 @@
 
 use serde::Serialize;
 
-use super::{Plan, weighted_columns};
+use super::{Plan, PlanError, weighted_columns};
 use crate::linalg::{Matrix, svd};
 use crate::show::Show;
 use crate::timeline::KeySequence;
@@ -133,7 +133,10 @@ pub enum LeftOut {
 
 impl Plan {
     /// The plan of `keys`, which were made from `show`, as data to be written.
-    pub fn report(&self, show: &Show, keys: &KeySequence) -> PlanReport {
+    ///
+    /// # Errors
+    /// [`PlanError::Svd`] when a decomposition fails its check.
+    pub fn report(&self, show: &Show, keys: &KeySequence) -> Result<PlanReport, PlanError> {
         let bank = |name: &str, kind, channel| BankReport {
             name: name.to_owned(),
             kind,
@@ -150,7 +153,7 @@ impl Plan {
             keys: s.keys.clone(),
         };
         let predicted = self.predicted.iter().enumerate();
-        PlanReport {
+        Ok(PlanReport {
             show: show.title.clone(),
             banks,
             segments: keys.segments().iter().map(segment).collect(),
@@ -169,12 +172,17 @@ impl Plan {
                     error: *error,
                 })
                 .collect(),
-            left_out: self.left_out(show, keys, &coordinates),
+            left_out: self.left_out(show, keys, &coordinates)?,
             coordinates,
-        }
+        })
     }
 
-    fn left_out(&self, show: &Show, keys: &KeySequence, names: &[String]) -> Vec<LeftOut> {
+    fn left_out(
+        &self,
+        show: &Show,
+        keys: &KeySequence,
+        names: &[String],
+    ) -> Result<Vec<LeftOut>, PlanError> {
         let mut out = Vec::new();
         let lit = show.coordinates();
         let rows: Vec<Vec<f64>> = (0..names.len())
@@ -216,10 +224,10 @@ impl Plan {
         let unseen = self.unseen.iter().filter_map(|i| names.get(*i));
         out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));
         self.counts(keys, &mut out);
-        if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys) {
+        if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys)? {
             out.push(LeftOut::FixedRaisesRank);
         }
-        out
+        Ok(out)
     }
 
     fn counts(&self, keys: &KeySequence, out: &mut Vec<LeftOut>) {
@@ -233,12 +241,14 @@ impl Plan {
         ];
         let some = counted.into_iter().filter(|(n, _)| *n > 0);
         out.extend(some.map(|(n, of)| of(n)));
-        let spared = self.rank() - self.used;
-        if spared > 0 {
+        // One error for each number of refined images; none is spared after the last.
+        if let Some([error, spared @ ..]) = self.predicted.get(self.used..)
+            && !spared.is_empty()
+        {
             out.push(LeftOut::SparedDirections {
-                count: spared,
+                count: spared.len(),
                 used: self.used,
-                error: self.predicted.get(self.used).copied().unwrap_or(0.0),
+                error: *error,
                 tolerance: self.tolerance,
             });
         }
@@ -256,9 +266,12 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
 }
 
 /// Whether the keys without their last coordinate have a smaller rank.
-fn fixed_raises_rank(keys: &KeySequence) -> bool {
+fn fixed_raises_rank(keys: &KeySequence) -> Result<bool, PlanError> {
     let n = keys.coordinates();
     let all = weighted_columns(keys.keys(), &vec![1.0; n]);
-    let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12)).unwrap_or(0);
-    n > 0 && rank(&all) > rank(&all.rows(0, n - 1).into_owned())
+    if n == 0 {
+        return Ok(false);
+    }
+    let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12));
+    Ok(rank(&all)? > rank(&all.rows(0, n - 1).into_owned())?)
 }

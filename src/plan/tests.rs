@@ -249,7 +249,7 @@ fn segments_in_which_nothing_changes_cost_one_key() {
     let keys = keys_of(&show).unwrap();
     assert_eq!((keys.segments().len(), keys.keys().len()), (5, 3));
     let plan = Plan::new(&keys, &Weighting::settings(1), 0.1, None).unwrap();
-    let report = plan.report(&show, &keys);
+    let report = plan.report(&show, &keys).unwrap();
     assert!(report.left_out.contains(&LeftOut::HeldSegments(2)));
 }
 
@@ -331,7 +331,7 @@ fn nothing_lit_and_no_coordinates() {
                 .is_empty()
         );
         assert_eq!(forecast(&keys, &[], &weighting, None), Ok(0.0));
-        assert_eq!(plan.report(show, &keys).rank, 0);
+        assert_eq!(plan.report(show, &keys).unwrap().rank, 0);
     }
 }
 
@@ -352,7 +352,7 @@ fn the_report_says_what_is_left_out() {
         .push(cue(3, Trigger::At(seconds(5.0)), 5.0, vec![to(3, 90.0)]));
     let keys = keys_of(&show).unwrap();
     let plan = Plan::new(&keys, &Weighting::settings(6), 0.1, None).unwrap();
-    let report = plan.report(&show, &keys);
+    let report = plan.report(&show, &keys).unwrap();
     let name = |bank: &str| bank.to_owned();
     let expected = [
         LeftOut::MultipleOf {
@@ -385,5 +385,5 @@ fn the_report_says_what_is_left_out() {
             .into_iter()
             .all(|x| *x != 0.0 || x.is_sign_positive())
     );
-    assert_eq!(report, plan.report(&show, &keys));
+    assert_eq!(report, plan.report(&show, &keys).unwrap());
 }

@@ -124,9 +124,9 @@ impl ImageCache {
             open.extend(same.is_none().then_some(one));
             out.push(same);
         }
-        let (at_hand, sums) = self.sums(&open, store);
+        let (at_hand, combinations) = self.combinations(&open, store);
         let gaps = out.iter_mut().filter(|image| image.is_none());
-        for (gap, terms) in gaps.zip(sums) {
+        for (gap, terms) in gaps.zip(combinations) {
             let image = terms.and_then(|terms| self.sum(&terms, &at_hand, size, store));
             self.statistics.summed += usize::from(image.is_some());
             *gap = image.map(Arc::new);
@@ -138,11 +138,11 @@ impl ImageCache {
     /// as names and headers show: no picture is read. One that turns out to be damaged is rendered
     /// after all.
     pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
-        let (at_hand, sums) = self.sums(&wanted.iter().collect::<Vec<_>>(), store);
+        let (at_hand, combinations) = self.combinations(&wanted.iter().collect::<Vec<_>>(), store);
         let known = |(one, sum): (&Wanted, Option<Terms>)| {
             sum.is_some() || at_hand.iter().any(|there| there.key == one.address.key)
         };
-        wanted.iter().zip(sums).map(known).collect()
+        wanted.iter().zip(combinations).map(known).collect()
     }
 
     /// Keeps and stores a picture that was rendered.
@@ -200,7 +200,11 @@ impl ImageCache {
 
     /// What there are pictures of, in memory and on disk, of the scene and quality of `wanted`, and
     /// which sums of these they are.
-    fn sums(&self, wanted: &[&Wanted], store: &dyn Store) -> (Vec<Address>, Vec<Option<Terms>>) {
+    fn combinations(
+        &self,
+        wanted: &[&Wanted],
+        store: &dyn Store,
+    ) -> (Vec<Address>, Vec<Option<Terms>>) {
         let Some(Wanted { address, .. }) = wanted.first() else {
             return (Vec::new(), Vec::new());
         };
@@ -216,8 +220,8 @@ impl ImageCache {
         at_hand.dedup_by_key(|address| address.key);
         let pictures: Vec<&Lighting> = at_hand.iter().map(|a| &a.lighting).collect();
         let targets: Vec<&Lighting> = wanted.iter().map(|w| &w.address.lighting).collect();
-        let sums = linear_span::sums(&pictures, &targets);
-        (at_hand, sums)
+        let combinations = linear_span::combinations(&pictures, &targets);
+        (at_hand, combinations)
     }
 
     /// The sum itself, from pictures that are what they say.
@@ -234,7 +238,7 @@ impl ImageCache {
             parts.push((*weights, self.fetch(address, None, size, store)?));
         }
         let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
-        linear_span::added(size, &terms)
+        linear_span::weighted_sum(size, &terms)
     }
 
     /// A picture that is known to be at hand, from memory or the store; `None` where it is not what

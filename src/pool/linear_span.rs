@@ -5,7 +5,7 @@
 //! not live on cancellation, because each picture carries the rounding of single precision and
 //! that is multiplied. This module handles vectors and pictures, nothing of banks or stores.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use crate::linalg::{Matrix, Orthonormal, least_squares};
 use crate::picture::Image;
@@ -15,9 +15,9 @@ use super::address::{Digest, Lighting};
 /// A vector by its entries that are not zero.
 type Sparse<K> = BTreeMap<K, f64>;
 
-/// A column counts as new when this share of it is outside the span of those before: what is
+/// Least share of a column that must be outside the span of those before it: a column that is
 /// nearer would need large coefficients of either sign.
-const NEW: f64 = 1e-6;
+const MIN_RESIDUAL: f64 = 1e-6;
 
 /// Largest sum of magnitudes that may be added up for a result of magnitude 1.
 const CANCELLATION: f64 = 8.0;
@@ -79,7 +79,7 @@ fn independent<K: Ord>(
         let whole = dense(column);
         let mut rest = whole.clone();
         span.remove_from(&mut rest);
-        norm(&rest) > NEW * norm(&whole) && span.push(&whole).is_ok()
+        norm(&rest) > MIN_RESIDUAL * norm(&whole) && span.push(&whole).is_ok()
     });
     order
 }
@@ -111,12 +111,13 @@ fn exact<K: Ord + Copy>(
     added <= CANCELLATION * wanted
 }
 
-/// A sum of pictures: index and weight in each channel.
+/// A linear combination of pictures: index and weight in each channel.
 pub type Terms = Vec<(usize, [f64; 3])>;
 
-/// For each of `targets` the sum of `pictures` that it is; `None` where it is none. Channels do not
-/// mix, so each has coefficients of its own: another colour is another factor.
-pub fn sums(pictures: &[&Lighting], targets: &[&Lighting]) -> Vec<Option<Terms>> {
+/// For each of `targets` the linear combination of `pictures` that is lit exactly like it; `None`
+/// where there is none. Channels do not mix, so each has coefficients of its own: another colour is
+/// another factor.
+pub fn combinations(pictures: &[&Lighting], targets: &[&Lighting]) -> Vec<Option<Terms>> {
     let mut out: Vec<Option<BTreeMap<usize, [f64; 3]>>> =
         vec![Some(BTreeMap::new()); targets.len()];
     for channel in 0..3 {
@@ -173,29 +174,38 @@ pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f
     solved.map(|terms| terms.map(setting)).collect()
 }
 
-/// Adds pictures of one size up, in double precision with one rounding at the end, and returns
-/// whether the sum is sound: `None` when it lives on cancellation, so that the rounding of its
-/// parts would show, or when sizes differ.
-pub fn added(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
-    let sizes: BTreeSet<_> = terms.iter().map(|(_, i)| i.size()).collect();
-    if sizes.iter().any(|s| *s != size) {
-        return None;
+/// The weighted sum of pictures of `size`, each channel added in double precision and rounded once;
+/// `None` where a picture has another size, or where the sum lives on cancellation, so that the
+/// rounding of the pictures would show.
+pub fn weighted_sum(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
+    let mut parts = Vec::with_capacity(terms.len());
+    for (weights, image) in terms {
+        if image.size() != size {
+            return None;
+        }
+        let (pixels, _) = image.data().as_chunks::<3>();
+        parts.push((weights, pixels.iter()));
     }
     let mut out = Image::new(size.0, size.1);
-    let (mut power, mut parts) = (0.0, 0.0);
-    for (i, to) in out.data_mut().iter_mut().enumerate() {
-        let (mut sum, mut magnitude) = (0.0, 0.0);
-        for (weights, image) in terms {
-            let weight = weights.get(i % 3).copied().unwrap_or_default();
-            let value = weight * f64::from(image.data().get(i).copied().unwrap_or_default());
-            sum += value;
-            magnitude += value.abs();
+    let (mut power, mut parts_power) = (0.0, 0.0);
+    let (pixels, _) = out.data_mut().as_chunks_mut::<3>();
+    for to in pixels {
+        let (mut sums, mut magnitudes) = ([0.0; 3], [0.0; 3]);
+        for (weights, pixels) in &mut parts {
+            let channels = sums.iter_mut().zip(&mut magnitudes).zip(**weights);
+            for (((sum, magnitude), weight), x) in channels.zip(pixels.next()?) {
+                let value = weight * f64::from(*x);
+                *sum += value;
+                *magnitude += value.abs();
+            }
         }
-        power += sum * sum;
-        parts += magnitude * magnitude;
-        *to = sum as f32;
+        for ((to, sum), magnitude) in to.iter_mut().zip(sums).zip(magnitudes) {
+            power += sum * sum;
+            parts_power += magnitude * magnitude;
+            *to = sum as f32;
+        }
     }
-    (parts <= CANCELLATION * CANCELLATION * power).then_some(out)
+    (parts_power <= CANCELLATION * CANCELLATION * power).then_some(out)
 }
 
 #[cfg(test)]
@@ -224,7 +234,7 @@ mod tests {
 
     fn sum(pictures: &[Lighting], target: &Lighting) -> Option<Terms> {
         let pictures: Vec<&Lighting> = pictures.iter().collect();
-        sums(&pictures, &[target]).remove(0)
+        combinations(&pictures, &[target]).remove(0)
     }
 
     #[test]
@@ -260,10 +270,13 @@ mod tests {
         // Pictures show what strengths do not: light 2 hardly shows beside light 1.
         let image = |x: f32| Image::from_data(1, 1, vec![x, x, x]).unwrap();
         let (both, one) = (image(1.000_001), image(1.0));
-        assert_eq!(added((1, 1), &[([1.0; 3], &both), ([-1.0; 3], &one)]), None);
-        assert_eq!(added((1, 1), &[([2.0; 3], &one)]), Some(image(2.0)));
-        assert_eq!(added((1, 2), &[([2.0; 3], &one)]), None);
-        assert_eq!(added((1, 1), &[]), Some(image(0.0)));
+        assert_eq!(
+            weighted_sum((1, 1), &[([1.0; 3], &both), ([-1.0; 3], &one)]),
+            None
+        );
+        assert_eq!(weighted_sum((1, 1), &[([2.0; 3], &one)]), Some(image(2.0)));
+        assert_eq!(weighted_sum((1, 2), &[([2.0; 3], &one)]), None);
+        assert_eq!(weighted_sum((1, 1), &[]), Some(image(0.0)));
     }
 
     #[test]

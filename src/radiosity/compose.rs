@@ -2,7 +2,7 @@
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "one entry for each light, node, fragment or pixel, made together"
+    reason = "one entry for each light, gather point, fragment or pixel, made together"
 )]
 
 use super::{Operator, Solution};

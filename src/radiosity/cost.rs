@@ -166,8 +166,8 @@ impl Counts {
         vec![
             of("elements", self.elements as f64),
             of("hemicube", step.resolution as f64),
-            of("nodes", self.gather_points as f64),
-            of("node hemicube", step.gather_resolution as f64),
+            of("gather points", self.gather_points as f64),
+            of("gather hemicube", step.gather_resolution as f64),
             of("sub-pixels", step.sampling.split.parts().pow(2) as f64),
             of("tolerance", step.tolerance),
         ]

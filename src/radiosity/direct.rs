@@ -1,7 +1,7 @@
 //! Direct light: one number for each receiving point and light, at unit radiance or intensity.
 //!
 //! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
-//! the work of one thread. `panel` and `spot` drop at every cluster the emitters and occluders that
+//! the work of one thread. `panel` and `point_source` drop at every cluster the emitters and occluders that
 //! do not reach it. Where some error is allowed, a cluster is interpolated (`irradiance_patch`).
 //! Invariant: results depend on the points alone, not on threads, batches or settings. This module
 //! does not depend on colour.
@@ -17,9 +17,9 @@ mod irradiance_patch;
 pub mod lambert;
 mod near_field;
 mod panel;
+mod point_source;
 pub mod projector;
 mod quadratic_fit;
-mod spot;
 
 use crate::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
@@ -28,7 +28,7 @@ use crate::radiosity::direct::cluster::Receivers;
 use crate::radiosity::direct::irradiance_patch::IrradiancePatch;
 use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::panel::Panel;
-use crate::radiosity::direct::spot::Spot;
+use crate::radiosity::direct::point_source::PointSourceIntegrator;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
 use crate::renderer::TransportError;
@@ -48,39 +48,41 @@ pub enum Luminaire {
 /// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
 const MOST_MARKS: usize = 1 << 24;
 
-/// A light, and what is hidden from it behind the fronts of solids.
+/// A light with the occluders that are culled for it.
 #[derive(Clone, Debug)]
 pub struct Shining<'a> {
     light: &'a Luminaire,
-    hidden: Hidden,
+    culled: CulledOccluders,
 }
 
 impl<'a> Shining<'a> {
-    /// Finds what is hidden from a light.
+    /// Culls the occluders of a light.
     pub fn new(surfaces: &Surfaces, light: &'a Luminaire) -> Shining<'a> {
-        let hidden = light.hides(surfaces);
-        Shining { light, hidden }
+        let culled = light.culled_occluders(surfaces);
+        Shining { light, culled }
     }
 }
 
-/// What is hidden from a light behind the fronts of solids.
+/// The occluders that need no test for a light, as they are hidden from it by the fronts of their
+/// own solids.
 #[derive(Clone, Debug)]
-pub struct Hidden {
+pub struct CulledOccluders {
     /// Pieces of the light, in order, that share their marks.
     together: usize,
     /// [`Solids::hidden`](crate::radiosity::geometry::solid::Solids::hidden) from those.
     marks: Vec<Vec<bool>>,
 }
 
-impl Hidden {
-    /// From one of the light's pieces; a point source is the first.
+impl CulledOccluders {
+    /// For each piece of the scene, whether it is culled for one of the light's pieces; a point
+    /// source is the first.
     pub fn from(&self, piece: usize) -> &[bool] {
         &self.marks[piece / self.together]
     }
 }
 
 impl Luminaire {
-    fn hides(&self, surfaces: &Surfaces) -> Hidden {
+    fn culled_occluders(&self, surfaces: &Surfaces) -> CulledOccluders {
         let marks = |corners: &[Vec3]| {
             let touching = surfaces.touching();
             surfaces
@@ -95,12 +97,12 @@ impl Luminaire {
                     let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
                     marks(&vertices.copied().collect::<Vec<Vec3>>())
                 };
-                Hidden {
+                CulledOccluders {
                     together,
                     marks: pieces.chunks(together).map(corners).collect(),
                 }
             }
-            Luminaire::Spot(beam) => Hidden {
+            Luminaire::Spot(beam) => CulledOccluders {
                 together: 1,
                 marks: vec![marks(&[beam.position])],
             },
@@ -221,7 +223,7 @@ impl Precision {
 /// On cancel.
 pub fn irradiance(
     setting: Setting<'_>,
-    Shining { light, hidden }: &Shining<'_>,
+    Shining { light, culled }: &Shining<'_>,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
     Precision { allowed, near }: Precision,
@@ -245,12 +247,12 @@ pub fn irradiance(
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet, near);
-                    let pieces = (pieces.as_slice(), hidden);
+                    let pieces = (pieces.as_slice(), culled);
                     panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
                 }
                 Luminaire::Spot(beam) => {
-                    let mut spot = Spot::new(setting, beam, hidden, own.normal);
-                    spot.shine(receivers, fragments, cluster, &mut patch);
+                    let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);
+                    source.shine(receivers, fragments, cluster, &mut patch);
                 }
             }
             Ok(patch.sums.iter().map(|s| *s as f32).collect())

@@ -22,7 +22,7 @@ pub mod stitching;
 use crate::geometry::Vec3;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::geometry::surface::Surfaces;
-use crate::radiosity::mesh::bsp::{Foot, Line, Tree, Upright};
+use crate::radiosity::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
 use crate::radiosity::mesh::contact::Contacts;
 use crate::radiosity::mesh::element::{Element, Maker};
 use crate::radiosity::mesh::grid::Grid;
@@ -31,40 +31,41 @@ use rayon::prelude::*;
 /// No element: nothing of the cell lies on the facet, or it is inside a solid.
 pub const NONE: u32 = u32::MAX;
 
-/// Marks a cell that is cut; the other bits number its first [`Branch`].
+/// Marks a cell that is cut; the other bits number the root of its BSP.
 const CUT: u32 = 1 << 31;
 
-/// What rises above a facet by less than this share of a cell does not cut it.
+/// A surface that rises above a facet by less than this share of a cell does not cut it.
 const LEAST_RISE: f64 = 0.1;
 
-/// A point nearer than this to what stands on a cell (in cells) counts as on it.
-const BEFORE: f32 = 1e-3;
+/// A point nearer than this to a surface that stands on a cell (in cells) counts as on it.
+const CONTACT_TOLERANCE: f32 = 1e-3;
 
-/// What stands on a cell, its foot in cells of its grid.
+/// A BSP split of a cell by a surface that stands on it; lengths in cells of the grid.
 #[derive(Clone, Copy, Debug)]
-struct Branch {
+struct BspNode {
+    /// The contact edge, as [`SplitPlane::line`].
     line: [f32; 3],
-    /// As [`Upright::lean`] and [`Upright::rise`].
+    /// As [`SplitPlane::lean`] and [`SplitPlane::rise`].
     lean: f32,
     rise: f32,
-    /// What lies where the line is negative, and where it is not: like [`Mesh::cells`].
+    /// What lies where the line is negative, and where it is not: entries as in [`Mesh::cells`].
     sides: [u32; 2],
-    /// The same, like [`Mesh::seen`].
-    seen: [u32; 2],
+    /// The same, as in [`Mesh::display_cells`].
+    display_sides: [u32; 2],
 }
 
 /// A point above a facet.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Above {
-    /// Its foot, in cells of the facet's grid.
+pub struct PointAboveFacet {
+    /// Its projection onto the facet, in cells of the facet's grid.
     pub place: [f32; 2],
     /// Height (m).
     pub height: f32,
 }
 
-impl Above {
-    fn on_facet(place: [f32; 2]) -> Above {
-        Above { place, height: 0.0 }
+impl PointAboveFacet {
+    fn on_facet(place: [f32; 2]) -> PointAboveFacet {
+        PointAboveFacet { place, height: 0.0 }
     }
 }
 
@@ -73,32 +74,32 @@ impl Above {
 pub struct Mesh {
     /// One for each facet; `None` for those that reflect nothing.
     pub grids: Vec<Option<Grid>>,
-    /// For each cell of all grids its element, or [`NONE`], or [`CUT`] and the number of a branch.
+    /// For each cell of all grids its element, or [`NONE`], or [`CUT`] and the number of a BSP node.
     cells: Vec<u32>,
-    /// The same, with the nearest element of the grid where a cell has none: what shows of a
+    /// The same, with the nearest element of the grid where a cell has none: the visible rest of a
     /// nearly hidden cell is lit like its neighbour.
-    seen: Vec<u32>,
-    /// Cells that something divides, and those around them.
-    beside_cut: Vec<bool>,
-    branches: Vec<Branch>,
+    display_cells: Vec<u32>,
+    /// For each cell, whether it or one next to it is cut.
+    near_cut: Vec<bool>,
+    bsp_nodes: Vec<BspNode>,
     /// In the order of their cells.
     pub elements: Vec<Element>,
 }
 
-/// What the caller wants of a cell of a layout.
+/// What a mesh is to make of a cell of its layout.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellRequest {
     /// Is it to be an element?
     pub wanted: bool,
-    /// A point of it that the picture shows, which is therefore not inside a solid.
-    pub shown: Option<Vec3>,
+    /// A point of it that a fragment shows, which is therefore not inside a solid.
+    pub visible_point: Option<Vec3>,
 }
 
 impl CellRequest {
-    /// An element; nothing is known to be shown.
+    /// An element; no point is known to be visible.
     pub const WANTED: CellRequest = CellRequest {
         wanted: true,
-        shown: None,
+        visible_point: None,
     };
 }
 
@@ -116,9 +117,9 @@ impl Layout {
         Layout::with(surfaces, |_| side, false)
     }
 
-    /// Grids for a second gather: about `target` gather points over all facets that reflect, more
-    /// where the picture shows a facet large (`pixels` of each), one for each 5 x 5 pixels at most.
-    /// The outermost gather points stand on the rim, as light changes fastest beside a joint.
+    /// Grids for a final gather: about `target` gather points over all facets that reflect, and on
+    /// each facet about one for each 5 x 5 of the `pixels` that show it, if that is more. The
+    /// outermost gather points stand on the rim, as light changes fastest next to a joint.
     pub fn of_gather_points(surfaces: &Surfaces, target: usize, pixels: &[f64]) -> Layout {
         let side = mean_side(surfaces, target);
         let close = |f: usize| (surfaces.facets[f].area * 25.0 / pixels[f].max(1.0)).sqrt();
@@ -154,7 +155,7 @@ impl Layout {
 
     /// For tests: an element for each cell.
     #[cfg(test)]
-    pub fn whole(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
+    pub fn mesh_of_all_cells(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
         let requests = vec![CellRequest::WANTED; self.cells];
         self.mesh(setting, seeds, &requests)
     }
@@ -162,7 +163,7 @@ impl Layout {
     /// Makes elements of the cells that are wanted (one request for each cell).
     pub fn mesh(self, setting: Setting<'_>, seeds: &[Vec3], requests: &[CellRequest]) -> Mesh {
         let contacts = Contacts::new(setting.surfaces);
-        let made: Vec<(usize, Tree<Option<Element>>)> = self
+        let made: Vec<(usize, BspTree<Option<Element>>)> = self
             .grids
             .par_iter()
             .enumerate()
@@ -180,7 +181,7 @@ impl Layout {
                             facet,
                             grid,
                             cell,
-                            shown: requests[grid.first + cell].shown,
+                            visible_point: requests[grid.first + cell].visible_point,
                         };
                         (grid.first + cell, maker.elements(tree))
                     })
@@ -191,39 +192,39 @@ impl Layout {
         let mut mesh = Mesh {
             grids: self.grids,
             cells: vec![NONE; self.cells],
-            seen: Vec::new(),
-            beside_cut: Vec::new(),
-            branches: Vec::new(),
+            display_cells: Vec::new(),
+            near_cut: Vec::new(),
+            bsp_nodes: Vec::new(),
             elements: Vec::new(),
         };
         for (cell, tree) in made {
             let (own, _) = mesh.add_tree(tree);
             mesh.cells[cell] = own;
         }
-        mesh.seen = mesh.filled();
-        mesh.beside_cut = mesh.around_cuts();
+        mesh.display_cells = mesh.with_nearest_elements();
+        mesh.near_cut = mesh.cells_near_cuts();
         mesh
     }
 }
 
-/// The cells of a facet's grid, in order, each as it is cut.
-fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<Tree<Vec<Line>>> {
+/// The BSPs of the cells of a facet's grid, in order.
+fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<BspTree<Vec<Line>>> {
     let least = LEAST_RISE / grid.scale[0].max(grid.scale[1]);
-    let mut feet = vec![Vec::new(); grid.counts[0] * grid.counts[1]];
-    for foot in contacts.of(facet, least) {
-        let ends = foot.ends.map(|p| grid.place(p));
-        let normal = grid.normal(foot.normal);
+    let mut edges = vec![Vec::new(); grid.counts[0] * grid.counts[1]];
+    for edge in contacts.of(facet, least) {
+        let ends = edge.ends.map(|p| grid.place(p));
+        let normal = grid.normal(edge.normal);
         for local in grid.between(ends) {
-            feet[local].push(Foot {
+            edges[local].push(CellContactEdge {
                 ends,
                 normal,
-                rise: foot.rise,
+                rise: edge.rise,
             });
         }
     }
-    let cells = feet.iter().enumerate();
+    let cells = edges.iter().enumerate();
     cells
-        .map(|(local, own)| bsp::cut(grid.corner(local), own))
+        .map(|(local, own)| bsp::split_cell(grid.corner(local), own))
         .collect()
 }
 
@@ -235,112 +236,117 @@ fn mean_side(surfaces: &Surfaces, target: usize) -> f64 {
 }
 
 impl Mesh {
-    /// The element at a point of a facet, or what is nearest to it; [`NONE`] if there is none.
+    /// The element at a point of a facet, or the nearest one where its cell has none; [`NONE`] if
+    /// there is none.
     pub fn at(&self, facet: usize, p: Vec3) -> u32 {
         let Some(grid) = &self.grids[facet] else {
             return NONE;
         };
-        self.seen(grid.cell(p), grid.place(p).map(|x| x as f32))
+        self.element_for_display(grid.cell(p), grid.place(p).map(|x| x as f32))
     }
 
-    /// The branch that an entry of [`Mesh::cells`] or [`Mesh::seen`] numbers.
-    fn branch(&self, entry: u32) -> Option<&Branch> {
-        let is_branch = entry & CUT != 0 && entry != NONE;
-        is_branch.then(|| &self.branches[(entry & !CUT) as usize])
+    /// The BSP node that an entry of [`Mesh::cells`] or [`Mesh::display_cells`] numbers.
+    fn bsp_node(&self, entry: u32) -> Option<&BspNode> {
+        let is_node = entry & CUT != 0 && entry != NONE;
+        is_node.then(|| &self.bsp_nodes[(entry & !CUT) as usize])
     }
 
-    /// The element seen at a place (in cells of its grid) of a cell.
-    pub fn seen(&self, cell: usize, place: [f32; 2]) -> u32 {
-        let mut found = self.seen[cell];
-        while let Some(branch) = self.branch(found) {
-            found = branch.seen[branch.side(place)];
+    /// The element whose light a place (in cells of its grid) of a cell shows: the cell's own, or
+    /// where it has none the nearest of the grid; [`NONE`] if there is none.
+    pub fn element_for_display(&self, cell: usize, place: [f32; 2]) -> u32 {
+        let mut found = self.display_cells[cell];
+        while let Some(node) = self.bsp_node(found) {
+            found = node.display_sides[node.side(place)];
         }
         found
     }
 
-    /// The element seen anywhere in a cell, [`NONE`] included; `None` if something divides it or a
-    /// cell beside it.
-    pub fn seen_whole(&self, cell: usize) -> Option<u32> {
-        (!self.beside_cut[cell]).then_some(self.seen[cell])
+    /// The element whose light every place of a cell shows, [`NONE`] included; `None` if the cell or
+    /// one next to it is cut.
+    pub fn element_for_display_if_uncut(&self, cell: usize) -> Option<u32> {
+        (!self.near_cut[cell]).then_some(self.display_cells[cell])
     }
 
-    /// Does nothing divide a cell?
-    pub fn is_whole(&self, cell: usize) -> bool {
+    /// Is a cell one element or none, not split by a contact edge?
+    pub fn is_uncut(&self, cell: usize) -> bool {
         let own = self.cells[cell];
         own == NONE || own & CUT == 0
     }
 
-    /// Does what stands on some cells hide the second place of the facet from a point that sees the
-    /// first? Only what stands between the two places and between the point and the second can. It
-    /// hides the place if the ray from the point crosses it below its top; if the ray passes above,
-    /// something may stand on top of it, and the result is `None`.
-    pub fn hides(
+    /// Do the surfaces that stand on `cells` occlude the second place of the facet from a `point`
+    /// from which the first is visible? Only one between the two places and between the point and
+    /// the second can: it occludes the place if the ray from the point crosses it below its top. If
+    /// the ray passes above, something may stand on top of it, and the result is `None`.
+    pub fn occludes(
         &self,
         cells: impl Iterator<Item = usize>,
-        [seen, place]: [[f32; 2]; 2],
-        point: Above,
+        [visible, place]: [[f32; 2]; 2],
+        point: PointAboveFacet,
     ) -> Option<bool> {
         let mut above = false;
         for cell in cells {
-            // Only the branches on the path to the second place can be between.
-            let mut found = self.seen[cell];
-            while let Some(branch) = self.branch(found) {
-                let (at, from) = (branch.over(Above::on_facet(place)), branch.over(point));
+            // Only the nodes on the path to the second place can be between.
+            let mut found = self.display_cells[cell];
+            while let Some(node) = self.bsp_node(found) {
+                let at = node.signed_distance(PointAboveFacet::on_facet(place));
+                let from = node.signed_distance(point);
                 let side = usize::from(at >= 0.0);
-                let is_behind = from * at.signum() < BEFORE;
-                if branch.side(seen) != side && is_behind {
-                    if at.abs() * point.height < branch.rise * (at - from).abs() {
+                let is_behind = from * at.signum() < CONTACT_TOLERANCE;
+                if node.side(visible) != side && is_behind {
+                    if at.abs() * point.height < node.rise * (at - from).abs() {
                         return Some(true);
                     }
                     above = true;
                 }
-                found = branch.seen[side];
+                found = node.display_sides[side];
             }
         }
         (!above).then_some(false)
     }
 
-    /// The element that a place of a cell belongs to, if there is one.
-    fn own(&self, cell: usize, place: [f64; 2]) -> u32 {
+    /// The element of a cell that a place belongs to; [`NONE`] if it has none.
+    fn own_element(&self, cell: usize, place: [f64; 2]) -> u32 {
         let mut found = self.cells[cell];
-        while let Some(branch) = self.branch(found) {
-            found = branch.sides[branch.side(place.map(|x| x as f32))];
+        while let Some(node) = self.bsp_node(found) {
+            found = node.sides[node.side(place.map(|x| x as f32))];
         }
         found
     }
 
-    /// Adds the elements of a cell; returns its entries of [`Mesh::cells`] and [`Mesh::seen`].
-    fn add_tree(&mut self, tree: Tree<Option<Element>>) -> (u32, u32) {
+    /// Adds the elements of a cell; returns its entries of [`Mesh::cells`] and
+    /// [`Mesh::display_cells`].
+    fn add_tree(&mut self, tree: BspTree<Option<Element>>) -> (u32, u32) {
         match tree {
-            Tree::Leaf(None) => (NONE, NONE),
-            Tree::Leaf(Some(element)) => {
+            BspTree::Leaf(None) => (NONE, NONE),
+            BspTree::Leaf(Some(element)) => {
                 self.elements.push(element);
                 let at = (self.elements.len() - 1) as u32;
                 (at, at)
             }
-            Tree::Branch(Upright { line, lean, rise }, sides) => {
+            BspTree::Split(SplitPlane { line, lean, rise }, sides) => {
                 let [low, high] = (*sides).map(|side| self.add_tree(side));
-                // A part without an element is hidden: what rounding shows of it is its neighbour.
-                let (low_seen, high_seen) = match (low.1, high.1) {
+                // A part without an element is hidden: where rounding shows it, its neighbour's light
+                // is taken.
+                let display_sides = match (low.1, high.1) {
                     (NONE, NONE) => return (NONE, NONE),
-                    (NONE, other) | (other, NONE) => (other, other),
-                    both => both,
+                    (NONE, other) | (other, NONE) => [other, other],
+                    (low, high) => [low, high],
                 };
-                self.branches.push(Branch {
+                self.bsp_nodes.push(BspNode {
                     line: line.map(|x| x as f32),
                     lean: lean as f32,
                     rise: rise as f32,
                     sides: [low.0, high.0],
-                    seen: [low_seen, high_seen],
+                    display_sides,
                 });
-                let at = CUT | (self.branches.len() - 1) as u32;
+                let at = CUT | (self.bsp_nodes.len() - 1) as u32;
                 (at, at)
             }
         }
     }
 
     /// Elements around a point of a facet and their bilinear weights, which sum to 1: of the cells
-    /// beside it those that are elements on the same side of all that stands there, or else its
+    /// around it those that are elements on the same side of all contact edges there, or else its
     /// own, or else the nearest of the grid's neighbourhood. Weights are all zero if there is none.
     pub fn stencil(&self, facet: usize, p: Vec3) -> [(u32, f32); 4] {
         let mut out = [(0, 0.0); 4];
@@ -349,13 +355,14 @@ impl Mesh {
         };
         let (home, place) = (grid.cell(p), grid.place(p));
         let around = grid.stencil(p).map(|(cell, weight)| {
-            let element = match self.is_whole(cell) {
+            let element = match self.is_uncut(cell) {
                 true => self.cells[cell],
-                false => self.own(cell, grid.clamped(cell, place)),
+                false => self.own_element(cell, grid.clamped(cell, place)),
             };
             // Where the way to the cell leaves this one, or, seen from there, comes in.
             let way = || grid.clamped(home, grid.clamped(cell, place));
-            let same = self.is_whole(home) || self.own(home, place) == self.own(home, way());
+            let same = self.is_uncut(home)
+                || self.own_element(home, place) == self.own_element(home, way());
             (element, if same && element != NONE { weight } else { 0.0 })
         });
         let total: f64 = around.iter().map(|(_, w)| w).sum();
@@ -367,7 +374,7 @@ impl Mesh {
             }
             return out;
         }
-        let own = self.own(home, place);
+        let own = self.own_element(home, place);
         let nearest = match own {
             NONE => self.nearest(grid, p, 64),
             own => Some(own),
@@ -378,34 +385,34 @@ impl Mesh {
         out
     }
 
-    /// Does nothing stand between two points of a facet, at most a cell apart?
-    pub fn is_one(&self, facet: usize, points: [Vec3; 2]) -> bool {
+    /// Does no contact edge separate two points of a facet that are at most a cell apart?
+    pub fn are_connected(&self, facet: usize, points: [Vec3; 2]) -> bool {
         let Some(grid) = &self.grids[facet] else {
             return false;
         };
         let [a, b] = points.map(|p| (grid.cell(p), grid.place(p)));
-        let are_whole = self.is_whole(a.0) && self.is_whole(b.0);
-        are_whole || a.0 == b.0 && self.own(a.0, a.1) == self.own(b.0, b.1)
+        let are_uncut = self.is_uncut(a.0) && self.is_uncut(b.0);
+        are_uncut || a.0 == b.0 && self.own_element(a.0, a.1) == self.own_element(b.0, b.1)
     }
 
-    /// The element of a cell (column and row) that nothing divides.
-    pub fn whole(&self, grid: &Grid, at: [usize; 2]) -> Option<usize> {
+    /// The element of a cell (column and row); `None` if the cell is cut or has none.
+    pub fn uncut_element(&self, grid: &Grid, at: [usize; 2]) -> Option<usize> {
         let element = self.cells[grid.at(at)];
         (element & CUT == 0).then_some(element as usize)
     }
 
-    /// Each of those, with its grid, column and row.
-    pub fn each_whole(&self, mut take: impl FnMut(&Grid, [usize; 2], usize)) {
+    /// Calls `take` for each uncut element, with its grid, column and row.
+    pub fn each_uncut(&self, mut take: impl FnMut(&Grid, [usize; 2], usize)) {
         for grid in self.grids.iter().flatten() {
             for at in grid.positions() {
-                if let Some(element) = self.whole(grid, at) {
+                if let Some(element) = self.uncut_element(grid, at) {
                     take(grid, at, element);
                 }
             }
         }
     }
 
-    /// Each two elements that lie side by side on a facet, once.
+    /// Calls `take` once for each two adjacent uncut elements of a facet.
     pub fn each_pair(&self, mut take: impl FnMut(usize, usize)) {
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
@@ -427,8 +434,8 @@ impl Mesh {
         }
     }
 
-    /// Each three elements that lie in a row along an axis of a facet's grid, nothing between them,
-    /// by the one in the middle.
+    /// Calls `take` for each three adjacent uncut elements in a row along an axis of a facet's grid,
+    /// in the order of the one in the middle.
     pub fn each_three(&self, axis: usize, mut take: impl FnMut([usize; 3])) {
         for grid in self.grids.iter().flatten() {
             let count = grid.counts[0] * grid.counts[1];
@@ -447,26 +454,27 @@ impl Mesh {
         }
     }
 
-    fn filled(&self) -> Vec<u32> {
-        let mut seen = self.cells.clone();
+    /// [`Mesh::cells`] with the nearest element, up to 2 cells away, where a cell has none.
+    fn with_nearest_elements(&self) -> Vec<u32> {
+        let mut filled = self.cells.clone();
         for grid in self.grids.iter().flatten() {
             for local in 0..grid.counts[0] * grid.counts[1] {
-                if seen[grid.first + local] == NONE
+                if filled[grid.first + local] == NONE
                     && let Some(e) = self.nearest(grid, grid.middle(local), 2)
                 {
-                    seen[grid.first + local] = e;
+                    filled[grid.first + local] = e;
                 }
             }
         }
-        seen
+        filled
     }
 
-    /// For each cell, whether it or one beside it is cut.
-    fn around_cuts(&self) -> Vec<bool> {
+    /// For each cell, whether it or one next to it is cut.
+    fn cells_near_cuts(&self) -> Vec<bool> {
         let mut around = vec![false; self.cells.len()];
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
-            let is_cut = |at: &[usize; 2]| !self.is_whole(grid.at(*at));
+            let is_cut = |at: &[usize; 2]| !self.is_uncut(grid.at(*at));
             for [i, j] in grid.positions().filter(is_cut) {
                 for y in j.saturating_sub(1)..(j + 2).min(rows) {
                     let line = grid.first + y * columns;
@@ -491,7 +499,7 @@ impl Mesh {
             let cells = square.filter(is_on_ring);
             let elements = cells.map(|at| {
                 let cell = grid.at(at);
-                self.own(cell, grid.clamped(cell, place))
+                self.own_element(cell, grid.clamped(cell, place))
             });
             elements
                 .filter(|e| *e != NONE)
@@ -500,13 +508,15 @@ impl Mesh {
     }
 }
 
-impl Branch {
+impl BspNode {
+    /// Which of the two sides a place is on.
     fn side(&self, place: [f32; 2]) -> usize {
-        usize::from(self.over(Above::on_facet(place)) >= 0.0)
+        usize::from(self.signed_distance(PointAboveFacet::on_facet(place)) >= 0.0)
     }
 
-    /// How far a point is before what stands on the line, in cells.
-    fn over(&self, point: Above) -> f32 {
+    /// Signed distance of a point from the plane that stands on the line, in cells; not negative on
+    /// the second side.
+    fn signed_distance(&self, point: PointAboveFacet) -> f32 {
         let ([a, b, c], [u, v]) = (self.line, point.place);
         a * u + b * v + c + self.lean * point.height
     }

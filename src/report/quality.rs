@@ -74,7 +74,7 @@ mod tests {
             picture: 0.01,
         };
         let sets = [
-            vec![set("elements", 300.0), set("nodes", 0.0)],
+            vec![set("elements", 300.0), set("gather points", 0.0)],
             vec![set("elements", 900.0), set("tolerance", 0.01)],
         ];
         for ((quality, sets), total) in (1..).zip(sets).zip([1.0, 3.0]) {
@@ -86,7 +86,10 @@ mod tests {
             });
         }
         let plain = describe(&forecast);
-        assert!(plain.contains("elements  nodes  tolerance"), "{plain}");
+        assert!(
+            plain.contains("elements  gather points  tolerance"),
+            "{plain}"
+        );
         assert!(
             plain.contains("1.00 %") && !plain.contains("ratio"),
             "{plain}"

@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
-use crate::engine::{Ended, Engine, Event, Forecast, JobStatus, Refined, Status, Warning};
+use crate::engine::{
+    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, Warning,
+};
 use crate::renderer::Cost;
 
 /// Coordinates named for a step.
@@ -43,7 +45,7 @@ pub fn warning(warning: &Warning) -> String {
 }
 
 /// The steps from the `first` on, remarks, and why it ended.
-pub fn refined(engine: &Engine, done: &Refined, first: usize) -> String {
+pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> String {
     let mut text = String::new();
     for step in engine.steps().iter().skip(first) {
         let _ = writeln!(

@@ -95,7 +95,7 @@ impl Law {
                 curve: Splined { at, last, .. },
                 ..
             } => {
-                if level >= at.last().copied().unwrap_or(1.0) {
+                if at.last().is_none_or(|end| level >= *end) {
                     return *last;
                 }
                 let after = at.partition_point(|a| *a <= level);

@@ -19,7 +19,8 @@ use crate::units::Time;
 
 /// Keys times coordinates beyond this many numbers are refused (256 MB).
 const MOST_NUMBERS: usize = 1 << 25;
-/// Negative numbers above this, left by rounding, are zero in a key.
+/// A number of a key between minus this and 0 is rounding and becomes 0, unless keys may be
+/// negative.
 const ROUNDING: f64 = 1e-11;
 
 /// What has been made so far, and the setting at the knot that was reached.
@@ -59,7 +60,7 @@ impl<'a> Sweep<'a> {
             control_points: 0,
             known: HashMap::new(),
             current: vec![0.0; n],
-            hash: (0..n).fold(0, |sum, c| sum.wrapping_add(share(c, 0.0))),
+            hash: (0..n).fold(0, |sum, c| sum.wrapping_add(hash_share(c, 0.0))),
             moving: Vec::new(),
             places: vec![None; n],
         }
@@ -74,46 +75,46 @@ impl<'a> Sweep<'a> {
                 continue;
             };
             for (_, coordinate, piece) in begun {
-                self.begin(*coordinate, piece);
+                self.begin_piece(*coordinate, piece);
             }
             let next = knots.peek().and_then(|n| n.first()).map(|n| n.0);
-            self.stretch(*start, next.unwrap_or(self.timeline.end()))?;
+            self.push_segments_between(*start, next.unwrap_or(self.timeline.end()))?;
         }
-        self.last_look()
+        self.push_last_look()
     }
 
-    /// A number of a key: rounding below zero is zero unless keys may be negative, and adding zero
-    /// makes -0 the same as 0.
-    fn clean(&self, x: f64) -> f64 {
+    /// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
+    fn without_rounding(&self, x: f64) -> f64 {
         let rounding = !self.options.signed_keys && x < 0.0 && x > -ROUNDING;
         if rounding { 0.0 } else { x + 0.0 }
     }
 
-    fn begin(&mut self, coordinate: usize, piece: &'a Piece) {
+    /// Starts the piece of a coordinate: it moves from here on, or holds.
+    fn begin_piece(&mut self, coordinate: usize, piece: &'a Piece) {
         let moves = piece.polynomial.degree() > 0;
         match (self.places[coordinate], moves) {
             (Some(place), true) => self.moving[place].1 = piece,
-            (Some(place), false) => self.stop(place),
+            (Some(place), false) => self.stop_moving(place),
             (None, true) => {
-                self.hash = self.hash.wrapping_sub(self.held(coordinate));
+                self.hash = self.hash.wrapping_sub(self.held_hash(coordinate));
                 self.places[coordinate] = Some(self.moving.len());
                 self.moving.push((coordinate, piece));
             }
-            (None, false) => self.hash = self.hash.wrapping_sub(self.held(coordinate)),
+            (None, false) => self.hash = self.hash.wrapping_sub(self.held_hash(coordinate)),
         }
         if !moves {
-            self.current[coordinate] = self.clean(piece.polynomial.first());
-            self.hash = self.hash.wrapping_add(self.held(coordinate));
+            self.current[coordinate] = self.without_rounding(piece.polynomial.first());
+            self.hash = self.hash.wrapping_add(self.held_hash(coordinate));
         }
     }
 
     /// A holding coordinate's share of the hash.
-    fn held(&self, coordinate: usize) -> u64 {
-        share(coordinate, self.current[coordinate])
+    fn held_hash(&self, coordinate: usize) -> u64 {
+        hash_share(coordinate, self.current[coordinate])
     }
 
     /// Takes a coordinate from those that move; the last of them gets its place.
-    fn stop(&mut self, place: usize) {
+    fn stop_moving(&mut self, place: usize) {
         let (coordinate, _) = self.moving.swap_remove(place);
         self.places[coordinate] = None;
         if let Some((other, _)) = self.moving.get(place) {
@@ -121,8 +122,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// The segments between two neighbouring knots.
-    fn stretch(&mut self, start: Time, end: Time) -> Result<(), TooManyKeys> {
+    /// Adds the segments between two neighbouring knots.
+    fn push_segments_between(&mut self, start: Time, end: Time) -> Result<(), TooManyKeys> {
         let degrees = self.moving.iter().map(|(_, p)| p.polynomial.degree());
         let degree = degrees.max().unwrap_or(0);
         let curves: Vec<Bernstein> = self
@@ -132,7 +133,7 @@ impl<'a> Sweep<'a> {
             .collect();
         let (from, to) = (start.micros() as f64, end.micros() as f64);
         if self.options.signed_keys || degree < 2 {
-            return self.segment((from, to, false), degree, &curves);
+            return self.push_segment((from, to, false), degree, &curves);
         }
         let inner = positivity::knots(&curves);
         self.inserted += inner.len();
@@ -143,14 +144,14 @@ impl<'a> Sweep<'a> {
         for w in parameters.windows(2) {
             let &[s, e] = w else { continue };
             let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e)).collect();
-            self.segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
+            self.push_segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
         }
         Ok(())
     }
 
-    /// A segment on which the moving coordinates, in their order, run along `curves`; whether its
-    /// start was inserted.
-    fn segment(
+    /// Adds a segment on which the moving coordinates, in their order, run along `curves`;
+    /// `inserted` says whether positivity inserted the knot at its start.
+    fn push_segment(
         &mut self,
         (start, end, inserted): (f64, f64, bool),
         degree: usize,
@@ -161,11 +162,11 @@ impl<'a> Sweep<'a> {
             let mut hash = self.hash;
             for (m, curve) in curves.iter().enumerate() {
                 let coordinate = self.moving[m].0;
-                let value = self.clean(curve.coefficients()[i]);
+                let value = self.without_rounding(curve.coefficients()[i]);
                 self.current[coordinate] = value;
-                hash = hash.wrapping_add(share(coordinate, value));
+                hash = hash.wrapping_add(hash_share(coordinate, value));
             }
-            keys.push(self.key(hash)?);
+            keys.push(self.intern_key(hash)?);
         }
         self.control_points += keys.len();
         self.segments.push(Segment {
@@ -178,8 +179,8 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// The index of the key that is the current setting.
-    fn key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
+    /// Index of the key that is the current setting, which is added unless it is there already.
+    fn intern_key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
         while let Some(&index) = self.known.get(&hash) {
             if self.keys[index] == self.current {
                 return Ok(index);
@@ -196,20 +197,20 @@ impl<'a> Sweep<'a> {
         Ok(index)
     }
 
-    /// A segment without length where the last look is not what the last segment ends with.
-    fn last_look(&mut self) -> Result<(), TooManyKeys> {
+    /// Adds a segment without length for the last look where the last segment does not end with it.
+    fn push_last_look(&mut self) -> Result<(), TooManyKeys> {
         let last = self.timeline.last().iter();
-        let last: Vec<f64> = last.map(|v| self.clean(*v)).collect();
+        let last: Vec<f64> = last.map(|v| self.without_rounding(*v)).collect();
         let reached = self.segments.last().and_then(|s| s.keys.last());
         if reached.is_some_and(|k| self.keys[*k] == last) {
             return Ok(());
         }
         self.moving.clear();
-        let shares = last.iter().enumerate().map(|(c, v)| share(c, *v));
+        let shares = last.iter().enumerate().map(|(c, v)| hash_share(c, *v));
         self.hash = shares.fold(0, u64::wrapping_add);
         self.current = last;
         let at = self.timeline.end().micros() as f64;
-        self.segment((at, at, false), 0, &[])
+        self.push_segment((at, at, false), 0, &[])
     }
 }
 
@@ -222,7 +223,7 @@ fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
 }
 
 /// A coordinate's share of a key's hash: Vigna's splitmix64 of its number's bits and its place.
-fn share(coordinate: usize, value: f64) -> u64 {
+fn hash_share(coordinate: usize, value: f64) -> u64 {
     let place = (coordinate as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let z = value.to_bits().wrapping_add(place);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

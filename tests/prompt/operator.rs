@@ -30,8 +30,8 @@ impl Transport for Altered {
         Radiosity.name()
     }
 
-    fn results(&self) -> Option<String> {
-        Radiosity.results().filter(|_| self.is_stored)
+    fn results_version(&self) -> Option<String> {
+        Radiosity.results_version().filter(|_| self.is_stored)
     }
 
     fn finest(&self) -> Quality {

@@ -576,7 +576,7 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
 fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
     let (mut show, _) = open();
     show.engine_mut().coarse().unwrap();
-    let weighting = show.engine().pool().unwrap().weighting();
+    let weighting = show.engine().pool().unwrap().weighting().clone();
     let n = show.engine().document().keys().coordinates();
     let mut state = 7_u64;
     let mut number = || {

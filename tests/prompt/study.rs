@@ -341,7 +341,7 @@ fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
     );
     assert_eq!(show.engine().refined(), 0);
     assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
-    assert!(show.engine().pool().unwrap().flawless());
+    assert!(show.engine().pool().unwrap().has_no_estimated_error());
 }
 
 #[test]

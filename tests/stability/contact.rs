@@ -4,7 +4,7 @@
 use crate::meter::{Room, cuboid, level, mean, upright};
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
-    CellRequest, Hierarchy, Layout, Setting, Surfaces, is_interior, scatter,
+    CellRequest, Hierarchy, Layout, Setting, Surfaces, hash_to_unit, is_interior,
 };
 use footlight::scene::View;
 
@@ -135,7 +135,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     // much the naive mean of a cell is too dark.
     let grid = layout.grid(floor).unwrap();
     let beneath = |p: Vec3| p.x > 1.13 && p.x < 2.21 && p.y > 0.94 && p.y < 1.87;
-    let random = |i: u64| vec3(4.0 * scatter(i), 3.0 * scatter(i + 7919), 0.0);
+    let random = |i: u64| vec3(4.0 * hash_to_unit(i), 3.0 * hash_to_unit(i + 7919), 0.0);
     let points: Vec<Vec3> = (0..20_000).map(random).collect();
     let mut cells = vec![[0_u32; 2]; layout.cells()];
     for p in &points {

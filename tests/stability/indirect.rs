@@ -9,7 +9,7 @@ use footlight::radiosity::cost::Counts;
 use footlight::radiosity::step::Step;
 use footlight::radiosity::{
     Bounces, Hemicube, Hierarchy, Mesh, Radiosity, Row, Setting, Surfaces, Table, VertexBuffer,
-    scatter,
+    hash_to_unit,
 };
 use footlight::renderer::{Quality, Transport, TransportError};
 use footlight::work::{Progress, Work};
@@ -154,8 +154,8 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     let count = 200;
     for i in 0..count {
         let p = vec3(
-            0.02 * scatter(i) - 0.01,
-            0.02 * scatter(i + 7919) - 0.01,
+            0.02 * hash_to_unit(i) - 0.01,
+            0.02 * hash_to_unit(i + 7919) - 0.01,
             0.0,
         );
         let (west, east, south, north) = (1.0 + p.x, 1.0 - p.x, 1.0 + p.y, 1.0 - p.y);
@@ -164,7 +164,7 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
             + quarter(east, south)
             + quarter(east, north);
         aligned += lid(cube.row(floor, p, 0.0)) / exact - 1.0;
-        turned += lid(cube.row(floor, p, scatter(i))) / exact - 1.0;
+        turned += lid(cube.row(floor, p, hash_to_unit(i))) / exact - 1.0;
     }
     let [aligned, turned] = [aligned, turned].map(|sum: f64| (sum / count as f64).abs());
     assert!(aligned > 2.0 * turned, "aligned {aligned}, turned {turned}");

@@ -6,7 +6,8 @@ use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use crate::methods::lamp::Lamp;
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
-    Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, kept_inside, scatter,
+    Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, hash_to_unit,
+    kept_inside,
 };
 use footlight::scene::{Light, Spot, View};
 use footlight::units::Rgb;
@@ -22,7 +23,7 @@ fn lid(width: f64, depth: f64, z: f64) -> Vec<Vec3> {
 
 /// Points of the floor that look random.
 fn points(count: u64) -> Vec<Vec3> {
-    let at = |i: u64| 3.0 * (2.0 * scatter(i) - 1.0);
+    let at = |i: u64| 3.0 * (2.0 * hash_to_unit(i) - 1.0);
     (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
 }
 
@@ -155,7 +156,7 @@ fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
         let points = points(20);
         let (mut seen, mut truth) = (0.0, 0.0);
         for (i, p) in points.iter().enumerate() {
-            let row = cube.row(floor, *p, scatter(i as u64));
+            let row = cube.row(floor, *p, hash_to_unit(i as u64));
             let own = row
                 .iter()
                 .filter(|r| mesh.elements[r.0 as usize].facet == top);

@@ -6,7 +6,7 @@ use crate::methods::lamp::Lamp;
 use crate::methods::orthogonality::Way;
 use crate::methods::study;
 use footlight::geometry::vec3;
-use footlight::radiosity::scatter;
+use footlight::radiosity::hash_to_unit;
 
 #[test]
 fn the_study_says_what_is_known_and_the_same_each_time() {
@@ -82,7 +82,7 @@ fn two_closed_forms_of_a_lamp_say_the_same() {
         };
         let (a, b) = (0.5 * width, 0.5 * depth);
         for i in 0..50 {
-            let at = |i: u64| 3.0 * (2.0 * scatter(i) - 1.0);
+            let at = |i: u64| 3.0 * (2.0 * hash_to_unit(i) - 1.0);
             let p = vec3(at(i), at(i + 7919), 0.0);
             let corners = [(-a, b), (a, b), (a, -b), (-a, -b)];
             let edges = contour(&corners.map(|(x, y)| vec3(x, y, height) - p));

@@ -134,6 +134,7 @@ impl Trial {
     pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
         match metric {
             Metric::Settings => Ok(Weighting::settings(self.norms.len())),
+            Metric::Norm => Weighting::new(metric, self.norms.clone()),
             Metric::Influence => Weighting::influence(&self.norms, &self.keys),
             Metric::Error => Weighting::new(metric, roots(&self.dd)),
         }

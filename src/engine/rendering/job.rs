@@ -1,7 +1,7 @@
 //! One call of the operator with all that it needs, to be done on any thread while the engine goes
 //! on.
 
-use super::Rendering;
+use super::SetupImages;
 use crate::picture::Image;
 use crate::renderer::layered::Layered;
 use crate::renderer::{Prepared, Quality, Setup, Transport, TransportError};
@@ -61,10 +61,10 @@ impl Job {
     }
 }
 
-impl Rendering {
+impl SetupImages {
     /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
-    pub fn lend(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
-        self.lent = Some(quality.0);
+    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
+        self.in_job = Some(quality.0);
         Job {
             setup: self.setup.clone(),
             quality,
@@ -74,8 +74,8 @@ impl Rendering {
     }
 
     /// Takes an operator back.
-    pub fn give_back(&mut self, quality: Quality, operator: Option<Box<dyn Prepared>>) {
-        self.lent = None;
+    pub fn return_operator(&mut self, quality: Quality, operator: Option<Box<dyn Prepared>>) {
+        self.in_job = None;
         if let Some(operator) = operator {
             self.operators.entry(quality.0).or_insert(operator);
         }

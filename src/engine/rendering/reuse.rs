@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::Rendering;
+use super::SetupImages;
 use crate::files::Store;
 use crate::linalg::Orthonormal;
 use crate::picture::Image;
@@ -37,7 +37,7 @@ pub(in crate::engine) struct Reused {
     pub quality: Quality,
 }
 
-impl Rendering {
+impl SetupImages {
     /// Refined images in memory, and with `store` also on disk, of at least this quality, that the
     /// sources can express: in the order in which they were refined, so that a pool made again is
     /// the same to the last bit.
@@ -91,7 +91,11 @@ impl Rendering {
         least: Quality,
         store: &dyn Store,
     ) -> Vec<Reused> {
-        let Some((weighting, size)) = self.pool.as_ref().map(|p| (p.weighting(), p.size())) else {
+        let Some((weighting, size)) = self
+            .pool
+            .as_ref()
+            .map(|p| (p.weighting().clone(), p.size()))
+        else {
             return Vec::new();
         };
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -6,6 +6,9 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::diagnostic::Diagnostic;
+use crate::lang::report::slice;
+
 /// A text after an edit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edited {
@@ -76,30 +79,39 @@ impl fmt::Display for Change {
 
 impl Edited {
     /// The text with these splices, which are in order and do not overlap.
-    pub(super) fn new(source: &str, splices: Vec<Splice>, changes: Vec<Change>) -> Edited {
-        let splices: Vec<Splice> = splices
-            .into_iter()
-            .filter_map(|splice| shrunk(source, splice))
-            .collect();
+    ///
+    /// # Errors
+    /// An internal error where they are not, or lie outside the text.
+    pub(super) fn new(
+        source: &str,
+        splices: Vec<Splice>,
+        changes: Vec<Change>,
+    ) -> Result<Edited, Vec<Diagnostic>> {
+        let mut differing = Vec::with_capacity(splices.len());
         let mut out = String::with_capacity(source.len());
         let mut at = 0;
-        for splice in &splices {
-            out.push_str(source.get(at..splice.range.start).unwrap_or(""));
+        for splice in splices {
+            let old = slice(source, splice.range.clone())?;
+            let Some(splice) = shrunk(old, splice) else {
+                continue;
+            };
+            out.push_str(slice(source, at..splice.range.start)?);
             out.push_str(&splice.text);
             at = splice.range.end;
+            differing.push(splice);
         }
-        out.push_str(source.get(at..).unwrap_or(""));
-        Edited {
+        out.push_str(slice(source, at..source.len())?);
+        Ok(Edited {
             source: out,
             changes,
-            splices,
-        }
+            splices: differing,
+        })
     }
 }
 
-/// The splice without what is the same before and after at its ends; `None` when all is.
-fn shrunk(source: &str, mut splice: Splice) -> Option<Splice> {
-    let old = source.get(splice.range.clone()).unwrap_or("");
+/// The splice of the text `old` without what is the same before and after at its ends; `None` when
+/// all is.
+fn shrunk(old: &str, mut splice: Splice) -> Option<Splice> {
     let head = common(old.chars(), splice.text.chars());
     let (old, new) = (old.get(head..)?, splice.text.get(head..)?);
     let tail = common(old.chars().rev(), new.chars().rev());
@@ -118,84 +130,84 @@ fn common(a: impl Iterator<Item = char>, b: impl Iterator<Item = char>) -> usize
 /// A text that is edited step by step, each step in places of the text as the last one left it.
 pub(super) struct Draft<'s> {
     source: &'s str,
-    pieces: Vec<Piece>,
+    pieces: Vec<Piece<'s>>,
 }
 
-enum Piece {
-    /// Bytes of the old text.
-    Old(Range<usize>),
+enum Piece<'s> {
+    /// A part of the old text, and the byte at which it begins there.
+    Old(usize, &'s str),
     New(String),
 }
 
-impl Piece {
-    fn len(&self) -> usize {
+impl<'s> Piece<'s> {
+    fn text(&self) -> &str {
         match self {
-            Piece::Old(range) => range.len(),
-            Piece::New(text) => text.len(),
+            Piece::Old(_, text) => text,
+            Piece::New(text) => text,
         }
     }
 
     /// A part of the piece, in bytes from its start.
-    fn part(&self, range: Range<usize>) -> Piece {
-        match self {
-            Piece::Old(old) => Piece::Old(old.start + range.start..old.start + range.end),
-            Piece::New(text) => Piece::New(text.get(range).unwrap_or("").to_owned()),
-        }
+    fn part(&self, range: Range<usize>) -> Result<Piece<'s>, Vec<Diagnostic>> {
+        Ok(match self {
+            Piece::Old(start, old) => Piece::Old(start + range.start, slice(old, range)?),
+            Piece::New(text) => Piece::New(slice(text, range)?.to_owned()),
+        })
     }
 }
 
 impl<'s> Draft<'s> {
     pub fn new(source: &'s str) -> Draft<'s> {
-        let pieces = vec![Piece::Old(0..source.len())];
+        let pieces = vec![Piece::Old(0, source)];
         Draft { source, pieces }
     }
 
     /// The text as it is now.
     pub fn text(&self) -> String {
-        let text = |piece: &Piece| match piece {
-            Piece::Old(range) => self.source.get(range.clone()).unwrap_or("").to_owned(),
-            Piece::New(text) => text.clone(),
-        };
-        self.pieces.iter().map(text).collect()
+        self.pieces.iter().map(Piece::text).collect()
     }
 
     /// Changes the text as it is now.
-    pub fn splice(&mut self, splice: Splice) {
-        let mut pieces = self.parts(0..splice.range.start);
+    ///
+    /// # Errors
+    /// An internal error where the splice begins or ends inside a character.
+    pub fn splice(&mut self, splice: Splice) -> Result<(), Vec<Diagnostic>> {
+        let mut pieces = self.parts(0..splice.range.start)?;
         pieces.push(Piece::New(splice.text));
-        pieces.extend(self.parts(splice.range.end..usize::MAX));
+        pieces.extend(self.parts(splice.range.end..usize::MAX)?);
         self.pieces = pieces;
+        Ok(())
     }
 
     /// The pieces of a range of the text as it is now.
-    fn parts(&self, range: Range<usize>) -> Vec<Piece> {
+    fn parts(&self, range: Range<usize>) -> Result<Vec<Piece<'s>>, Vec<Diagnostic>> {
         let (mut at, mut out) = (0, Vec::new());
         for piece in &self.pieces {
-            let end = at + piece.len();
+            let end = at + piece.text().len();
             let (from, to) = (range.start.clamp(at, end), range.end.clamp(at, end));
             if from < to {
-                out.push(piece.part(from - at..to - at));
+                out.push(piece.part(from - at..to - at)?);
             }
             at = end;
         }
-        out
+        Ok(out)
     }
 
     /// All changes as one step from the old text.
     pub fn splices(&self) -> Vec<Splice> {
         let (mut at, mut text, mut out) = (0, String::new(), Vec::new());
-        let end = Piece::Old(self.source.len()..self.source.len());
+        let end = Piece::Old(self.source.len(), "");
         for piece in self.pieces.iter().chain([&end]) {
             match piece {
                 Piece::New(new) => text.push_str(new),
-                Piece::Old(old) => {
-                    if old.start > at || !text.is_empty() {
+                Piece::Old(start, old) => {
+                    if *start > at || !text.is_empty() {
                         out.push(Splice {
-                            range: at..old.start,
+                            range: at..*start,
                             text: std::mem::take(&mut text),
                         });
                     }
-                    at = old.end;
+                    at = start + old.len();
                 }
             }
         }

@@ -113,7 +113,7 @@ pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<
     let indent = place::indent(source, cut.span.start).unwrap_or("");
     let splice = place::added(source, &scan.cuts, &text, &key).indented(indent);
     let changes = vec![key.change(Action::Added)];
-    Ok(Edited::new(source, vec![splice], changes))
+    Edited::new(source, vec![splice], changes)
 }
 
 impl Splice {

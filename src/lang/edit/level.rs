@@ -67,7 +67,7 @@ pub fn update(
         None => added(source, cue, &written),
     };
     let changes = vec![key.change(Action::Updated)];
-    Ok(Edited::new(source, vec![splice], changes))
+    Edited::new(source, vec![splice], changes)
 }
 
 /// Reads some of the statements.

@@ -50,7 +50,7 @@ pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnost
             changes.extend(change(place, to));
         }
     }
-    Ok(Edited::new(source, splices, changes))
+    Edited::new(source, splices, changes)
 }
 
 /// What is done to the statement of the first of its places.

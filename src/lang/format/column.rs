@@ -80,36 +80,32 @@ pub fn text(lines: &[Line]) -> String {
 /// The lines of a run with their cells under each other: column by column, neighbours whose cells
 /// play the same role together. A line may have any number of columns, so this is no recursion.
 fn aligned(lines: &[Line]) -> Vec<Written> {
-    let mut out = vec![Written::default(); lines.len()];
-    let mut groups = vec![(0..lines.len(), 0)];
+    let all = lines.iter().map(|line| (line, Written::default()));
+    let mut all: Vec<(&Line, Written)> = all.collect();
+    let mut groups = vec![(all.as_mut_slice(), 0)];
     while let Some((group, column)) = groups.pop() {
-        let role = |line: &Line| line.cells.get(column).map(|c| c.role);
-        let mut start = group.start;
-        let of_group = lines.get(group).unwrap_or_default();
-        for same in of_group.chunk_by(|a, b| role(a) == role(b)) {
-            let range = start..start + same.len();
-            start = range.end;
-            if same.first().and_then(role).is_some()
-                && let Some(written) = out.get_mut(range.clone())
-            {
-                place(same, written, column);
-                groups.push((range, column + 1));
+        let role = |(line, _): &(&Line, Written)| line.cells.get(column).map(|c| c.role);
+        for same in group.chunk_by_mut(|a, b| role(a) == role(b)) {
+            if same.first().and_then(role).is_some() {
+                write_column(same, column);
+                groups.push((same, column + 1));
             }
         }
     }
-    out
+    all.into_iter().map(|(_, written)| written).collect()
 }
 
 /// Writes one column of lines that all have it.
-fn place(lines: &[Line], written: &mut [Written], column: usize) {
-    let starts = |(line, code): (&Line, &Written)| {
+fn write_column(lines: &mut [(&Line, Written)], column: usize) {
+    let starts = |(line, code): &(&Line, Written)| {
         let gap = line.cells.get(column).map_or(0, |c| c.gap);
         code.width + if code.text.is_empty() { 0 } else { gap }
     };
-    let all = || lines.iter().zip(written.iter()).map(starts);
+    let all = || lines.iter().map(starts);
     let (least, most) = (all().min().unwrap_or(0), all().max().unwrap_or(0));
-    for (line, code) in lines.iter().zip(written) {
-        let own = starts((line, code));
+    for pair in lines {
+        let own = starts(pair);
+        let (line, code) = pair;
         let start = if most - least > FURTHEST { own } else { most };
         code.blanks(start.saturating_sub(code.width));
         if let Some(cell) = line.cells.get(column) {
@@ -150,5 +146,6 @@ fn write(lines: &[Line], codes: &[Written], out: &mut String) {
 
 /// Characters of the last line of a text; what terminals make wide is not known here.
 fn width(text: &str) -> usize {
-    text.rsplit('\n').next().unwrap_or("").chars().count()
+    let last = text.rsplit_once('\n').map_or(text, |(_, last)| last);
+    last.chars().count()
 }

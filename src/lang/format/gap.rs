@@ -35,8 +35,9 @@ impl<'a> Gap<'a> {
         let (mut rest, mut ends) = (text, 0);
         while !rest.is_empty() {
             let Some(length) = comment_length(rest) else {
-                ends += usize::from(rest.starts_with('\n'));
-                rest = rest.get(1..).unwrap_or("");
+                let mut chars = rest.chars();
+                ends += usize::from(chars.next() == Some('\n'));
+                rest = chars.as_str();
                 continue;
             };
             let (comment, after) = rest.split_at(length);

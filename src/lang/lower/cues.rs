@@ -354,7 +354,7 @@ impl<'a> Lower<'a, '_> {
                 .iter()
                 .find_map(|m| Some((m.coordinate, *moved.get(&m.coordinate)?)));
             if let Some((coordinate, earlier)) = taken {
-                self.twice(coordinate, written.span, earlier, "cue");
+                self.report_set_twice(coordinate, written.span, earlier, "cue");
                 continue;
             }
             moved.extend(moves.iter().map(|m| (m.coordinate, written.span)));

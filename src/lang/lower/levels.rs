@@ -17,13 +17,13 @@ pub type Levels = BTreeMap<usize, (f64, Span)>;
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     New,
-    Open,
+    Visiting,
     Done,
 }
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the looks.
-    pub fn levels(&mut self, statements: &[Statement<'a>]) {
+    pub fn lower_looks(&mut self, statements: &[Statement<'a>]) {
         let looks: Vec<(Word<'a>, &[Term<'a>], Span)> = statements
             .iter()
             .filter_map(|s| match &s.item {
@@ -39,12 +39,13 @@ impl<'a> Lower<'a, '_> {
         }
         let mut states = vec![State::New; looks.len()];
         for start in 0..looks.len() {
-            self.look_after_its_terms(start, &looks, &mut states);
+            self.lower_look_in_postorder(start, &looks, &mut states);
         }
     }
 
-    /// Depth first without recursion, so that a long chain of looks costs no stack.
-    fn look_after_its_terms(
+    /// Lowers a look after those that it is made of; without recursion, so that a long chain of looks
+    /// costs no stack.
+    fn lower_look_in_postorder(
         &mut self,
         start: usize,
         looks: &[(Word<'a>, &[Term<'a>], Span)],
@@ -57,7 +58,7 @@ impl<'a> Lower<'a, '_> {
             else {
                 return;
             };
-            let set = |states: &mut [State], value| {
+            let mark = |states: &mut [State], value| {
                 if let Some(slot) = states.get_mut(index) {
                     *slot = value;
                 }
@@ -67,7 +68,7 @@ impl<'a> Lower<'a, '_> {
                     stack.pop();
                 }
                 State::New => {
-                    set(states, State::Open);
+                    mark(states, State::Visiting);
                     for term in terms.iter() {
                         let Term::Look(word) = term else { continue };
                         let entry = self.names.get(word.text).filter(|e| e.kind == Kind::Look);
@@ -76,32 +77,32 @@ impl<'a> Lower<'a, '_> {
                         };
                         match states.get(other) {
                             Some(State::New) => stack.push(other),
-                            Some(State::Open) => self.circle(*name, *word),
+                            Some(State::Visiting) => self.report_cycle(*name, *word),
                             _ => {}
                         }
                     }
                 }
-                State::Open => {
-                    let levels = self.composed(terms);
+                State::Visiting => {
+                    let levels = self.combined_levels(terms);
                     if let Some(look) = self.show.looks.get_mut(index) {
                         look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
                     }
-                    set(states, State::Done);
+                    mark(states, State::Done);
                     stack.pop();
                 }
             }
         }
     }
 
-    fn circle(&mut self, name: Word<'a>, word: Word<'a>) {
+    fn report_cycle(&mut self, name: Word<'a>, word: Word<'a>) {
         let message = format!("the look `{}` is made of itself", name.text);
         let help = "a look is made of other looks and of levels in braces";
         self.report
             .error::<()>(codes::CYCLE, message, (word.span, "leads back here"), help);
     }
 
-    /// The levels of terms; what stands later wins.
-    pub fn composed(&mut self, terms: &[Term<'a>]) -> Levels {
+    /// The levels of terms together; of two levels of one coordinate the later term's wins.
+    pub fn combined_levels(&mut self, terms: &[Term<'a>]) -> Levels {
         let mut out = Levels::new();
         for term in terms {
             let levels = match term {
@@ -131,12 +132,13 @@ impl<'a> Lower<'a, '_> {
         let mut out = Levels::new();
         for level in levels {
             let setting = self.setting(level.value);
-            let banks = self.targeted(level.target, &[Kind::Bank, Kind::Group], &[]);
+            let banks = self.banks_of_target(level.target, &[Kind::Bank, Kind::Group], &[]);
             let Some(setting) = setting else { continue };
-            for coordinate in self.set(&banks, level.target, setting, level.value.span) {
+            for coordinate in self.resolved_levels(&banks, level.target, setting, level.value.span)
+            {
                 let (coordinate, value) = coordinate;
                 if let Some((_, earlier)) = out.insert(coordinate, (value, level.target.span)) {
-                    self.twice(coordinate, level.target.span, earlier, "look");
+                    self.report_set_twice(coordinate, level.target.span, earlier, "look");
                     break;
                 }
             }
@@ -144,8 +146,8 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
-    /// A coordinate that is set twice where once is allowed.
-    pub fn twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
+    /// Reports a coordinate that is set twice where once is allowed.
+    pub fn report_set_twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
         let mut at = self.first_coordinates.iter().zip(&self.show.banks);
         let bank = at.rfind(|(first, _)| **first <= coordinate);
         let name = bank.map_or("", |(_, bank)| bank.name.as_str());
@@ -164,7 +166,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// The banks of a target: itself, or its group's.
-    pub fn targeted(
+    pub fn banks_of_target(
         &mut self,
         target: Target<'a>,
         kinds: &[Kind],
@@ -203,10 +205,14 @@ impl<'a> Lower<'a, '_> {
             self.not_rgb(bank, channel.span, "has no emitters of its own");
             return Vec::new();
         }
-        let which = ["r", "g", "b"]
-            .iter()
-            .position(|c| *c == channel.text)
-            .unwrap_or(0);
+        let emitters = ["r", "g", "b"];
+        let Some(which) = emitters.iter().position(|c| *c == channel.text) else {
+            let message = format!("`{}` is not an emitter", channel.text);
+            let help = "the emitters of an rgb bank are `r`, `g` and `b`";
+            self.report
+                .error::<()>(codes::NOT_RGB, message, (channel.span, "not here"), help);
+            return Vec::new();
+        };
         vec![(first + which, which)]
     }
 
@@ -218,8 +224,8 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::NOT_RGB, message, (span, what), help);
     }
 
-    /// Coordinates and levels that a setting means on some banks.
-    pub fn set(
+    /// Coordinates of some banks and the level that a setting gives each.
+    pub fn resolved_levels(
         &mut self,
         banks: &[usize],
         target: Target<'a>,

@@ -64,7 +64,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
     lower.preview(statements);
     lower.rig(statements);
     lower.curves(statements);
-    lower.levels(statements);
+    lower.lower_looks(statements);
     lower.cues(statements);
     if !read.cue_lost {
         lower.triggers();

@@ -29,7 +29,7 @@ impl<'a> Lower<'a, '_> {
         match (&written.motion, kind) {
             (Written::Plus(terms), _) => {
                 let mut levels = self.look(target.name);
-                levels.extend(self.composed(terms));
+                levels.extend(self.combined_levels(terms));
                 levels
                     .into_iter()
                     .map(|(c, (l, _))| (c, Motion::To(l)))
@@ -50,7 +50,7 @@ impl<'a> Lower<'a, '_> {
                 let Some(setting) = setting else {
                     return Vec::new();
                 };
-                let levels = self.set(&banks, target, setting, word.span);
+                let levels = self.resolved_levels(&banks, target, setting, word.span);
                 levels
                     .into_iter()
                     .map(|(c, l)| (c, Motion::To(l)))
@@ -63,8 +63,10 @@ impl<'a> Lower<'a, '_> {
     /// Banks that a level or a path may stand on; looks are named in the message when they cannot.
     fn moving(&mut self, target: Target<'a>) -> Vec<usize> {
         match self.names.get(target.name.text) {
-            None => self.targeted(target, &[Kind::Bank, Kind::Group, Kind::Look], &BODY_WORDS),
-            Some(_) => self.targeted(target, &[Kind::Bank, Kind::Group], &[]),
+            None => {
+                self.banks_of_target(target, &[Kind::Bank, Kind::Group, Kind::Look], &BODY_WORDS)
+            }
+            Some(_) => self.banks_of_target(target, &[Kind::Bank, Kind::Group], &[]),
         }
     }
 

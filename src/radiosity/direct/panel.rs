@@ -15,7 +15,7 @@ use crate::radiosity::direct::cluster::{Cluster, PATCH};
 use crate::radiosity::direct::irradiance_patch::{IrradiancePatch, SHADED};
 use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::direct::near_field::Picture;
-use crate::radiosity::direct::{Hidden, Setting};
+use crate::radiosity::direct::{CulledOccluders, Setting};
 use crate::radiosity::visibility::Shaft;
 use std::ops::Range;
 
@@ -98,10 +98,10 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Adds the light of these pieces, given what is hidden from them, to a chunk.
+    /// Adds the light of these pieces, given the occluders culled for them, to a chunk.
     pub fn shine(
         &mut self,
-        (pieces, hidden): (&[usize], &Hidden),
+        (pieces, culled): (&[usize], &CulledOccluders),
         picture: Option<&Picture<'_>>,
         chunk: &Cluster,
         patch: &mut IrradiancePatch<'_>,
@@ -124,7 +124,7 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let shaft = self.shaft(&emitter, chunk);
-            hierarchy.occluders(surfaces, &shaft, hidden.from(k), &mut found);
+            hierarchy.occluders(surfaces, &shaft, culled.from(k), &mut found);
             let dark = |&i: &usize| shaft.is_blocked_by(&surfaces.pieces[i], surfaces.touching());
             if found.iter().any(dark) {
                 continue;

@@ -71,8 +71,9 @@ impl Projector {
         self.mean(place, footprint.map(side))
     }
 
-    /// `even` light at each of the receivers times the share there.
-    pub fn cut<'a>(
+    /// The projection's light at each of the receivers (a point and the sides of its footprint):
+    /// its `even` light there times the image's share.
+    pub fn project<'a>(
         &self,
         even: &[f32],
         receivers: impl Iterator<Item = (Vec3, [Vec3; 2])> + 'a,

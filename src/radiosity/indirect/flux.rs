@@ -185,7 +185,7 @@ impl Operator {
     fn means(&self, light: usize, parts: &[Part]) -> Vec<f32> {
         let mut sums = vec![[0.0_f64; 2]; self.mesh.elements.len()];
         let even: Vec<f32> = parts.iter().map(|p| p.light).collect();
-        for (part, lit) in parts.iter().zip(self.cut(light, parts, even)) {
+        for (part, lit) in parts.iter().zip(self.through_image(light, parts, even)) {
             let [area, flux] = &mut sums[part.element];
             *area += part.sample.area;
             *flux += part.sample.area * f64::from(lit);
@@ -194,7 +194,7 @@ impl Operator {
         sums.into_iter().map(|s| mean(s) as f32).collect()
     }
 
-    fn cut(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
+    fn through_image(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
         let Some(projector) = &self.projectors[light] else {
             return even;
         };
@@ -202,6 +202,6 @@ impl Operator {
             let grid = self.mesh.grids[self.mesh.elements[p.element].facet].as_ref()?;
             Some((p.sample.point, p.sample.sides(grid)))
         });
-        projector.cut(&even, samples)
+        projector.project(&even, samples)
     }
 }

@@ -12,7 +12,7 @@ use crate::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::indirect::form::{BLOCK, Block, Rows};
-use crate::radiosity::indirect::hemicube::{Hemicube, NearbyEmission, Table, scatter};
+use crate::radiosity::indirect::hemicube::{Hemicube, SurfaceProximity, Table, hash_to_unit};
 use crate::radiosity::mesh::{CellRequest, Layout, Mesh};
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
@@ -25,19 +25,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Bytes that a gather point takes without its row, about: an element and its place in the grid.
 const GATHER_POINT_BYTES: usize = 256;
 
-/// Where the second gather finds reflected irradiance; between them it is interpolated.
+/// The points of the final gather, which finds reflected irradiance there; fragments interpolate
+/// between them.
 pub struct GatherPoints {
     /// Elements of a finer grid, which receive and do not send.
     pub mesh: Mesh,
     table: Table,
     /// As [`Step::reach`].
     reach: f64,
-    /// `None` where the rows do not fit into memory: they are made again for each use.
-    kept: Option<Kept>,
+    /// `None` where the rows together do not fit into memory: all are made again for each use.
+    stored: Option<StoredRows>,
 }
 
 /// Form factors of the gather points, and what follows from them.
-struct Kept {
+struct StoredRows {
     /// For each pass, the gather points with a hemicube and their rows.
     passes: Vec<(Vec<u32>, Rows)>,
     interpolation: Interpolation,
@@ -56,8 +57,9 @@ pub struct GatherScene<'a> {
 }
 
 impl GatherPoints {
-    /// The gather points that the fragments need, with their form factors to the elements. Rows
-    /// that would take more than a quarter of the memory are not kept.
+    /// The gather points that the fragments need, with their form factors to the elements. If the
+    /// rows together would take more than a quarter of the memory, none is stored, and
+    /// [`GatherPoints::gather`] makes all of them again at each call.
     ///
     /// # Errors
     /// [`TransportError::Memory`] when not even the gather points fit, and cancel.
@@ -72,7 +74,7 @@ impl GatherPoints {
         let pixels = fragments.visible_areas(setting.surfaces.facets.len());
         let layout = Layout::of_gather_points(setting.surfaces, step.gather_points, &pixels);
         check_memory(
-            "the nodes",
+            "gather points",
             layout.cells().saturating_mul(GATHER_POINT_BYTES),
             work.memory,
         )?;
@@ -82,24 +84,25 @@ impl GatherPoints {
                 requests[cell].wanted |= weight > 0.0;
             }
         }
-        mark_shown(&layout, fragments, &mut requests);
+        record_visible_points(&layout, fragments, &mut requests);
         let mesh = layout.mesh(setting, seeds, &requests);
         let table = Table::new(step.gather_resolution);
         let limited = Work {
             memory: work.memory / 4,
             ..work
         };
-        let meter = Meter::new("final gather", mesh.elements.len());
+        let tally = RowTally::new("final gather", mesh.elements.len());
         let mut passes = Vec::new();
         let interpolation = Interpolation::new(&mesh, step.reach, |which| {
-            let (rows, nearby) = form_factors(gather_scene, &mesh, which, &table, &meter, limited)?;
+            let (rows, proximity) =
+                form_factors(gather_scene, &mesh, which, &table, &tally, limited)?;
             passes.push((which.to_vec(), rows));
-            Ok(nearby)
+            Ok(proximity)
         });
-        let kept = match interpolation {
-            Ok(interpolation) => Some(Kept {
+        let stored = match interpolation {
+            Ok(interpolation) => Some(StoredRows {
                 passes,
-                smoothing: Smoothing::new(&mesh, &interpolation.nearby),
+                smoothing: Smoothing::new(&mesh, &interpolation.proximity),
                 interpolation,
             }),
             Err(TransportError::Memory { .. }) => None,
@@ -109,19 +112,19 @@ impl GatherPoints {
             mesh,
             table,
             reach: step.reach,
-            kept,
+            stored,
         })
     }
 
-    /// Bytes held.
+    /// Bytes held, about: gather points and stored rows.
     pub fn bytes(&self) -> usize {
-        let passes = self.kept.iter().flat_map(|kept| &kept.passes);
+        let passes = self.stored.iter().flat_map(|stored| &stored.passes);
         let rows: usize = passes.map(|(_, rows)| rows.bytes()).sum();
         self.mesh.elements.len() * GATHER_POINT_BYTES + rows
     }
 
-    /// Irradiance at each gather point from a block of radiosities of `width` columns. The same
-    /// bits whether the rows were kept or not.
+    /// Reflected irradiance at each gather point, `width` values each, from the radiosities of the
+    /// elements, `width` values each. The same bits whether the rows are stored or not.
     ///
     /// # Errors
     /// Cancel.
@@ -133,73 +136,79 @@ impl GatherPoints {
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
         let mut out = vec![0.0_f32; self.mesh.elements.len() * width];
-        if let Some(kept) = &self.kept {
-            for (which, rows) in &kept.passes {
-                place(which, &rows.times(radiosity, width), width, &mut out);
+        if let Some(stored) = &self.stored {
+            for (which, rows) in &stored.passes {
+                set_rows(which, &rows.times(radiosity, width), width, &mut out);
             }
-            kept.interpolation.fill(&mut out, width);
-            kept.smoothing.even(&mut out, width);
+            stored.interpolation.fill(&mut out, width);
+            stored.smoothing.smooth(&mut out, width);
             return Ok(out);
         }
         let interpolation = Interpolation::new(&self.mesh, self.reach, |which| {
-            let (sums, nearby) = self.products(gather_scene, which, radiosity, width, work)?;
-            place(which, &sums, width, &mut out);
-            Ok(nearby)
+            let (sums, proximity) =
+                self.gather_without_rows(gather_scene, which, radiosity, width, work)?;
+            set_rows(which, &sums, width, &mut out);
+            Ok(proximity)
         })?;
         interpolation.fill(&mut out, width);
-        Smoothing::new(&self.mesh, &interpolation.nearby).even(&mut out, width);
+        Smoothing::new(&self.mesh, &interpolation.proximity).smooth(&mut out, width);
         Ok(out)
     }
 
-    /// Products of some gather points' rows with a block of radiosities; the rows are not kept.
-    fn products(
+    /// Irradiance at some gather points, `width` values each, and their surface proximity: the
+    /// products of their rows with the radiosities, added up while the hemicubes are drawn.
+    fn gather_without_rows(
         &self,
         gather_scene: GatherScene<'_>,
         which: &[u32],
         radiosity: &[f32],
         width: usize,
         work: Work<'_>,
-    ) -> Result<(Vec<f32>, Vec<NearbyEmission>), Cancelled> {
-        let meter = Meter::new("final gather", which.len());
+    ) -> Result<(Vec<f32>, Vec<SurfaceProximity>), Cancelled> {
+        let tally = RowTally::new("final gather", which.len());
         let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
             let mut sums = vec![0.0_f32; which.len() * width];
-            let mut nearby = Vec::with_capacity(which.len());
+            let mut proximity = Vec::with_capacity(which.len());
             for (i, &at) in which.iter().enumerate() {
                 let sums = &mut sums[i * width..(i + 1) * width];
-                nearby.push(visit(cube, &self.mesh, at, |element, share| {
+                proximity.push(visit(cube, &self.mesh, at, |element, share| {
                     let from = element as usize * width;
                     for (sum, x) in sums.iter_mut().zip(&radiosity[from..from + width]) {
                         *sum += share * x;
                     }
                 }));
             }
-            Ok((sums, nearby))
+            Ok((sums, proximity))
         };
-        let blocks = in_blocks(gather_scene, which, &self.table, &meter, work, block)?;
-        let (sums, nearby): (Vec<_>, Vec<_>) = blocks.into_iter().unzip();
-        Ok((sums.concat(), nearby.concat()))
+        let blocks = in_blocks(gather_scene, which, &self.table, &tally, work, block)?;
+        let (sums, proximity): (Vec<_>, Vec<_>) = blocks.into_iter().unzip();
+        Ok((sums.concat(), proximity.concat()))
     }
 }
 
-/// Puts rows of values, one for each of some gather points, where they belong among all.
-fn place(which: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
+/// Copies rows of `width` values, one for each gather point of `which`, to their places in `all`.
+fn set_rows(which: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
     for (gather_point, row) in which.iter().zip(values.chunks_exact(width.max(1))) {
         let at = *gather_point as usize * width;
         all[at..at + width].copy_from_slice(row);
     }
 }
 
-/// Notes for each cell a point of it that the picture shows, which is therefore not inside a solid.
-pub fn mark_shown(layout: &Layout, fragments: &Fragments, requests: &mut [CellRequest]) {
+/// Sets for each cell the first point of it that a fragment shows, which is therefore not inside a
+/// solid.
+pub fn record_visible_points(layout: &Layout, fragments: &Fragments, requests: &mut [CellRequest]) {
     for f in fragments.all() {
         if let Some(grid) = layout.grid(f.facet) {
-            requests[grid.cell(f.point)].shown.get_or_insert(f.point);
+            requests[grid.cell(f.point)]
+                .visible_point
+                .get_or_insert(f.point);
         }
     }
 }
 
-/// Progress of a task over several calls of [`form_factors`].
-pub struct Meter {
+/// Rows made and the bytes that they take, over several calls of [`form_factors`]: for progress
+/// reports and the check of memory.
+pub struct RowTally {
     task: &'static str,
     total: usize,
     done: AtomicUsize,
@@ -207,10 +216,10 @@ pub struct Meter {
     bytes: AtomicUsize,
 }
 
-impl Meter {
-    /// Of a task of so many rows at most.
-    pub fn new(task: &'static str, total: usize) -> Meter {
-        Meter {
+impl RowTally {
+    /// No rows yet, of `total` at most in a task of this name.
+    pub fn new(task: &'static str, total: usize) -> RowTally {
+        RowTally {
             task,
             total,
             done: AtomicUsize::new(0),
@@ -218,14 +227,14 @@ impl Meter {
         }
     }
 
-    /// Reports that so many more rows are done.
+    /// Counts `rows` more as made, and reports it.
     fn report(&self, rows: usize, work: Work<'_>) {
         let so_far = self.done.fetch_add(rows, Ordering::Relaxed) + rows;
         work.progress.report(self.task, so_far, self.total);
     }
 }
 
-/// Form factors from some elements of `from` to all elements, and the nearby emission at each.
+/// Form factors from some elements of `from` to all elements, and the surface proximity at each.
 ///
 /// # Errors
 /// [`TransportError::Memory`] when they do not fit, and cancel.
@@ -234,25 +243,25 @@ pub fn form_factors(
     from: &Mesh,
     which: &[u32],
     table: &Table,
-    meter: &Meter,
+    tally: &RowTally,
     work: Work<'_>,
-) -> Result<(Rows, Vec<NearbyEmission>), TransportError> {
+) -> Result<(Rows, Vec<SurfaceProximity>), TransportError> {
     let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
         let mut block = Block::default();
-        let mut nearby = Vec::with_capacity(which.len());
+        let mut proximity = Vec::with_capacity(which.len());
         for &at in which {
-            nearby.push(visit(cube, from, at, |c, share| block.push(c, share)));
+            proximity.push(visit(cube, from, at, |c, share| block.push(c, share)));
             block.end_row();
         }
         block.trim();
         let own = block.bytes();
-        let all = meter.bytes.fetch_add(own, Ordering::Relaxed) + own;
+        let all = tally.bytes.fetch_add(own, Ordering::Relaxed) + own;
         check_memory("form factors", all, work.memory)?;
-        Ok::<_, TransportError>((block, nearby))
+        Ok::<_, TransportError>((block, proximity))
     };
-    let blocks = in_blocks(gather_scene, which, table, meter, work, block)?;
-    let (blocks, nearby): (Vec<Block>, Vec<_>) = blocks.into_iter().unzip();
-    Ok((Rows::of(blocks), nearby.concat()))
+    let blocks = in_blocks(gather_scene, which, table, tally, work, block)?;
+    let (blocks, proximity): (Vec<Block>, Vec<_>) = blocks.into_iter().unzip();
+    Ok((Rows::of(blocks), proximity.concat()))
 }
 
 /// Runs `block` on [`BLOCK`] elements at a time, in parallel; its results in order.
@@ -260,7 +269,7 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
     gather_scene: GatherScene<'_>,
     which: &[u32],
     table: &Table,
-    meter: &Meter,
+    tally: &RowTally,
     work: Work<'_>,
     block: impl Fn(&mut Hemicube<'_>, &[u32]) -> Result<R, E> + Sync,
 ) -> Result<Vec<R>, E> {
@@ -276,7 +285,7 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
         for which in which.chunks(BLOCK) {
             work.check()?;
             results.push(block(&mut cube, which)?);
-            meter.report(which.len(), work);
+            tally.report(which.len(), work);
         }
         Ok(results)
     });
@@ -290,7 +299,7 @@ fn visit(
     from: &Mesh,
     at: u32,
     take: impl FnMut(u32, f32),
-) -> NearbyEmission {
+) -> SurfaceProximity {
     let e = &from.elements[at as usize];
-    cube.visit(e.facet, e.centre, scatter(u64::from(at)), take)
+    cube.visit(e.facet, e.centre, hash_to_unit(u64::from(at)), take)
 }

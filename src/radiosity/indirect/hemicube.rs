@@ -16,7 +16,7 @@
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::mesh::grid::Grid;
-use crate::radiosity::mesh::{Above, Mesh, NONE};
+use crate::radiosity::mesh::{Mesh, NONE, PointAboveFacet};
 use crate::radiosity::visibility::hemicube_raster::{
     BLACK, FaceBuffer, HemicubeRasterizer, VertexBuffer, lead,
 };
@@ -72,22 +72,24 @@ impl Table {
 /// A row of form factors: elements and their shares, each element once.
 pub type Row = Vec<(u32, f32)>;
 
-/// How near the surfaces around a point are that send light.
+/// How near the surfaces visible from a point are, and how much of its hemisphere the elements
+/// take.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NearbyEmission {
-    /// One over the harmonic mean distance of all that is seen, weighted by form factor (1/m); what
-    /// is open counts as infinitely far.
-    pub inverse_distance: f32,
-    /// Sum of the form factors to elements, 0 to 1.
-    pub seen: f32,
+pub struct SurfaceProximity {
+    /// Mean over the hemisphere, weighted by form factor, of one over the distance of the visible
+    /// surface, black ones included (1/m); a direction without a surface counts as 0.
+    pub mean_inverse_distance: f32,
+    /// Sum of the form factors to elements, 0 to 1: black surfaces and open directions have none.
+    pub form_factor_sum: f32,
 }
 
-impl NearbyEmission {
-    /// How fast reflected light can change, as a share of itself (1/m): infinite where all visible
-    /// surfaces are black, as others may be visible close by.
-    pub fn change(&self) -> f32 {
-        if self.inverse_distance > 0.0 {
-            self.inverse_distance / self.seen
+impl SurfaceProximity {
+    /// One over the distance R over which reflected irradiance changes by about itself (1/m), see
+    /// [`super::interpolation`]: 0 where no surface is visible, infinite where all visible surfaces
+    /// are black, as elements may be visible from close by.
+    pub fn inverse_change_distance(&self) -> f32 {
+        if self.mean_inverse_distance > 0.0 {
+            self.mean_inverse_distance / self.form_factor_sum
         } else {
             0.0
         }
@@ -97,12 +99,12 @@ impl NearbyEmission {
 /// A facet's grid relative to a point: cells are
 /// `point + slopes . ray / inverse depth`.
 #[derive(Clone, Copy, Debug, Default)]
-struct Placed {
+struct PlacedGrid {
     /// The hemicube that it was placed for.
     stamp: u64,
     slopes: [[f32; 3]; 2],
     /// The point, above the facet.
-    point: Above,
+    point: PointAboveFacet,
     /// By how much inverse depth grows along each axis.
     nearness: [f32; 3],
 }
@@ -110,20 +112,20 @@ struct Placed {
 /// Sub-samples of a pixel that shows a cell that is split or its neighbour, in pixels from its
 /// middle. A lamp splits the cells of the wall that it hangs on, so that the brightest elements are
 /// the smallest: one sample a pixel would miss them or overrate them.
-const PLACES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
+const SUB_SAMPLES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
 /// Cells between two places that are tested for what stands on them: more would take as long as a
 /// ray.
-const MOST_BETWEEN: usize = 9;
+const MAX_CELLS_BETWEEN: usize = 9;
 
 /// Least inverse depth of a place, as a share of that of its pixel's middle: it may lie beyond the
 /// facet's horizon.
-const LEAST: f32 = 0.1;
+const MIN_INVERSE_DEPTH: f32 = 0.1;
 
 /// A facet's grid relative to a row of pixels.
 #[derive(Clone, Copy, Debug, Default)]
-struct Stripe {
-    point: Above,
+struct GridRow {
+    point: PointAboveFacet,
     /// Slopes of a ray, in cells, at the row's start and along the two sides of the face.
     start: [f32; 2],
     slopes: [[f32; 2]; 2],
@@ -134,10 +136,10 @@ struct Stripe {
     first: usize,
 }
 
-impl Stripe {
+impl GridRow {
     /// Of the row at `y` of a face whose axes are `forward`, `right` and `up`.
-    fn new(placed: Placed, grid: &Grid, [forward, right, up]: [usize; 3], y: f32) -> Stripe {
-        Stripe {
+    fn new(placed: PlacedGrid, grid: &Grid, [forward, right, up]: [usize; 3], y: f32) -> GridRow {
+        GridRow {
             point: placed.point,
             start: placed.slopes.map(|s| s[forward] + s[up] * y),
             slopes: placed.slopes.map(|s| [s[right], s[up]]),
@@ -172,7 +174,7 @@ impl Stripe {
         let (first, line) = (self.first, self.counts[0] as usize + 1);
         let count = (1 + columns.end() - columns.start()) * (1 + rows.end() - rows.start());
         let cells = rows.flat_map(move |j| columns.clone().map(move |i| first + j * line + i));
-        (count <= MOST_BETWEEN).then_some(cells)
+        (count <= MAX_CELLS_BETWEEN).then_some(cells)
     }
 
     /// How much the inverse depth is greater so far from a pixel's middle.
@@ -190,17 +192,17 @@ pub struct Hemicube<'a> {
     table: &'a Table,
     rasterizer: HemicubeRasterizer<'a>,
     buffer: FaceBuffer,
-    placed: Vec<Placed>,
+    placed: Vec<PlacedGrid>,
     stamp: u64,
-    /// [`PLACES`], but for a test.
+    /// [`SUB_SAMPLES`], but for a test.
     places: [[f32; 2]; 4],
     /// Share of each element, and which have one.
     shares: Vec<f32>,
     touched: Vec<u32>,
 }
 
-/// A pseudo-random number in 0..1 from an index (the finaliser of SplitMix64).
-pub fn scatter(index: u64) -> f64 {
+/// Pseudo-random number in 0..1 that depends on `index` alone (the output function of SplitMix64).
+pub fn hash_to_unit(index: u64) -> f64 {
     let mut z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -232,9 +234,9 @@ impl<'a> Hemicube<'a> {
             table,
             rasterizer: HemicubeRasterizer::new(vertices),
             buffer: FaceBuffer::new(table.resolution),
-            placed: vec![Placed::default(); setting.surfaces.facets.len()],
+            placed: vec![PlacedGrid::default(); setting.surfaces.facets.len()],
             stamp: 0,
-            places: PLACES,
+            places: SUB_SAMPLES,
             shares: vec![0.0; mesh.elements.len()],
             touched: Vec::new(),
         }
@@ -256,33 +258,33 @@ impl<'a> Hemicube<'a> {
         point: Vec3,
         turn: f64,
         mut take: impl FnMut(u32, f32),
-    ) -> NearbyEmission {
+    ) -> SurfaceProximity {
         let surfaces = self.setting.surfaces;
         let axes = corner(surfaces.facets[facet].normal, turn);
         self.stamp += 1;
         self.rasterizer.set_viewpoint(surfaces, facet, point, axes);
-        let mut inverse_distance = 0.0;
+        let mut mean_inverse_distance = 0.0;
         for face in 0..3 {
             self.buffer.clear();
             self.rasterizer.draw(face, &mut self.buffer);
-            inverse_distance += self.inverse_distance();
+            mean_inverse_distance += self.sum_of_inverse_distances();
             self.resolve(face, point, axes);
         }
-        let mut seen = 0.0;
+        let mut form_factor_sum = 0.0;
         for e in self.touched.drain(..) {
             let share = std::mem::take(&mut self.shares[e as usize]);
-            seen += share;
+            form_factor_sum += share;
             take(e, share);
         }
-        NearbyEmission {
-            inverse_distance,
-            seen,
+        SurfaceProximity {
+            mean_inverse_distance,
+            form_factor_sum,
         }
     }
 
-    /// Sum over a face of the pixels' shares over their distances; nothing is drawn below the
-    /// horizon that counts.
-    fn inverse_distance(&self) -> f32 {
+    /// Sum over a face of each pixel's form factor over the distance of what it shows (1/m); pixels
+    /// below the horizon have a weight of 0.
+    fn sum_of_inverse_distances(&self) -> f32 {
         let depths = self.buffer.inverse_depths.iter();
         depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
@@ -295,7 +297,7 @@ impl<'a> Hemicube<'a> {
         let places = self.places.map(|place| place.map(|d| d * step));
         for row in 0..n {
             let y = (row as f32 + 0.5) * step - 2.0;
-            let (mut current, mut stripe) = (BLACK, Stripe::default());
+            let (mut current, mut grid_row) = (BLACK, GridRow::default());
             for column in lead(n, row)..n {
                 let at = row * n + column;
                 let item = self.buffer.items[at];
@@ -307,34 +309,40 @@ impl<'a> Hemicube<'a> {
                         continue;
                     };
                     current = item;
-                    stripe = Stripe::new(self.place(item as usize, point, axes), grid, turned, y);
+                    grid_row =
+                        GridRow::new(self.place(item as usize, point, axes), grid, turned, y);
                 }
                 let x = (column as f32 + 0.5) * step - 2.0;
                 let inverse = self.buffer.inverse_depths[at];
-                let middle = stripe.place([x, 0.0], 1.0 / inverse);
-                let home = stripe.cell(middle);
+                let middle = grid_row.place([x, 0.0], 1.0 / inverse);
+                let home = grid_row.cell(middle);
                 let weight = self.table.weights[at];
-                if let Some(element) = self.mesh.seen_whole(home) {
-                    self.give(element, weight);
+                if let Some(element) = self.mesh.element_for_display_if_uncut(home) {
+                    self.add_to_element(element, weight);
                     continue;
                 }
-                let depth = |d: [f32; 2]| 1.0 / (inverse + stripe.nearer(d)).max(LEAST * inverse);
+                let depth = |d: [f32; 2]| {
+                    1.0 / (inverse + grid_row.nearer(d)).max(MIN_INVERSE_DEPTH * inverse)
+                };
                 let depths = places.map(depth);
                 let around = [0, 1, 2, 3].map(|i| {
                     let [dx, dy] = places[i];
-                    stripe.place([x + dx, dy], depths[i])
+                    grid_row.place([x + dx, dy], depths[i])
                 });
-                let cells = around.map(|place| stripe.cell(place));
-                let own = self.mesh.seen(home, middle);
-                if self.mesh.is_whole(home) && cells == [home; 4] {
-                    self.give(own, weight);
+                let cells = around.map(|place| grid_row.cell(place));
+                let own = self.mesh.element_for_display(home, middle);
+                if self.mesh.is_uncut(home) && cells == [home; 4] {
+                    self.add_to_element(own, weight);
                     continue;
                 }
                 for i in 0..4 {
-                    let element = self.mesh.seen(cells[i], around[i]);
+                    let element = self.mesh.element_for_display(cells[i], around[i]);
                     // A sub-sample behind what stands on the facet counts for the pixel's middle.
                     let way = [middle, around[i]];
-                    let known = || self.mesh.hides(stripe.between(way)?, way, stripe.point);
+                    let known = || {
+                        self.mesh
+                            .occludes(grid_row.between(way)?, way, grid_row.point)
+                    };
                     let is_hidden = || match known() {
                         Some(hidden) => hidden,
                         None => {
@@ -350,7 +358,7 @@ impl<'a> Hemicube<'a> {
                         }
                     };
                     let hidden = element != own && is_hidden();
-                    self.give(if hidden { own } else { element }, weight / 4.0);
+                    self.add_to_element(if hidden { own } else { element }, weight / 4.0);
                 }
             }
         }
@@ -358,7 +366,7 @@ impl<'a> Hemicube<'a> {
 
     /// Adds to the share of an element, if it is one.
     #[inline(always)]
-    fn give(&mut self, element: u32, weight: f32) {
+    fn add_to_element(&mut self, element: u32, weight: f32) {
         if element != NONE {
             let share = &mut self.shares[element as usize];
             if *share == 0.0 {
@@ -369,14 +377,14 @@ impl<'a> Hemicube<'a> {
     }
 
     /// The grid of a facet relative to the point.
-    fn place(&mut self, facet: usize, point: Vec3, axes: [Vec3; 3]) -> Placed {
+    fn place(&mut self, facet: usize, point: Vec3, axes: [Vec3; 3]) -> PlacedGrid {
         let known = self.placed[facet];
         if known.stamp == self.stamp {
             return known;
         }
-        let mut made = Placed {
+        let mut made = PlacedGrid {
             stamp: self.stamp,
-            ..Placed::default()
+            ..PlacedGrid::default()
         };
         if let Some(grid) = &self.mesh.grids[facet] {
             let own = &self.setting.surfaces.facets[facet];

@@ -1,63 +1,66 @@
 //! Irradiance interpolation: gather points that need no hemicube of their own.
 //!
-//! Irradiance changes over a distance d by about d / R, where R is the harmonic mean distance of
-//! what is seen (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse Interreflection",
-//! 1988), here of what sends light. The first pass draws the hemicubes of one gather point in 64;
-//! each further pass halves the stride, draws those where d / R to their parents is large, and
-//! interpolates the others. Invariant: the choice depends on the scene and the gather points alone,
-//! so that G stays linear.
+//! Over a distance d irradiance changes by about d / R of itself, where R is the harmonic mean
+//! distance of the visible surfaces (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse
+//! Interreflection", 1988). Black surfaces send no light, but may uncover elements, so that here
+//! R = F / D: F is the sum of the form factors to elements, D the mean of one over the distance over
+//! all visible surfaces ([`SurfaceProximity`]). Where all visible surfaces are elements, R is Ward's.
+//! The first pass draws the hemicubes of one gather point in 64; each further pass halves the
+//! stride, draws those where d / R to a parent is too large, and interpolates the others. Invariant:
+//! the choice depends on the scene and the gather points alone, so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "nodes are of the mesh's own elements, whose values are laid out one after the other"
+    reason = "gather points are the mesh's own elements, whose values are laid out one after the other"
 )]
 
-use crate::radiosity::indirect::hemicube::NearbyEmission;
+use crate::radiosity::indirect::hemicube::SurfaceProximity;
 use crate::radiosity::mesh::Mesh;
 use crate::radiosity::mesh::grid::Grid;
 
 /// Cells between the gather points of the first pass.
 const COARSEST: usize = 8;
 
-/// Greatest distance of a gather point from its place in the grid, in cells.
-const OFF: f64 = 0.1;
+/// Greatest distance of a regular gather point from its place in the grid, in cells.
+const REGULAR_TOLERANCE: f64 = 0.1;
 
-/// An interpolated gather point with its parents and their weights.
+/// A gather point without a hemicube, and the parents that it is interpolated from with their
+/// weights, which sum to 1.
 #[derive(Clone, Debug)]
-struct Fill {
+struct Interpolated {
     gather_point: u32,
-    from: Vec<(u32, f32)>,
+    parents: Vec<(u32, f32)>,
 }
 
 /// The gather points that are interpolated.
 #[derive(Clone, Debug)]
 pub struct Interpolation {
     /// Parents before those that need them.
-    fills: Vec<Fill>,
-    /// At each gather point.
-    pub nearby: Vec<NearbyEmission>,
+    interpolated: Vec<Interpolated>,
+    /// At each gather point; interpolated where the irradiance is.
+    pub proximity: Vec<SurfaceProximity>,
 }
 
 impl Interpolation {
     /// Chooses the gather points that need a hemicube, in passes: `sample` draws those of a pass
-    /// and returns their nearby emission. One that is nearer to its parents than a share `reach` of
-    /// the distance over which their light changes is interpolated.
+    /// and returns their surface proximity, in the order given. A gather point is interpolated
+    /// where its distance from each of its parents is below `reach` times that parent's R.
     ///
     /// # Errors
     /// Those of `sample`.
     pub fn new<E>(
         mesh: &Mesh,
         reach: f64,
-        mut sample: impl FnMut(&[u32]) -> Result<Vec<NearbyEmission>, E>,
+        mut sample: impl FnMut(&[u32]) -> Result<Vec<SurfaceProximity>, E>,
     ) -> Result<Interpolation, E> {
         let mut all = Interpolation {
-            fills: Vec::new(),
-            nearby: vec![NearbyEmission::default(); mesh.elements.len()],
+            interpolated: Vec::new(),
+            proximity: vec![SurfaceProximity::default(); mesh.elements.len()],
         };
         // A point that has been moved from its place in the grid is neither interpolated nor a
         // parent.
         let mut regular = vec![false; mesh.elements.len()];
-        mesh.each_whole(|grid, at, gather_point| {
+        mesh.each_uncut(|grid, at, gather_point| {
             regular[gather_point] = is_regular(mesh, grid, at, gather_point)
         });
         let mut missing: Vec<u32> = (0..regular.len() as u32)
@@ -65,26 +68,29 @@ impl Interpolation {
             .collect();
         let mut stride = COARSEST;
         while stride > 0 {
-            mesh.each_whole(|grid, at, gather_point| {
+            mesh.each_uncut(|grid, at, gather_point| {
                 let counts = grid.counts;
-                let turn = |stride| (0..2).all(|k| is_on(at[k], counts[k], stride));
-                let done = stride < COARSEST && turn(2 * stride);
-                if !regular[gather_point] || !turn(stride) || done {
+                let is_on_grid = |stride| (0..2).all(|k| is_on(at[k], counts[k], stride));
+                let done = stride < COARSEST && is_on_grid(2 * stride);
+                if !regular[gather_point] || !is_on_grid(stride) || done {
                     return;
                 }
                 // Parents lie on the coarser stride: earlier passes have dealt with them.
-                let is_even = |from: &Vec<(u32, f32)>| {
+                let can_interpolate = |from: &Vec<(u32, f32)>| {
                     let near = |(n, _): &(u32, f32)| {
                         let other = *n as usize;
                         regular[other] && all.error(mesh, gather_point, other) < reach
                     };
                     stride < COARSEST && from.iter().all(near)
                 };
-                match parents(mesh, grid, at, stride).filter(is_even) {
-                    Some(from) => {
-                        all.nearby[gather_point] = all.mean(&from);
+                match parents(mesh, grid, at, stride).filter(can_interpolate) {
+                    Some(parents) => {
+                        all.proximity[gather_point] = all.mean(&parents);
                         let gather_point = gather_point as u32;
-                        all.fills.push(Fill { gather_point, from });
+                        all.interpolated.push(Interpolated {
+                            gather_point,
+                            parents,
+                        });
                     }
                     None => missing.push(gather_point as u32),
                 }
@@ -92,41 +98,47 @@ impl Interpolation {
             missing.sort_unstable();
             let sampled = sample(&missing)?;
             for (gather_point, near) in missing.drain(..).zip(sampled) {
-                all.nearby[gather_point as usize] = near;
+                all.proximity[gather_point as usize] = near;
             }
             stride /= 2;
         }
         Ok(all)
     }
 
-    /// Ward's error bound: the distance from a gather point to another, as a share of the distance
-    /// over which the light of the other changes.
+    /// Ward's error bound d / R: the distance between two gather points over the R of the `other`.
     fn error(&self, mesh: &Mesh, gather_point: usize, other: usize) -> f64 {
         let [a, b] = [gather_point, other].map(|n| mesh.elements[n].centre);
-        (a - b).length() * f64::from(self.nearby[other].change())
+        (a - b).length() * f64::from(self.proximity[other].inverse_change_distance())
     }
 
-    fn mean(&self, from: &[(u32, f32)]) -> NearbyEmission {
-        let sum = |part: fn(&NearbyEmission) -> f32| {
+    /// Weighted mean of the parents' surface proximity.
+    fn mean(&self, from: &[(u32, f32)]) -> SurfaceProximity {
+        let sum = |part: fn(&SurfaceProximity) -> f32| {
             let shares = from
                 .iter()
-                .map(|(n, share)| share * part(&self.nearby[*n as usize]));
+                .map(|(n, share)| share * part(&self.proximity[*n as usize]));
             shares.sum()
         };
-        NearbyEmission {
-            inverse_distance: sum(|o| o.inverse_distance),
-            seen: sum(|o| o.seen),
+        SurfaceProximity {
+            mean_inverse_distance: sum(|o| o.mean_inverse_distance),
+            form_factor_sum: sum(|o| o.form_factor_sum),
         }
     }
 
-    /// Fills rows of `width` values, one row for each gather point.
+    /// Sets the rows of the interpolated gather points to the weighted sums of their parents' rows;
+    /// all other rows stay as they are and must be set before. `values` has a row of `width` values
+    /// for each gather point.
     pub fn fill(&self, values: &mut [f32], width: usize) {
-        for Fill { gather_point, from } in &self.fills {
+        for Interpolated {
+            gather_point,
+            parents,
+        } in &self.interpolated
+        {
             let at = *gather_point as usize * width;
             for k in 0..width {
                 let share =
                     |sum, (n, share): &(u32, f32)| sum + share * values[*n as usize * width + k];
-                values[at + k] = from.iter().fold(0.0, share);
+                values[at + k] = parents.iter().fold(0.0, share);
             }
         }
     }
@@ -134,7 +146,7 @@ impl Interpolation {
 
 fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], gather_point: usize) -> bool {
     let place = grid.place(mesh.elements[gather_point].centre);
-    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts[k])).abs() < OFF)
+    (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts[k])).abs() < REGULAR_TOLERANCE)
 }
 
 /// Is a cell a whole number of strides from the first along its line, or the last?
@@ -142,9 +154,9 @@ fn is_on(at: usize, count: usize, stride: usize) -> bool {
     at.is_multiple_of(stride) || at + 1 == count
 }
 
-/// The gather points that one is interpolated between, `stride` cells away along the axes along which it is
-/// an odd number of strides from the first, or the last of their line, with bilinear shares; `None`
-/// if one is missing.
+/// The two or four gather points that the one at a cell is interpolated between, with bilinear
+/// weights: along each axis where the cell is an odd number of strides from the first, those `stride`
+/// cells before and behind it, or else the last of the line. `None` if one of them is missing.
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {
@@ -163,7 +175,7 @@ fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Ve
         };
         from = from.into_iter().flat_map(split).collect();
     }
-    let gather_point = |(at, share)| Some((mesh.whole(grid, at)? as u32, share));
+    let gather_point = |(at, share)| Some((mesh.uncut_element(grid, at)? as u32, share));
     from.into_iter().map(gather_point).collect()
 }
 
@@ -174,7 +186,7 @@ mod tests {
     use crate::geometry::{Vec3, block, vec3};
     use crate::radiosity::direct::Setting;
     use crate::radiosity::geometry::surface::Surfaces;
-    use crate::radiosity::indirect::hemicube::{Hemicube, Table, scatter};
+    use crate::radiosity::indirect::hemicube::{Hemicube, Table, hash_to_unit};
     use crate::radiosity::mesh::Layout;
     use crate::radiosity::visibility::Hierarchy;
     use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
@@ -189,9 +201,9 @@ mod tests {
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting::new(&surfaces, &hierarchy);
         let eye = [vec3(3.0, 1.0, 2.0)];
-        let elements = Layout::of_elements(&surfaces, 300).whole(setting, &eye);
+        let elements = Layout::of_elements(&surfaces, 300).mesh_of_all_cells(setting, &eye);
         let layout = Layout::of_gather_points(&surfaces, 8000, &[0.0; 11]);
-        let gather_points = layout.whole(setting, &eye);
+        let gather_points = layout.mesh_of_all_cells(setting, &eye);
         task(setting, &elements, &gather_points)
     }
 
@@ -213,7 +225,7 @@ mod tests {
             let mut draw = |n: &u32| {
                 let gather_point = &gather_points.elements[*n as usize];
                 let sum = &mut values[*n as usize];
-                let turn = scatter(u64::from(*n));
+                let turn = hash_to_unit(u64::from(*n));
                 cube.visit(gather_point.facet, gather_point.centre, turn, |e, share| {
                     let facet = elements.elements[e as usize].facet;
                     if surfaces.facets[facet].normal.z < -0.9 {
@@ -252,16 +264,16 @@ mod tests {
         });
     }
 
-    /// Between gather points that see black things only there may be a gap that lets light in; in
-    /// the void there is nothing to miss.
+    /// Where gather points see black surfaces only, an element may be visible between two of them,
+    /// so that each needs a hemicube; where they see nothing there is nothing to miss.
     #[test]
     fn among_black_things_every_gather_point_has_a_hemicube() {
         with_room(|_, _, gather_points| {
-            let hemicubes = |inverse_distance| {
+            let hemicubes = |mean_inverse_distance| {
                 let mut drawn = 0;
-                let dark = NearbyEmission {
-                    inverse_distance,
-                    seen: 0.0,
+                let dark = SurfaceProximity {
+                    mean_inverse_distance,
+                    form_factor_sum: 0.0,
                 };
                 let all = Interpolation::new(gather_points, 0.1, |which| {
                     drawn += which.len();
@@ -283,9 +295,9 @@ mod tests {
                 centre.dot(vec3(0.3, -0.2, 0.5)) as f32
             };
             let mut values = vec![f32::NAN; gather_points.elements.len()];
-            let near = NearbyEmission {
-                inverse_distance: 0.05,
-                seen: 1.0,
+            let near = SurfaceProximity {
+                mean_inverse_distance: 0.05,
+                form_factor_sum: 1.0,
             };
             let interpolation = Interpolation::new(gather_points, 0.5, |which| {
                 for n in which {

@@ -3,7 +3,7 @@
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "one entry for each light, element, node or fragment, made together"
+    reason = "one entry for each light, element, gather point or fragment, made together"
 )]
 
 use super::gather::GatherScene;
@@ -111,7 +111,7 @@ impl Operator {
                 pixel(&self.fragments.camera, f.point, normal, weight),
             )
         });
-        projector.cut(even, seen)
+        projector.project(even, seen)
     }
 
     /// Root mean square, over the picture, of reflectance times irradiance, estimated from the

@@ -15,29 +15,29 @@ use crate::radiosity::geometry::extent;
 /// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
 pub type Line = [f64; 3];
 
-/// What cuts a cell.
+/// A contact edge in cells of the grid: where a surface stands on a cell.
 #[derive(Clone, Copy, Debug)]
-pub struct Foot {
-    /// Where it stands.
+pub struct CellContactEdge {
+    /// Its ends.
     pub ends: [PlanePoint; 2],
-    /// Its normal: along the two sides in units of one over a cell, and upwards (1/m).
+    /// The surface's normal: along the two sides in units of one over a cell, and upwards (1/m).
     pub normal: [f64; 3],
-    /// Its height (m).
+    /// The surface's height above the facet (m).
     pub rise: f64,
 }
 
-/// What stands on the line that cuts a cell.
+/// The plane that splits a cell: that of the surface which stands on its line.
 #[derive(Clone, Copy, Debug)]
-pub struct Upright {
-    /// Its foot.
+pub struct SplitPlane {
+    /// Where it meets the facet.
     pub line: Line,
     /// `height(line, place) + lean * h` is zero for its places at a height of `h` metres.
     pub lean: f64,
-    /// Its height (m).
+    /// The surface's height above the facet (m).
     pub rise: f64,
 }
 
-/// Cuts one behind the other at most.
+/// Greatest depth of the BSP.
 const DEEPEST: usize = 4;
 
 /// Length of a segment within a part that cuts it, in cells, and the share of the part's own
@@ -48,49 +48,50 @@ const LEAST_SHARE: f64 = 0.5;
 /// Area of a part, in cells.
 const LEAST_AREA: f64 = 0.01;
 
-/// The parts of a cell.
+/// The BSP of a cell.
 #[derive(Clone, Debug)]
-pub enum Tree<T> {
-    /// Not cut any further.
+pub enum BspTree<T> {
+    /// Not split any further.
     Leaf(T),
-    /// Cut at the foot of what stands there; the part on its line's negative side first.
-    Branch(Upright, Box<[Tree<T>; 2]>),
+    /// Split by a plane; the part on its line's negative side first.
+    Split(SplitPlane, Box<[BspTree<T>; 2]>),
 }
 
-/// Cuts the square of side 1 at a corner where something stands on it; each leaf has the lines that
-/// bound it, each not negative on its side.
-pub fn cut(corner: PlanePoint, feet: &[Foot]) -> Tree<Vec<Line>> {
-    grow(&square(corner), feet, Vec::new())
+/// Splits the square of side 1 at a corner along contact edges; each leaf has the lines that bound
+/// it, each not negative on its side.
+pub fn split_cell(corner: PlanePoint, edges: &[CellContactEdge]) -> BspTree<Vec<Line>> {
+    split(&square(corner), edges, Vec::new())
 }
 
 fn square([u, v]: PlanePoint) -> [PlanePoint; 4] {
     [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]]
 }
 
-fn grow(region: &[PlanePoint], feet: &[Foot], bounds: Vec<Line>) -> Tree<Vec<Line>> {
+fn split(
+    region: &[PlanePoint],
+    edges: &[CellContactEdge],
+    bounds: Vec<Line>,
+) -> BspTree<Vec<Line>> {
     if bounds.len() == DEEPEST {
-        return Tree::Leaf(bounds);
+        return BspTree::Leaf(bounds);
     }
-    let longest = feet
+    let longest = edges
         .iter()
-        .filter_map(|foot| Some((foot, divided(region, foot.ends)?)))
+        .filter_map(|edge| Some((edge, divided(region, edge.ends)?)))
         .max_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    let Some((foot, (_, line, parts))) = longest else {
-        return Tree::Leaf(bounds);
+    let Some((edge, (_, line, parts))) = longest else {
+        return BspTree::Leaf(bounds);
     };
     let side = |k: usize, l: Line| {
         let bounds = bounds.iter().copied().chain([l]).collect();
-        grow(&parts[k], feet, bounds)
+        split(&parts[k], edges, bounds)
     };
-    let upright = Upright {
+    let plane = SplitPlane {
         line,
-        lean: lean(line, foot.normal),
-        rise: foot.rise,
+        lean: lean(line, edge.normal),
+        rise: edge.rise,
     };
-    Tree::Branch(
-        upright,
-        Box::new([side(0, line.map(|x| -x)), side(1, line)]),
-    )
+    BspTree::Split(plane, Box::new([side(0, line.map(|x| -x)), side(1, line)]))
 }
 
 /// Length of a segment within a region, its line, and the parts below and above that line, if it
@@ -104,7 +105,7 @@ fn divided(
         return None;
     }
     let line = through(segment);
-    let parts = [line.map(|x| -x), line].map(|l| kept(region, l));
+    let parts = [line.map(|x| -x), line].map(|l| clipped(region, l));
     let along = |p: &PlanePoint| line[1] * p[0] - line[0] * p[1];
     let on_line = |p: &&PlanePoint| height(line, **p).abs() < 1e-9;
     let (low, high) = extent(parts[1].iter().filter(on_line).map(along));
@@ -153,7 +154,7 @@ fn length_within(region: &[PlanePoint], [a, b]: [PlanePoint; 2]) -> f64 {
 }
 
 /// The part of a convex region where a line is not negative.
-fn kept(region: &[PlanePoint], line: Line) -> Vec<PlanePoint> {
+fn clipped(region: &[PlanePoint], line: Line) -> Vec<PlanePoint> {
     let mut out = Vec::with_capacity(region.len() + 1);
     let n = region.len();
     for i in 0..n {
@@ -183,26 +184,26 @@ fn area(region: &[PlanePoint]) -> f64 {
 mod tests {
     use super::*;
 
-    fn upright(ends: [PlanePoint; 2]) -> Foot {
+    fn upright(ends: [PlanePoint; 2]) -> CellContactEdge {
         let [a, b] = ends;
         let normal = [a[1] - b[1], b[0] - a[0], 0.0];
-        Foot {
+        CellContactEdge {
             ends,
             normal,
             rise: 1.0,
         }
     }
 
-    fn leaves(tree: &Tree<Vec<Line>>) -> Vec<&Vec<Line>> {
+    fn leaves(tree: &BspTree<Vec<Line>>) -> Vec<&Vec<Line>> {
         match tree {
-            Tree::Leaf(bounds) => vec![bounds],
-            Tree::Branch(_, sides) => sides.iter().flat_map(leaves).collect(),
+            BspTree::Leaf(bounds) => vec![bounds],
+            BspTree::Split(_, sides) => sides.iter().flat_map(leaves).collect(),
         }
     }
 
     fn part(corner: PlanePoint, bounds: &[Line]) -> f64 {
         let square = square(corner).to_vec();
-        area(&bounds.iter().fold(square, |r, l| kept(&r, *l)))
+        area(&bounds.iter().fold(square, |r, l| clipped(&r, *l)))
     }
 
     #[test]
@@ -213,7 +214,7 @@ mod tests {
             [[3.7, 5.9], [3.2, 5.9]],
             [[3.2, 5.9], [3.2, 5.3]],
         ];
-        let tree = cut([3.0, 5.0], &box_inside.map(upright));
+        let tree = split_cell([3.0, 5.0], &box_inside.map(upright));
         let areas: Vec<f64> = leaves(&tree).iter().map(|b| part([3.0, 5.0], b)).collect();
         assert_eq!(areas.len(), 5);
         assert!((areas.iter().sum::<f64>() - 1.0).abs() < 1e-12);
@@ -228,11 +229,11 @@ mod tests {
             [[1.2, 0.0], [1.2, 1.0]],
             [[0.0, 0.995], [1.0, 0.995]],
         ] {
-            let tree = cut([0.0, 0.0], &[upright(segment)]);
+            let tree = split_cell([0.0, 0.0], &[upright(segment)]);
             assert_eq!(leaves(&tree).len(), 1, "{segment:?}");
         }
         let across = upright([[-3.0, 0.2], [9.0, 0.7]]);
-        assert_eq!(leaves(&cut([0.0, 0.0], &[across])).len(), 2);
+        assert_eq!(leaves(&split_cell([0.0, 0.0], &[across])).len(), 2);
     }
 
     /// A roof over cells of 2 m by .5 m, rising by 3 m for each metre across.
@@ -240,12 +241,12 @@ mod tests {
     fn a_plane_is_zero_at_its_own_points() {
         let ends = [[0.0, 0.5], [1.0, 0.5]];
         let normal = [0.0, -3.0 * 0.5, 1.0];
-        let foot = Foot {
+        let edge = CellContactEdge {
             ends,
             normal,
             rise: 2.0,
         };
-        let Tree::Branch(roof, _) = cut([0.0, 0.0], &[foot]) else {
+        let BspTree::Split(roof, _) = split_cell([0.0, 0.0], &[edge]) else {
             panic!("not cut");
         };
         for up in [0.0, 0.3, 2.0] {

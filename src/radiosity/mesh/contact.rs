@@ -14,10 +14,10 @@ use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 use crate::radiosity::visibility::Bounds;
 
 /// Where a surface stands on a facet.
-pub struct Foot {
-    /// In the facet's plane (m).
+pub struct ContactEdge {
+    /// Its ends in the facet's plane (m).
     pub ends: [Vec3; 2],
-    /// Of the surface that stands there.
+    /// Normal of the surface that stands there.
     pub normal: Vec3,
     /// How far that surface rises above the facet (m).
     pub rise: f64,
@@ -40,16 +40,16 @@ impl<'a> Contacts<'a> {
         Contacts { surfaces, boxes }
     }
 
-    /// Where surfaces stand on a facet that rise more than `least` above it.
-    pub fn of(&self, facet: usize, least: f64) -> Vec<Foot> {
+    /// The contact edges of a facet with the surfaces that rise more than `least` (m) above it.
+    pub fn of(&self, facet: usize, least: f64) -> Vec<ContactEdge> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
-        let foot = |p: &Piece| {
-            let (ends, rise) = footing(own, p, least.max(touching), touching)?;
+        let edge = |p: &Piece| {
+            let (ends, rise) = contact_segment(own, p, least.max(touching), touching)?;
             let normal = self.surfaces.facets[p.facet].normal;
-            Some(Foot { ends, normal, rise })
+            Some(ContactEdge { ends, normal, rise })
         };
-        self.around(facet).filter_map(foot).collect()
+        self.around(facet).filter_map(edge).collect()
     }
 
     /// Pieces of other facets whose bounds touch a facet's.
@@ -71,7 +71,12 @@ impl<'a> Contacts<'a> {
 }
 
 /// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
-fn footing(facet: &Facet, piece: &Piece, least: f64, touching: f64) -> Option<([Vec3; 2], f64)> {
+fn contact_segment(
+    facet: &Facet,
+    piece: &Piece,
+    least: f64,
+    touching: f64,
+) -> Option<([Vec3; 2], f64)> {
     let heights: Vec<f64> = piece.vertices.iter().map(|v| facet.height(*v)).collect();
     let (lowest, highest) = extent(heights.iter().copied());
     if highest <= least || lowest > touching {

@@ -9,7 +9,7 @@
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::Setting;
-use crate::radiosity::mesh::bsp::{Line, Tree, height};
+use crate::radiosity::mesh::bsp::{BspTree, Line, height};
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::sample::{Sample, kept_inside};
 use crate::radiosity::visibility::interior::is_interior;
@@ -37,17 +37,17 @@ pub struct Maker<'a> {
     pub grid: &'a Grid,
     /// The cell, numbered within the grid.
     pub cell: usize,
-    /// A point of it that is known not to be inside a solid.
-    pub shown: Option<Vec3>,
+    /// A point of it that a fragment shows, which is therefore not inside a solid.
+    pub visible_point: Option<Vec3>,
 }
 
 impl Maker<'_> {
     /// An element for each part that has one.
-    pub fn elements(&self, tree: Tree<Vec<Line>>) -> Tree<Option<Element>> {
+    pub fn elements(&self, tree: BspTree<Vec<Line>>) -> BspTree<Option<Element>> {
         match tree {
-            Tree::Leaf(bounds) => Tree::Leaf(self.element(bounds)),
-            Tree::Branch(upright, sides) => {
-                Tree::Branch(upright, Box::new((*sides).map(|side| self.elements(side))))
+            BspTree::Leaf(bounds) => BspTree::Leaf(self.element(bounds)),
+            BspTree::Split(plane, sides) => {
+                BspTree::Split(plane, Box::new((*sides).map(|side| self.elements(side))))
             }
         }
     }
@@ -59,17 +59,17 @@ impl Maker<'_> {
     fn element(&self, bounds: Vec<Line>) -> Option<Element> {
         let surfaces = self.setting.surfaces;
         let facet = &surfaces.facets[self.facet];
-        let is_whole = bounds.is_empty();
+        let is_uncut = bounds.is_empty();
         let within = |p: &Vec3| {
             let place = self.grid.place(*p);
             bounds.iter().all(|line| height(*line, place) >= 0.0)
         };
-        let shown = self.shown.filter(within);
+        let visible_point = self.visible_point.filter(within);
         let square = (self.grid.corner(self.cell), 1.0);
         let whole = Sample::new(surfaces, facet, self.grid, square, bounds.into())?;
         let mut centre = whole.point;
         if self.grid.on_rim {
-            if let Some(p) = self.rim().filter(|_| is_whole) {
+            if let Some(p) = self.rim().filter(|_| is_uncut) {
                 centre = p;
             }
             // A gather point only gathers: its samples matter where it cannot stand itself.
@@ -85,7 +85,7 @@ impl Maker<'_> {
             .min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let Some(nearest) = nearest else {
             // All samples are inside a solid: a point that the picture shows stands for it.
-            let p = kept_inside(surfaces, facet, shown?);
+            let p = kept_inside(surfaces, facet, visible_point?);
             return Some(self.made(p, vec![whole.at(p)]));
         };
         // Partly inside a solid: the open sample nearest to the centre takes its place.

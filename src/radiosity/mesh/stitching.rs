@@ -13,7 +13,7 @@
 use crate::geometry::Vec3;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::mesh::Mesh;
-use crate::radiosity::mesh::contact::{Contacts, Foot};
+use crate::radiosity::mesh::contact::{ContactEdge, Contacts};
 use crate::radiosity::mesh::grid::Grid;
 use rayon::prelude::*;
 
@@ -48,15 +48,16 @@ impl Stitching {
         let facets = || (0..surfaces.facets.len()).into_par_iter();
         let mut of: Vec<Vec<SharedEdge>> =
             facets().map(|f| beside(surfaces, &contacts, f)).collect();
-        let feet = |f: usize| match of[f].is_empty() {
+        let contact_edges = |f: usize| match of[f].is_empty() {
             true => Vec::new(),
             false => contacts.of(f, 0.0),
         };
-        let feet: Vec<Vec<Foot>> = facets().map(feet).collect();
+        let contact_edges: Vec<Vec<ContactEdge>> = facets().map(contact_edges).collect();
         for (facet, edges) in of.iter_mut().enumerate() {
             edges.retain(|edge| {
-                let mut both = feet[facet].iter().chain(&feet[edge.other]);
-                !both.any(|foot| edge.runs_along(foot.ends, surfaces.touching()))
+                let own = &contact_edges[facet];
+                let mut both = own.iter().chain(&contact_edges[edge.other]);
+                !both.any(|contact| edge.runs_along(contact.ends, surfaces.touching()))
             });
         }
         Stitching { of }
@@ -184,7 +185,7 @@ impl SharedEdge {
         let is_beside = away < own && (0.0..=self.length).contains(&at);
         let foot = self.from + self.along * at;
         let share = own / (own + other) * (1.0 - away.max(0.0) / own);
-        (is_beside && mesh.is_one(facet, [p, foot])).then_some((foot, share))
+        (is_beside && mesh.are_connected(facet, [p, foot])).then_some((foot, share))
     }
 }
 
@@ -212,7 +213,7 @@ mod tests {
         let hierarchy = Hierarchy::new(&surfaces);
         let setting = Setting::new(&surfaces, &hierarchy);
         let layout = Layout::of_elements(&surfaces, 20);
-        let mesh = layout.whole(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)]);
+        let mesh = layout.mesh_of_all_cells(setting, &[vec3(1.0, 0.5, 1.0), vec3(4.0, 2.0, 1.0)]);
         (surfaces, mesh)
     }
 

@@ -59,8 +59,11 @@ pub fn without_straight(corners: &[Vec3], tolerance: f64) -> Vec<Vec3> {
         let straight = run
             .iter()
             .all(|v| is_between(anchor, *v, corner, tolerance));
-        if !straight || run.len() >= RUN {
-            anchor = run.last().copied().unwrap_or(anchor);
+        // A run without corners is straight.
+        if (!straight || run.len() >= RUN)
+            && let Some(last) = run.last()
+        {
+            anchor = *last;
             kept.push(anchor);
             run.clear();
         }

@@ -274,7 +274,7 @@ fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
 fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, PhotometricError> {
     let what = "the vertical angles";
     let angles = words.angles(count, what)?;
-    let (first, last) = ends(&angles);
+    let (first, last) = ends(words, &angles, what)?;
     if angles.len() >= 2 && first >= 0.0 && last <= 180.0 {
         return Ok(angles);
     }
@@ -286,10 +286,17 @@ fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, Photometri
     })
 }
 
-/// The first and the last of the angles; zero without any.
-fn ends(angles: &[f64]) -> (f64, f64) {
-    let or_zero = |angle: Option<&f64>| angle.copied().unwrap_or(0.0);
-    (or_zero(angles.first()), or_zero(angles.last()))
+/// The first and the last of the angles; the file ends without any.
+fn ends(
+    words: &Words<'_>,
+    angles: &[f64],
+    what: &'static str,
+) -> Result<(f64, f64), PhotometricError> {
+    match angles {
+        [] => words.fail(Wrong::End(what)),
+        [first] => Ok((*first, *first)),
+        [first, .., last] => Ok((*first, *last)),
+    }
 }
 
 fn horizontals(
@@ -298,7 +305,7 @@ fn horizontals(
 ) -> Result<(Vec<f64>, Symmetry), PhotometricError> {
     let what = "the horizontal angles";
     let angles = words.angles(count, what)?;
-    let (first, last) = ends(&angles);
+    let (first, last) = ends(words, &angles, what)?;
     let symmetry = match (first, last) {
         (0.0, 0.0) => Symmetry::Round,
         (0.0, 90.0) => Symmetry::Quadrant,

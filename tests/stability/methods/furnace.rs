@@ -4,7 +4,7 @@
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
     BLOCK, Block, Bounces, CellRequest, Hemicube, Hierarchy, Layout, Mesh, Rows, Setting, Surfaces,
-    Table, VertexBuffer, scatter,
+    Table, VertexBuffer, hash_to_unit,
 };
 use footlight::renderer::TransportError;
 use footlight::scene::{Material, Polygon, Scene};
@@ -106,7 +106,7 @@ pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
     for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
         let mut block = Block::default();
         for (i, e) in elements.iter().enumerate() {
-            let turn = scatter((at * BLOCK + i) as u64);
+            let turn = hash_to_unit((at * BLOCK + i) as u64);
             cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
             block.end_row();
         }

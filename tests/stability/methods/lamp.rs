@@ -7,7 +7,7 @@ use super::furnace::{mesh, scene};
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
     Hemicube, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
-    Table, VertexBuffer, irradiance, scatter,
+    Table, VertexBuffer, hash_to_unit, irradiance,
 };
 use footlight::renderer::TransportError;
 use footlight::work::Work;
@@ -80,7 +80,7 @@ impl Lamp {
         let room = self.room(reach)?;
         let points = points(reach, count);
         let closed = room.closed(&points)?;
-        let cubes = room.hemicubes(&points, resolution, &scatter)?;
+        let cubes = room.hemicubes(&points, resolution, &hash_to_unit)?;
         let (mut square, mut errors) = (0.0, [0.0; 3]);
         for ((p, closed), cube) in points.iter().zip(closed).zip(cubes) {
             let truth = self.exact(*p);
@@ -118,7 +118,7 @@ impl Lamp {
         };
         Ok(Aliasing {
             aligned: mean(&|_| 0.0)?,
-            turned: mean(&scatter)?,
+            turned: mean(&hash_to_unit)?,
         })
     }
 }
@@ -132,7 +132,7 @@ fn corner(a: f64, b: f64) -> f64 {
 
 /// Points of the floor that look random.
 fn points(reach: f64, count: u64) -> Vec<Vec3> {
-    let at = |i: u64| reach * (2.0 * scatter(i) - 1.0);
+    let at = |i: u64| reach * (2.0 * hash_to_unit(i) - 1.0);
     (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
 }
 

@@ -37,7 +37,7 @@ fn with_cube<T>(
     let hierarchy = Hierarchy::new(surfaces);
     let setting = Setting::new(surfaces, &hierarchy);
     let layout = Layout::of_elements(surfaces, 60);
-    let mesh = layout.whole(setting, &[vec3(0.0, 0.0, 0.5)]);
+    let mesh = layout.mesh_of_all_cells(setting, &[vec3(0.0, 0.0, 0.5)]);
     let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
     task(&mut Hemicube::new(setting, &vertices, &mesh, &table), &mesh)
 }
@@ -59,7 +59,7 @@ fn closed_forms_are_met_better_with_resolution() {
     let mut last = f64::INFINITY;
     for (resolution, most) in [(8, 0.011), (16, 0.005), (32, 0.0015), (64, 0.0006)] {
         let seen = with_cube(&surfaces, resolution, |cube, mesh| {
-            let row = |i| cube.row(floor(&surfaces), Vec3::ZERO, scatter(i));
+            let row = |i| cube.row(floor(&surfaces), Vec3::ZERO, hash_to_unit(i));
             let rows: Vec<Row> = (0..64).map(row).collect();
             let above = |e: u32| surfaces.facets[mesh.elements[e as usize].facet].normal.z < -0.9;
             let all = rows.iter().flatten().filter(|r| above(r.0));
@@ -76,7 +76,7 @@ fn a_closed_room_is_seen_whole_from_everywhere() {
     let surfaces = room(1.0);
     with_cube(&surfaces, 16, |cube, mesh| {
         for (i, e) in mesh.elements.iter().enumerate() {
-            for turn in [0.0, scatter(i as u64)] {
+            for turn in [0.0, hash_to_unit(i as u64)] {
                 let row = cube.row(e.facet, e.centre, turn);
                 let sum: f64 = row.iter().map(|r| f64::from(r.1)).sum();
                 assert!((sum - 1.0).abs() < 3e-6, "element {i}: {sum}");
@@ -91,7 +91,7 @@ fn what_is_near_is_told() {
     let surfaces = room(1.0);
     with_cube(&surfaces, 32, |cube, _| {
         let near = cube.visit(floor(&surfaces), vec3(0.2, 0.1, 0.0), 0.3, |_, _| ());
-        let near = near.inverse_distance;
+        let near = near.mean_inverse_distance;
         // The walls of the room are a little nearer than such a ceiling, and some farther.
         assert!((0.67..0.85).contains(&near), "{near}");
     });
@@ -103,7 +103,7 @@ fn what_is_near_is_told() {
     let surfaces = Surfaces::grey(sheets.to_vec());
     with_cube(&surfaces, 64, |cube, _| {
         let near = cube.visit(floor(&surfaces), Vec3::ZERO, 0.3, |_, _| ());
-        let near = near.inverse_distance;
+        let near = near.mean_inverse_distance;
         assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
     });
 }
@@ -121,7 +121,8 @@ fn backs_of_solids_change_nothing() {
     assert_eq!((with_block.solids().count, without.solids().count), (1, 0));
     let rows = |surfaces: &Surfaces| {
         with_cube(surfaces, 16, |cube, mesh| {
-            let row = |(i, e): (usize, &Element)| cube.row(e.facet, e.centre, scatter(i as u64));
+            let row =
+                |(i, e): (usize, &Element)| cube.row(e.facet, e.centre, hash_to_unit(i as u64));
             mesh.elements
                 .iter()
                 .enumerate()
@@ -156,13 +157,15 @@ fn parts_of_a_cut_cell_are_seen_evenly() {
         with_cube(&surfaces, 16, |cube, mesh| {
             cube.places = places;
             let mut divided = vec![true; mesh.elements.len()];
-            mesh.each_whole(|_, _, e| divided[e] = false);
+            mesh.each_uncut(|_, _, e| divided[e] = false);
             let (mut apart, mut power, mut off, mut all) = (0.0, 0.0, 0.0, 0.0);
             for i in 0..400 {
-                let at = |k: u64| 0.6 * scatter(k) - 0.3;
+                let at = |k: u64| 0.6 * hash_to_unit(k) - 0.3;
                 let point = vec3(3.0, at(2 * i) - 1.5, 1.8 + at(2 * i + 1));
-                let row: BTreeMap<u32, f32> =
-                    cube.row(opposite, point, scatter(i)).into_iter().collect();
+                let row: BTreeMap<u32, f32> = cube
+                    .row(opposite, point, hash_to_unit(i))
+                    .into_iter()
+                    .collect();
                 for (k, e) in mesh.elements.iter().enumerate() {
                     if e.facet != wall || !divided[k] || e.centre.z < 1.75 {
                         continue;
@@ -183,7 +186,7 @@ fn parts_of_a_cut_cell_are_seen_evenly() {
             [f64::sqrt(apart / power), off / all]
         })
     };
-    let ([naive, _], [ours, off]) = (error([[0.0; 2]; 4]), error(PLACES));
+    let ([naive, _], [ours, off]) = (error([[0.0; 2]; 4]), error(SUB_SAMPLES));
     println!("a strip: {naive:.3} by one sample a pixel, {ours:.3} by four, {off:.3} on average");
     assert!(off.abs() < 0.05, "{off}");
     assert!(naive > 0.3, "{naive}");

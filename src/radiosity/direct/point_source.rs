@@ -14,28 +14,33 @@ use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::{Cluster, PATCH, Receivers};
 use crate::radiosity::direct::irradiance_patch::IrradiancePatch;
 use crate::radiosity::direct::near_field::{self, Picture, is_near};
-use crate::radiosity::direct::{Hidden, Setting};
+use crate::radiosity::direct::{CulledOccluders, Setting};
 use crate::radiosity::geometry::clipper::{PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::radiosity::visibility::shadow::{Lit, Meeting, Shadows, shade};
 use crate::radiosity::visibility::{Shaft, blocks};
 
 /// Working memory to light one chunk of a facet by a point source.
-pub struct Spot<'a> {
+pub struct PointSourceIntegrator<'a> {
     setting: Setting<'a>,
     beam: &'a Beam,
-    hidden: &'a Hidden,
+    culled: &'a CulledOccluders,
     normal: Vec3,
     shadows: Shadows,
     clipper: PolygonClipper,
 }
 
-impl<'a> Spot<'a> {
-    /// For a facet of unit `normal`, given what is hidden from the source.
-    pub fn new(setting: Setting<'a>, beam: &'a Beam, hidden: &'a Hidden, normal: Vec3) -> Spot<'a> {
-        Spot {
+impl<'a> PointSourceIntegrator<'a> {
+    /// For a facet of unit `normal`, given the occluders culled for the source.
+    pub fn new(
+        setting: Setting<'a>,
+        beam: &'a Beam,
+        culled: &'a CulledOccluders,
+        normal: Vec3,
+    ) -> PointSourceIntegrator<'a> {
+        PointSourceIntegrator {
             setting,
             beam,
-            hidden,
+            culled,
             normal,
             shadows: Shadows::default(),
             clipper: PolygonClipper::default(),
@@ -64,7 +69,7 @@ impl<'a> Spot<'a> {
         let position = [self.beam.position];
         let mut list = Vec::new();
         let shaft = self.shaft(&position, chunk);
-        hierarchy.occluders(surfaces, &shaft, self.hidden.from(0), &mut list);
+        hierarchy.occluders(surfaces, &shaft, self.culled.from(0), &mut list);
         let Some(fragments) = fragments else {
             self.points(chunk, &shaft, &list, patch);
             return;
@@ -120,15 +125,15 @@ impl<'a> Spot<'a> {
 
     fn at(&self, point: Vec3, list: &[usize]) -> f64 {
         let surfaces = self.setting.surfaces;
-        let open = self.beam.irradiance(point, self.normal);
+        let unoccluded = self.beam.irradiance(point, self.normal);
         let before = |&i: &usize| {
             let piece = &surfaces.pieces[i];
             blocks(piece, point, self.beam.position, surfaces.touching())
         };
-        if open > 0.0 && list.iter().any(before) {
+        if unoccluded > 0.0 && list.iter().any(before) {
             0.0
         } else {
-            open
+            unoccluded
         }
     }
 
@@ -149,25 +154,25 @@ impl<'a> Spot<'a> {
                 Meeting::Crosses => kept.push(shadow),
             }
         }
-        let open = |i, p| self.open(picture, i, p);
+        let unoccluded = |i, p| self.unoccluded(picture, i, p);
         let clear = kept.is_empty();
-        if clear && patch.interpolated(cluster, PATCH, open) {
+        if clear && patch.interpolated(cluster, PATCH, unoccluded) {
             return;
         }
         if clear && (patch.allowed <= 0.0 || cluster.halves.is_none()) {
-            patch.evaluate(cluster, open);
+            patch.evaluate(cluster, unoccluded);
         } else if let Some(halves) = cluster.halves.as_deref() {
             for half in halves {
                 self.outlines(picture, half, &kept, patch);
             }
         } else {
-            patch.evaluate(cluster, |i, p| self.cut(picture, i, p, &kept));
+            patch.evaluate(cluster, |i, p| self.shadowed(picture, i, p, &kept));
         }
     }
 
-    /// Mean irradiance on one fragment's outline where nothing is in the way: that at its point,
-    /// unless the source is near.
-    fn open(&self, picture: &Picture<'_>, i: usize, point: Vec3) -> f64 {
+    /// Mean irradiance on one fragment's outline without occluders: that at its point, unless the
+    /// source is near.
+    fn unoccluded(&self, picture: &Picture<'_>, i: usize, point: Vec3) -> f64 {
         if !is_near(self.beam, picture, point) {
             return self.beam.irradiance(point, self.normal);
         }
@@ -180,11 +185,11 @@ impl<'a> Spot<'a> {
         if whole > 0.0 { sum / whole } else { 0.0 }
     }
 
-    /// Mean irradiance on what shadows leave of one fragment's outline, over all of it.
-    fn cut(&mut self, picture: &Picture<'_>, i: usize, point: Vec3, shadows: &[usize]) -> f64 {
-        let open = self.open(picture, i, point);
-        if open <= 0.0 {
-            return open;
+    /// Mean irradiance over one fragment's outline, which is zero in the shadows.
+    fn shadowed(&mut self, picture: &Picture<'_>, i: usize, point: Vec3, shadows: &[usize]) -> f64 {
+        let unoccluded = self.unoccluded(picture, i, point);
+        if unoccluded <= 0.0 {
+            return unoccluded;
         }
         self.clipper.clear();
         let (mut whole, mut bounds) = (0.0, Rectangle::EMPTY);
@@ -194,7 +199,7 @@ impl<'a> Spot<'a> {
             bounds = part.iter().fold(bounds, |b, &at| b.with(Rectangle::at(at)));
         });
         match shade(&mut self.clipper, &bounds, &self.shadows, shadows) {
-            Lit::Wholly => open,
+            Lit::Wholly => unoccluded,
             Lit::Not => 0.0,
             Lit::Partly => {
                 let near = is_near(self.beam, picture, point);
