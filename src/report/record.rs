@@ -9,9 +9,10 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::table::csv_line;
+use super::table::{csv_line, csv_remark};
 use super::words;
 use crate::engine::measure::{Machine, Origin};
+use crate::printable;
 
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,7 +152,7 @@ impl Record {
 
     /// As JSON, indented.
     pub fn json(&self) -> Result<String, serde_json::Error> {
-        serde_json::to_string_pretty(self)
+        Ok(printable::json(&serde_json::to_string_pretty(self)?))
     }
 
     /// As CSV (RFC 4180): lines of `#` with what it is, a header, a row for each point. An unknown
@@ -167,8 +168,7 @@ impl Record {
             ("method", self.method.clone()),
         ];
         for (name, text) in about {
-            let line: String = text.split(['\n', '\r']).collect::<Vec<_>>().join(" ");
-            let _ = writeln!(out, "# {name}: {line}");
+            let _ = writeln!(out, "{}", csv_remark(&format!("{name}: {text}")));
         }
         let mut header = vec!["series".to_owned(), "label".to_owned(), "marks".to_owned()];
         header.extend(self.quantities.iter().map(Quantity::heading));
