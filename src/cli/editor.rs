@@ -66,16 +66,18 @@ impl Completer for Reader {
         let offered = self.vocabulary.complete(line, at);
         if offered.files {
             let (start, mut names) = self.names.complete(line, at, context)?;
-            // A file's name that commands the terminal is neither shown nor put into the line.
+            // A name that commands the terminal is neither shown nor put into the line.
             names.retain(|name| !name.replacement.chars().any(is_hidden));
             return Ok((start, names));
         }
         // A blank behind it, so that the next word can be typed at once.
+        let words = offered.words.into_iter();
         let pair = |word: String| Pair {
             replacement: format!("{word} "),
             display: word,
         };
-        Ok((offered.start, offered.words.into_iter().map(pair).collect()))
+        let seen = words.filter(|word| !word.chars().any(is_hidden));
+        Ok((offered.start, seen.map(pair).collect()))
     }
 }
 

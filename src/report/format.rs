@@ -107,7 +107,7 @@ pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error>
     Ok(match ending(path).as_str() {
         "md" => table.markdown(),
         "csv" => plain.csv(),
-        _ => table.text(2, WIDTH),
+        _ => table.text(2, WIDTH).into(),
     })
 }
 

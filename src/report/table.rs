@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::printable::{columns, left, right, visible};
+use crate::printable::{Printable, columns, left, right, visible};
 
 /// A table; every row has as many cells as there are columns.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,7 +18,7 @@ pub struct Table {
 impl Table {
     /// For a terminal of `width` characters: the first `fixed` columns again before each group of
     /// the others that fits, the groups under each other.
-    pub fn text(&self, fixed: usize, width: usize) -> String {
+    pub fn text(&self, fixed: usize, width: usize) -> Printable {
         let widths = widths(self.lines());
         let size = |c: usize| widths.get(c).map_or(0, |w| w + 2);
         let head: usize = (0..fixed).map(size).sum();
@@ -45,7 +45,7 @@ impl Table {
         if !self.legend.is_empty() {
             let _ = write!(out, "\n{}\n", self.legend);
         }
-        out
+        out.into()
     }
 
     /// As a Markdown table.
