@@ -36,7 +36,8 @@ impl Printable {
         while let Some((before, after)) = rest.split_once("\u{1b}[") {
             out.push(before);
             let end = after.find(|c: char| !(c.is_ascii_digit() || c == ';'));
-            match end.and_then(|end| Some((after.get(..end)?, after.get(end..)?.strip_prefix('m')?)))
+            match end
+                .and_then(|end| Some((after.get(..end)?, after.get(end..)?.strip_prefix('m')?)))
             {
                 Some((code, behind)) => {
                     out.0.extend(["\u{1b}[", code, "m"]);
@@ -188,7 +189,11 @@ pub fn json(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match is_hidden(c) && !matches!(c, '\n' | '\t' | '\r') {
-            true => out.extend(c.encode_utf16(&mut [0; 2]).iter().map(|u| format!("\\u{u:04x}"))),
+            true => out.extend(
+                c.encode_utf16(&mut [0; 2])
+                    .iter()
+                    .map(|u| format!("\\u{u:04x}")),
+            ),
             false => out.push(c),
         }
     }

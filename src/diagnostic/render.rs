@@ -353,6 +353,27 @@ mod tests {
     }
 
     #[test]
+    fn underlines_stand_under_their_words_behind_hidden_characters() {
+        let before = "cue \u{1b}]0;x\u{7}\u{9b}\u{202e}\u{200b}\u{feff}\u{2028}é ";
+        let text = format!("{before}lmaps\u{202c} x");
+        let (mut found, sources) = sample(&text, before.len()..before.len() + 5);
+        found[0].message.push_str(" `\u{1b}[2J\n\u{2066}`");
+        let plain = render(&found, &sources, Style::Plain);
+        let blanks = " ".repeat(before.chars().count());
+        let shown = format!(
+            "error[E010]: no such bank `␛[2J␊�`\n --> a.lxq:1:18\n  |\n1 | cue ␛]0;x␇�����é lmaps� x\n  \
+             | {blanks}^^^^^ not declared\n"
+        );
+        assert!(plain.starts_with(&shown), "{plain}");
+        let coloured = render(&found, &sources, Style::Colour);
+        assert_eq!(coloured.replace("\u{1b}[2J", "").len(), coloured.len());
+        let short = render(&found, &sources, Style::Short);
+        assert_eq!(short, "a.lxq:1:18: error[E010]: no such bank `␛[2J␊�`\n");
+        let json = render(&found, &sources, Style::Json);
+        assert!(json.contains("\\u001b[2J\\n\\u2066"), "{json}");
+    }
+
+    #[test]
     fn json_has_every_place() {
         let (found, sources) = sample("é lmaps", 3..8);
         let value: serde_json::Value =

@@ -237,6 +237,20 @@ mod tests {
     }
 
     #[test]
+    fn a_strangers_title_commands_neither_terminal_nor_spreadsheet() {
+        let mut record = record();
+        let title = "a\u{1b}[2J\u{9b}\u{202e},=1+1";
+        record.subject = title.to_owned();
+        record.add("=1+1", "-2+3|x", &[], &[Some(-0.5)]);
+        let (csv, json) = (record.csv(), record.json().unwrap());
+        assert!(csv.contains("# subject: a␛[2J��,'=1+1\n"), "{csv}");
+        assert!(csv.contains("\"'=1+1\",\"'-2+3|x\",,-0.5,\n"), "{csv}");
+        assert!(json.contains("\\u001b[2J\\u009b\\u202e"), "{json}");
+        let read: Record = serde_json::from_str(&json).unwrap();
+        assert_eq!(read.subject, title);
+    }
+
+    #[test]
     fn csv_quotes_what_needs_it() {
         let csv = record().csv();
         let rows: Vec<&str> = csv.lines().filter(|l| !l.starts_with('#')).collect();

