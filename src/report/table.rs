@@ -96,7 +96,7 @@ fn csv_cell(text: &str) -> String {
     let shown = visible(text);
     let apostrophe = if is_formula(text) { "'" } else { "" };
     // Programs that part columns at semicolons keep a quoted cell together.
-    match apostrophe != "" || shown.contains([',', ';', '"']) {
+    match !apostrophe.is_empty() || shown.contains([',', ';', '"']) {
         true => format!("\"{apostrophe}{}\"", shown.replace('"', "\"\"")),
         false => shown.into_owned(),
     }
