@@ -53,13 +53,18 @@ fn folder() -> tempfile::TempDir {
     write(
         "stage.lxq",
         broken(
-            "\nstage \"missing{\u{9b}}.obj\"\nstage \"names.obj\"\nstage \"names.gltf\"\nstage \"number.obj\"",
+            "\nstage \"missing{\u{9b}}.obj\"\nstage \"names.obj\"\nstage \"names.gltf\"\nstage \"number.obj\"\nstage \"colour.obj\"",
         ),
     );
     write(
         "names.obj",
         format!("{faces}mtllib {HOSTILE}.mtl\nusemtl {HOSTILE}\nf 1 2 3\n"),
     );
+    write(
+        "colour.obj",
+        format!("mtllib colour.mtl\n{faces}usemtl x\nf 1 2 3\n"),
+    );
+    write("colour.mtl", format!("newmtl x\nKd {HOSTILE} 0 0\n"));
     write("number.obj", format!("v 0 {HOSTILE} 0\n"));
     let json = serde_json::Value::String(format!("a\n{HOSTILE}")).to_string();
     let gltf = format!(
@@ -71,7 +76,9 @@ fn folder() -> tempfile::TempDir {
     write("light.ies", light);
     write(
         "light.lxq",
-        broken("\nlight desk photometric \"light.ies\" at 0, 0, 2 aim 0, 0, 0"),
+        broken(
+            "\nlight desk photometric \"light.ies\" at 0, 0, 2 aim 0, 0, 0\nbank b = desk\ncue 1 at 0:00 { snap b 5 }",
+        ),
     );
     folder
 }
@@ -189,6 +196,22 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
 fn no_command_prints_what_commands_the_terminal() {
     let folder = folder();
     let named = format!("{HOSTILE}.lxq");
+    let said = run(folder.path(), &["check", "stage.lxq"], "");
+    for file in ["names.gltf", "number.obj", "colour.mtl"] {
+        let line = said
+            .lines()
+            .find(|line| line.contains(&format!("`{file}`")));
+        assert!(
+            line.is_some_and(|line| line.contains("␛]0;pwn␇␛[2J�31m")),
+            "{said}"
+        );
+    }
+    assert!(
+        said.contains("`␛]0;pwn␇␛[2J�31m"),
+        "the library that an OBJ names: {said}"
+    );
+    let said = run(folder.path(), &["check", "light.lxq"], "");
+    assert!(said.contains("line 4: `␛]0;pwn␇␛[2J�31m"), "{said}");
     let missing = format!("missing{HOSTILE}.lxq");
     for words in [
         &["check", "show.lxq"][..],
