@@ -20,6 +20,7 @@ use std::sync::{Arc, OnceLock};
 
 use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use crate::files::{self, Disk, Folder, Monotonic};
+use crate::printable::Printable;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
 use crate::renderer::outside::{self, Outside};
@@ -42,9 +43,13 @@ pub fn main() -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => {
             // Help goes to standard output, errors to standard error; both may be closed.
-            let _ = error.print();
+            let said = error.render().to_string();
+            match error.use_stderr() {
+                true => complain(said),
+                false => drop(print(said)),
+            }
             if let Some(show) = sole_show(std::env::args_os()) {
-                complain(&format!(
+                complain(format!(
                     "\na verb comes first: `footlight check {show}`, `footlight repl {show}`\n"
                 ));
             }
@@ -95,11 +100,11 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut argument::command(), "footlight", &mut script);
-            print(&String::from_utf8_lossy(&script));
+            draw(&String::from_utf8_lossy(&script));
             Ok(0)
         }
         OwnCommand::Explain { code } => {
-            print(&explain(code)?);
+            print(explain(code)?);
             Ok(0)
         }
         OwnCommand::Repl { show, commands } => {
@@ -222,7 +227,13 @@ fn pool_place(show: Option<&str>, folder: &Path, settings: &Settings) -> Option<
 }
 
 /// Writes to standard output; false once it is closed.
-fn print(text: &str) -> bool {
+fn print(text: impl Into<Printable>) -> bool {
+    draw(&text.into())
+}
+
+/// Writes pictures and scripts to standard output as they are: nothing that names what a show or a
+/// file holds. False once it is closed.
+fn draw(text: &str) -> bool {
     let mut out = io::stdout().lock();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     if let Err(error) = &written
@@ -234,6 +245,6 @@ fn print(text: &str) -> bool {
 }
 
 /// Writes to standard error, where a closed end does no harm.
-fn complain(text: &str) {
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+fn complain(text: impl Into<Printable>) {
+    let _ = io::stderr().lock().write_all(text.into().as_bytes());
 }

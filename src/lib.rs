@@ -61,9 +61,10 @@
 //! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
 //! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
 //! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
-//! | 0 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | - | annotate_snippets, serde_json |
+//! | 0 | `printable` | text for a person, in which nothing is hidden | - | unicode_width |
+//! | 1 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | printable | annotate_snippets, serde_json |
 //! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | units, files | base64, exr, png |
-//! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture | base64, tiny_skia |
+//! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture, printable | base64, tiny_skia |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
@@ -73,11 +74,11 @@
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
-//! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, units, work | base64, multiversion, serde_json |
+//! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
-//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, units, work | serde_json |
-//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, files, units | serde_json |
-//! | 11 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
+//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json |
+//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units | serde_json |
+//! | 11 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -166,6 +167,10 @@ pub mod pool;
 #[cfg(not(feature = "internals"))]
 mod pool;
 #[cfg(feature = "internals")]
+pub mod printable;
+#[cfg(not(feature = "internals"))]
+mod printable;
+#[cfg(feature = "internals")]
 pub mod radiosity;
 #[cfg(not(feature = "internals"))]
 mod radiosity;
@@ -219,6 +224,7 @@ pub use picture::png::encode as encode_png;
 pub use picture::tone::Tone;
 pub use plan::{Metric, PlanReport};
 pub use playback::Player;
+pub use printable::Printable;
 pub use radiosity::Radiosity;
 pub use renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 pub use repl::{Call, Console, Error as ReplError, Repl, Reply};

@@ -20,6 +20,7 @@ use crate::chart::Drawing;
 use crate::diagnostic::Style;
 use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::lang;
+use crate::printable::{self, Printable};
 use crate::report::film::{Canvas, Pipe, Shown};
 use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
@@ -54,11 +55,11 @@ impl Default for Console {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reply {
     /// Words, ending in a newline unless empty.
-    pub text: String,
+    pub text: Printable,
     /// A picture to show with them.
     pub picture: Option<Shown>,
     /// Warnings for the user that were not given before: one line each.
-    pub notes: Vec<String>,
+    pub notes: Vec<Printable>,
     /// The user wants to leave.
     pub quit: bool,
     /// The pipe carries a file: the words go elsewhere.
@@ -71,7 +72,7 @@ impl Reply {
     /// Data instead of words.
     fn json(data: &impl Serialize) -> Result<Reply, Error> {
         let text = serde_json::to_string_pretty(data).map_err(report::Error::from)?;
-        Ok(Reply::text(text))
+        Ok(Reply::text(printable::json(&text)))
     }
 
     /// A drawing with words.
@@ -89,10 +90,10 @@ impl Reply {
         }
     }
 
-    fn text(text: impl Into<String>) -> Reply {
+    fn text(text: impl Into<Printable>) -> Reply {
         let mut text = text.into();
         if !text.is_empty() && !text.ends_with('\n') {
-            text.push('\n');
+            text.push("\n");
         }
         Reply {
             text,
@@ -135,9 +136,9 @@ pub struct Repl {
     /// The user asked to leave with unsaved edits and was warned.
     warned: bool,
     /// Warnings that were given, each once.
-    reported: BTreeSet<String>,
+    reported: BTreeSet<Printable>,
     /// What the next reply reports.
-    unheard: Vec<String>,
+    unheard: Vec<Printable>,
 }
 
 impl std::fmt::Debug for Repl {
@@ -246,7 +247,7 @@ impl Repl {
         })?;
         if let Some(seconds) = exceeded.filter(|_| reply.stopped) {
             let limit = format!("the limit of time ({seconds} s) is reached");
-            reply.notes.push(limit);
+            reply.notes.push(limit.into());
         }
         let mut notes = std::mem::take(&mut self.unheard);
         notes.append(&mut reply.notes);
@@ -255,7 +256,7 @@ impl Repl {
 
     /// Takes in what was rendered in the background and starts what comes next; what there is to
     /// report of it. Cheap while nothing is finished; every verb does it first.
-    pub fn poll(&mut self) -> Vec<String> {
+    pub fn poll(&mut self) -> Vec<Printable> {
         let events = self.engine.poll();
         self.in_words(&events)
     }
@@ -269,16 +270,17 @@ impl Repl {
     }
 
     /// What happened, in words.
-    fn event_notes(&mut self) -> Vec<String> {
+    fn event_notes(&mut self) -> Vec<Printable> {
         let events = self.engine.take_events();
         self.in_words(&events)
     }
 
-    fn in_words(&self, events: &[Event]) -> Vec<String> {
+    fn in_words(&self, events: &[Event]) -> Vec<Printable> {
         let words = self.background();
         events
             .iter()
             .flat_map(|event| refine::event(event, words))
+            .map(Printable::from)
             .collect()
     }
 
@@ -286,17 +288,18 @@ impl Repl {
     ///
     /// # Errors
     /// As [`Engine::wait`]; the refinement then goes on.
-    pub fn wait(&mut self) -> Result<Vec<String>, Error> {
+    pub fn wait(&mut self) -> Result<Vec<Printable>, Error> {
         self.engine.wait()?;
         Ok(self.event_notes())
     }
 
     /// Warnings of the renderer and the store that were not given before.
-    fn warnings(&mut self) -> Vec<String> {
+    fn warnings(&mut self) -> Vec<Printable> {
         let (remarks, store) = self.engine.warnings();
-        let mut all: Vec<String> = remarks.iter().map(notes::of_operator).collect();
-        all.extend(store.iter().map(notes::of_store));
-        all.extend(refine::clamped(&self.engine));
+        let mut all: Vec<Printable> = Vec::new();
+        all.extend(remarks.iter().map(notes::of_operator).map(Printable::from));
+        all.extend(store.iter().map(notes::of_store).map(Printable::from));
+        all.extend(refine::clamped(&self.engine).map(Printable::from));
         all.retain(|warning| self.reported.insert(warning.clone()));
         all
     }
@@ -361,7 +364,7 @@ impl Repl {
     }
 
     /// What an edit came to, where there were so many refined images before it.
-    fn describe_edit(&self, edited: &Edited, before: usize) -> String {
+    fn describe_edit(&self, edited: &Edited, before: usize) -> Printable {
         let refined = [before, self.engine.refined()];
         let document = self.engine.document();
         document::edited(document, edited, refined, self.console.style)
@@ -381,7 +384,7 @@ impl Repl {
             sheet::difference(&old.version, &self.engine.document().compiled().version);
         let text = match versions::describe(&difference, None) {
             text if text.is_empty() => self.describe_edit(&edited, before),
-            text => text,
+            text => text.into(),
         };
         let mut notes = std::mem::take(&mut self.unheard);
         notes.extend(self.event_notes());
@@ -393,7 +396,7 @@ impl Repl {
     }
 
     /// What a person sees first at the prompt.
-    pub fn greeting(&self) -> String {
+    pub fn greeting(&self) -> Printable {
         let document = self.engine.document();
         let warnings = match document.diagnostics().list.len() {
             0 => String::new(),
@@ -407,11 +410,12 @@ impl Repl {
             env!("CARGO_PKG_VERSION"),
             document::headline(document)
         )
+        .into()
     }
 
     /// Where the show is, for a prompt: the cue's number and label; empty before the first.
-    pub fn place(&self) -> String {
-        document::place(self.engine.document(), &self.live)
+    pub fn place(&self) -> Printable {
+        document::place(self.engine.document(), &self.live).into()
     }
 }
 

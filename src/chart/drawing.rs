@@ -3,6 +3,7 @@
 use super::colour::{Colour, Palette};
 use super::{ChartError, font, paint, svg};
 use crate::picture::png;
+use crate::printable::visible;
 
 /// The room around a chart.
 pub(super) const MARGIN: f32 = 16.0;
@@ -335,7 +336,7 @@ impl Label {
             at,
             size,
             anchor: Anchor::Start,
-            text: text.to_owned(),
+            text: visible(text).into_owned(),
             colour,
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::print;
+use super::draw;
 use crate::picture::terminal::{self, Room};
 use crate::report::film::{Canvas, Shown};
 
@@ -88,13 +88,13 @@ impl Canvas for InPlace {
         };
         let text = self.drawing.drawn(picture, Some(FRAME));
         *last = Some((Instant::now(), text.matches('\n').count()));
-        print(&(over + &text))
+        draw(&(over + &text))
     }
 
     fn end(&self) {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         if last.take().is_some() {
-            print("\x1b[?25h");
+            draw("\x1b[?25h");
         }
     }
 }

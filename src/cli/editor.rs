@@ -13,6 +13,7 @@ use rustyline::{Context, Helper};
 
 use crate::files::{Disk, Store};
 use crate::lang::{Token, tokens};
+use crate::printable::{is_hidden, visible};
 use crate::repl::{Vocabulary, finished};
 
 /// Lines that are remembered from session to session.
@@ -64,14 +65,19 @@ impl Completer for Reader {
     ) -> rustyline::Result<(usize, Vec<Pair>)> {
         let offered = self.vocabulary.complete(line, at);
         if offered.files {
-            return self.names.complete(line, at, context);
+            let (start, mut names) = self.names.complete(line, at, context)?;
+            // A name that commands the terminal is neither shown nor put into the line.
+            names.retain(|name| !name.replacement.chars().any(is_hidden));
+            return Ok((start, names));
         }
         // A blank behind it, so that the next word can be typed at once.
+        let words = offered.words.into_iter();
         let pair = |word: String| Pair {
             replacement: format!("{word} "),
             display: word,
         };
-        Ok((offered.start, offered.words.into_iter().map(pair).collect()))
+        let seen = words.filter(|word| !word.chars().any(is_hidden));
+        Ok((offered.start, seen.map(pair).collect()))
     }
 }
 
@@ -82,7 +88,7 @@ impl Hinter for Reader {
         if at < line.len() {
             return None;
         }
-        let hint = self.vocabulary.hint(line)?;
+        let hint = visible(&self.vocabulary.hint(line)?).into_owned();
         // What wraps is no hint any more.
         match hint.char_indices().nth(HINT) {
             None => Some(hint),

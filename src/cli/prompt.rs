@@ -12,6 +12,7 @@ use super::editor::{self, Reader};
 use super::screen::Screen;
 use super::{STOPPED, complain, print};
 use crate::engine::{Background, TEXT_LIMIT};
+use crate::printable::Printable;
 use crate::repl::{Error, Repl, Vocabulary, finished};
 
 /// What the prompt waits for.
@@ -94,14 +95,14 @@ impl LineReader {
     }
 
     /// Prints something while a line is being typed.
-    fn tell(&mut self, notes: &[String]) {
+    fn tell(&mut self, notes: &[Printable]) {
         if notes.is_empty() {
             return;
         }
         let text: String = notes.iter().map(|note| format!("{note}\n")).collect();
         let printed = self.printer.as_mut().map(|p| p.print(text.clone()));
         if !matches!(printed, Some(Ok(()))) {
-            print(&text);
+            print(text);
         }
     }
 }
@@ -152,7 +153,7 @@ pub fn converse(
 ) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
     let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
-    print(&repl.greeting());
+    print(repl.greeting());
     line_reader.ask(repl);
     let mut code = Ok(0);
     for event in events {
@@ -260,7 +261,7 @@ pub fn batch(repl: &mut Repl, input: impl Read, screen: &Screen) -> Result<u8, E
     }
     pending.run(repl, screen);
     for note in repl.wait()? {
-        print(&format!("{note}\n"));
+        print(format!("{note}\n"));
     }
     if repl.engine().document().is_unsaved() {
         complain("note: the edits were not saved; `save` writes them\n");

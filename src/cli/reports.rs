@@ -16,7 +16,7 @@ pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
         if lay_out(path, look)? {
             changed += 1;
             let did = if look { "would change" } else { "formatted" };
-            print(&format!("{did} {}\n", path.display()));
+            print(format!("{did} {}\n", path.display()));
         }
     }
     Ok(u8::from(look && changed > 0))
@@ -82,12 +82,13 @@ pub fn difference(
     (host, screen): (&Host, &Screen),
 ) -> Result<u8, Error> {
     if let Some(name) = versions.of_git {
-        print(&format!("{}\n", name.display()));
+        print(format!("{}\n", name.display()));
     }
     let code = match compare(versions, output, host) {
         Ok(text) => {
-            print(&text);
-            u8::from(!text.is_empty())
+            let changed = !text.is_empty();
+            print(text);
+            u8::from(changed)
         }
         Err(error) => {
             screen.fail(&error);

@@ -7,8 +7,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::drawing::{Drawing, InPlace};
-use super::{complain, print};
+use super::{complain, draw, print};
 use crate::diagnostic::Style;
+use crate::printable::visible;
 use crate::repl::{Error, Reply};
 use crate::report::film::Canvas;
 use crate::work::Progress;
@@ -92,29 +93,27 @@ impl Screen {
     /// reads.
     pub fn reply(&self, reply: &Reply) -> bool {
         self.bars.clear();
-        let mut out = String::new();
         if let (Some(picture), Some(drawing)) = (&reply.picture, self.drawing) {
-            out.push_str(&drawing.draw(picture));
+            draw(&drawing.draw(picture));
         }
         for note in &reply.notes {
-            complain(&format!("note: {note}\n"));
+            complain(format!("note: {note}\n"));
         }
         if reply.beside {
             complain(&reply.text);
             return true;
         }
-        out.push_str(&reply.text);
-        print(&out)
+        print(&reply.text)
     }
 
     /// Shows an error and returns the exit code that belongs to it.
     pub fn fail(&self, error: &Error) -> u8 {
         self.bars.clear();
         if self.format.is_for_people() {
-            complain(&error.report(styled(self.format, self.errors_coloured)));
+            complain(error.report(styled(self.format, self.errors_coloured)));
         } else {
             // The reader of these finds warnings and errors in one place.
-            print(&error.report(self.format));
+            print(error.report(self.format));
         }
         error.exit_code()
     }
@@ -189,6 +188,6 @@ fn new_bar(task: &str, total: usize) -> ProgressBar {
         ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr_with_hz(12));
     let style = ProgressStyle::with_template("{msg:28} {bar:32} {pos}/{len}  {elapsed}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar.set_message(task.to_owned());
+    bar.set_message(visible(task).into_owned());
     bar
 }

@@ -8,6 +8,7 @@ use super::{complain, print};
 use crate::diagnostic::Severity;
 use crate::engine::{self, TEXT_LIMIT};
 use crate::files::{Disk, Stamp, Store};
+use crate::printable::Printable;
 use crate::repl::{Call, Error, Repl, find};
 
 /// How often the files are looked at.
@@ -53,7 +54,7 @@ pub fn watch(
         seen = texts(path, repl);
         let time = watched.at.clone();
         picture(repl, watched, time, screen)?;
-        print(&format!("watching {}; Ctrl-C ends it\n", watched.show));
+        print(format!("watching {}; Ctrl-C ends it\n", watched.show));
     }
     let mut stamps = stamps_of(&show);
     let (mut changes, mut away) = (0, 0);
@@ -67,7 +68,7 @@ pub fn watch(
         if now.first().is_none_or(Vec::is_empty) {
             away += 1;
             if away == LONG {
-                complain(&format!("{} is gone or empty", watched.show));
+                complain(format!("{} is gone or empty", watched.show));
                 let kept = if show.is_some() {
                     "; the last good show is kept\n"
                 } else {
@@ -142,19 +143,18 @@ fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> R
     let reloaded = repl.reload(&text)?;
     let largest = reloaded.difference.curves.first();
     let time = largest.map(|curve| curve.at.rounded().to_string());
-    let notes = reloaded.reply.notes.iter().map(|note| format!("{note}\n"));
-    print(&format!(
-        "\n{}{}",
-        notes.collect::<String>(),
-        reloaded.reply.text
-    ));
+    let notes = reloaded.reply.notes.iter();
+    let mut said = Printable::from("\n");
+    notes.for_each(|note| said.push(&format!("{note}\n")));
+    said.append(&reloaded.reply.text);
+    print(said);
     let warned = &repl.engine().document().diagnostics().list;
     let count = warned
         .iter()
         .filter(|d| d.severity == Severity::Warning)
         .count();
     if count > 0 {
-        print(&format!("{count} warnings: `footlight check` tells them\n"));
+        print(format!("{count} warnings: `footlight check` tells them\n"));
     }
     picture(repl, watched, watched.at.clone().or(time), screen)
 }

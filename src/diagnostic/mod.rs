@@ -10,6 +10,8 @@ use std::ops::Range;
 
 pub use render::{MOST, Style, render};
 
+use crate::printable::Printable;
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -129,7 +131,7 @@ impl Diagnostics {
     }
 
     /// All of them as text; empty when there are none.
-    pub fn render(&self, style: Style) -> String {
+    pub fn render(&self, style: Style) -> Printable {
         render(&self.list, &self.sources, style)
     }
 

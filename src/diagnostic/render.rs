@@ -1,18 +1,17 @@
 //! Diagnostics as text: for people, for `grep`, for programs.
 //!
 //! Only the lines that are shown reach the renderer, cut to a readable length, so that a line of
-//! 100 KB or a file of 16 MB costs nothing. What comes from a file is stripped of control
-//! characters before it reaches a terminal.
+//! 100 KB or a file of 16 MB costs nothing. Hidden characters are made visible before the renderer
+//! sets its underlines, as they take other widths then.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use annotate_snippets::{
-    Annotation, AnnotationKind, Group, Level, Renderer, Snippet, normalize_untrusted_str,
-};
+use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snippet};
 use serde_json::json;
 
 use super::{Diagnostic, Label, Severity, Sources};
+use crate::printable::{self, Printable, visible};
 
 /// How diagnostics are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,16 +47,19 @@ const TOGETHER: usize = 8;
 
 /// Writes diagnostics; ends with a newline unless empty. People get [`MOST`] of them and the
 /// number of the rest, errors before warnings only by their order in `diagnostics`.
-pub fn render(diagnostics: &[Diagnostic], sources: &Sources, style: Style) -> String {
+pub fn render(diagnostics: &[Diagnostic], sources: &Sources, style: Style) -> Printable {
     let mut index = Index {
         sources,
         lines: BTreeMap::new(),
     };
     match style {
-        Style::Json => index.json(diagnostics),
-        Style::Short => diagnostics.iter().map(|d| index.short(d)).collect(),
-        Style::Plain => index.long(diagnostics, &Renderer::plain()),
-        Style::Colour => index.long(diagnostics, &Renderer::styled()),
+        Style::Json => index.json(diagnostics).into(),
+        Style::Short => {
+            let lines: String = diagnostics.iter().map(|d| index.short(d)).collect();
+            lines.into()
+        }
+        Style::Plain => index.long(diagnostics, &Renderer::plain()).into(),
+        Style::Colour => Printable::coloured(&index.long(diagnostics, &Renderer::styled())),
     }
 }
 
@@ -132,7 +134,7 @@ impl<'a> Index<'a> {
             code => format!("[{code}]"),
         };
         let line = format!("{place}{kind}{code}: {}", diagnostic.message);
-        normalize_untrusted_str(&line) + "\n"
+        visible(&line).into_owned() + "\n"
     }
 
     fn json(&mut self, diagnostics: &[Diagnostic]) -> String {
@@ -149,7 +151,7 @@ impl<'a> Index<'a> {
                 })
             })
             .collect();
-        serde_json::Value::Array(all).to_string() + "\n"
+        printable::json(&serde_json::Value::Array(all).to_string()) + "\n"
     }
 
     fn json_label(&mut self, label: &Label) -> serde_json::Value {
@@ -189,14 +191,14 @@ impl<'a> Index<'a> {
             Severity::Warning => Level::WARNING,
         };
         let title = level
-            .primary_title(normalize_untrusted_str(&diagnostic.message))
+            .primary_title(visible(&diagnostic.message))
             .id(diagnostic.code);
         let mut group = Group::with_title(title);
         for excerpt in self.excerpts(&diagnostic.labels) {
             group = group.element(excerpt);
         }
         for help in &diagnostic.help {
-            group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
+            group = group.element(Level::HELP.message(visible(help)));
         }
         renderer.render(&[group])
     }
@@ -240,18 +242,25 @@ impl<'a> Index<'a> {
                 // The first line of a longer piece stands for it.
                 let start = boundary(source, label.span.start.clamp(shown.start, shown.end));
                 let end = boundary(source, label.span.end.clamp(start, shown.end));
-                let place = base + start - shown.start..base + end - shown.start;
+                let printed = |byte| seen(source.get(shown.start..byte).unwrap_or("")).len();
+                let place = base + printed(start)..base + printed(end);
                 places.push(annotation(place, label, *main));
             }
-            let piece = source.get(shown).unwrap_or("");
-            text += &[cut_before, piece, cut_after, "\n"].concat();
+            let piece = seen(source.get(shown).unwrap_or(""));
+            text += &[cut_before, &piece, cut_after, "\n"].concat();
         }
         text.pop();
         Snippet::source(text)
             .line_start(first_line)
-            .path(normalize_untrusted_str(name))
+            .path(visible(name).into_owned())
             .annotations(places)
     }
+}
+
+/// A piece of a line as it is shown, except for tabs, which the renderer aligns.
+fn seen(piece: &str) -> String {
+    let tab = |c: char| if c == '\t' { c } else { printable::shown(c) };
+    piece.chars().map(tab).collect()
 }
 
 /// The last character boundary up to `at`.
@@ -283,7 +292,7 @@ fn annotation(place: Range<usize>, label: &Label, main: bool) -> Annotation<'sta
         true => AnnotationKind::Primary,
         false => AnnotationKind::Context,
     };
-    let words = (!label.text.is_empty()).then(|| normalize_untrusted_str(&label.text));
+    let words = (!label.text.is_empty()).then(|| visible(&label.text).into_owned());
     kind.span(place).label(words)
 }
 
@@ -341,6 +350,27 @@ mod tests {
             "{plain}"
         );
         assert!(!plain.contains('\u{1b}'));
+    }
+
+    #[test]
+    fn underlines_stand_under_their_words_behind_hidden_characters() {
+        let before = "cue \u{1b}]0;x\u{7}\u{9b}\u{202e}\u{200b}\u{feff}\u{2028}é ";
+        let text = format!("{before}lmaps\u{202c} x");
+        let (mut found, sources) = sample(&text, before.len()..before.len() + 5);
+        found[0].message.push_str(" `\u{1b}[2J\n\u{2066}`");
+        let plain = render(&found, &sources, Style::Plain);
+        let blanks = " ".repeat(before.chars().count());
+        let shown = format!(
+            "error[E010]: no such bank `␛[2J␊�`\n --> a.lxq:1:18\n  |\n1 | cue ␛]0;x␇�����é lmaps� x\n  \
+             | {blanks}^^^^^ not declared\n"
+        );
+        assert!(plain.starts_with(&shown), "{plain}");
+        let coloured = render(&found, &sources, Style::Colour);
+        assert_eq!(coloured.replace("\u{1b}[2J", "").len(), coloured.len());
+        let short = render(&found, &sources, Style::Short);
+        assert_eq!(short, "a.lxq:1:18: error[E010]: no such bank `␛[2J␊�`\n");
+        let json = render(&found, &sources, Style::Json);
+        assert!(json.contains("\\u001b[2J\\n\\u2066"), "{json}");
     }
 
     #[test]

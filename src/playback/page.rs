@@ -13,6 +13,7 @@ use super::key::{ByteCurve, peak};
 use crate::picture::shrink::shrink;
 use crate::picture::tone::{Curve, Tone};
 use crate::picture::{Image, PictureError, png};
+use crate::printable;
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
@@ -259,8 +260,8 @@ fn html<'a>(
         segments: segments.iter().map(stretch).collect(),
         pictures,
     };
-    // Inside a script element nothing may look like its end.
-    let json = serde_json::to_string(&data)?.replace('<', "\\u003c");
+    // Inside a script element nothing may look like its end, or like an older browser's line end.
+    let json = printable::json(&serde_json::to_string(&data)?).replace('<', "\\u003c");
     Ok(filled(&escaped(contents.title), &json))
 }
 

@@ -23,7 +23,7 @@ impl Repl {
     fn written(&self, path: &Path, bytes: &[u8], text: &str) -> Result<Reply, Error> {
         self.engine.host().store.write(path, bytes)?;
         let mut reply = Reply::text(text);
-        reply.text.push_str(&format!("wrote {}\n", path.display()));
+        reply.text.push(&format!("wrote {}\n", path.display()));
         Ok(reply)
     }
 

@@ -3,6 +3,7 @@
 use crate::diagnostic::{Diagnostic, Diagnostics, Style};
 use crate::engine;
 use crate::files::FileError;
+use crate::printable::Printable;
 use crate::renderer::TransportError;
 use crate::report;
 use crate::report::error::engine_error;
@@ -30,7 +31,7 @@ pub enum Error {
         /// What is wrong with it.
         cause: Box<Error>,
         /// What the session reports of the lines before.
-        before: String,
+        before: Printable,
     },
 }
 
@@ -133,18 +134,20 @@ impl Error {
 
     /// The whole message, ready to print. As JSON it is one array whatever went wrong; what a
     /// session measured before the line that ended it is no part of that.
-    pub fn report(&self, style: Style) -> String {
+    pub fn report(&self, style: Style) -> Printable {
         if let Some(diagnostics) = self.diagnostics() {
             return diagnostics.render(style);
         }
         match self {
             _ if style == Style::Json => self.diagnosed().render(style),
             Error::Session { cause, before, .. } => {
-                let cause = cause.report(style);
-                format!("{before}error: {}\n{cause}", self.sentence())
+                let mut text = before.clone();
+                text.push(&format!("error: {}\n", self.sentence()));
+                text.append(&cause.report(style));
+                text
             }
-            other if other.exit_code() == 130 => format!("{}\n", other.sentence()),
-            other => format!("error: {}\n", other.sentence()),
+            other if other.exit_code() == 130 => format!("{}\n", other.sentence()).into(),
+            other => format!("error: {}\n", other.sentence()).into(),
         }
     }
 

@@ -6,10 +6,11 @@ use crate::engine::measure::Reference;
 use crate::engine::measure::comparison::{BankError, Compared, Comparison};
 use crate::picture::combine::{combine, dot};
 use crate::picture::{Image, signed};
+use crate::printable::{columns, left};
 
 /// A line for each bank.
 pub fn describe(comparison: &Comparison) -> String {
-    let width = comparison.banks.iter().map(|b| b.name.chars().count());
+    let width = comparison.banks.iter().map(|b| columns(&b.name));
     let width = width.max().unwrap_or(0).max(4);
     let shown = |v: Option<f64>| match v {
         None => "-".to_owned(),
@@ -30,8 +31,8 @@ pub fn describe(comparison: &Comparison) -> String {
     )];
     rows.extend(comparison.banks.iter().map(|b| {
         format!(
-            "  {:width$} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
-            b.name,
+            "  {} {:>8} {:>10} {:>12} {:>10} {:>7}\n",
+            left(&b.name, width),
             shown(b.rmse),
             shown(b.rmse_noise_free),
             shown(b.rmse_no_emitters),

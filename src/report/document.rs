@@ -6,6 +6,7 @@ use super::words::{count, label};
 use crate::diagnostic::Style;
 use crate::engine::{Document, Edited, LiveControl};
 use crate::lang::{self, edit::Action};
+use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
 use crate::units::percent;
 
@@ -22,14 +23,14 @@ pub fn headline(document: &Document) -> String {
 }
 
 /// Warnings, and whether the show has any.
-pub fn check(document: &Document, style: Style) -> String {
+pub fn check(document: &Document, style: Style) -> Printable {
     let diagnostics = document.diagnostics();
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {
         return text;
     }
     let _ = writeln!(text, "{}", headline(document));
-    text.push_str(&match diagnostics.list.len() {
+    text.push(&match diagnostics.list.len() {
         0 => "no errors".to_owned(),
         n => format!("no errors, {}", count(n, "warning")),
     });
@@ -45,12 +46,14 @@ pub fn listing(document: &Document) -> String {
             .channel
             .map_or(String::new(), |c| format!("channel {c}"));
         let lights = lights(show, &bank.lights);
-        let _ = writeln!(text, "  {:<14} {channel:<12} {lights}", bank.name);
+        let name = left(&bank.name, 14);
+        let _ = writeln!(text, "  {name} {channel:<12} {lights}");
     }
     for fixed in &show.fixed {
         let at = format!("fixed at {}", percent(fixed.level));
         let lights = lights(show, &fixed.lights);
-        let _ = writeln!(text, "  {:<14} {at:<12} {lights}", fixed.name);
+        let name = left(&fixed.name, 14);
+        let _ = writeln!(text, "  {name} {at:<12} {lights}");
     }
     text.push_str("\ncues\n");
     for (cue, time) in show.cues.iter().zip(document.timeline().cues()) {
@@ -104,10 +107,10 @@ pub fn edited(
     edited: &Edited,
     [before, after]: [usize; 2],
     style: Style,
-) -> String {
-    let mut text = String::new();
+) -> Printable {
+    let mut text = Printable::default();
     if !edited.warnings.list.is_empty() {
-        text.push_str(&edited.warnings.render(style));
+        text.append(&edited.warnings.render(style));
     }
     for change in &edited.changes {
         let done = match change.action {
@@ -117,10 +120,10 @@ pub fn edited(
         let what = change.what();
         let _ = writeln!(text, "{what}: {done}");
         if let (Action::Added, Some(number)) = (change.action.clone(), what.strip_prefix("cue ")) {
-            text.push_str(&started_instead(document.show(), number));
+            text.push(&started_instead(document.show(), number));
         }
     }
-    text.push_str(&headline(document));
+    text.push(&headline(document));
     match (before, after) {
         (0, _) => {}
         (before, 0) => {
@@ -189,8 +192,8 @@ fn levels(document: &Document, live: &LiveControl) -> String {
             true => format!(" {:>7.1}", light * 100.0),
             false => String::new(),
         };
-        let (name, percent) = (coordinate.name, level * 100.0);
-        let line = format!("  {name:<14} {percent:>6.1}{behind}  {bar}");
+        let (name, percent) = (left(&coordinate.name, 14), level * 100.0);
+        let line = format!("  {name} {percent:>6.1}{behind}  {bar}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text

@@ -107,7 +107,7 @@ pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error>
     Ok(match ending(path).as_str() {
         "md" => table.markdown(),
         "csv" => plain.csv(),
-        _ => table.text(2, WIDTH),
+        _ => table.text(2, WIDTH).into(),
     })
 }
 
@@ -135,8 +135,11 @@ pub fn displayed(size: (usize, usize), rgb: &[u8], path: &Path) -> Result<Vec<u8
     Ok(png::encode(size.0, size.1, rgb)?)
 }
 
-/// A header's attribute. Headers are ASCII, names in a show need not be: other letters are `?`.
+/// A header's attribute, lines of printable ASCII: each other character of the show's names is `?`.
 pub fn header(name: &str, text: &str) -> (String, String) {
-    let plain = |c: char| if c.is_ascii() && c != '\0' { c } else { '?' };
+    let plain = |c| match c {
+        ' '..='~' | '\n' => c,
+        _ => '?',
+    };
     (name.to_owned(), text.chars().map(plain).collect())
 }

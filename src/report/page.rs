@@ -7,6 +7,7 @@ use crate::engine::{Document, Engine};
 use crate::picture::tone::Tone;
 use crate::playback::Playback;
 use crate::playback::page::{self, Contents, Cue, Fader, Law};
+use crate::printable::visible;
 use crate::show::{Coordinate, Dimmer, Show};
 use crate::timeline;
 
@@ -21,7 +22,7 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     let keys = playback.images();
     let faders = coordinates.iter().enumerate();
     let contents = Contents {
-        title: &show.title,
+        title: &visible(&show.title),
         faders: faders
             .map(|(i, c)| fader(show, c, keys.len() + i))
             .collect(),
@@ -69,7 +70,7 @@ fn cues(document: &Document) -> Vec<Cue> {
     let cues = document.show().cues.iter().zip(document.timeline().cues());
     let cue = |(cue, time): (&crate::show::Cue, &timeline::CueTime)| Cue {
         number: cue.number.to_string(),
-        label: cue.label.clone(),
+        label: visible(&cue.label).into_owned(),
         go: time.go.seconds(),
         complete: time.completion.seconds(),
         starts: cue.link.is_some(),

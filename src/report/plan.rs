@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::words::{count, percent};
 use crate::plan::{LeftOut, PlanReport};
+use crate::printable;
 
 /// The JSON form of a plan.
 #[derive(Serialize)]
@@ -39,7 +40,7 @@ pub fn form(plan: &PlanReport) -> impl Serialize {
 
 /// The plan as JSON, indented.
 pub fn json(plan: &PlanReport) -> Result<String, serde_json::Error> {
-    serde_json::to_string_pretty(&form(plan))
+    Ok(printable::json(&serde_json::to_string_pretty(&form(plan))?))
 }
 
 fn item(left_out: &LeftOut) -> Item {

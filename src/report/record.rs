@@ -9,9 +9,10 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 
-use super::table::csv_line;
+use super::table::{csv_line, csv_remark};
 use super::words;
 use crate::engine::measure::{Machine, Origin};
+use crate::printable;
 
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,7 +152,7 @@ impl Record {
 
     /// As JSON, indented.
     pub fn json(&self) -> Result<String, serde_json::Error> {
-        serde_json::to_string_pretty(self)
+        Ok(printable::json(&serde_json::to_string_pretty(self)?))
     }
 
     /// As CSV (RFC 4180): lines of `#` with what it is, a header, a row for each point. An unknown
@@ -167,8 +168,7 @@ impl Record {
             ("method", self.method.clone()),
         ];
         for (name, text) in about {
-            let line: String = text.split(['\n', '\r']).collect::<Vec<_>>().join(" ");
-            let _ = writeln!(out, "# {name}: {line}");
+            let _ = writeln!(out, "{}", csv_remark(&format!("{name}: {text}")));
         }
         let mut header = vec!["series".to_owned(), "label".to_owned(), "marks".to_owned()];
         header.extend(self.quantities.iter().map(Quantity::heading));
@@ -234,6 +234,20 @@ mod tests {
         assert_eq!(points[1].values, [Some(0.5), Some(1.5)]);
         let curve = record.curve(&record.series[0], "time", "error");
         assert!(curve[0].1.is_nan() && curve[1] == (0.5, 1.5));
+    }
+
+    #[test]
+    fn a_strangers_title_commands_neither_terminal_nor_spreadsheet() {
+        let mut record = record();
+        let title = "a\u{1b}[2J\u{9b}\u{202e},=1+1";
+        record.subject = title.to_owned();
+        record.add("=1+1", "-2+3|x", &[], &[Some(-0.5)]);
+        let (csv, json) = (record.csv(), record.json().unwrap());
+        assert!(csv.contains("# subject: a␛[2J��,'=1+1\n"), "{csv}");
+        assert!(csv.contains("\"'=1+1\",\"'-2+3|x\",,-0.5,\n"), "{csv}");
+        assert!(json.contains("\\u001b[2J\\u009b\\u202e"), "{json}");
+        let read: Record = serde_json::from_str(&json).unwrap();
+        assert_eq!(read.subject, title);
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use crate::printable::{Printable, columns, left, right, visible};
+
 /// A table; every row has as many cells as there are columns.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
@@ -16,7 +18,7 @@ pub struct Table {
 impl Table {
     /// For a terminal of `width` characters: the first `fixed` columns again before each group of
     /// the others that fits, the groups under each other.
-    pub fn text(&self, fixed: usize, width: usize) -> String {
+    pub fn text(&self, fixed: usize, width: usize) -> Printable {
         let widths = widths(self.lines());
         let size = |c: usize| widths.get(c).map_or(0, |w| w + 2);
         let head: usize = (0..fixed).map(size).sum();
@@ -43,14 +45,13 @@ impl Table {
         if !self.legend.is_empty() {
             let _ = write!(out, "\n{}\n", self.legend);
         }
-        out
+        out.into()
     }
 
     /// As a Markdown table.
     pub fn markdown(&self) -> String {
-        let cell = |text: &String| text.replace('|', "\\|").replace('\n', "<br>");
         let row = |cells: &Vec<String>| {
-            let cells: Vec<String> = cells.iter().map(cell).collect();
+            let cells: Vec<String> = cells.iter().map(|cell| marked_down(cell)).collect();
             format!("| {} |\n", cells.join(" | "))
         };
         let mut out = row(&self.columns);
@@ -62,24 +63,9 @@ impl Table {
         out
     }
 
-    /// As comma-separated values (RFC 4180), without the legend. A cell that a spreadsheet would
-    /// take for a formula gets a quote before it.
+    /// As comma-separated values ([`csv_line`]), without the legend.
     pub fn csv(&self) -> String {
-        let cell = |text: &String| {
-            let formula = text.starts_with(['=', '+', '@', '\t'])
-                || text.starts_with('-')
-                    && text.len() > 1
-                    && !text[1..].starts_with(|c: char| c.is_ascii_digit());
-            match formula {
-                true => format!("'{text}"),
-                false => text.clone(),
-            }
-        };
-        let row = |cells: &Vec<String>| {
-            let cells: Vec<String> = cells.iter().map(cell).collect();
-            csv_line(&cells) + "\r\n"
-        };
-        self.lines().map(row).collect()
+        self.lines().map(|cells| csv_line(cells) + "\r\n").collect()
     }
 
     /// The columns' names, then the rows.
@@ -93,29 +79,82 @@ pub fn set_right(rows: &[Vec<String>]) -> String {
     let widths = widths(rows.iter());
     let line = |row: &Vec<String>| {
         let cells = row.iter().zip(&widths);
-        let cells: Vec<String> = cells.map(|(cell, w)| format!("{cell:>w$}")).collect();
+        let cells: Vec<String> = cells.map(|(cell, w)| right(cell, *w)).collect();
         format!("  {}\n", cells.join("  "))
     };
     rows.iter().map(line).collect()
 }
 
-/// Cells as a line of comma-separated values (RFC 4180) without its end.
+/// Cells as a line of comma-separated values (RFC 4180) without its end, hidden characters made
+/// visible. A cell that a spreadsheet would take for a formula begins with an apostrophe.
 pub fn csv_line(cells: &[String]) -> String {
-    let quoted = |cell: &String| match cell.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
-    };
-    let cells: Vec<String> = cells.iter().map(quoted).collect();
+    let cells: Vec<String> = cells.iter().map(|cell| csv_cell(cell)).collect();
     cells.join(",")
 }
 
-/// Characters of the widest cell of each column.
+fn csv_cell(text: &str) -> String {
+    let shown = visible(text);
+    let apostrophe = if is_formula(text) { "'" } else { "" };
+    // Programs that part columns at semicolons keep a quoted cell together.
+    match !apostrophe.is_empty() || shown.contains([',', ';', '"']) {
+        true => format!("\"{apostrophe}{}\"", shown.replace('"', "\"\"")),
+        false => shown.into_owned(),
+    }
+}
+
+/// A line of remarks in comma-separated values. Spreadsheets part it into cells all the same, so
+/// that each piece is one that they take for no formula.
+pub fn csv_remark(text: &str) -> String {
+    let mut out = "# ".to_owned();
+    let text = visible(text);
+    for piece in text.split_inclusive([',', ';']) {
+        if is_formula(piece.trim_end_matches([',', ';'])) {
+            out.push('\'');
+        }
+        out.push_str(piece);
+    }
+    out
+}
+
+/// Whether a spreadsheet would compute a cell (OWASP, "CSV Injection"), some of which skip blanks
+/// before it. A plain number or clock is none.
+fn is_formula(cell: &str) -> bool {
+    let numeric = |c: char| c.is_ascii_digit() || matches!(c, '.' | ':');
+    let words = cell.trim_start();
+    match words.strip_prefix('-') {
+        Some(rest) => rest.is_empty() || !rest.chars().all(numeric),
+        None => {
+            words.starts_with(['=', '+', '@', '＝', '＋', '－', '＠'])
+                || cell.starts_with(['\t', '\r', '\n'])
+        }
+    }
+}
+
+/// Text in a cell of a Markdown table: all that would be markup, HTML or a link stands for itself.
+fn marked_down(text: &str) -> String {
+    let mut out = String::new();
+    for c in visible(text).chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '\\' | '`' | '*' | '_' | '[' | ']' | '|' | '~' | '$' => out.extend(['\\', c]),
+            c => out.push(c),
+        }
+    }
+    // A bare address would become a link.
+    let links = [("://", "&#58;//"), ("www.", "www&#46;"), ("@", "&#64;")];
+    let plain = |text: String, (mark, code): &(&str, &str)| text.replace(mark, code);
+    links.iter().fold(out, plain)
+}
+
+/// Columns of the widest cell of each column.
 fn widths<'r>(rows: impl Iterator<Item = &'r Vec<String>>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
     for row in rows {
         widths.resize(widths.len().max(row.len()), 0);
         for (width, cell) in widths.iter_mut().zip(row) {
-            *width = cell.chars().count().max(*width);
+            *width = columns(cell).max(*width);
         }
     }
     widths
@@ -127,7 +166,7 @@ fn line(row: &[String], shown: &[usize], widths: &[usize], out: &mut String) {
         let (Some(cell), Some(width)) = (row.get(*column), widths.get(*column)) else {
             continue;
         };
-        let _ = write!(written, "{cell:width$}  ");
+        written.extend([&left(cell, *width), "  "]);
     }
     out.push_str(written.trim_end());
     out.push('\n');
@@ -143,6 +182,49 @@ mod tests {
             columns: row(["cue", "lamps", "a,b"]),
             rows: vec![row(["1", "85", "say \"x\""]), row(["2.5", "", "=1+1"])],
             legend: "· held".to_owned(),
+        }
+    }
+
+    #[test]
+    fn no_cell_is_a_formula_and_numbers_stay_numbers() {
+        for (cell, written) in [
+            ("=1+1", "\"'=1+1\""),
+            ("+1", "\"'+1\""),
+            ("-2+3|cmd", "\"'-2+3|cmd\""),
+            ("-lamps", "\"'-lamps\""),
+            ("-", "\"'-\""),
+            ("@sum(a)", "\"'@sum(a)\""),
+            ("\t=1", "\"' =1\""),
+            (" =1", "\"' =1\""),
+            ("\rx", "\"'␍x\""),
+            ("＝1", "\"'＝1\""),
+            ("a;=1", "\"a;=1\""),
+            ("a\u{1b}[2J\u{202e}", "a␛[2J�"),
+            ("-2.5", "-2.5"),
+            ("-0:04", "-0:04"),
+            ("1e-5", "1e-5"),
+            ("a-b", "a-b"),
+            ("", ""),
+        ] {
+            assert_eq!(csv_line(&[cell.to_owned()]), written);
+        }
+        assert_eq!(
+            csv_remark("subject: a,=1+1;-2,@b"),
+            "# subject: a,'=1+1;-2,'@b"
+        );
+    }
+
+    #[test]
+    fn markdown_shows_what_is_written_and_runs_nothing() {
+        for (text, written) in [
+            ("<script>&", "&lt;script&gt;&amp;"),
+            ("![x](http://a)", "!\\[x\\](http&#58;//a)"),
+            ("a|`b`*c*\\", "a\\|\\`b\\`\\*c\\*\\\\"),
+            ("www.a me@b", "www&#46;a me&#64;b"),
+            ("a\nb\u{9b}", "a␊b�"),
+            ("1:30 → 85 %", "1:30 → 85 %"),
+        ] {
+            assert_eq!(marked_down(text), written);
         }
     }
 
@@ -163,7 +245,7 @@ mod tests {
         );
         assert_eq!(
             table.csv(),
-            "cue,lamps,\"a,b\"\r\n1,85,\"say \"\"x\"\"\"\r\n2.5,,'=1+1\r\n"
+            "cue,lamps,\"a,b\"\r\n1,85,\"say \"\"x\"\"\"\r\n2.5,,\"'=1+1\"\r\n"
         );
     }
 }

@@ -28,7 +28,7 @@ fn diagnostics(name: &str, text: &str, files: &dyn Files) -> Diagnostics {
 fn message(name: &str, text: &str) -> (String, BTreeSet<&'static str>) {
     let found = diagnostics(name, text, &Folder::new(folder(), 1 << 20));
     let codes = found.list.iter().map(|d| d.code).collect();
-    (found.render(Style::Plain), codes)
+    (found.render(Style::Plain).into(), codes)
 }
 
 fn folder() -> PathBuf {

@@ -60,7 +60,7 @@ fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> 
 fn rendered(typed: &str, found: &[Diagnostic]) -> String {
     let mut sources = Sources::default();
     sources.add("typed", typed);
-    render(found, &sources, Style::Plain)
+    render(found, &sources, Style::Plain).into()
 }
 
 fn compare(source: &str, typed: &str) {

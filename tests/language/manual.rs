@@ -20,7 +20,7 @@ fn complaints(files: &dyn Files, name: &str, text: &str) -> (Vec<&'static str>, 
         found.extend(check::check(&show, &parsed.spans).diagnostics);
     }
     let codes = found.iter().map(|d| d.code).collect();
-    (codes, render(&found, &sources, Style::Plain))
+    (codes, render(&found, &sources, Style::Plain).into())
 }
 
 #[test]

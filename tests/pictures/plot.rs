@@ -50,7 +50,7 @@ fn drawn(show: &mut Repl, store: &MemoryStore, words: &str) -> (String, String) 
         .unwrap()
         .text;
     let bytes = store.read(Path::new("drawn.svg"), 1 << 24).unwrap();
-    (said, String::from_utf8(bytes).unwrap())
+    (said.into(), String::from_utf8(bytes).unwrap())
 }
 
 #[test]

@@ -17,3 +17,4 @@ mod readme;
 mod store_process;
 mod terminal;
 mod watch;
+mod words;

@@ -74,7 +74,7 @@ fn open_text(text: &str) -> (Repl, Queue) {
 fn say(show: &mut Repl, line: &str) -> String {
     match show.execute(line) {
         Ok(reply) => reply.notes.join("\n") + &reply.text,
-        Err(error) => error.report(footlight::diagnostic::Style::Plain),
+        Err(error) => error.report(footlight::diagnostic::Style::Plain).into(),
     }
 }
 
@@ -87,7 +87,7 @@ fn picture(show: &mut Repl) -> Vec<u8> {
 }
 
 /// Runs what waits until nothing does; what was told.
-fn finish(show: &mut Repl, queue: &Queue) -> Vec<String> {
+fn finish(show: &mut Repl, queue: &Queue) -> Vec<footlight::Printable> {
     let mut notes = show.poll();
     while queue.run() {
         notes.extend(show.poll());

@@ -176,7 +176,7 @@ fn images_add_to_lights_on_a_stage() {
 fn error(text: &str, files: Memory) -> String {
     match open(text, files) {
         Ok(_) => panic!("no error in {text}"),
-        Err(error) => error.report(Style::Plain),
+        Err(error) => error.report(Style::Plain).into(),
     }
 }
 

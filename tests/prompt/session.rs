@@ -434,7 +434,7 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
             // Stopped between two pictures it tells what it did.
             Ok(reply) if reply.stopped => {
                 let note = format!("the limit of time ({limit} s) is reached");
-                assert!(reply.notes.contains(&note), "{:?}", reply.notes);
+                assert!(reply.notes.contains(&note.into()), "{:?}", reply.notes);
                 told += 1;
                 continue;
             }

@@ -82,7 +82,7 @@ impl Session {
     }
 
     /// Refines until there are so many pictures, stored ones included; what the user is told.
-    fn refine_to(&mut self, count: usize) -> Vec<String> {
+    fn refine_to(&mut self, count: usize) -> Vec<footlight::Printable> {
         self.show.engine_mut().coarse().unwrap();
         let line = match count - self.show.engine().refined() {
             0 => "pool".to_owned(),

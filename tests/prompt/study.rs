@@ -253,7 +253,7 @@ fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
 fn record(show: &mut Repl, store: &MemoryStore, line: &str) -> (String, Record) {
     let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
     let bytes = store.read(Path::new("chart.json"), 1 << 24).unwrap();
-    (said, serde_json::from_slice(&bytes).unwrap())
+    (said.into(), serde_json::from_slice(&bytes).unwrap())
 }
 
 #[test]

@@ -108,7 +108,7 @@ fn the_back_of_the_cloth_is_seen() {
 
 fn refused(text: &str) -> String {
     match open(text).unwrap_err() {
-        Error::Show(diagnostics) => diagnostics.render(Style::Plain),
+        Error::Show(diagnostics) => diagnostics.render(Style::Plain).into(),
         other => other.to_string(),
     }
 }

@@ -3,6 +3,7 @@
 use super::{picture, usage};
 use crate::engine::{self, Moves};
 use crate::lang;
+use crate::printable::Printable;
 use crate::repl::argument::{cue, duration, share, time};
 use crate::repl::{Call, Error, Repl, Reply, find};
 use crate::report::document;
@@ -46,10 +47,11 @@ fn moved(repl: &mut Repl, released: &[String]) -> Result<Reply, Error> {
 /// Says what a move in time let go of.
 fn report_release(repl: &mut Repl, released: &[String]) {
     if !released.is_empty() {
-        repl.unheard.push(format!(
+        let said = format!(
             "let go of {}; `record NUMBER` before a move keeps what is tried",
             released.join("  ")
-        ));
+        );
+        repl.unheard.push(said.into());
     }
 }
 
@@ -87,7 +89,7 @@ pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let mut reply = pictured_moment(repl)?;
     reply
         .text
-        .push_str("`record NUMBER \"LABEL\"` keeps it, `release` lets go\n");
+        .push("`record NUMBER \"LABEL\"` keeps it, `release` lets go\n");
     Ok(reply)
 }
 
@@ -119,9 +121,10 @@ pub fn record(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let edited = repl.live.record(&mut repl.engine, cue, label, times)?;
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));
-    let recorded = place.and_then(|p| text.get(p)).unwrap_or_default();
-    let edit = repl.describe_edit(&edited, before);
-    Ok(Reply::text(format!("{recorded}\n{edit}")))
+    let mut recorded = Printable::from(place.and_then(|p| text.get(p)).unwrap_or_default());
+    recorded.push("\n");
+    recorded.append(&repl.describe_edit(&edited, before));
+    Ok(Reply::text(recorded))
 }
 
 /// `3`, or `4/6` for what goes up and what goes down.

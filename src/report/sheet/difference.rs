@@ -7,6 +7,7 @@ use super::level::{by_bank, clock, first_coordinates, motion, number, time};
 use crate::engine::Version;
 use crate::lang;
 use crate::linalg::{Bernstein, mass};
+use crate::printable::{columns, left};
 use crate::show::{Cue, Link, Part, Show, Trigger};
 use crate::timeline::{Piece, Timeline};
 use crate::units::{Time, percent};
@@ -64,17 +65,16 @@ impl Difference {
             let _ = writeln!(out, "{change}");
         }
         if !self.curves.is_empty() {
-            let widest = self.curves.iter().map(|c| c.name.chars().count()).max();
+            let widest = self.curves.iter().map(|c| columns(&c.name)).max();
             let _ = writeln!(out, "\nhow far the light moved (percent of full):");
             for c in &self.curves {
                 let _ = writeln!(
                     out,
-                    "  {:width$}  {:>6} over the sequence, at most {} at {}",
-                    c.name,
+                    "  {}  {:>6} over the sequence, at most {} at {}",
+                    left(&c.name, widest.unwrap_or(0)),
                     number(percent(c.norm)),
                     number(percent(c.largest)),
                     clock(rounded(c.at)),
-                    width = widest.unwrap_or(0),
                 );
             }
         }

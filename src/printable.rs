@@ -1,0 +1,281 @@
+//! Text for a person, in which nothing is hidden and nothing commands the terminal.
+//!
+//! A show's title may hold an escape sequence that renames the window, or a control that reverses
+//! the direction of writing. [`Printable`] is the one type in which words leave the program: text
+//! becomes one only through a conversion that replaces such characters, so that a new report cannot
+//! forget it. Colours are let through for the diagnostics' renderer alone.
+//!
+//! Invariant: each replacement is one character for one and a column wide, so that what was aligned
+//! stays aligned; [`columns`] measures text as it will be shown. This module must not know what it
+//! is given the text of.
+
+use std::borrow::{Borrow, Cow};
+use std::fmt;
+use std::ops::Deref;
+
+use unicode_width::UnicodeWidthStr;
+
+/// Text that is safe to print: no control character but the newline, no control of the direction
+/// of writing, nothing invisible; colours only where the diagnostics are coloured.
+///
+/// Text is converted with [`From`], or written with [`fmt::Write`]; it is read as a `str`.
+///
+/// ```
+/// let title = footlight::Printable::from("\u{1b}]0;hostile\u{7}");
+/// assert_eq!(&*title, "␛]0;hostile␇");
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Printable(String);
+
+impl Printable {
+    /// Text with colours: sequences `ESC [ digits m` pass, all else is as in the conversion. For
+    /// text whose foreign parts were made visible before they were coloured.
+    pub(crate) fn coloured(text: &str) -> Printable {
+        let mut out = Printable::default();
+        let mut rest = text;
+        while let Some((before, after)) = rest.split_once("\u{1b}[") {
+            out.push(before);
+            let end = after.find(|c: char| !(c.is_ascii_digit() || c == ';'));
+            match end
+                .and_then(|end| Some((after.get(..end)?, after.get(end..)?.strip_prefix('m')?)))
+            {
+                Some((code, behind)) => {
+                    out.0.extend(["\u{1b}[", code, "m"]);
+                    rest = behind;
+                }
+                None => {
+                    out.push("\u{1b}[");
+                    rest = after;
+                }
+            }
+        }
+        out.push(rest);
+        out
+    }
+
+    /// Appends text, converted.
+    pub fn push(&mut self, text: &str) {
+        for (i, line) in text.split('\n').enumerate() {
+            if i > 0 {
+                self.0.push('\n');
+            }
+            self.0.push_str(&visible(line));
+        }
+    }
+
+    /// Appends what was converted already.
+    pub fn append(&mut self, text: &Printable) {
+        self.0.push_str(&text.0);
+    }
+}
+
+impl Deref for Printable {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Borrow<str> for Printable {
+    fn borrow(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for Printable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.0)
+    }
+}
+
+impl fmt::Write for Printable {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.push(text);
+        Ok(())
+    }
+}
+
+impl From<&str> for Printable {
+    fn from(text: &str) -> Printable {
+        let mut out = Printable::default();
+        out.push(text);
+        out
+    }
+}
+
+impl From<String> for Printable {
+    fn from(text: String) -> Printable {
+        Printable::from(text.as_str())
+    }
+}
+
+impl From<&String> for Printable {
+    fn from(text: &String) -> Printable {
+        Printable::from(text.as_str())
+    }
+}
+
+impl From<&Printable> for Printable {
+    fn from(text: &Printable) -> Printable {
+        text.clone()
+    }
+}
+
+impl From<Printable> for String {
+    fn from(text: Printable) -> String {
+        text.0
+    }
+}
+
+impl PartialEq<str> for Printable {
+    fn eq(&self, other: &str) -> bool {
+        self.0 == other
+    }
+}
+
+impl PartialEq<&str> for Printable {
+    fn eq(&self, other: &&str) -> bool {
+        self.0 == *other
+    }
+}
+
+impl PartialEq<String> for Printable {
+    fn eq(&self, other: &String) -> bool {
+        self.0 == *other
+    }
+}
+
+/// A line in which every character is seen: controls as their pictures (`␛`), tabs as blanks, what
+/// is invisible or changes the direction of writing as `�`, as rustc shows them.
+pub fn visible(line: &str) -> Cow<'_, str> {
+    match line.chars().any(is_hidden) {
+        true => Cow::Owned(line.chars().map(shown).collect()),
+        false => Cow::Borrowed(line),
+    }
+}
+
+/// The character in whose place [`visible`] shows one.
+pub fn shown(c: char) -> char {
+    match c {
+        '\t' => ' ',
+        '\u{7f}' => '␡',
+        // Unicode has the pictures of these in their order.
+        '\0'..=' ' => char::from_u32(0x2400 + u32::from(c))
+            .filter(|_| c != ' ')
+            .unwrap_or(c),
+        c if is_hidden(c) => char::REPLACEMENT_CHARACTER,
+        c => c,
+    }
+}
+
+/// Whether a character commands a terminal, changes the order in which others are read, or is not
+/// seen at all. Joiners are none of these: scripts and emoji need them.
+pub fn is_hidden(c: char) -> bool {
+    c.is_control()
+        || matches!(c,
+            // Marks, embeddings, overrides and isolates (the property Bidi_Control).
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
+            // Separators of lines and paragraphs.
+            | '\u{2028}' | '\u{2029}'
+            // Without width or shape.
+            | '\u{180e}' | '\u{200b}' | '\u{2060}'..='\u{2065}' | '\u{206a}'..='\u{206f}'
+            | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// JSON with what [`is_hidden`] written as `\u001b`: it reads as the same values. Only strings of
+/// a JSON text hold such characters, save for the white space between its parts.
+pub fn json(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match is_hidden(c) && !matches!(c, '\n' | '\t' | '\r') {
+            true => out.extend(
+                c.encode_utf16(&mut [0; 2])
+                    .iter()
+                    .map(|u| format!("\\u{u:04x}")),
+            ),
+            false => out.push(c),
+        }
+    }
+    out
+}
+
+/// Columns that a line takes in a terminal once it is printed.
+pub fn columns(line: &str) -> usize {
+    visible(line).width()
+}
+
+/// A line filled with blanks behind it to so many columns.
+pub fn left(line: &str, width: usize) -> String {
+    line.to_owned() + &" ".repeat(width.saturating_sub(columns(line)))
+}
+
+/// A line filled with blanks before it to so many columns.
+pub fn right(line: &str, width: usize) -> String {
+    " ".repeat(width.saturating_sub(columns(line))) + line
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    /// Every character that may not reach a terminal, each with its neighbours.
+    fn hostile() -> String {
+        let all = '\0'..=char::MAX;
+        all.filter(|c| is_hidden(*c) && *c != '\n').collect()
+    }
+
+    #[test]
+    fn nothing_hidden_is_printed_and_columns_stay() {
+        let text = hostile();
+        let printed = Printable::from(&text);
+        assert!(!printed.chars().any(is_hidden));
+        assert_eq!(printed.chars().count(), text.chars().count());
+        assert_eq!(columns(&text), text.chars().count());
+        assert_eq!(Printable::from(&*printed), printed);
+    }
+
+    #[test]
+    fn controls_are_seen_and_words_of_any_script_stay() {
+        assert_eq!(
+            Printable::from("a\u{1b}[31m\r\u{7f}\u{9b}b\u{202e}c\td\u{2028}\ne\0"),
+            "a␛[31m␍␡�b�c d�\ne␀"
+        );
+        for plain in ["Über 照明 نور אור 👩\u{200d}🎤", "\n\n", "", " "] {
+            assert_eq!(Printable::from(plain), plain);
+        }
+    }
+
+    #[test]
+    fn colours_pass_and_nothing_else_does() {
+        let ours = "\u{1b}[1;31merror\u{1b}[0m \u{1b}[m";
+        assert_eq!(Printable::coloured(ours), ours);
+        for (text, printed) in [
+            ("\u{1b}]0;t\u{7}", "␛]0;t␇"),
+            ("\u{1b}[2J", "␛[2J"),
+            ("\u{1b}[31", "␛[31"),
+            ("\u{1b}[\u{1b}[1m", "␛[\u{1b}[1m"),
+            ("\u{9b}1m", "�1m"),
+        ] {
+            assert_eq!(Printable::coloured(text), printed);
+        }
+    }
+
+    #[test]
+    fn json_reads_as_the_same_and_shows_nothing_raw() {
+        let text = hostile() + "\u{e0041}<\"\\é";
+        let written = json(&serde_json::to_string_pretty(&[&text]).unwrap());
+        assert!(!written.chars().any(|c| is_hidden(c) && c != '\n'));
+        let read: Vec<String> = serde_json::from_str(&written).unwrap();
+        assert_eq!(read, [text]);
+    }
+
+    #[test]
+    fn columns_are_filled_by_width() {
+        assert_eq!(left("照明", 6), "照明  ");
+        assert_eq!(right("\u{202e}ab", 4), " \u{202e}ab");
+        assert_eq!(left("long", 2), "long");
+    }
+}
