@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use super::screen::Screen;
 use super::{folder_of, print};
 use crate::engine::{self, Host, Serving, TEXT_LIMIT, Version};
-use crate::files::{Disk, Folder, Store};
+use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
 use crate::repl::Error;
-use crate::report::versions::Comparison;
+use crate::report::{self, versions::Comparison};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
@@ -28,7 +28,8 @@ fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     let text = engine::format(&path.display().to_string(), &bytes)?;
     let other = text.as_bytes() != bytes;
     if other && !look {
-        Disk.write(path, text.as_bytes())?;
+        Disk.sweep(path.parent().unwrap_or(Path::new("")));
+        Disk.edit(path, text.as_bytes())?;
     }
     Ok(other)
 }
@@ -58,19 +59,17 @@ impl<'f> Versions<'f> {
     }
 
     /// The file in whose folder the show's pictures are.
-    pub fn name(&self) -> String {
-        self.of_git.unwrap_or(self.new).display().to_string()
+    pub fn name(&self) -> &'f Path {
+        self.of_git.unwrap_or(self.new)
     }
 
-    fn read(&self, path: &Path) -> Result<Version, Error> {
+    /// A version, and the files that it names.
+    fn read(&self, path: &Path) -> Result<(Version, Folder), Error> {
         let folder = folder_of(self.of_git.unwrap_or(path));
+        let files = Folder::new(folder, TEXT_LIMIT);
         let name = path.display().to_string();
-        let bytes = read(path)?;
-        Ok(Version::read(
-            &name,
-            &bytes,
-            &Folder::new(folder, TEXT_LIMIT),
-        )?)
+        let version = Version::read(&name, &read(path)?, &files)?;
+        Ok((version, files))
     }
 }
 
@@ -98,14 +97,22 @@ pub fn difference(
 }
 
 fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Result<String, Error> {
-    let old = versions.read(versions.old)?;
-    let new = versions.read(versions.new)?;
+    let (old, old_files) = versions.read(versions.old)?;
+    let (new, new_files) = versions.read(versions.new)?;
+    if let Some(path) = output {
+        let is_input = [versions.old, versions.new].map(|input| is_same(input, path));
+        let is_named = [old_files, new_files].map(|files| files.has_read(path));
+        if is_input.into_iter().chain(is_named).any(|own| own) {
+            return Err(report::Error::ShowsFile(path.to_owned()).into());
+        }
+        Disk.sweep(path.parent().unwrap_or(Path::new("")));
+    }
     let serving = Serving::in_store(&old, &new, host);
     let mut compared = Comparison::new(old, new);
     compared.serving = Some(serving);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
-        Disk.write(path, &compared.chart(path)?)?;
+        Disk.output(path, &compared.chart(path)?)?;
         text.push_str(&format!("wrote {}\n", path.display()));
     }
     Ok(text)

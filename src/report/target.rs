@@ -71,8 +71,8 @@ pub type Idle = (&'static str, &'static str);
 
 impl Target {
     /// What to write to `path`; `-` is the host's pipe.
-    pub fn of(path: &str, options: TargetOptions) -> Result<Target, Error> {
-        let place = PathBuf::from(path);
+    pub fn of(path: &Path, options: TargetOptions) -> Result<Target, Error> {
+        let place = path.to_owned();
         let precision = options.precision.unwrap_or(Precision::Half);
         let chroma = options.chroma.unwrap_or(Chroma::Quarter);
         let numbered = Numbered::of(&place);
@@ -83,7 +83,7 @@ impl Target {
             ("y4m", _) => Target::Video(Some(place), chroma),
             ("html" | "htm", _) => Target::Page(place),
             ("exr", _) => Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision),
-            _ if path == "-" => Target::Video(None, chroma),
+            _ if path == Path::new("-") => Target::Video(None, chroma),
             _ => return Err(unknown(&place, KNOWN)),
         })
     }
@@ -131,6 +131,21 @@ impl Sequence<'_> {
 }
 
 impl Target {
+    /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
+    /// replace files of the show, and a pipe that is none.
+    pub fn check(&self, engine: &Engine, pipe: Option<&Pipe>) -> Result<(), Error> {
+        match self {
+            Target::Numbered(names, _) => {
+                let (document, files) = (engine.document(), engine.host().files.as_ref());
+                let mut paths = (1..=film::length(engine)).map(|number| names.path(number));
+                let own = paths.find(|path| document.reads(path, files));
+                own.map_or(Ok(()), |path| Err(Error::ShowsFile(path)))
+            }
+            Target::Video(None, _) if pipe.is_none() => Err(Error::NoPipe),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes a sequence; what was written in words, and whether it went down the pipe.
     pub fn write(
         &self,
@@ -145,7 +160,7 @@ impl Target {
         } = sequence;
         let store = &engine.host().store;
         let whole = |path: &Path, bytes: &[u8], text: String| -> Result<String, Error> {
-            store.write(path, bytes)?;
+            store.output(path, bytes)?;
             Ok(format!("{text}\nwrote {}", path.display()))
         };
         let text = match self {

@@ -472,10 +472,6 @@ impl Store for Faulty {
         self.inner.write(path, &content)
     }
 
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
-        self.inner.clear(folder, ending)
-    }
-
     fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
         self.inner.list(folder, ending)
     }
