@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
 use super::{folder_of, print};
-use crate::engine::{self, Host, Serving, TEXT_LIMIT, Version};
+use crate::engine::{self, Document, Host, Serving, TEXT_LIMIT, Version};
 use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
 use crate::repl::Error;
 use crate::report::{self, versions::Comparison};
@@ -63,13 +63,30 @@ impl<'f> Versions<'f> {
         self.of_git.unwrap_or(self.new)
     }
 
-    /// A version, and the files that it names.
-    fn read(&self, path: &Path) -> Result<(Version, Folder), Error> {
-        let folder = folder_of(self.of_git.unwrap_or(path));
-        let files = Folder::new(folder, TEXT_LIMIT);
+    fn read(&self, path: &Path) -> Result<Version, Error> {
         let name = path.display().to_string();
-        let version = Version::read(&name, &read(path)?, &files)?;
-        Ok((version, files))
+        Ok(Version::read(&name, &read(path)?, &self.folder(path))?)
+    }
+
+    fn folder(&self, path: &Path) -> Folder {
+        Folder::new(folder_of(self.of_git.unwrap_or(path)), TEXT_LIMIT)
+    }
+
+    /// Refuses to draw over a version or a file that one names.
+    fn spare(&self, output: &Path) -> Result<(), Error> {
+        for path in [self.old, self.new] {
+            let files = self.folder(path);
+            if output.exists() {
+                // A version is compared without its stage and images, which need not be there;
+                // those that are there are read here.
+                let name = path.display().to_string();
+                let _ = Document::new(&name, &read(path)?, &files);
+            }
+            if is_same(path, output) || files.has_read(output) {
+                return Err(report::Error::ShowsFile(output.to_owned()).into());
+            }
+        }
+        Ok(())
     }
 }
 
@@ -97,16 +114,12 @@ pub fn difference(
 }
 
 fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Result<String, Error> {
-    let (old, old_files) = versions.read(versions.old)?;
-    let (new, new_files) = versions.read(versions.new)?;
     if let Some(path) = output {
-        let is_input = [versions.old, versions.new].map(|input| is_same(input, path));
-        let is_named = [old_files, new_files].map(|files| files.has_read(path));
-        if is_input.into_iter().chain(is_named).any(|own| own) {
-            return Err(report::Error::ShowsFile(path.to_owned()).into());
-        }
+        versions.spare(path)?;
         Disk.sweep(path.parent().unwrap_or(Path::new("")));
     }
+    let old = versions.read(versions.old)?;
+    let new = versions.read(versions.new)?;
     let serving = Serving::in_store(&old, &new, host);
     let mut compared = Comparison::new(old, new);
     compared.serving = Some(serving);

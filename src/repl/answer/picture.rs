@@ -1,7 +1,5 @@
 //! One picture.
 
-use std::path::Path;
-
 use super::usage;
 use crate::picture::Image;
 use crate::picture::tone::{self, Tone};
