@@ -103,7 +103,10 @@ mod tests {
             at("a.png.4194305-0123456789ABCDEF.part"),
             at(".4194305-0123456789abcdef.part"),
             at("a.png.x-0123456789abcdef.part"),
-            at(&format!("a.png.{}-0123456789abcdef.part", std::process::id())),
+            at(&format!(
+                "a.png.{}-0123456789abcdef.part",
+                std::process::id()
+            )),
             at("locked.4194305-0123456789abcdef.part"),
         ];
         for path in kept.iter().chain([&gone]) {

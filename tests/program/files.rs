@@ -22,9 +22,9 @@ const PATIENCE: Duration = Duration::from_secs(60);
 const SHOW: &str = "show \"Files\"\nbank a image \"keys/a.exr\"\nbank b image \"keys/b.png\"\n\
     cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:02 { a 25  b full  time 1 }\n";
 
-/// The same with fewer key settings.
-const STILL: &str = "show \"Files\"\nbank a image \"keys/a.exr\"\nbank b image \"keys/b.png\"\n\
-    cue 1 at 0:00 { snap  a 100  b 50 }\n";
+/// The same with two key settings instead of three.
+const SHORTER: &str = "show \"Files\"\nbank a image \"keys/a.exr\"\nbank b image \"keys/b.png\"\n\
+    cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:02 { a 25  time 1 }\n";
 
 /// Something to render.
 const LIT: &str = "show \"Lit\"\npreview { coarse 1  refined 2 }\n\
@@ -118,18 +118,29 @@ fn a_run_removes_and_replaces_only_what_a_run_has_written() {
     assert!(before.iter().all(|file| after.contains(file)), "{said}");
     let (code, said) = told(folder.path(), &run);
     assert_eq!(code, 0, "again: {said}");
-    let first = keys_of(folder.path());
-    assert!(first.contains(&"key003.exr".to_owned()), "{first:?}");
-    // Somebody works on a key image, and the show has fewer of them by now.
+    let all = [
+        "a.exr",
+        "b.png",
+        "key001.exr",
+        "key002.exr",
+        "key003.exr",
+        "mine.exr",
+    ];
+    assert_eq!(keys_of(folder.path()), all);
+    fs::write(at("s.lxq"), SHORTER).unwrap();
+    let (code, said) = told(folder.path(), &run);
+    assert_eq!(code, 0, "{said}");
+    let fewer = ["a.exr", "b.png", "key001.exr", "key002.exr", "mine.exr"];
+    assert_eq!(keys_of(folder.path()), fewer);
+    // Somebody works on the key image that goes next time.
+    fs::write(at("s.lxq"), SHOW).unwrap();
+    assert_eq!(told(folder.path(), &run).0, 0);
     fs::write(at("keys/key003.exr"), "retouched").unwrap();
-    fs::write(at("s.lxq"), STILL).unwrap();
+    fs::write(at("s.lxq"), SHORTER).unwrap();
     let (code, said) = told(folder.path(), &run);
     assert_eq!(code, 0, "{said}");
     assert_eq!(fs::read(at("keys/key003.exr")).unwrap(), b"retouched");
-    assert_eq!(
-        keys_of(folder.path()),
-        ["a.exr", "b.png", "key001.exr", "key003.exr", "mine.exr"]
-    );
+    assert_eq!(keys_of(folder.path()), all);
     let check = Command::new("sha256sum")
         .args(["--check", "--strict", "files.sha256"])
         .current_dir(folder.path())
@@ -251,7 +262,11 @@ fn a_pipe_and_a_device_are_written_into() {
     pipe(&at("p.png"));
     symlink("/dev/null", at("null.png")).unwrap();
     let device = fs::metadata("/dev/null").unwrap().ino();
-    for (verb, name) in [("picture", "p.png"), ("play", "p.png"), ("picture", "null.png")] {
+    for (verb, name) in [
+        ("picture", "p.png"),
+        ("play", "p.png"),
+        ("picture", "null.png"),
+    ] {
         let child = footlight(folder.path())
             .args([verb, "s.lxq", "-o", name])
             .spawn()
@@ -282,7 +297,9 @@ fn what_a_killed_run_left_half_written_is_removed_by_the_next() {
     let mut gone = Command::new("true").spawn().unwrap();
     gone.wait().unwrap();
     let part = |name: &str, id: u32| {
-        let path = folder.path().join(format!("{name}.{id}-0123456789abcdef.part"));
+        let path = folder
+            .path()
+            .join(format!("{name}.{id}-0123456789abcdef.part"));
         fs::write(&path, "half").unwrap();
         path
     };
@@ -292,7 +309,11 @@ fn what_a_killed_run_left_half_written_is_removed_by_the_next() {
         ("picture s.lxq -o a.png", "film.y4m"),
         ("fmt s.lxq", "s.lxq"),
     ] {
-        fs::write(folder.path().join("s.lxq"), SHOW.replace("bank a", "bank   a")).unwrap();
+        fs::write(
+            folder.path().join("s.lxq"),
+            SHOW.replace("bank a", "bank   a"),
+        )
+        .unwrap();
         let litter = part(name, gone.id());
         let living = part(name, std::process::id());
         let own = folder.path().join("keys/mine.part");
@@ -311,11 +332,15 @@ fn pipe(path: &Path) {
 /// Every place where a file is read, with every kind of thing that is none.
 #[test]
 fn what_is_no_file_is_refused_at_once() {
-    let lit = |line: &str| LIT.replace("bank lamp = left\n", &format!("bank lamp = left\n{line}\n"));
+    let lit =
+        |line: &str| LIT.replace("bank lamp = left\n", &format!("bank lamp = left\n{line}\n"));
     let stage = LIT.replace("surface floor", "stage \"set.obj\"\nsurface floor2");
     let spot = "spot  at -2, -2, 3.5  aim -0.8, 0.5, 0.5  beam 30  field 50  900 cd";
     let ies = LIT.replace(spot, "photometric \"x\" at 0, 0, 3  aim 0, 0, 0");
-    let slide = LIT.replace(spot, "project \"x\" from 0, 0, 3  aim 0, 0, 0  field 40  900 cd");
+    let slide = LIT.replace(
+        spot,
+        "project \"x\" from 0, 0, 3  aim 0, 0, 0  field 40  900 cd",
+    );
     for (show, line) in [
         (LIT.to_owned(), "check x"),
         (LIT.to_owned(), "fmt x"),
@@ -334,7 +359,11 @@ fn what_is_no_file_is_refused_at_once() {
             let folder = tempfile::tempdir().unwrap();
             let at = |name: &str| folder.path().join(name);
             fs::write(at("s.lxq"), &show).unwrap();
-            fs::write(at("set.obj"), "mtllib x\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+            fs::write(
+                at("set.obj"),
+                "mtllib x\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n",
+            )
+            .unwrap();
             let _socket = match kind {
                 "pipe" => {
                     pipe(&at("x"));
@@ -347,7 +376,10 @@ fn what_is_no_file_is_refused_at_once() {
                 }
             };
             let (code, said) = told(folder.path(), &split(line));
-            assert!(code != 0 && code != 70, "{line} {kind}: {code} {said}\n{show}");
+            assert!(
+                code != 0 && code != 70,
+                "{line} {kind}: {code} {said}\n{show}"
+            );
             let reason = format!("is a {kind}, not a file");
             assert!(said.contains(&reason), "{line} {kind}: {said}\n{show}");
         }
@@ -355,7 +387,10 @@ fn what_is_no_file_is_refused_at_once() {
     let folder = place();
     for device in ["/dev/zero", "/dev/null"] {
         let (code, said) = told(folder.path(), &["check", device]);
-        assert!(code == 3 && said.contains("is a device, not a file"), "{said}");
+        assert!(
+            code == 3 && said.contains("is a device, not a file"),
+            "{said}"
+        );
     }
 }
 
@@ -415,7 +450,10 @@ fn names_of_files_need_not_be_text() {
         let differs = i32::from(line.starts_with("diff"));
         assert_eq!(code, differs, "{line}: {said}");
         let result = result.map(|result| words(result).remove(0));
-        assert!(result.is_none_or(|r| folder.join(r).exists()), "{line}: {said}");
+        assert!(
+            result.is_none_or(|r| folder.join(r).exists()),
+            "{line}: {said}"
+        );
     }
     // What is no name of a file is text.
     let mut at = words("picture s.lxq --at");
@@ -440,7 +478,10 @@ fn what_standard_output_does_not_take_is_told() {
     assert!(code == 0 && said.contains("wrote"), "{code} {said}");
     for line in ["--help", "--version", "help run", "run --help"] {
         let (code, said) = shell(&format!("footlight {line} >/dev/full"));
-        assert!(code == 3 && said.contains("standard output"), "{line}: {said}");
+        assert!(
+            code == 3 && said.contains("standard output"),
+            "{line}: {said}"
+        );
         let (code, said) = shell(&format!("footlight {line} | true"));
         assert_eq!(code, 0, "{line}: {said}");
     }
@@ -453,8 +494,12 @@ fn a_pool_that_cannot_be_written_is_told_once() {
     let at = |name: &str| folder.path().join(name);
     fs::write(at("s.lxq"), LIT).unwrap();
     let spoil: [(&str, &dyn Fn()); 4] = [
-        ("Not a directory", &|| fs::write(at(".footlight"), "").unwrap()),
-        ("is a link", &|| symlink(at("elsewhere"), at(".footlight")).unwrap()),
+        ("Not a directory", &|| {
+            fs::write(at(".footlight"), "").unwrap()
+        }),
+        ("is a link", &|| {
+            symlink(at("elsewhere"), at(".footlight")).unwrap()
+        }),
         ("is a link", &|| {
             fs::create_dir(at(".footlight")).unwrap();
             symlink(at("elsewhere"), at(".footlight/pictures")).unwrap();
@@ -485,7 +530,8 @@ fn a_pool_that_cannot_be_written_is_told_once() {
 fn watch_goes_on_when_a_file_is_back() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let set = "v -3 -3 0\nv 3 -3 0\nv 3 3 0\nv -3 3 0\nf 1 2 3 4\n";
+    let set = "mtllib m\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nusemtl m\nf 1 2 3 4\n";
+    fs::write(at("m"), "newmtl m\nKd 0.5 0.5 0.5\n").unwrap();
     let show = LIT.replace("surface floor", "stage \"set.obj\"\nsurface floor2");
     fs::write(at("s.lxq"), show).unwrap();
     pipe(&at("set.obj"));
