@@ -11,7 +11,7 @@ mod reports;
 mod screen;
 mod watch;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -41,19 +41,16 @@ const STOPPED: u8 = 130;
 pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os()) {
         Ok(parsed) => parsed,
+        Err(error) if !error.use_stderr() => return help(&error),
         Err(error) => {
-            // Help goes to standard output, errors to standard error; both may be closed.
-            let said = error.render().to_string();
-            match error.use_stderr() {
-                true => complain(said),
-                false => drop(print(said)),
-            }
+            // Standard error may be closed.
+            complain(error.render().to_string());
             if let Some(show) = sole_show(std::env::args_os()) {
                 complain(format!(
                     "\na verb comes first: `footlight check {show}`, `footlight repl {show}`\n"
                 ));
             }
-            return ExitCode::from(if error.use_stderr() { 2 } else { 0 });
+            return ExitCode::from(2);
         }
     };
     let screen = Screen::new(settings.quiet, settings.format(), settings.kitty);
@@ -64,6 +61,18 @@ pub fn main() -> ExitCode {
     match LOST.get() {
         None => ExitCode::from(code),
         Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
+    }
+}
+
+/// Prints help or the version, which are what was asked for.
+fn help(error: &clap::Error) -> ExitCode {
+    let printed = error.print().and_then(|()| io::stdout().flush());
+    match printed {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            complain(&format!("error: standard output: {error}\n"));
+            ExitCode::from(3)
+        }
+        _ => ExitCode::SUCCESS,
     }
 }
 
@@ -91,7 +100,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Fmt { files, check } => reports::format(files, *check),
         OwnCommand::Diff { files, output } => {
             let versions = Versions::of(files)?;
-            let host = host(Some(&versions.name()), settings, screen);
+            let host = host(Some(versions.name()), settings, screen);
             reports::difference(&versions, output.as_deref(), (&host, screen))
         }
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
@@ -127,29 +136,29 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
 }
 
 /// Refuses `plot keys show.lxq` with what was meant.
-fn show_comes_first(show: &str, call: &Call) -> Result<(), Error> {
-    let is_file = |name: &str| name == "-" || Path::new(name).exists();
-    let other = call
-        .words
-        .iter()
-        .find(|w| w.ends_with(".lxq") && is_file(w));
+fn show_comes_first(show: &Path, call: &Call) -> Result<(), Error> {
+    let is_file = |name: &Path| name == Path::new("-") || name.exists();
+    let is_show = |name: &Path| name.extension() == Some(OsStr::new("lxq")) && is_file(name);
+    let other = call.words.iter().map(Path::new).find(|word| is_show(word));
     match other {
         Some(file) if !is_file(show) => Err(Error::Usage(format!(
-            "`{show}` is no show; its file comes first: {} {file} {show}",
-            call.verb.name
+            "`{0}` is no show; its file comes first: {1} {2} {0}",
+            show.display(),
+            call.verb.name,
+            file.display()
         ))),
         _ => Ok(()),
     }
 }
 
 /// The terminal's means, for the show at `path` (`-`: standard input; none: an empty show).
-fn host(path: Option<&str>, settings: &Settings, screen: &Screen) -> Host {
-    let file = path.filter(|p| *p != "-").map(Path::new);
+fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
+    let file = path.filter(|p| *p != Path::new("-"));
     let folder = file.map_or(Path::new("."), folder_of);
     let renderer: Arc<dyn Transport> = match settings.renderer() {
         None => Arc::new(Radiosity),
         Some(call) => {
-            let show = path.filter(|p| *p != "-").map(std::path::absolute);
+            let show = file.map(std::path::absolute);
             Arc::new(Outside::new(outside::Call {
                 show: show.and_then(Result::ok),
                 ..call
@@ -166,20 +175,20 @@ fn host(path: Option<&str>, settings: &Settings, screen: &Screen) -> Host {
         memory: settings.memory(),
         time: settings.time_limit,
         processor: files::processor(),
-        pool: pool_place(path, folder, settings),
+        pool: pool_place(file.map(folder_of), settings),
         background: None,
     }
 }
 
 /// Opens a show with the terminal's means.
-fn open(path: Option<&str>, settings: &Settings, screen: &Screen) -> Result<Repl, Error> {
+fn open(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Result<Repl, Error> {
     load(path, host(path, settings, screen), screen)
 }
 
-fn load(path: Option<&str>, host: Host, screen: &Screen) -> Result<Repl, Error> {
+fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error> {
     let engine = match path {
         None => Engine::from_text("untitled.lxq", b"show \"Untitled\"\n", host),
-        Some("-") => {
+        Some(path) if path == Path::new("-") => {
             let mut text = Vec::new();
             let read = io::stdin()
                 .lock()
@@ -188,7 +197,7 @@ fn load(path: Option<&str>, host: Host, screen: &Screen) -> Result<Repl, Error> 
             read.map_err(|e| Error::Device(format!("standard input: {e}")))?;
             Engine::from_text("standard input", &text, host)
         }
-        Some(path) => Engine::open(Path::new(path), host),
+        Some(path) => Engine::open(path, host),
     };
     let console = Console {
         style: screen.style(),
@@ -198,10 +207,11 @@ fn load(path: Option<&str>, host: Host, screen: &Screen) -> Result<Repl, Error> 
     Ok(Repl::new(engine?, console))
 }
 
-/// Standard output for files, unless it is a terminal, which shows no films.
+/// Standard output for files, unless it is a terminal, which shows no films, or closed.
 fn pipe() -> Option<Pipe> {
     let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
-    (!io::stdout().is_terminal()).then(|| Box::new(open) as Pipe)
+    let is_read = !io::stdout().is_terminal() && !files::output_goes_nowhere();
+    is_read.then(|| Box::new(open) as Pipe)
 }
 
 /// The folder that a file lies in.
@@ -212,14 +222,22 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Where pictures are stored: where the user says, else next to the show's file.
-fn pool_place(show: Option<&str>, folder: &Path, settings: &Settings) -> Option<PoolPlace> {
+/// Where pictures are stored: where the user says, else next to the show's file. A link there, which
+/// may have come with the show, could lead anywhere.
+fn pool_place(folder: Option<&Path>, settings: &Settings) -> Option<PoolPlace> {
     let folder = match &settings.pool {
         Some(said) if said.as_os_str() == "off" => return None,
         Some(said) => said.clone(),
-        None if matches!(show, None | Some("-")) => return None,
-        None => folder.join(".footlight"),
+        None => folder?.join(".footlight"),
     };
+    if settings.pool.is_none() && files::is_link(&folder) {
+        let folder = folder.display();
+        complain(&format!(
+            "note: pictures are not stored: `{folder}` is a link; `--pool DIR` names a folder for \
+             them\n"
+        ));
+        return None;
+    }
     Some(PoolPlace {
         folder,
         limit: settings.pool_limit(),

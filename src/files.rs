@@ -1,13 +1,17 @@
 //! The one door to the outside: reading a show's files, writing results, other programs, the clock.
 //!
 //! Invariants: a show reads only from its own folder downwards, whatever links or `..` a path
-//! holds; a file is never left half written (it is written beside its place, then renamed). No
-//! other room of the library touches `std::fs`, a process or a clock.
+//! holds and whatever is put in their place meanwhile; only regular files are read; a file is never
+//! left half written (it is written beside its place, then renamed). No other module of the library
+//! touches `std::fs`, a process or a clock.
 
 pub mod process;
 
 mod atomic_writer;
 mod disk;
+mod open;
+mod part;
+mod standard;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -19,9 +23,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Instant, SystemTime};
 
 use self::atomic_writer::Gathered;
+use self::open::{Opened, Refusal, stamp};
 
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
+pub use self::standard::output_goes_nowhere;
 
 /// Why a file could not be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -41,6 +47,22 @@ pub enum FileError {
         size: u64,
         /// The largest size that is read.
         limit: u64,
+    },
+    /// It is no regular file: reading it could wait, or go on, without end.
+    #[error("`{path}` is {kind}, not a file")]
+    NotAFile {
+        /// The path as given.
+        path: String,
+        /// `a folder`, `a pipe`, `a socket` or `a device`.
+        kind: &'static str,
+    },
+    /// The file to be edited has other names too, which would keep the old content.
+    #[error("`{path}` has {names} names (hard links)")]
+    Linked {
+        /// The path as given.
+        path: String,
+        /// How many names it has.
+        names: u64,
     },
     /// Anything else the operating system says.
     #[error("`{path}`: {source}")]
@@ -85,14 +107,18 @@ pub trait Files: Send + Sync {
 /// Size of a file and when it was changed; `None` when it is gone.
 pub type Stamp = Option<(u64, SystemTime)>;
 
-fn stamp(path: &Path) -> Stamp {
-    let found = fs::metadata(path).ok()?;
-    Some((found.len(), found.modified().ok()?))
+fn stamp_of(path: &Path) -> Stamp {
+    stamp(&fs::metadata(path).ok()?)
 }
 
 /// Do two paths name one file that exists?
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// True for a symbolic link, wherever it leads.
+pub fn is_link(path: &Path) -> bool {
+    fs::symlink_metadata(path).is_ok_and(|about| about.is_symlink())
 }
 
 /// `path` with `.` and `..` resolved; `None` when absolute or when it climbs above its start.
@@ -142,17 +168,12 @@ impl Folder {
 
 impl Files for Folder {
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
-        let io = read_error(path);
         let relative = inside(path).ok_or_else(|| FileError::Outside(path.to_owned()))?;
-        let root = self.root.canonicalize().map_err(&io)?;
-        let full = root.join(relative).canonicalize().map_err(&io)?;
-        if !full.starts_with(&root) {
-            return Err(FileError::Outside(path.to_owned()));
-        }
-        // Before it is read: a change meanwhile is a change.
-        let stamp = stamp(&full);
-        let content = read_limited(&full, path, self.limit)?;
-        self.known().insert(full, stamp);
+        let found = open::beneath(&self.root, &relative).map_err(|refusal| refusal.of(path))?;
+        // As it was before it is read: a change meanwhile is a change.
+        let stamp = found.opened.stamp();
+        let content = read_limited(Ok(found.opened), path, self.limit)?;
+        self.known().insert(found.path, stamp);
         Ok(content)
     }
 
@@ -161,7 +182,7 @@ impl Files for Folder {
     }
 
     fn as_is(&self) -> Vec<Stamp> {
-        self.known().keys().map(|path| stamp(path)).collect()
+        self.known().keys().map(|path| stamp_of(path)).collect()
     }
 
     fn has_read(&self, path: &Path) -> bool {
@@ -170,22 +191,28 @@ impl Files for Folder {
     }
 }
 
-/// Reads a file up to `limit` bytes. Devices and pipes are cut at the limit too, so that no read is
-/// unbounded.
-fn read_limited(full: &Path, shown: &str, limit: u64) -> Result<Vec<u8>, FileError> {
-    let mut bytes = Vec::new();
-    fs::File::open(full)
-        .and_then(|file| file.take(limit.saturating_add(1)).read_to_end(&mut bytes))
-        .map_err(read_error(shown))?;
-    if bytes.len() as u64 > limit {
-        let size = fs::metadata(full).map_or(bytes.len() as u64, |m| m.len());
-        return Err(FileError::TooLarge {
-            path: shown.to_owned(),
-            size,
-            limit,
-        });
+/// Reads a file up to `limit` bytes, however much it grows meanwhile.
+fn read_limited(
+    opened: Result<Opened, Refusal>,
+    shown: &str,
+    limit: u64,
+) -> Result<Vec<u8>, FileError> {
+    let Opened { file, about } = opened.map_err(|refusal| refusal.of(shown))?;
+    let too_large = |size| FileError::TooLarge {
+        path: shown.to_owned(),
+        size,
+        limit,
+    };
+    if about.len() > limit {
+        return Err(too_large(about.len()));
     }
-    Ok(bytes)
+    let mut bytes = Vec::new();
+    let read = file.take(limit.saturating_add(1)).read_to_end(&mut bytes);
+    read.map_err(io_error(shown))?;
+    match bytes.len() as u64 {
+        size if size > limit => Err(too_large(size)),
+        _ => Ok(bytes),
+    }
 }
 
 /// Files held in memory, for tests and embedding programs.
@@ -233,16 +260,6 @@ fn unique() -> u64 {
     RandomState::new().build_hasher().finish()
 }
 
-/// A name beside `path` that is not in use; the folder is made when it is missing.
-fn beside(path: &Path) -> Result<PathBuf, FileError> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).map_err(io_error(path.display()))?;
-    }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}-{:016x}.part", std::process::id(), unique()));
-    Ok(path.with_file_name(name))
-}
-
 /// A file or folder as it is listed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
@@ -258,14 +275,33 @@ pub struct Entry {
 
 /// Where results go.
 pub trait Store: Send + Sync {
-    /// Replaces the file at `path` as a whole; missing folders are made.
+    /// Replaces the file at `path` as a whole, for files that are the program's own; missing folders
+    /// are made. A link is replaced, not followed.
     ///
     /// # Errors
     /// [`FileError`] with the path; the old file is then untouched.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
 
-    /// A file to be written piece by piece; missing folders are made. Unless a store does better
-    /// it is gathered in memory.
+    /// Writes a result to the place that a person named: as [`Store::write`], but it may be a link,
+    /// a pipe or a device.
+    ///
+    /// # Errors
+    /// As [`Store::write`].
+    fn output(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        self.write(path, content)
+    }
+
+    /// Replaces the text of a file that a person edits: as [`Store::output`], but a file with other
+    /// names is refused.
+    ///
+    /// # Errors
+    /// As [`Store::write`], and [`FileError::Linked`].
+    fn edit(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        self.output(path, content)
+    }
+
+    /// A file to be written piece by piece, at a place as for [`Store::output`]; missing folders are
+    /// made. Unless a store does better it is gathered in memory.
     ///
     /// # Errors
     /// [`FileError`] when it cannot be begun.
@@ -273,11 +309,11 @@ pub trait Store: Send + Sync {
         Ok(Box::new(Gathered::new(self, path)))
     }
 
-    /// Removes the files of `folder` whose names end in `ending`; a missing folder is empty.
-    ///
-    /// # Errors
-    /// [`FileError`] when the folder cannot be listed or a file not removed.
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError>;
+    /// Removes what killed processes left half written in `folder`; nothing where a store has no
+    /// such files.
+    fn sweep(&self, folder: &Path) {
+        let _ = folder;
+    }
 
     /// Names of the files in `folder` that end in `ending`, in order.
     ///
@@ -302,6 +338,12 @@ pub trait Store: Send + Sync {
     /// # Errors
     /// [`FileError`] when the folder cannot be listed.
     fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError>;
+
+    /// True for a symbolic link, wherever it leads; a store without links has none.
+    fn is_link(&self, path: &Path) -> bool {
+        let _ = path;
+        false
+    }
 
     /// Records that the file at `path` was used now; its content is not rewritten.
     ///
@@ -350,13 +392,6 @@ impl Store for MemoryStore {
             used: used.unwrap_or(1),
         };
         files.insert(path.to_owned(), file);
-        Ok(())
-    }
-
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
-        let inside =
-            |path: &Path| path.parent() == Some(folder) && path.to_string_lossy().ends_with(ending);
-        self.locked().retain(|path, _| !inside(path));
         Ok(())
     }
 
@@ -479,5 +514,130 @@ mod tests {
             files.read("big"),
             Err(FileError::TooLarge { size: 11, .. })
         ));
+    }
+
+    /// While a link is swapped between a file of the show and one outside, and a folder between one
+    /// of the show and a link to one outside, what is read is the show's or refused.
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_is_swapped_meanwhile_leads_nowhere_else() {
+        use std::os::unix::fs::symlink;
+        use std::sync::atomic::{AtomicBool, Ordering};
+
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        for folder in ["show/own", "out"] {
+            fs::create_dir_all(at(folder)).unwrap();
+        }
+        fs::write(at("show/own/a"), "show").unwrap();
+        fs::write(at("out/a"), "secret").unwrap();
+        let done = AtomicBool::new(false);
+        let begin = Instant::now();
+        let (read, refused) = std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let links = [
+                    ("show/link", ["own/a".into(), at("out/a")]),
+                    ("show/folder", ["own".into(), at("out")]),
+                ];
+                while !done.load(Ordering::Relaxed) {
+                    for turn in 0..2 {
+                        for (name, targets) in &links {
+                            let _ = symlink(&targets[turn], at("show/new"));
+                            let _ = fs::rename(at("show/new"), at(name));
+                        }
+                    }
+                }
+            });
+            let files = Folder::new(at("show"), 100);
+            let (mut read, mut refused) = (0, 0);
+            while begin.elapsed().as_secs_f64() < 1.0 {
+                for name in ["link", "folder/a"] {
+                    match files.read(name) {
+                        Ok(content) => {
+                            assert_eq!(content, b"show", "after {read} reads");
+                            read += 1;
+                        }
+                        Err(FileError::Missing(_)) if read + refused == 0 => {}
+                        Err(FileError::Outside(_)) => refused += 1,
+                        Err(error) => {
+                            done.store(true, Ordering::Relaxed);
+                            panic!("{error}");
+                        }
+                    }
+                }
+            }
+            done.store(true, Ordering::Relaxed);
+            (read, refused)
+        });
+        assert!(read > 0 && refused > 0, "{read} read, {refused} refused");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_within_the_folder_and_no_further() {
+        use std::os::unix::fs::symlink;
+
+        let dir = tempfile::tempdir().unwrap();
+        let root = dir.path().canonicalize().unwrap();
+        let at = |name: &str| root.join(name);
+        fs::create_dir_all(at("show/own/deep")).unwrap();
+        fs::write(at("show/own/a"), "a").unwrap();
+        fs::write(at("secret"), "s").unwrap();
+        for (target, name) in [
+            ("own/a".into(), "to_file"),
+            ("own".into(), "to_folder"),
+            ("deep/../../own/a".into(), "own/around"),
+            (at("show/own/a"), "absolute"),
+            ("to_file".into(), "to_link"),
+            ("..".into(), "up"),
+            ("../secret".into(), "out"),
+            (at("secret"), "absolute_out"),
+            (at("show/../secret"), "around_out"),
+            ("loop".into(), "loop"),
+        ] {
+            symlink::<PathBuf, _>(target, at("show").join(name)).unwrap();
+        }
+        let files = Folder::new(at("show"), 10);
+        let own = ["own/a", "to_file", "to_folder/a", "own/around", "absolute"];
+        for name in own.into_iter().chain(["to_link", "own/deep/../a"]) {
+            assert_eq!(files.read(name).unwrap(), b"a", "{name}");
+            assert!(files.has_read(&at("show").join(name)), "{name}");
+        }
+        // However often one file is named, it is one.
+        assert_eq!(files.as_read().len(), 1);
+        for name in ["up/secret", "up", "out", "absolute_out", "around_out"] {
+            let found = files.read(name);
+            assert!(matches!(found, Err(FileError::Outside(_))), "{name}");
+        }
+        assert!(matches!(files.read("loop"), Err(FileError::Io { .. })));
+        assert!(matches!(files.read("own/a/b"), Err(FileError::Io { .. })));
+        assert!(matches!(files.read("own/b"), Err(FileError::Missing(_))));
+    }
+
+    /// What is no file is refused at once, whether a show or a person names it.
+    #[cfg(unix)]
+    #[test]
+    fn only_files_are_read() {
+        use nix::sys::stat::Mode;
+
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        nix::unistd::mkfifo(&at("pipe"), Mode::S_IRWXU).unwrap();
+        let _socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();
+        fs::create_dir(at("folder")).unwrap();
+        let files = Folder::new(dir.path(), 10);
+        for name in ["pipe", "socket", "folder"] {
+            let said = format!("is a {name}, not a file");
+            let by_show = files.read(name).unwrap_err().to_string();
+            let by_name = Disk.read(&at(name), 10).unwrap_err().to_string();
+            let start = Disk.read_start(&at(name), 10).unwrap_err().to_string();
+            for error in [by_show, by_name, start] {
+                assert!(error.ends_with(&said), "{error}");
+            }
+        }
+        for device in ["/dev/zero", "/dev/null"] {
+            let error = Disk.read(Path::new(device), 10).unwrap_err().to_string();
+            assert_eq!(error, format!("`{device}` is a device, not a file"));
+        }
     }
 }

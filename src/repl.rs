@@ -19,6 +19,7 @@ use serde::Serialize;
 use crate::chart::Drawing;
 use crate::diagnostic::Style;
 use crate::engine::{Edited, Engine, Event, LiveControl};
+use crate::files::is_same;
 use crate::lang;
 use crate::printable::{self, Printable};
 use crate::report::film::{Canvas, Pipe, Shown};
@@ -307,8 +308,10 @@ impl Repl {
     /// Options of a verb that say what is refined first, and from where images are seen, hold for
     /// that verb alone.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
-        if let Some(path) = call.option("output") {
-            self.spare(Path::new(path))?;
+        if let Some(path) = call.path("output") {
+            self.spare(path, call)?;
+            let folder = path.parent().unwrap_or(Path::new(""));
+            self.engine.host().store.sweep(folder);
         }
         let usual = self.engine.metric();
         if let Some(name) = call.option("metric") {
@@ -319,16 +322,16 @@ impl Repl {
         reply
     }
 
-    /// Refuses to write results over what the show is read from.
-    fn spare(&self, path: &Path) -> Result<(), Error> {
+    /// Refuses to write a result over what the show or this call is read from.
+    fn spare(&self, path: &Path, call: &Call) -> Result<(), Error> {
         let files = self.engine.host().files.as_ref();
-        if self.engine.document().reads(path, files) {
-            return Err(Error::Usage(format!(
-                "`{}` belongs to the show and was not written; choose another name",
-                path.display()
-            )));
+        let mut inputs = call.words.iter().chain(call.options.get("commands"));
+        let read = self.engine.document().reads(path, files)
+            || inputs.any(|input| is_same(Path::new(input), path));
+        match read {
+            true => Err(report::Error::ShowsFile(path.to_owned()).into()),
+            false => Ok(()),
         }
-        Ok(())
     }
 
     /// `--view` holds for its verb alone too.

@@ -15,6 +15,7 @@ pub mod explain;
 pub mod film;
 pub mod format;
 pub mod layers;
+pub mod manifest;
 pub mod notes;
 pub mod page;
 pub mod plan;

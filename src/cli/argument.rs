@@ -6,7 +6,7 @@ use std::num::NonZero;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, StringValueParser, TypedValueParser, ValueParser};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 
@@ -119,7 +119,7 @@ pub enum Task {
     /// A command that is no verb.
     Own(OwnCommand),
     /// One verb on a show.
-    Verb { show: String, call: Call },
+    Verb { show: PathBuf, call: Call },
 }
 
 // Commands that are no verbs: the prompt, and those that take files in place of a show to open. A
@@ -132,7 +132,7 @@ pub enum OwnCommand {
         footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save")]
     Repl {
         #[arg(id = "SHOW", help = SHOW)]
-        show: Option<String>,
+        show: Option<PathBuf>,
         #[arg(short = 'c', value_name = "LINE", help = LINE)]
         commands: Vec<String>,
     },
@@ -194,7 +194,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Tas
         Some((name, sub)) => {
             let spec = VERBS.iter().find(|v| v.name == name);
             let spec = spec.ok_or(clap::Error::new(ErrorKind::InvalidSubcommand))?;
-            let show = sub.get_one::<String>("SHOW");
+            let show = sub.get_one::<PathBuf>("SHOW");
             Task::Verb {
                 show: show.cloned().unwrap_or_default(),
                 call: call(spec, sub),
@@ -217,23 +217,27 @@ fn call(spec: &'static VerbSpec, matches: &ArgMatches) -> Call {
     let mut call = Call::new(spec);
     for option in spec.options {
         let given = match option.value {
-            None => matches.get_flag(option.name).then(String::new),
-            Some(_) => matches.get_one::<String>(option.name).cloned(),
+            None => matches.get_flag(option.name).then(OsString::new),
+            Some(_) => matches.get_one::<OsString>(option.name).cloned(),
         };
         call.options
             .extend(given.map(|value| (option.name.to_owned(), value)));
     }
     let kind = (!spec.kinds.is_empty()).then(|| matches.get_one::<String>("kind"));
-    call.words.extend(kind.flatten().cloned());
+    call.words.extend(kind.flatten().map(OsString::from));
     if !spec.words.is_empty() {
-        let words = matches
-            .get_many::<String>("words")
-            .into_iter()
-            .flatten()
-            .cloned();
-        call.words.extend(words);
+        let words = matches.get_many::<OsString>("words");
+        call.words.extend(words.into_iter().flatten().cloned());
     }
     call
+}
+
+/// How a word or the value of an option is read: all but the name of a file is UTF-8.
+fn text_or_path(is_path: bool) -> ValueParser {
+    match is_path {
+        true => ValueParser::os_string(),
+        false => StringValueParser::new().map(OsString::from).into(),
+    }
 }
 
 /// The whole command line.
@@ -269,9 +273,11 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
         let kind = Arg::new("kind").required(true).value_name("KIND");
         out = out.arg(kind.value_parser(kinds).help("What to draw"));
     }
-    out = out.arg(Arg::new("SHOW").required(true).help(SHOW));
+    let show = Arg::new("SHOW").value_parser(value_parser!(PathBuf));
+    out = out.arg(show.required(true).help(SHOW));
     if !spec.words.is_empty() {
-        out = out.arg(Arg::new("words").num_args(0..).value_name(spec.words));
+        let words = Arg::new("words").num_args(0..).value_name(spec.words);
+        out = out.arg(words.value_parser(text_or_path(spec.takes_files())));
     }
     for option in spec.options {
         let mut arg = Arg::new(option.name).long(option.name).help(option.about);
@@ -279,7 +285,10 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
             arg = arg.short(letter);
         }
         out = out.arg(match option.value {
-            Some(value) => arg.value_name(value),
+            Some(value) => {
+                let is_path = matches!(value, "FILE" | "DIR");
+                arg.value_name(value).value_parser(text_or_path(is_path))
+            }
             None => arg.action(ArgAction::SetTrue),
         });
     }

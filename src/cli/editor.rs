@@ -177,7 +177,7 @@ pub fn remember(file: &Path, history: &DefaultHistory, known: usize) {
         .map(|l| escaped(l) + "\n")
         .collect();
     if history.len() > known {
-        let _ = Disk.write(file, text.as_bytes());
+        let _ = Disk.output(file, text.as_bytes());
     }
 }
 

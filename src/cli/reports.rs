@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
 use super::{folder_of, print};
-use crate::engine::{self, Host, Serving, TEXT_LIMIT, Version};
-use crate::files::{Disk, Folder, Store};
+use crate::engine::{self, Document, Host, Serving, TEXT_LIMIT, Version};
+use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
 use crate::repl::Error;
-use crate::report::versions::Comparison;
+use crate::report::{self, versions::Comparison};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
@@ -28,7 +28,8 @@ fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     let text = engine::format(&path.display().to_string(), &bytes)?;
     let other = text.as_bytes() != bytes;
     if other && !look {
-        Disk.write(path, text.as_bytes())?;
+        Disk.sweep(path.parent().unwrap_or(Path::new("")));
+        Disk.edit(path, text.as_bytes())?;
     }
     Ok(other)
 }
@@ -58,19 +59,34 @@ impl<'f> Versions<'f> {
     }
 
     /// The file in whose folder the show's pictures are.
-    pub fn name(&self) -> String {
-        self.of_git.unwrap_or(self.new).display().to_string()
+    pub fn name(&self) -> &'f Path {
+        self.of_git.unwrap_or(self.new)
     }
 
     fn read(&self, path: &Path) -> Result<Version, Error> {
-        let folder = folder_of(self.of_git.unwrap_or(path));
         let name = path.display().to_string();
-        let bytes = read(path)?;
-        Ok(Version::read(
-            &name,
-            &bytes,
-            &Folder::new(folder, TEXT_LIMIT),
-        )?)
+        Ok(Version::read(&name, &read(path)?, &self.folder(path))?)
+    }
+
+    fn folder(&self, path: &Path) -> Folder {
+        Folder::new(folder_of(self.of_git.unwrap_or(path)), TEXT_LIMIT)
+    }
+
+    /// Refuses to draw over a version or a file that one names.
+    fn spare(&self, output: &Path) -> Result<(), Error> {
+        for path in [self.old, self.new] {
+            let files = self.folder(path);
+            if output.exists() {
+                // A version is compared without its stage and images, which need not be there;
+                // those that are there are read here.
+                let name = path.display().to_string();
+                let _ = Document::new(&name, &read(path)?, &files);
+            }
+            if is_same(path, output) || files.has_read(output) {
+                return Err(report::Error::ShowsFile(output.to_owned()).into());
+            }
+        }
+        Ok(())
     }
 }
 
@@ -99,6 +115,10 @@ pub fn difference(
 }
 
 fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Result<String, Error> {
+    if let Some(path) = output {
+        versions.spare(path)?;
+        Disk.sweep(path.parent().unwrap_or(Path::new("")));
+    }
     let old = versions.read(versions.old)?;
     let new = versions.read(versions.new)?;
     let serving = Serving::in_store(&old, &new, host);
@@ -106,7 +126,7 @@ fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Resul
     compared.serving = Some(serving);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
-        Disk.write(path, &compared.chart(path)?)?;
+        Disk.output(path, &compared.chart(path)?)?;
         text.push_str(&format!("wrote {}\n", path.display()));
     }
     Ok(text)

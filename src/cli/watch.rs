@@ -1,6 +1,6 @@
 //! `watch`: the show is edited elsewhere; every save is checked, reported in words and shown again.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::screen::Screen;
@@ -22,7 +22,7 @@ const LONG: usize = 25;
 pub struct Watched {
     /// The show's file (.lxq)
     #[arg(id = "SHOW")]
-    pub show: String,
+    pub show: PathBuf,
     /// the moment to show (default: where the light changed most)
     #[arg(long, value_name = "TIME")]
     at: Option<String>,
@@ -31,7 +31,7 @@ pub struct Watched {
     count: Option<u32>,
     /// rewrite this .png or .exr in place of showing the picture in the terminal
     #[arg(long, short, value_name = "FILE")]
-    output: Option<String>,
+    output: Option<PathBuf>,
 }
 
 /// Watches until Ctrl-C. An error leaves the last good show.
@@ -40,7 +40,7 @@ pub fn watch(
     screen: &Screen,
     mut open: impl FnMut() -> Result<Repl, Error>,
 ) -> Result<u8, Error> {
-    let path = Path::new(&watched.show);
+    let path = watched.show.as_path();
     let mut seen = vec![Disk.read(path, TEXT_LIMIT)?];
     let mut show = None;
     match open() {
@@ -54,10 +54,10 @@ pub fn watch(
         seen = texts(path, repl);
         let time = watched.at.clone();
         picture(repl, watched, time, screen)?;
-        print(format!("watching {}; Ctrl-C ends it\n", watched.show));
+        print(format!("watching {}; Ctrl-C ends it\n", path.display()));
     }
     let mut stamps = stamps_of(&show);
-    let (mut changes, mut away) = (0, 0);
+    let (mut changes, mut away, mut looks) = (0, 0, 0);
     while !screen.stopped() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
         let now = match &show {
@@ -68,7 +68,7 @@ pub fn watch(
         if now.first().is_none_or(Vec::is_empty) {
             away += 1;
             if away == LONG {
-                complain(format!("{} is gone or empty", watched.show));
+                complain(format!("{} is gone or empty", path.display()));
                 let kept = if show.is_some() {
                     "; the last good show is kept\n"
                 } else {
@@ -80,11 +80,14 @@ pub fn watch(
         }
         away = 0;
         let stamped = stamps_of(&show);
-        if now == seen && stamped == stamps {
+        looks += 1;
+        // Without a show it is not known which of its files was missing.
+        let again = show.is_none() && looks % LONG == 0;
+        if now == seen && stamped == stamps && !again {
             continue;
         }
+        let unchanged = now == seen && show.is_none();
         stamps = stamped;
-        changes += 1;
         seen = now;
         let text = seen.first().cloned().unwrap_or_default();
         let changed = match &mut show {
@@ -96,9 +99,14 @@ pub fn watch(
                 Ok(())
             }),
         };
+        if unchanged && changed.is_err() {
+            continue;
+        }
+        changes += 1;
         match changed {
             Ok(()) => {}
-            Err(error) if error.diagnostics().is_some() || error.exit_code() == 2 => {
+            // A file that is away, or something else for a moment, comes back.
+            Err(error) if matches!(error.exit_code(), 1..=3) => {
                 screen.fail(&error);
                 if show.is_some() {
                     complain("the last good show is kept\n");
@@ -139,7 +147,7 @@ fn texts(path: &Path, repl: &Repl) -> Vec<Vec<u8>> {
 }
 
 fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> Result<(), Error> {
-    let text = engine::decode(&watched.show, text)?;
+    let text = engine::decode(&watched.show.display().to_string(), text)?;
     let reloaded = repl.reload(&text)?;
     let largest = reloaded.difference.curves.first();
     let time = largest.map(|curve| curve.at.rounded().to_string());

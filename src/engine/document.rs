@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::Error;
 use super::compile::{self, Compiled, Source};
 use crate::diagnostic::Diagnostics;
-use crate::files::{self, Files, Store};
+use crate::files::{self, FileError, Files, Store};
 use crate::lang;
 use crate::lang::edit::{self, Change, Edit, Splice};
 use crate::renderer::Setup;
@@ -319,15 +319,18 @@ impl Document {
     /// [`Error::ChangedOnDisk`], [`Error::FileExists`], [`Error::File`].
     pub fn save(&mut self, path: &Path, store: &dyn Store) -> Result<(), Error> {
         let own = self.path.as_deref() == Some(path);
-        if let Ok(now) = store.read(path, TEXT_LIMIT) {
-            if own && now != self.saved.as_bytes() {
+        match store.read(path, TEXT_LIMIT) {
+            Ok(now) if own && now != self.saved.as_bytes() => {
                 return Err(Error::ChangedOnDisk(path.to_owned()));
             }
-            if !own && now != self.text.as_bytes() {
+            Ok(now) if !own && now != self.text.as_bytes() => {
                 return Err(Error::FileExists(path.to_owned()));
             }
+            Ok(_) | Err(FileError::Missing(_)) => {}
+            Err(error) => return Err(error.into()),
         }
-        store.write(path, self.text.as_bytes())?;
+        store.sweep(path.parent().unwrap_or(Path::new("")));
+        store.edit(path, self.text.as_bytes())?;
         self.saved.clone_from(&self.text);
         self.path = Some(path.to_owned());
         Ok(())

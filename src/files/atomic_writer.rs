@@ -3,11 +3,14 @@
 //! Invariant: as with whole files, what stands at the path is the old file until the new one is
 //! finished, and a file that is given up leaves nothing behind.
 
-use std::fs;
+use std::fs::{self, Metadata};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use super::{FileError, Store, beside, io_error};
+use super::{FileError, Store, io_error, open, part};
+
+/// Links that lead to one file, as Linux allows.
+const LINKS: usize = 40;
 
 /// A file that grows until it is finished; dropped before, it was never there.
 pub trait AtomicWriter: Write {
@@ -51,23 +54,167 @@ impl<S: Store + ?Sized> AtomicWriter for Gathered<'_, S> {
     }
 }
 
+/// What a file on disk takes the place of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// The name: a link there is replaced, not followed.
+    Name,
+    /// What the name leads to: links are followed, its mode is kept, a pipe or a device is written
+    /// into.
+    Target,
+    /// The same, but only a file, and not one with other names, which would keep the old content.
+    Edited,
+}
+
+/// A file on disk that is begun.
+pub(super) fn begin(path: &Path, place: Place) -> Result<Box<dyn AtomicWriter>, FileError> {
+    Ok(match destination(path, place)? {
+        Destination::Special => Box::new(Straight::new(path)?),
+        Destination::File(target, old) => Box::new(Beside::new(path, target, old.as_ref())?),
+    })
+}
+
+enum Destination {
+    /// A file, and what is known of the one that is there.
+    File(PathBuf, Option<Metadata>),
+    /// A pipe or a device.
+    Special,
+}
+
+fn destination(path: &Path, place: Place) -> Result<Destination, FileError> {
+    if place == Place::Name {
+        return Ok(Destination::File(path.to_owned(), None));
+    }
+    let io = io_error(path.display());
+    let about = match fs::metadata(path) {
+        Ok(about) => about,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let target = new_target(path).map_err(io)?;
+            return Ok(Destination::File(target, None));
+        }
+        Err(error) => return Err(io(error)),
+    };
+    match open::special(&about) {
+        None => {}
+        Some("a pipe" | "a device") if place == Place::Target => return Ok(Destination::Special),
+        Some(kind) => {
+            let path = path.display().to_string();
+            return Err(FileError::NotAFile { path, kind });
+        }
+    }
+    // A file may be protected where its folder, which is what a rename changes, is not.
+    let options = &mut fs::File::options();
+    open::without_waiting(options.write(true))
+        .open(path)
+        .map_err(&io)?;
+    let names = names(&about);
+    if place == Place::Edited && names > 1 {
+        let path = path.display().to_string();
+        return Err(FileError::Linked { path, names });
+    }
+    let target = path.canonicalize().map_err(io)?;
+    Ok(Destination::File(target, Some(about)))
+}
+
+/// Where a file is made that is not there yet: at the end of the links, if it is a link.
+fn new_target(path: &Path) -> io::Result<PathBuf> {
+    let mut target = path.to_owned();
+    for _ in 0..LINKS {
+        match fs::read_link(&target) {
+            Ok(next) => target = target.parent().unwrap_or(Path::new("")).join(next),
+            Err(_) => return Ok(target),
+        }
+    }
+    Err(io::Error::other("too many links"))
+}
+
+/// How many names a file has.
+fn names(about: &Metadata) -> u64 {
+    #[cfg(unix)]
+    return std::os::unix::fs::MetadataExt::nlink(about);
+    #[cfg(not(unix))]
+    {
+        let _ = about;
+        1
+    }
+}
+
+/// Gives a file the mode of another, and its owner where that may be given.
+fn keep_rights(file: &fs::File, old: &Metadata) -> io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::{MetadataExt as _, fchown};
+        let new = file.metadata()?;
+        if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
+            // Only root may give files away; a group may be given by its members.
+            let _ = fchown(file, Some(old.uid()), Some(old.gid()))
+                .or_else(|_| fchown(file, None, Some(old.gid())));
+        }
+    }
+    file.set_permissions(old.permissions())
+}
+
+/// A pipe or a device: what is written is gone, so that nothing is kept back until the end.
+struct Straight {
+    file: BufWriter<fs::File>,
+    path: PathBuf,
+}
+
+impl Straight {
+    /// As with every program, a pipe without a reader is waited for.
+    fn new(path: &Path) -> Result<Straight, FileError> {
+        let io = io_error(path.display());
+        let file = fs::File::options().write(true).open(path).map_err(&io)?;
+        if file.metadata().map_err(&io)?.is_file() {
+            return Err(io(io::Error::other("it has become another file meanwhile")));
+        }
+        Ok(Straight {
+            file: BufWriter::new(file),
+            path: path.to_owned(),
+        })
+    }
+}
+
+impl Write for Straight {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl AtomicWriter for Straight {
+    fn finish(mut self: Box<Self>) -> Result<(), FileError> {
+        let flushed = self.file.flush();
+        flushed.map_err(io_error(self.path.display()))
+    }
+}
+
 /// A file on disk, beside its place until it is finished.
-pub(super) struct Beside {
+struct Beside {
     /// `None` once it is finished or failed.
     file: Option<BufWriter<fs::File>>,
     beside: PathBuf,
+    target: PathBuf,
+    /// What messages call it.
     path: PathBuf,
 }
 
 impl Beside {
-    pub(super) fn new(path: &Path) -> Result<Beside, FileError> {
-        let beside = beside(path)?;
-        let file = fs::File::create(&beside).map_err(io_error(path.display()))?;
-        Ok(Beside {
+    fn new(path: &Path, target: PathBuf, old: Option<&Metadata>) -> Result<Beside, FileError> {
+        let (file, beside) = part::create(&target)?;
+        let new = Beside {
             file: Some(BufWriter::new(file)),
             beside,
+            target,
             path: path.to_owned(),
-        })
+        };
+        if let (Some(file), Some(old)) = (&new.file, old) {
+            keep_rights(file.get_ref(), old).map_err(io_error(path.display()))?;
+        }
+        Ok(new)
     }
 
     fn open(&mut self) -> io::Result<&mut BufWriter<fs::File>> {
@@ -91,7 +238,7 @@ impl AtomicWriter for Beside {
         let place = |this: &mut Beside| {
             this.flush()?;
             this.open()?.get_ref().sync_all()?;
-            fs::rename(&this.beside, &this.path)
+            fs::rename(&this.beside, &this.target)
         };
         place(&mut self).map_err(io_error(self.path.display()))?;
         self.file = None;

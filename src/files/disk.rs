@@ -5,35 +5,42 @@ use std::io::{self, Read as _, Write as _};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use super::atomic_writer::{AtomicWriter, Beside};
-use super::{Entry, FileError, Store, io_error, read_error, read_limited};
+use super::atomic_writer::{self, AtomicWriter, Place};
+use super::{Entry, FileError, Store, io_error, open, part, read_error, read_limited};
 
 /// The disk, anywhere the program may write.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disk;
 
+fn whole(path: &Path, place: Place, content: &[u8]) -> Result<(), FileError> {
+    let mut file = atomic_writer::begin(path, place)?;
+    file.write_all(content).map_err(io_error(path.display()))?;
+    file.finish()
+}
+
 impl Store for Disk {
     /// By way of a temporary file next to it and a rename, so that readers and crashes see the old
     /// file or the new one, never a part.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
-        let mut file = self.begin(path)?;
-        file.write_all(content).map_err(io_error(path.display()))?;
-        file.finish()
+        whole(path, Place::Name, content)
+    }
+
+    /// The same, but a link is followed and its target keeps its mode; a pipe or a device is written
+    /// into.
+    fn output(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        whole(path, Place::Target, content)
+    }
+
+    fn edit(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        whole(path, Place::Edited, content)
     }
 
     fn begin<'s>(&'s self, path: &Path) -> Result<Box<dyn AtomicWriter + 's>, FileError> {
-        Ok(Box::new(Beside::new(path)?))
+        atomic_writer::begin(path, Place::Target)
     }
 
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
-        let io = io_error(folder.display());
-        for entry in folder_or_empty(folder).map_err(&io)? {
-            let path = entry.map_err(&io)?.path();
-            if path.to_string_lossy().ends_with(ending) {
-                fs::remove_file(&path).map_err(&io)?;
-            }
-        }
-        Ok(())
+    fn sweep(&self, folder: &Path) {
+        part::sweep(folder);
     }
 
     fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {
@@ -49,14 +56,14 @@ impl Store for Disk {
     }
 
     fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError> {
-        read_limited(path, &path.display().to_string(), limit)
+        read_limited(open::regular(path), &path.display().to_string(), limit)
     }
 
     fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError> {
         let mut start = Vec::new();
-        fs::File::open(path)
-            .and_then(|file| file.take(bytes).read_to_end(&mut start))
-            .map_err(read_error(path.display()))?;
+        let opened = open::regular(path).map_err(|refusal| refusal.of(path.display()))?;
+        let read = opened.file.take(bytes).read_to_end(&mut start);
+        read.map_err(io_error(path.display()))?;
         Ok(start)
     }
 
@@ -82,9 +89,14 @@ impl Store for Disk {
         Ok(out)
     }
 
+    fn is_link(&self, path: &Path) -> bool {
+        super::is_link(path)
+    }
+
     /// Sets the file's time of change to now.
     fn touch(&self, path: &Path) -> Result<(), FileError> {
-        let file = fs::File::options().append(true).open(path);
+        let options = &mut fs::File::options();
+        let file = open::without_waiting(options.append(true)).open(path);
         let touched = file.and_then(|f| f.set_modified(SystemTime::now()));
         touched.map_err(read_error(path.display()))
     }
@@ -130,9 +142,6 @@ mod tests {
         fs::write(path.with_file_name("a file"), b"x").unwrap();
         let names = Disk.list(path.parent().unwrap(), "ile").unwrap();
         assert_eq!(names, ["a file", "file"]);
-        Disk.clear(path.parent().unwrap(), "ile").unwrap();
-        assert!(!path.exists());
-        Disk.clear(&dir.path().join("none"), ".exr").unwrap();
     }
 
     #[test]

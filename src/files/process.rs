@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::{FileError, io_error, read_limited, unique};
+use super::{FileError, io_error, open, read_limited, unique};
 
 /// Bytes of a program's last complaints that are kept.
 const TAIL: u64 = 2048;
@@ -170,7 +170,7 @@ impl Processes for Programs {
                 tail: tail(),
             }),
             Watched::Ended(_) => Ok(Done {
-                output: read_limited(&output, "the renderer's picture", job.limit)?,
+                output: read_limited(open::regular(&output), "the renderer's picture", job.limit)?,
                 seconds,
             }),
         }

@@ -169,36 +169,65 @@ impl DiskCache {
         name: Name,
         size: (usize, usize),
     ) -> Option<(Lighting, Image)> {
+        if let Some(link) = self.link(store, &name.0.0.to_string()) {
+            self.stop(&link);
+            return None;
+        }
         let path = self.path(name);
         let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
         let limit = pixels.saturating_mul(12).saturating_add(HEADER_LIMIT);
-        let bytes = match store.read(&path, limit) {
-            Ok(bytes) => bytes,
-            Err(FileError::Missing(_)) => return None,
-            Err(error) => {
-                self.damage(&path, &error.to_string());
-                return None;
-            }
+        let read = match store.is_link(&path) {
+            true => Err("it is a link".to_owned()),
+            false => match store.read(&path, limit) {
+                Ok(bytes) => verified(&bytes, name, size),
+                Err(FileError::Missing(_)) => return None,
+                Err(error @ (FileError::TooLarge { .. } | FileError::NotAFile { .. })) => {
+                    Err(error.to_string())
+                }
+                Err(error) => {
+                    self.stop(&error);
+                    return None;
+                }
+            },
         };
-        match verified(&bytes, name, size) {
+        match read {
             Ok(found) => {
                 // A use that cannot be recorded only makes the picture look older.
                 let _ = store.touch(&path);
                 Some(found)
             }
             Err(reason) => {
-                self.damage(&path, &reason);
-                // Else it would be reported again by every command; what cannot be removed is.
-                let _ = store.remove(&path);
+                self.drop_damaged(store, &path, reason);
                 None
             }
         }
     }
 
-    fn damage(&mut self, path: &Path, reason: &str) {
+    /// Removes a picture that is of no use. Else it would be reported again by every command.
+    fn drop_damaged(&mut self, store: &dyn Store, path: &Path, reason: String) {
+        if let Err(error) = store.remove(path) {
+            self.stop(&error);
+            return;
+        }
         self.damaged += 1;
         self.first_damage
-            .get_or_insert_with(|| (path.to_owned(), reason.to_owned()));
+            .get_or_insert_with(|| (path.to_owned(), reason));
+    }
+
+    /// Writes nothing more in this session; the first reason is the one that is reported.
+    fn stop(&mut self, reason: &dyn std::fmt::Display) {
+        self.stopped.get_or_insert_with(|| reason.to_string());
+    }
+
+    /// What is wrong where a folder of the store is a link, which may have come with a stranger's
+    /// show and could lead anywhere.
+    fn link(&self, store: &dyn Store, scene_key: &str) -> Option<String> {
+        let pictures = self.folder.join("pictures");
+        let of_scene = pictures.join(scene_key);
+        let link = [pictures, of_scene]
+            .into_iter()
+            .find(|path| store.is_link(path))?;
+        Some(format!("`{}` is a link", link.display()))
     }
 
     /// What the pictures of a scene and quality say they show; to be verified by
@@ -265,12 +294,14 @@ impl DiskCache {
             (ATTRIBUTE_REFINED, place),
             (ATTRIBUTE_OPERATOR, self.operator.clone()),
         ];
-        let written = match encoded(address, said, image) {
-            Ok(content) => {
+        let link = self.link(store, &address.scene_key.0.to_string());
+        let written = match (link, encoded(address, said, image)) {
+            (Some(link), _) => Err(link),
+            (None, Ok(content)) => {
                 let written = self.write(store, address, &content);
                 written.map_err(|error| error.to_string())
             }
-            Err(error) => Err(error.to_string()),
+            (None, Err(error)) => Err(error.to_string()),
         };
         self.stopped = written.err();
     }
@@ -289,6 +320,8 @@ impl DiskCache {
             Some(bytes) => bytes,
             None => {
                 self.claim(store)?;
+                let pictures = self.folder.join("pictures");
+                store.sweep(&pictures.join(address.scene_key.0.to_string()));
                 let stored = self.stored(store);
                 self.outdated = self.of_other_versions(store, &stored);
                 stored.iter().map(|s| s.bytes).sum()
@@ -341,6 +374,9 @@ impl DiskCache {
         let Some(digest) = Digest::parse(scene_key) else {
             return Vec::new();
         };
+        if self.link(store, scene_key).is_some() {
+            return Vec::new();
+        }
         let folder = self.folder.join("pictures").join(scene_key);
         let entries = store.entries(&folder).unwrap_or_default().into_iter();
         let stored = |entry: Entry| {
@@ -379,6 +415,9 @@ impl DiskCache {
         let pictures = self.folder.join("pictures");
         for scene_key in store.entries(&pictures)? {
             if Digest::parse(&scene_key.name).is_none() {
+                continue;
+            }
+            if self.link(store, &scene_key.name).is_some() {
                 continue;
             }
             let folder = pictures.join(&scene_key.name);

@@ -21,7 +21,7 @@ use crate::report::{self, format};
 impl Repl {
     /// Writes a file; the reply is `text` and a line that names the file.
     fn written(&self, path: &Path, bytes: &[u8], text: &str) -> Result<Reply, Error> {
-        self.engine.host().store.write(path, bytes)?;
+        self.engine.host().store.output(path, bytes)?;
         let mut reply = Reply::text(text);
         reply.text.push(&format!("wrote {}\n", path.display()));
         Ok(reply)

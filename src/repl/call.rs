@@ -1,6 +1,7 @@
 //! A verb with what was said to it, and the parser of a typed line.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::Path;
 
 use super::Error;
@@ -13,10 +14,10 @@ use crate::report::format::Formats;
 pub struct Call {
     /// The verb.
     pub verb: &'static VerbSpec,
-    /// Options by name; a switch has the empty value.
-    pub options: BTreeMap<String, String>,
+    /// Options by name; a switch has the empty value. Names of files need not be UTF-8.
+    pub options: BTreeMap<String, OsString>,
     /// What stood after it without dashes.
-    pub words: Vec<String>,
+    pub words: Vec<OsString>,
 }
 
 impl Call {
@@ -31,21 +32,22 @@ impl Call {
 
     /// The same with an option set.
     #[must_use]
-    pub fn with(mut self, option: &str, value: &str) -> Call {
-        self.options.insert(option.to_owned(), value.to_owned());
+    pub fn with(mut self, option: &str, value: impl Into<OsString>) -> Call {
+        self.options.insert(option.to_owned(), value.into());
         self
     }
 
     /// The same with a word.
     #[must_use]
-    pub fn word(mut self, word: &str) -> Call {
-        self.words.push(word.to_owned());
+    pub fn word(mut self, word: impl Into<OsString>) -> Call {
+        self.words.push(word.into());
         self
     }
 
-    /// The words, in order.
+    /// The words, in order; `?` stands for one that is not UTF-8, which only a file's name can be.
     pub fn words(&self) -> Vec<&str> {
-        self.words.iter().map(String::as_str).collect()
+        let words = self.words.iter();
+        words.map(|word| word.to_str().unwrap_or("?")).collect()
     }
 
     /// True where an option was said.
@@ -53,14 +55,19 @@ impl Call {
         self.options.contains_key(name)
     }
 
-    /// An option's value.
+    /// An option's value; nothing for a file's name that is not UTF-8.
     pub fn option(&self, name: &str) -> Option<&str> {
-        self.options.get(name).map(String::as_str)
+        self.options.get(name)?.to_str()
+    }
+
+    /// An option's value as the path of a file or folder.
+    pub fn path(&self, name: &str) -> Option<&Path> {
+        self.options.get(name).map(Path::new)
     }
 
     /// The file to write, whose ending must be one of `formats`.
     pub(super) fn output(&self, formats: &Formats) -> Result<Option<&Path>, Error> {
-        let path = self.option("output").map(Path::new);
+        let path = self.path("output");
         path.map(|path| formats.check(path)).transpose()?;
         Ok(path)
     }
@@ -69,7 +76,7 @@ impl Call {
     pub(super) fn without_words(&self, meant: &str) -> Result<(), Error> {
         match self.words.first() {
             None => Ok(()),
-            Some(word) => usage(format!("`{word}` is left over{meant}")),
+            Some(word) => usage(format!("`{}` is left over{meant}", word.display())),
         }
     }
 
@@ -85,7 +92,7 @@ impl Call {
         let mut call = Call::new(spec);
         while let Some(token) = tokens.next() {
             let Some(option) = spec.option(&token)? else {
-                call.words.push(token);
+                call.words.push(token.into());
                 continue;
             };
             let inline = token.split_once('=').map(|(_, v)| v.to_owned());
@@ -96,7 +103,7 @@ impl Call {
                     Error::Usage(format!("`{token}` needs a value {what}: {}", spec.usage()))
                 })?,
             };
-            call.options.insert(option.name.to_owned(), value);
+            call.options.insert(option.name.to_owned(), value.into());
         }
         Ok(call)
     }

@@ -99,6 +99,11 @@ pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
 }
 
 impl VerbSpec {
+    /// True where the words after it are names of files.
+    pub fn takes_files(&self) -> bool {
+        matches!(self.complete, Complete::Files)
+    }
+
     /// The one-line usage.
     pub fn usage(&self) -> String {
         let mut out = self.name.to_owned();

@@ -39,6 +39,19 @@ pub enum Error {
     /// Nothing takes files down a pipe here.
     #[error("`-` needs a reader at standard output")]
     NoPipe,
+    /// A result would replace a file that the show is read from.
+    #[error(
+        "`{}` belongs to the show and was not written; choose another name or folder",
+        .0.display()
+    )]
+    ShowsFile(PathBuf),
+    /// A result of a run would replace something that no run wrote, or that was changed since.
+    #[error(
+        "`{}` is not as an earlier run left it, and nothing was written; move it away, or choose \
+         another folder with --out",
+        .0.display()
+    )]
+    Foreign(PathBuf),
     /// There is no message of this code.
     #[error("{0}")]
     NoSuchCode(String),
@@ -133,6 +146,14 @@ pub fn engine_error(error: &engine::Error) -> String {
             reference,
             best,
         } => out_of_reach(*until, *reference, best.as_ref()),
+        E::File(FileError::Linked { path, .. }) => format!(
+            "{error}, of which the others would keep the old text, and was not written; `cp {path} \
+             {path}.own && mv {path}.own {path}` gives it a text of its own"
+        ),
+        E::File(FileError::NotAFile { kind: "a pipe", .. }) => format!(
+            "{error}; only a show itself can come from a pipe, as `-`: `cat show.lxq | footlight \
+             check -`"
+        ),
         E::OutOfTime { seconds } => format!(
             "stopped after {seconds} s, the limit of time; every picture that was finished is \
              kept, and the same again goes on from there (or give it more time: `--time-limit`)"

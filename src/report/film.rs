@@ -151,6 +151,14 @@ pub fn perform(engine: &Engine, player: &Player, now: Time, canvas: &dyn Canvas)
     )
 }
 
+/// Frames of the film.
+pub fn length(engine: &Engine) -> usize {
+    let rate = engine.show().preview.rate;
+    let seconds = engine.document().keys().duration();
+    // A whole number of frames must not become one more by rounding.
+    (seconds * rate - 1e-6).ceil().max(0.0) as usize + 1
+}
+
 /// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
 /// start, the last not before the end, which holds the last look. How many there are.
 fn frames(
@@ -159,12 +167,8 @@ fn frames(
     take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
 ) -> Result<usize, Error> {
     let rate = engine.show().preview.rate;
-    let (start, keys) = (
-        engine.document().timeline().start(),
-        engine.document().keys(),
-    );
-    // A whole number of frames must not become one more by rounding.
-    let total = (keys.duration() * rate - 1e-6).ceil().max(0.0) as usize + 1;
+    let start = engine.document().timeline().start();
+    let total = length(engine);
     for i in 0..total {
         engine.host().work().check()?;
         let time = Time::from_seconds(i as f64 / rate).unwrap_or_default();
@@ -245,7 +249,7 @@ pub fn numbered(
                 exr::encode(&light, precision, std::slice::from_ref(&title))?
             }
         };
-        Ok(engine.host().store.write(&names.path(i + 1), &bytes)?)
+        Ok(engine.host().store.output(&names.path(i + 1), &bytes)?)
     })?;
     Ok(format!(
         "{} of {width}x{height}, {} frames/s\nwrote {} to {}",

@@ -1,10 +1,9 @@
 //! What `run` leaves in its folder.
 
-use std::path::Path;
-
 use super::curves::{curves, moving};
 use super::film::{Animation, animate};
 use super::format::header;
+use super::manifest::{Results, key_name};
 use super::words::{percent, setting};
 use super::{Error, plan};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
@@ -29,40 +28,36 @@ pub fn write(
     engine: &Engine,
     report: &PlanReport,
     playback: &std::sync::Arc<Playback>,
-    folder: &Path,
+    to: &mut Results<'_>,
 ) -> Result<Played, Error> {
-    let store = &engine.host().store;
     let document = engine.document();
-    store.write(&folder.join("plan.json"), plan::json(report)?.as_bytes())?;
-    write_keys(engine, playback, &folder.join("keys"))?;
+    to.write(engine, "plan.json", plan::json(report)?.as_bytes())?;
+    write_keys(engine, playback, to)?;
     let curves = curves(document, &moving(document.show()), None, Theme::Dark);
-    store.write(&folder.join("curves.png"), &curves.png()?)?;
+    to.write(engine, "curves.png", &curves.png()?)?;
     let errors = error_chart(engine, report.tolerance, Theme::Light)?;
-    store.write(&folder.join("error.png"), &errors.png()?)?;
+    to.write(engine, "error.png", &errors.png()?)?;
     if let Some(sheet) = basis_sheet(engine, Theme::Dark)? {
-        store.write(&folder.join("basis.png"), &sheet.png()?)?;
+        to.write(engine, "basis.png", &sheet.png()?)?;
     }
     let tone = engine.tone_of(playback.images());
     let player = engine.player_of(playback, tone, None)?;
     let rate = engine.frame_rate(&player);
     let (bytes, animation) = animate(engine, &player)?;
-    store.write(&folder.join("sequence.png"), &bytes)?;
+    to.write(engine, "sequence.png", &bytes)?;
     Ok((animation, rate, player.format()))
 }
 
-/// Key images as linear EXR, one file each, with the setting in the header; keys of an earlier run
-/// are removed first.
-fn write_keys(engine: &Engine, playback: &Playback, folder: &Path) -> Result<(), Error> {
+/// Key images as linear EXR, one file each, with the setting in the header.
+fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Result<(), Error> {
     let host = engine.host();
-    host.store.clear(folder, ".exr")?;
     let total = playback.images().len();
     let keys = engine.document().keys().keys();
     for (i, (image, key)) in playback.images().iter().zip(keys).enumerate() {
         host.work().check()?;
         let about = [header("settings", &setting(engine.show(), key))];
         let bytes = exr::encode(image, Precision::Half, &about)?;
-        let path = folder.join(format!("key{:03}.exr", i + 1));
-        host.store.write(&path, &bytes)?;
+        to.write(engine, &key_name(i), &bytes)?;
         host.progress.report("writing keys", i + 1, total);
     }
     Ok(())

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::document::headline;
 use super::film::Animation;
+use super::manifest::Results;
 use super::words::{count, percent};
 use super::{Error, results};
 use crate::engine::{Ended, Engine, Goal, PlanOptions};
@@ -36,13 +37,6 @@ pub struct Summary {
     pub folder: PathBuf,
 }
 
-/// Lies in the folder while results are written, and where that was cut off.
-const UNFINISHED: &str = "unfinished.txt";
-
-/// What it says.
-const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
-                    of one run. The same `run` again makes it whole.\n";
-
 /// A run before its results are written.
 struct Loop {
     plan: PlanReport,
@@ -54,27 +48,29 @@ struct Loop {
 
 /// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images
 /// in all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`,
-/// `curves.png`, `error.png`, `basis.png`, `sequence.png`. Keys of an earlier run are removed.
+/// `curves.png`, `error.png`, `basis.png`, `sequence.png`, and `files.sha256`, which lists them. Of
+/// what lies there only what an earlier run listed and nobody changed since is replaced or removed.
 /// While they are written, and where that is cut off, `unfinished.txt` says so.
 ///
 /// # Errors
-/// What the engine, drawing and writing say; refined images finished before it stay in the pool.
+/// [`Error::ShowsFile`] and [`Error::Foreign`] before anything is rendered; what the engine, drawing
+/// and writing say; refined images finished before it stay in the pool.
 pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Error> {
     // Before anything is rendered: a folder that cannot be written to is refused at once.
-    let note = folder.join(UNFINISHED);
-    engine.host().store.write(&note, NOTE.as_bytes())?;
+    let keys = engine.document().keys().keys().len();
+    let mut results = Results::begin(engine, folder, keys)?;
     let before = engine.statistics();
     let done = match run_loop(engine, goal) {
         Ok(done) => done,
         Err(error) => {
             // Nothing was written yet: what lies there is of one run.
-            engine.host().store.remove(&note)?;
+            results.give_up(engine)?;
             return Err(error);
         }
     };
-    let results = results::write(engine, &done.plan, &done.playback, folder);
-    let (animation, frame_rate, format) = results?;
-    engine.host().store.remove(&note)?;
+    let written = results::write(engine, &done.plan, &done.playback, &mut results);
+    let (animation, frame_rate, format) = written?;
+    results.finish(engine)?;
     let end = engine.host().clock.seconds();
     let [a, b, c, d, e] = done.marks;
     Ok(Summary {

@@ -3,6 +3,7 @@
 //! A new format is its encoder and its row here: a variant, its ending, and its arm in
 //! [`Target::write`].
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -71,8 +72,8 @@ pub type Idle = (&'static str, &'static str);
 
 impl Target {
     /// What to write to `path`; `-` is the host's pipe.
-    pub fn of(path: &str, options: TargetOptions) -> Result<Target, Error> {
-        let place = PathBuf::from(path);
+    pub fn of(path: &Path, options: TargetOptions) -> Result<Target, Error> {
+        let place = path.to_owned();
         let precision = options.precision.unwrap_or(Precision::Half);
         let chroma = options.chroma.unwrap_or(Chroma::Quarter);
         let numbered = Numbered::of(&place);
@@ -83,7 +84,7 @@ impl Target {
             ("y4m", _) => Target::Video(Some(place), chroma),
             ("html" | "htm", _) => Target::Page(place),
             ("exr", _) => Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision),
-            _ if path == "-" => Target::Video(None, chroma),
+            _ if path == Path::new("-") => Target::Video(None, chroma),
             _ => return Err(unknown(&place, KNOWN)),
         })
     }
@@ -131,6 +132,21 @@ impl Sequence<'_> {
 }
 
 impl Target {
+    /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
+    /// replace files of the show, and a pipe that is none.
+    pub fn check(&self, engine: &Engine, pipe: Option<&Pipe>) -> Result<(), Error> {
+        match self {
+            Target::Numbered(names, _) => {
+                let (document, files) = (engine.document(), engine.host().files.as_ref());
+                let mut paths = (1..=film::length(engine)).map(|number| names.path(number));
+                let own = paths.find(|path| document.reads(path, files));
+                own.map_or(Ok(()), |path| Err(Error::ShowsFile(path)))
+            }
+            Target::Video(None, _) if pipe.is_none() => Err(Error::NoPipe),
+            _ => Ok(()),
+        }
+    }
+
     /// Writes a sequence; what was written in words, and whether it went down the pipe.
     pub fn write(
         &self,
@@ -145,7 +161,7 @@ impl Target {
         } = sequence;
         let store = &engine.host().store;
         let whole = |path: &Path, bytes: &[u8], text: String| -> Result<String, Error> {
-            store.write(path, bytes)?;
+            store.output(path, bytes)?;
             Ok(format!("{text}\nwrote {}", path.display()))
         };
         let text = match self {
@@ -189,48 +205,60 @@ impl Target {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Numbered {
     folder: PathBuf,
-    before: String,
+    before: OsString,
     digits: usize,
-    after: String,
+    after: OsString,
 }
 
 impl Numbered {
     fn of(path: &Path) -> Option<Numbered> {
-        let name = path.file_name()?.to_str()?;
+        let name = path.file_name()?.as_encoded_bytes();
         let (before, digits, after) = hashes(name).or_else(|| percent(name))?;
         Some(Numbered {
             folder: path.parent().unwrap_or(Path::new("")).to_owned(),
-            before: before.to_owned(),
+            before: part(before)?,
             digits,
-            after: after.to_owned(),
+            after: part(after)?,
         })
     }
 
     /// The name of picture `number`, with more digits when it needs them.
     pub fn path(&self, number: usize) -> PathBuf {
         let digits = self.digits;
-        let name = format!("{}{number:0digits$}{}", self.before, self.after);
+        let mut name = self.before.clone();
+        name.push(format!("{number:0digits$}"));
+        name.push(&self.after);
         self.folder.join(name)
     }
 }
 
 /// The last run of `#` and what is around it.
-fn hashes(name: &str) -> Option<(&str, usize, &str)> {
-    let last = name.rfind('#')?;
+fn hashes(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
+    let last = name.iter().rposition(|byte| *byte == b'#')?;
     let (head, after) = name.split_at_checked(last + 1)?;
-    let before = head.trim_end_matches('#');
-    Some((before, head.len() - before.len(), after))
+    let before = head.iter().rposition(|byte| *byte != b'#');
+    let (before, run) = head.split_at_checked(before.map_or(0, |i| i + 1))?;
+    Some((before, run.len(), after))
 }
 
 /// The last `%d`, `%4d` or `%04d` and what is around it.
-fn percent(name: &str) -> Option<(&str, usize, &str)> {
-    let (before, rest) = name.rsplit_once('%')?;
-    let (digits, after) = rest.split_once('d')?;
-    let width = match digits {
+fn percent(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
+    let (before, rest) = name.split_at_checked(name.iter().rposition(|byte| *byte == b'%')?)?;
+    let rest = rest.strip_prefix(b"%")?;
+    let (digits, after) = rest.split_at_checked(rest.iter().position(|byte| *byte == b'd')?)?;
+    let width = match std::str::from_utf8(digits).ok()? {
         "" => 1,
         digits => digits.parse().ok().filter(|n| (1..=9).contains(n))?,
     };
-    Some((before, width, after))
+    Some((before, width, after.strip_prefix(b"d")?))
+}
+
+/// A part of a file's name, cut at letters of ASCII.
+fn part(bytes: &[u8]) -> Option<OsString> {
+    #[cfg(unix)]
+    return Some(std::os::unix::ffi::OsStringExt::from_vec(bytes.to_owned()));
+    #[cfg(not(unix))]
+    return std::str::from_utf8(bytes).ok().map(OsString::from);
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 //! The program as a process among others: its help and the README in a shell, a terminal, a
-//! renderer that it calls, a file that is watched, a store that two share.
+//! renderer that it calls, a file that is watched, a store that two share, files of every kind.
 
 #![allow(
     clippy::unwrap_used,
@@ -9,6 +9,7 @@
     reason = "a test stops at its first surprise, and says what it skips"
 )]
 
+mod files;
 mod help;
 mod hints;
 mod lost;

@@ -229,10 +229,28 @@ fn refining_everything_makes_previews_equal_to_rendering() {
     assert!(*errors.last().unwrap() < 1e-9, "{errors:?}");
 }
 
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest as _;
+    let digest = sha2::Sha256::digest(bytes);
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 #[test]
 fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     let (mut show, store) = open();
-    store.write(Path::new("o/keys/key999.exr"), b"old").unwrap();
+    // What else lies in the folder stays; what an earlier run left goes, unless it was changed.
+    let listed = |name: &str| format!("{}  {name}\n", sha256(b"old"));
+    let manifest = listed("keys/key998.exr") + &listed("keys/key999.exr");
+    for (name, content) in [
+        ("keys/key997.exr", "foreign"),
+        ("keys/key998.exr", "changed"),
+        ("keys/key999.exr", "old"),
+        ("keys/image.exr", "mine"),
+        ("files.sha256", manifest.as_str()),
+    ] {
+        let path = Path::new("o").join(name);
+        store.write(&path, content.as_bytes()).unwrap();
+    }
     let reply = show.execute("run --count 1 --out o").unwrap();
     let keys = show.engine().document().keys().keys().len();
     let names: Vec<String> = store
@@ -252,8 +270,19 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
             "{name} is missing: {names:?}"
         );
     }
-    let written = names.iter().filter(|n| n.starts_with("o/keys/")).count();
-    assert_eq!(written, keys, "{names:?}");
+    for kept in ["o/keys/key997.exr", "o/keys/key998.exr", "o/keys/image.exr"] {
+        assert!(names.iter().any(|n| n == kept), "{kept}: {names:?}");
+    }
+    let in_keys = names.iter().filter(|n| n.starts_with("o/keys/")).count();
+    assert_eq!(in_keys, keys + 3, "{names:?}");
+    let manifest = store.read(Path::new("o/files.sha256"), 1 << 20).unwrap();
+    let manifest = String::from_utf8(manifest).unwrap();
+    assert_eq!(manifest.lines().count(), keys + 5, "{manifest}");
+    for line in manifest.lines() {
+        let (digest, name) = line.split_once("  ").unwrap();
+        let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();
+        assert_eq!(digest, sha256(&content), "{name}");
+    }
     for word in ["3 banks", "1 picture at quality 3", "rank", "frames/s"] {
         assert!(
             reply.text.contains(word),

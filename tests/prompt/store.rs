@@ -149,11 +149,11 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     assert_eq!(read(Path::new("pool/.gitignore")), b"*\n");
     let mut compared = 0;
     for path in store.paths() {
-        // Charts against seconds differ from run to run.
+        // A chart against seconds differs from run to run, and so does its digest.
         let Ok(name) = path.strip_prefix("without") else {
             continue;
         };
-        if name == Path::new("error.png") {
+        if ["error.png", "files.sha256"].map(Path::new).contains(&name) {
             continue;
         }
         for other in ["first", "second"] {
@@ -470,10 +470,6 @@ impl Store for Faulty {
             }
         }
         self.inner.write(path, &content)
-    }
-
-    fn clear(&self, folder: &Path, ending: &str) -> Result<(), FileError> {
-        self.inner.clear(folder, ending)
     }
 
     fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError> {

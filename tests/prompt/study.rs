@@ -107,8 +107,7 @@ fn cornell_meets_the_pictures_beside_it() {
     };
     let mut show = prompt("cornell.lxq", text.as_bytes(), host).unwrap();
     for (quality, most) in [("1", 0.032), ("3", 0.011), ("4", 0.006)] {
-        let call =
-            Call::new(find("compare").unwrap()).with("reference", &folder.display().to_string());
+        let call = Call::new(find("compare").unwrap()).with("reference", &folder);
         let call = call.with("quality", quality).with("json", "");
         let found: serde_json::Value =
             serde_json::from_str(&show.call(&call).unwrap().text).unwrap();

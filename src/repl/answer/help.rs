@@ -6,7 +6,7 @@ use crate::lang;
 use crate::repl::{Call, DECLARATIONS, Declaration, Error, Repl, Reply, VERBS, find};
 
 pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let Some(name) = call.words.first() else {
+    let Some(name) = call.words().into_iter().next() else {
         return Ok(Reply::text(all()));
     };
     let declared = DECLARATIONS.iter().find(|d| d.word() == name);

@@ -10,7 +10,7 @@ use crate::report::document;
 use crate::units::{CueNumber, Time};
 
 pub fn at(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if let Some(word) = call.words.first() {
+    if let Some(word) = call.words().first() {
         let time = time(&repl.engine, word)?;
         let released = repl.live.move_to(repl.engine.document(), time)?;
         report_release(repl, &released);
@@ -84,7 +84,7 @@ pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let document = repl.engine.document();
     let files = repl.engine.host().files.as_ref();
-    let moves = Moves::read(document, &call.words.join(" "), files)?;
+    let moves = Moves::read(document, &call.words().join(" "), files)?;
     repl.live.set(document, moves)?;
     let mut reply = pictured_moment(repl)?;
     reply

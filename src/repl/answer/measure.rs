@@ -41,7 +41,7 @@ pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words("; the folder stands behind --reference")?;
-    let Some(folder) = call.option("reference") else {
+    let Some(folder) = call.path("reference") else {
         return usage(
             "say where the reference pictures are: compare --reference DIR, with DIR/BANK.exr for \
              every bank, or its halves BANK_A.exr and BANK_B.exr",
@@ -52,7 +52,7 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         None => repl.engine.coarse_steps()[1],
     };
     let path = call.output(&DRAWING)?;
-    let compared = repl.engine.compare(Path::new(folder), quality)?;
+    let compared = repl.engine.compare(folder, quality)?;
     let json = call.has("json");
     let reply = match json {
         true => Reply::json(&compared.comparison)?,
@@ -97,13 +97,13 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let to = (path, theme);
     match kind {
         "transport" => {
-            let folder = call.option("reference").map(Path::new);
+            let folder = call.path("reference");
             let found = repl.engine.measure_tradeoff(folder)?;
             let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
             repl.deliver(text, &record, &|theme| tradeoff::drawing(&found, theme), to)
         }
         "session" => {
-            let commands = call.option("commands").map(PathBuf::from);
+            let commands = call.path("commands").map(Path::to_owned);
             let commands = commands.unwrap_or_else(|| usual_commands(repl));
             session::replayed(repl, &commands, call.has("truth"), to)
         }

@@ -1,7 +1,5 @@
 //! One picture.
 
-use std::path::Path;
-
 use super::usage;
 use crate::picture::Image;
 use crate::picture::tone::{self, Tone};
@@ -16,7 +14,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return usage("a picture is of one moment: say one time");
     }
     let now = repl.live.time();
-    let moment = match call.option("at").or(call.words.first().map(String::as_str)) {
+    let moment = match call.option("at").or(call.words().first().copied()) {
         Some(text) => time(&repl.engine, text)?,
         None => now,
     };
@@ -41,7 +39,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         n => format!("; {} a little below zero, shown as 0", count(n, "value")),
     };
     let text = format!("{what}: {}{below}", made_of(repl, call));
-    let path = call.option("output").map(Path::new);
+    let path = call.path("output");
     if call.has("float") && path.is_none_or(|p| ending(p) != "exr") {
         return usage("`--float` is for an .exr");
     }

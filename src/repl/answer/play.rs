@@ -1,5 +1,7 @@
 //! The sequence, on a canvas or into files.
 
+use std::path::Path;
+
 use super::usage;
 use crate::repl::argument::{key_format, target};
 use crate::repl::{Call, Error, Repl, Reply};
@@ -7,8 +9,11 @@ use crate::report::film;
 use crate::report::target::{Sequence, Target};
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let target = call.option("output").map(|path| checked(path, call));
+    let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
+    if let Some(target) = &target {
+        target.check(&repl.engine, repl.console.pipe.as_ref())?;
+    }
     let playback = repl.engine.playback()?;
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
@@ -35,7 +40,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 /// What to write to `path`; options that this kind of file would silently ignore are refused.
-fn checked(path: &str, call: &Call) -> Result<Target, Error> {
+fn checked(path: &Path, call: &Call) -> Result<Target, Error> {
     let options = target(call)?;
     let target = Target::of(path, options)?;
     match target.idle(options) {
@@ -55,7 +60,7 @@ mod tests {
 
     fn of(words: &str) -> Result<Target, Error> {
         let call = Call::parse(&format!("play {words}"))?;
-        checked(call.option("output").unwrap(), &call)
+        checked(call.path("output").unwrap(), &call)
     }
 
     #[test]

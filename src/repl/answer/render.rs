@@ -99,9 +99,9 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 /// there.
 fn in_background(call: &mut Call) -> Option<String> {
     let last = call.words.last_mut()?;
-    *last = last.strip_suffix('&')?.to_owned();
+    *last = last.to_str()?.strip_suffix('&')?.into();
     call.words.retain(|w| !w.is_empty());
-    let words = call.words.join(" ");
+    let words = call.words().join(" ");
     Some(match words.is_empty() {
         true => "refine &".to_owned(),
         false => format!("refine {words} &"),
@@ -152,7 +152,7 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if goal == Goal::default() {
         goal.until = Some(repl.engine.show().preview.tolerance);
     }
-    let folder = call.option("out").map(PathBuf::from);
+    let folder = call.path("out").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
     repl.engine.idle()?;
     let summary = whole_loop::run(&mut repl.engine, goal, &folder)?;
@@ -160,8 +160,9 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 fn default_folder(repl: &Repl) -> PathBuf {
-    let name = repl.engine.document().name();
-    Path::new("out").join(Path::new(name).file_stem().unwrap_or_default())
+    let document = repl.engine.document();
+    let show = document.path().unwrap_or(Path::new(document.name()));
+    Path::new("out").join(show.file_stem().unwrap_or_default())
 }
 
 pub fn pool(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -22,7 +22,7 @@ pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.words.is_empty() {
         return Ok(Reply::text(document::listing(document)));
     }
-    let name = call.words.join(" ");
+    let name = call.words().join(" ");
     let texts = document::declarations(document, &name);
     match texts.is_empty() {
         true => usage(format!("nothing in the show is called `{name}`")),
@@ -97,7 +97,7 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         text if text.is_empty() => "nothing changed".to_owned(),
         text => text,
     };
-    match call.option("output").map(Path::new) {
+    match call.path("output") {
         None => Ok(Reply::text(text)),
         Some(path) => repl.written(path, &compared.chart(path)?, &text),
     }
@@ -116,7 +116,7 @@ pub fn cuesheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// A table in words, or into a file: Markdown, or `plain` as CSV.
 fn table(repl: &Repl, call: &Call, table: &Table, plain: &Table) -> Result<Reply, Error> {
-    let Some(path) = call.option("output").map(Path::new) else {
+    let Some(path) = call.path("output") else {
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
     let written = format::table(table, plain, path)?;

@@ -1,0 +1,129 @@
+//! Temporary files next to what they will replace: how they are named, and how those that a killed
+//! process left are told from those being written.
+//!
+//! Invariant: a part is locked while it is written, so that one that is not, and whose process is
+//! gone, is litter. The lock alone would not do on file systems that have none, nor the process's
+//! number where two machines or containers share a folder.
+
+use std::ffi::OsStr;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{FileError, io_error, open, unique};
+
+/// Longer names have no room for a part's ending in the 255 bytes that file systems allow.
+const LONGEST: usize = 200;
+
+/// Makes a part for the file at `path`, locked; its folder is made when it is missing.
+pub(super) fn create(path: &Path) -> Result<(File, PathBuf), FileError> {
+    let io = io_error(path.display());
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(io_error(folder.display()))?;
+    }
+    let name = path.file_name().unwrap_or_default();
+    let short = if name.len() > LONGEST {
+        OsStr::new("long")
+    } else {
+        name
+    };
+    let mut name = short.to_owned();
+    name.push(format!(".{}-{:016x}.part", std::process::id(), unique()));
+    let part = path.with_file_name(name);
+    let file = File::options().write(true).create_new(true).open(&part);
+    let file = file.map_err(io)?;
+    // Where there are no locks, the process's number has to do.
+    let _ = file.try_lock();
+    Ok((file, part))
+}
+
+/// Removes the parts in `folder` that nobody writes any more. What cannot be listed or removed
+/// stays: it is only litter.
+pub(super) fn sweep(folder: &Path) {
+    let folder = if folder.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        folder
+    };
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let writer = entry.file_name().to_str().and_then(writer);
+        let path = entry.path();
+        if writer.is_some_and(|id| !is_running(id)) && is_given_up(&path).unwrap_or(false) {
+            let _ = fs::remove_file(&path);
+        }
+    }
+}
+
+/// The process that a part is of, by its name.
+fn writer(name: &str) -> Option<u32> {
+    let (stem, mark) = name.strip_suffix(".part")?.rsplit_once('.')?;
+    let (id, random) = mark.split_once('-')?;
+    let hex = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+    let ours = !stem.is_empty() && random.len() == 16 && random.chars().all(hex);
+    id.parse().ok().filter(|_| ours)
+}
+
+#[cfg(unix)]
+fn is_running(id: u32) -> bool {
+    use nix::errno::Errno;
+    use nix::sys::signal::kill;
+    let id = i32::try_from(id).map(nix::unistd::Pid::from_raw);
+    // No signal is sent; somebody else's process is one too.
+    id.is_ok_and(|id| kill(id, None) != Err(Errno::ESRCH))
+}
+
+#[cfg(not(unix))]
+fn is_running(id: u32) -> bool {
+    id == std::process::id()
+}
+
+/// True for a file that nobody holds the lock of.
+fn is_given_up(path: &Path) -> io::Result<bool> {
+    if !fs::symlink_metadata(path)?.is_file() {
+        return Ok(false);
+    }
+    let file = open::without_waiting(File::options().append(true)).open(path)?;
+    Ok(file.try_lock().is_ok())
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test's own data")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_parts_of_processes_that_are_gone_are_removed() {
+        let dir = tempfile::tempdir().unwrap();
+        let at = |name: &str| dir.path().join(name);
+        let gone = at("a.png.4194305-0123456789abcdef.part");
+        let kept = [
+            at("mine.part"),
+            at("a.part"),
+            at("a.png.4194305-0123456789abcde.part"),
+            at("a.png.4194305-0123456789ABCDEF.part"),
+            at(".4194305-0123456789abcdef.part"),
+            at("a.png.x-0123456789abcdef.part"),
+            at(&format!(
+                "a.png.{}-0123456789abcdef.part",
+                std::process::id()
+            )),
+            at("locked.4194305-0123456789abcdef.part"),
+        ];
+        for path in kept.iter().chain([&gone]) {
+            fs::write(path, "half").unwrap();
+        }
+        let folder = at("folder.4194305-0123456789abcdef.part");
+        fs::create_dir(&folder).unwrap();
+        let held = File::options().append(true).open(&kept[7]).unwrap();
+        held.lock().unwrap();
+        sweep(dir.path());
+        assert!(!gone.exists());
+        for path in kept.iter().chain([&folder]) {
+            assert!(path.exists(), "{}", path.display());
+        }
+        drop(held);
+        sweep(dir.path());
+        assert!(!kept[7].exists(), "its writer is gone now");
+        sweep(&at("none"));
+    }
+}

@@ -1,0 +1,226 @@
+//! What a run has written into its folder: `files.sha256`, a line for each file with its digest, in
+//! the form that `sha256sum` writes and checks.
+//!
+//! Invariants: a file is listed before it is written, so that a run that is cut off leaves none
+//! that is not; nothing is replaced or removed but what an earlier run listed and nobody changed
+//! since, and nothing that the show reads.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use sha2::{Digest as _, Sha256};
+
+use super::Error;
+use crate::engine::Engine;
+use crate::files::{FileError, Store};
+
+/// The manifest's own name.
+pub const MANIFEST: &str = "files.sha256";
+
+/// Lies in the folder while results are written, and where that was cut off.
+const UNFINISHED: &str = "unfinished.txt";
+
+/// What it says.
+const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
+                    of one run. The same `run` again makes it whole.\n";
+
+/// Results beside the key images.
+const RESULTS: [&str; 5] = [
+    "plan.json",
+    "curves.png",
+    "error.png",
+    "basis.png",
+    "sequence.png",
+];
+
+/// The folder of the key images.
+const KEYS: &str = "keys";
+
+/// The largest manifest that is read, and the largest file that is held against it.
+const LIMITS: (u64, u64) = (1 << 22, 1 << 30);
+
+/// A file that a run wrote: its name in the folder and the digest of its content.
+type Line = (String, String);
+
+/// The folder of a run's results.
+#[derive(Debug)]
+pub struct Results<'f> {
+    folder: &'f Path,
+    /// What earlier runs wrote and this one has not replaced.
+    earlier: BTreeSet<Line>,
+    written: BTreeSet<Line>,
+}
+
+/// The name of a key image, from 0.
+pub fn key_name(index: usize) -> String {
+    format!("{KEYS}/key{:03}.exr", index + 1)
+}
+
+/// True for a name that runs give.
+fn is_given(name: &str) -> bool {
+    let number = |name: &str| {
+        let key = name.strip_prefix(KEYS)?.strip_prefix("/key")?;
+        key.strip_suffix(".exr")?.parse::<usize>().ok()
+    };
+    let key = number(name).and_then(|n| n.checked_sub(1));
+    RESULTS.contains(&name) || key.is_some_and(|index| key_name(index) == name)
+}
+
+fn digest(bytes: &[u8]) -> String {
+    let mut hex = String::new();
+    for byte in Sha256::digest(bytes) {
+        let _ = write!(hex, "{byte:02x}");
+    }
+    hex
+}
+
+impl<'f> Results<'f> {
+    /// Takes the folder for a run that will write so many key images, and marks it as unfinished.
+    ///
+    /// # Errors
+    /// [`Error::ShowsFile`] and [`Error::Foreign`] where something else than an earlier run's file
+    /// stands at a name that will be written; what the store says. Nothing was written then.
+    pub fn begin(engine: &Engine, folder: &'f Path, keys: usize) -> Result<Results<'f>, Error> {
+        let store = engine.host().store.as_ref();
+        let results = Results {
+            folder,
+            earlier: earlier(store, folder)?,
+            written: BTreeSet::new(),
+        };
+        let linked = |entry: &crate::files::Entry| entry.name == KEYS && !entry.folder;
+        if store.entries(folder)?.iter().any(linked) {
+            return Err(Error::Foreign(folder.join(KEYS)));
+        }
+        let names = RESULTS.iter().map(|name| (*name).to_owned());
+        for name in names.chain((0..keys).map(key_name)) {
+            let path = folder.join(&name);
+            if reads(engine, &path) {
+                return Err(Error::ShowsFile(path));
+            }
+            if !results.is_free(store, &name)? {
+                return Err(Error::Foreign(path));
+            }
+        }
+        results.mark(engine)?;
+        store.sweep(folder);
+        store.sweep(&folder.join(KEYS));
+        Ok(results)
+    }
+
+    /// Says that the folder holds results of more than one run.
+    fn mark(&self, engine: &Engine) -> Result<(), Error> {
+        let store = engine.host().store.as_ref();
+        for name in [UNFINISHED, MANIFEST] {
+            let path = self.folder.join(name);
+            if reads(engine, &path) {
+                return Err(Error::ShowsFile(path));
+            }
+        }
+        let path = self.folder.join(UNFINISHED);
+        match store.read_start(&path, NOTE.len() as u64 + 1) {
+            Ok(found) if found != NOTE.as_bytes() => return Err(Error::Foreign(path)),
+            Err(FileError::NotAFile { .. }) => return Err(Error::Foreign(path)),
+            // What else is wrong with the folder shows when it is written to.
+            _ => {}
+        }
+        Ok(store.write(&self.folder.join(UNFINISHED), NOTE.as_bytes())?)
+    }
+
+    /// True where nothing is at this name but what an earlier run wrote.
+    fn is_free(&self, store: &dyn Store, name: &str) -> Result<bool, Error> {
+        let path = self.folder.join(name);
+        match store.read_start(&path, 0) {
+            Ok(_) => Ok(self.is_as_written(store, name)),
+            Err(FileError::Missing(_)) => Ok(true),
+            Err(FileError::NotAFile { .. }) => Ok(false),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// True where the file holds what an earlier run wrote.
+    fn is_as_written(&self, store: &dyn Store, name: &str) -> bool {
+        let mut of_name = self.earlier.iter().filter(|(n, _)| n == name).peekable();
+        if of_name.peek().is_none() {
+            return false;
+        }
+        let found = store.read(&self.folder.join(name), LIMITS.1);
+        let found = found.map(|bytes| digest(&bytes));
+        found.is_ok_and(|found| of_name.any(|(_, written)| *written == found))
+    }
+
+    /// Writes a file of the run.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub fn write(&mut self, engine: &Engine, name: &str, bytes: &[u8]) -> Result<(), Error> {
+        let store = engine.host().store.as_ref();
+        self.written.insert((name.to_owned(), digest(bytes)));
+        self.list(store)?;
+        store.write(&self.folder.join(name), bytes)?;
+        self.earlier.retain(|(earlier, _)| earlier != name);
+        Ok(())
+    }
+
+    /// Writes the manifest.
+    fn list(&self, store: &dyn Store) -> Result<(), Error> {
+        let mut text = String::new();
+        for (name, digest) in self.earlier.union(&self.written) {
+            let _ = writeln!(text, "{digest}  {name}");
+        }
+        Ok(store.write(&self.folder.join(MANIFEST), text.as_bytes())?)
+    }
+
+    /// Removes what earlier runs left and this one did not write, and the mark.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub fn finish(mut self, engine: &Engine) -> Result<(), Error> {
+        let store = engine.host().store.as_ref();
+        let names: BTreeSet<String> = self.earlier.iter().map(|(name, _)| name.clone()).collect();
+        for name in names {
+            let path = self.folder.join(&name);
+            if self.is_as_written(store, &name) && !reads(engine, &path) {
+                store.remove(&path)?;
+            }
+        }
+        self.earlier.clear();
+        self.list(store)?;
+        self.give_up(engine)
+    }
+
+    /// Takes the mark away.
+    ///
+    /// # Errors
+    /// What the store says.
+    pub fn give_up(self, engine: &Engine) -> Result<(), Error> {
+        Ok(engine.host().store.remove(&self.folder.join(UNFINISHED))?)
+    }
+}
+
+fn reads(engine: &Engine, path: &Path) -> bool {
+    let files = engine.host().files.as_ref();
+    engine.document().reads(path, files)
+}
+
+/// What the manifest of a folder lists; a name may have two digests where a run was cut off. A list
+/// with other lines than a run's is somebody else's.
+fn earlier(store: &dyn Store, folder: &Path) -> Result<BTreeSet<Line>, Error> {
+    let path = folder.join(MANIFEST);
+    let bytes = match store.read(&path, LIMITS.0) {
+        Ok(bytes) => bytes,
+        Err(FileError::Missing(_)) => return Ok(BTreeSet::new()),
+        Err(FileError::NotAFile { .. } | FileError::TooLarge { .. }) => {
+            return Err(Error::Foreign(path));
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let line = |line: &str| {
+        let (digest, name) = line.split_once("  ")?;
+        let hex = digest.len() == 64 && digest.chars().all(|c| c.is_ascii_hexdigit());
+        (hex && is_given(name)).then(|| (name.to_owned(), digest.to_ascii_lowercase()))
+    };
+    let text = String::from_utf8(bytes).ok();
+    let lines = text.and_then(|text| text.lines().map(line).collect::<Option<_>>());
+    lines.ok_or(Error::Foreign(path))
+}
