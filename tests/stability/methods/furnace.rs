@@ -91,7 +91,7 @@ pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Mesh {
     };
     let layout = Layout::of_elements(surfaces, elements);
     let all = vec![CellRequest::WANTED; layout.cells()];
-    layout.mesh(setting, &[seed], &all)
+    layout.mesh(setting, &[seed], &all, Work::silent()).unwrap()
 }
 
 /// Form factors between all elements, by hemicubes of a resolution.
