@@ -84,7 +84,11 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let mut repl = open(Some(show), settings, screen)?;
             let reply = repl.call(call)?;
             screen.reply(&reply);
-            return Ok(if reply.stopped { screen.stop().code() } else { 0 });
+            return Ok(if reply.stopped {
+                screen.stop().code()
+            } else {
+                0
+            });
         }
     };
     match own {

@@ -1,7 +1,7 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
 use super::refiner::{Next, Refiner};
-use super::rendering::{Job, Rendered, Reused};
+use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::forecast as predicted_error;
 use crate::pool::is_within;

@@ -488,7 +488,7 @@ mod tests {
     /// The child of the program must go too: it would write its file a second later.
     #[cfg(unix)]
     #[test]
-    fn what_takes_too_long_or_is_cancelled_goes_with_all_it_started() {
+    fn a_program_goes_with_all_it_started_however_it_ends() {
         let beside = tempfile::tempdir().unwrap();
         for stop in [false, true] {
             let file = beside.path().join(format!("late-{stop}"));
@@ -503,6 +503,10 @@ mod tests {
                 other => panic!("{other}"),
             }
         }
+        // So must the child of one that ended well.
+        let file = beside.path().join("left");
+        let script = format!("(sleep 1; touch '{}') & cp \"$1\" \"$2\"", file.display());
+        run(&script, 60.0, &|| false).unwrap();
         std::thread::sleep(Duration::from_millis(1500));
         assert_eq!(fs::read_dir(beside.path()).unwrap().count(), 0);
     }

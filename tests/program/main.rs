@@ -12,8 +12,10 @@
 mod help;
 mod hints;
 mod lost;
+mod moments;
 mod outside;
 mod readme;
+mod stop;
 mod store_process;
 mod terminal;
 mod watch;

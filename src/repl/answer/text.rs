@@ -122,7 +122,11 @@ fn table(
     table: &Table,
     plain: impl FnOnce() -> Table,
 ) -> Result<Reply, Error> {
-    repl.engine.host().work().check().map_err(engine::Error::from)?;
+    repl.engine
+        .host()
+        .work()
+        .check()
+        .map_err(engine::Error::from)?;
     let Some(path) = call.option("output").map(Path::new) else {
         return Ok(Reply::text(table.text(2, WIDTH)));
     };

@@ -53,7 +53,10 @@ cue  label    lamps  fire  sky
 ↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked
 "
     );
-    let csv = track_sheet(&show(CUES), Work::silent()).unwrap().words().csv();
+    let csv = track_sheet(&show(CUES), Work::silent())
+        .unwrap()
+        .words()
+        .csv();
     assert!(
         csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"),
         "{csv}"
