@@ -104,6 +104,9 @@ impl CellRequest {
     };
 }
 
+/// A cell, numbered within all grids, with its elements.
+type MadeCell = (usize, BspTree<Option<Element>>);
+
 /// The cells of a mesh before any is made an element.
 #[derive(Clone, Debug)]
 pub struct Layout {
@@ -196,8 +199,7 @@ impl Layout {
             });
             made.collect()
         });
-        let made: Result<Vec<Vec<(usize, BspTree<Option<Element>>)>>, Cancelled> = made.collect();
-        let made = made?;
+        let made: Vec<Vec<MadeCell>> = made.collect::<Result<_, Cancelled>>()?;
         let mut mesh = Mesh {
             grids: self.grids,
             cells: vec![NONE; self.cells],
