@@ -58,9 +58,12 @@ pub fn tell(
     signal: Signal,
 ) -> std::io::Result<Option<Told>> {
     let mut child = start(program)?;
-    sleep(after);
-    if child.try_wait()?.is_some() {
-        return Ok(None);
+    let started = Instant::now();
+    while started.elapsed() < after {
+        if child.try_wait()?.is_some() {
+            return Ok(None);
+        }
+        sleep(Duration::from_millis(1));
     }
     let begin = Instant::now();
     kill(Pid::from_raw(child.id().cast_signed()), signal)?;
