@@ -432,7 +432,7 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
     let mut unlimited = open(None);
     unlimited.engine_mut().refine(everything).unwrap();
     let (mut late, mut told) = (0, 0);
-    for limit in [2, 10, 40, 160, 640, 2560] {
+    for limit in [4, 10, 40, 160, 640, 2560] {
         let mut show = open(Some(limit));
         let error = match show.execute("refine until 0%") {
             // Stopped between two pictures it tells what it did.
