@@ -9,6 +9,7 @@ mod editor;
 mod prompt;
 mod reports;
 mod screen;
+mod stop;
 mod watch;
 
 use std::ffi::{OsStr, OsString};
@@ -19,7 +20,7 @@ use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
 
 use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
-use crate::files::{self, Disk, Folder, Monotonic};
+use crate::files::{self, Disk, Folder, Monotonic, process};
 use crate::printable::Printable;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
@@ -33,11 +34,9 @@ use self::prompt::Threads;
 use self::reports::Versions;
 use self::screen::Screen;
 
-/// The exit code of what the user stopped.
-const STOPPED: u8 = 130;
-
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
-/// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user.
+/// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user or the limit of
+/// time, 143 and 129 by SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os()) {
         Ok(parsed) => parsed,
@@ -54,10 +53,13 @@ pub fn main() -> ExitCode {
         }
     };
     let screen = Screen::new(settings.quiet, settings.format(), settings.kitty);
+    stop::install(&screen);
     let code = match serve(&task, &settings, &screen) {
         Ok(code) => code,
         Err(error) => screen.fail(&error),
     };
+    // What is rendered in the background ends with the program.
+    process::end_all();
     match LOST.get() {
         None => ExitCode::from(code),
         Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
@@ -90,10 +92,17 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         Task::Own(own) => own,
         Task::Verb { show, call } => {
             show_comes_first(show, call)?;
+            if let Some(time) = settings.time_limit {
+                stop::limit(time, screen);
+            }
             let mut repl = open(Some(show), settings, screen)?;
             let reply = repl.call(call)?;
             screen.reply(&reply);
-            return Ok(if reply.stopped { STOPPED } else { 0 });
+            return Ok(if reply.stopped {
+                screen.stop().code()
+            } else {
+                0
+            });
         }
     };
     match own {

@@ -106,21 +106,33 @@ impl Engine {
     /// An engine for a show's text; `name` is what diagnostics call it.
     ///
     /// # Errors
-    /// As [`Document::new`].
+    /// As [`Document::new`]; [`Error::OutOfTime`]; on cancel.
     pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Engine, Error> {
+        let begin = host.clock.seconds();
         let document = Document::within(name, text, host.files.as_ref(), host.memory)?;
-        Ok(Engine::new(document, host))
+        Engine::opened(document, host, begin)
     }
 
     /// An engine for the show in a file, read through the host's store; the stage and other files
     /// that it names are read from [`Host::files`], such as a [`Folder`](crate::files::Folder).
     ///
     /// # Errors
-    /// [`Error::File`] when it cannot be read, else as [`Document::new`].
+    /// [`Error::File`] when it cannot be read, else as [`Engine::from_text`].
     pub fn open(path: &Path, host: Host) -> Result<Engine, Error> {
+        let begin = host.clock.seconds();
         let (store, files) = (host.store.as_ref(), host.files.as_ref());
         let document = Document::open(path, store, files, host.memory)?;
-        Ok(Engine::new(document, host))
+        Engine::opened(document, host, begin)
+    }
+
+    /// An engine for a document that was being opened since `begin`.
+    fn opened(document: Document, host: Host, begin: f64) -> Result<Engine, Error> {
+        let engine = Engine::new(document, host);
+        engine.host.work().check()?;
+        if let Some(deadline) = &engine.deadline {
+            limit::opened(deadline, begin, engine.now())?;
+        }
+        Ok(engine)
     }
 
     /// An engine for a document, which must have been read from the host's files.

@@ -194,6 +194,7 @@ impl Operator {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
         let surfaces = Surfaces::new(scene)?;
+        work.check()?;
         let hierarchy = Hierarchy::new(&surfaces);
         let vertices = VertexBuffer::new(&surfaces);
         let setting = Setting::new(&surfaces, &hierarchy);
@@ -213,7 +214,7 @@ impl Operator {
         let seeds = seeds(setting, &lights, view.from);
         let mut requests = vec![CellRequest::WANTED; layout.cells()];
         record_visible_points(&layout, &fragments, &mut requests);
-        let mesh = layout.mesh(setting, &seeds, &requests);
+        let mesh = layout.mesh(setting, &seeds, &requests, work)?;
 
         let gather_scene = GatherScene {
             setting,
@@ -231,6 +232,7 @@ impl Operator {
         let reflectance: Vec<[f32; 3]> = reflectance
             .map(|f| f.reflectance.map(|r| r as f32))
             .collect();
+        work.check()?;
         let bounces = Bounces::new(&rows, &reflectance);
 
         let gather_points = if step.gather_points > 0 {
@@ -241,7 +243,9 @@ impl Operator {
         } else {
             None
         };
+        work.check()?;
         let gather_weights = weights(&surfaces, &mesh, gather_points.as_ref(), &fragments);
+        work.check()?;
         Ok(Operator {
             rig: Arc::clone(rig),
             width: view.width,

@@ -238,6 +238,7 @@ impl Repl {
         let call = self.engine.begin_call();
         let done = something(self);
         let exceeded = call.exceeded();
+        let late = call.exceeded_by(self.engine.now());
         drop(call);
         self.live.follow(self.engine.document());
         let events = self.event_notes();
@@ -246,7 +247,9 @@ impl Repl {
             Some(seconds) => error.late(seconds),
             None => error.busy(self.background()),
         })?;
-        if let Some(seconds) = exceeded.filter(|_| reply.stopped) {
+        if let Some(seconds) = late {
+            // What no loop was told of is done to its end, and still no success.
+            reply.stopped = true;
             let limit = format!("the limit of time ({seconds} s) is reached");
             reply.notes.push(limit.into());
         }

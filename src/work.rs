@@ -13,28 +13,10 @@ pub trait Progress: Send + Sync {
         let _ = (task, done, total);
     }
 
-    /// True once the task should stop at its next convenient point.
+    /// True once the task should stop. Asked every few milliseconds, also by several threads at
+    /// once.
     fn cancelled(&self) -> bool {
         false
-    }
-
-    /// True once the task should stop even where what is in hand is lost with it: asked a second
-    /// time, where somebody can ask twice.
-    fn forced(&self) -> bool {
-        self.cancelled()
-    }
-}
-
-/// Progress for a step that is worth finishing: the first cancel lets it end, the second does not.
-pub struct Patient<'a>(pub &'a dyn Progress);
-
-impl Progress for Patient<'_> {
-    fn report(&self, task: &str, done: usize, total: usize) {
-        self.0.report(task, done, total);
-    }
-
-    fn cancelled(&self) -> bool {
-        self.0.forced()
     }
 }
 

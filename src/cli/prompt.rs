@@ -10,7 +10,7 @@ use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 
 use super::editor::{self, Reader};
 use super::screen::Screen;
-use super::{STOPPED, complain, print};
+use super::{complain, print};
 use crate::engine::{Background, TEXT_LIMIT};
 use crate::printable::Printable;
 use crate::repl::{Error, Repl, Vocabulary, finished};
@@ -154,6 +154,7 @@ pub fn converse(
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
     let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
     print(repl.greeting());
+    screen.stop().rearm();
     line_reader.ask(repl);
     let mut code = Ok(0);
     for event in events {
@@ -173,7 +174,7 @@ pub fn converse(
                 break;
             }
         };
-        screen.rearm();
+        screen.stop().rearm();
         if !each(repl, &line, screen) {
             break;
         }
@@ -221,7 +222,7 @@ impl Pending {
         match repl.execute(&std::mem::take(&mut self.text)) {
             Ok(reply) => {
                 if reply.stopped {
-                    self.worst = self.worst.max(STOPPED);
+                    self.worst = self.worst.max(screen.stop().code());
                 }
                 screen.reply(&reply) && !reply.quit
             }

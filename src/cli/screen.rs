@@ -1,12 +1,12 @@
 //! What a person sees: replies, errors, progress bars.
 
 use std::io::{self, IsTerminal};
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::drawing::{Drawing, InPlace};
+use super::stop::{INTERRUPTED, Stop};
 use super::{complain, draw, print};
 use crate::diagnostic::Style;
 use crate::printable::visible;
@@ -15,7 +15,7 @@ use crate::report::film::Canvas;
 use crate::work::Progress;
 
 /// The terminal.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Screen {
     bars: Arc<Bars>,
     format: Style,
@@ -33,15 +33,8 @@ impl Screen {
     pub fn new(quiet: bool, format: Style, kitty: bool) -> Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
-            stops: AtomicUsize::new(0),
+            stop: Stop::default(),
             visible: !quiet && io::stderr().is_terminal(),
-        });
-        let of_handler = Arc::clone(&bars);
-        // Without a handler Ctrl-C ends the process at once, which loses nothing but the wait.
-        let _ = ctrlc::set_handler(move || {
-            if of_handler.stops.fetch_add(1, Ordering::SeqCst) > 1 {
-                std::process::exit(130);
-            }
         });
         let colours = colours();
         Screen {
@@ -67,14 +60,14 @@ impl Screen {
         styled(self.format, self.coloured)
     }
 
-    /// Progress bars on standard error, and Ctrl-C as the cancel.
+    /// Progress bars on standard error, and signals as the cancel.
     pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Watch(Arc::clone(&self.bars)))
     }
 
-    /// Ctrl-C was pressed.
-    pub fn stopped(&self) -> bool {
-        self.bars.stops.load(Ordering::SeqCst) > 0
+    /// The signals that came.
+    pub fn stop(&self) -> &Stop {
+        &self.bars.stop
     }
 
     /// Where `play` shows its frames, if anywhere.
@@ -82,11 +75,6 @@ impl Screen {
         let bars = Arc::clone(&self.bars);
         let clear = Box::new(move || bars.clear());
         Some(Box::new(InPlace::new(self.drawing?, clear)))
-    }
-
-    /// Forgets an earlier Ctrl-C, before new work begins.
-    pub fn rearm(&self) {
-        self.bars.stops.store(0, Ordering::SeqCst);
     }
 
     /// Shows a reply: its picture where there is a terminal, then its text. False once nobody
@@ -115,7 +103,10 @@ impl Screen {
             // The reader of these finds warnings and errors in one place.
             print(error.report(self.format));
         }
-        error.exit_code()
+        match error.exit_code() {
+            INTERRUPTED => self.stop().code(),
+            code => code,
+        }
     }
 }
 
@@ -133,11 +124,11 @@ fn colours() -> bool {
     !none && !dumb
 }
 
-/// The progress bar in use, and how often Ctrl-C was pressed.
+/// The progress bar in use, and the signals that came.
 #[derive(Debug)]
 struct Bars {
     bar: Mutex<Option<(String, ProgressBar)>>,
-    stops: AtomicUsize,
+    stop: Stop,
     visible: bool,
 }
 
@@ -168,18 +159,11 @@ impl Progress for Watch {
         if let Some((_, bar)) = held.as_ref() {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
-            if self.cancelled() && !self.forced() {
-                bar.set_message("ends after this (Ctrl-C: now)");
-            }
         }
     }
 
     fn cancelled(&self) -> bool {
-        self.0.stops.load(Ordering::SeqCst) > 0
-    }
-
-    fn forced(&self) -> bool {
-        self.0.stops.load(Ordering::SeqCst) > 1
+        self.0.stop.is_asked()
     }
 }
 

@@ -58,7 +58,7 @@ pub fn watch(
     }
     let mut stamps = stamps_of(&show);
     let (mut changes, mut away, mut looks) = (0, 0, 0);
-    while !screen.stopped() && watched.count.is_none_or(|count| changes < count) {
+    while !screen.stop().is_asked() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
         let now = match &show {
             Some(repl) => texts(path, repl),

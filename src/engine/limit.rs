@@ -17,6 +17,8 @@ const ORDER: Ordering = Ordering::SeqCst;
 pub(super) struct Deadline {
     /// Seconds that a call may take.
     limit: f64,
+    /// The bits of the seconds of it that opening the show took, which count as the first call's.
+    used: AtomicU64,
     /// The bits of the time at which the current call ends; infinite between calls.
     end: AtomicU64,
     /// The current call, or the last one, was still at work then.
@@ -40,25 +42,46 @@ pub(crate) struct TimedCall {
     deadline: Option<Arc<Deadline>>,
 }
 
+/// Counts the seconds from `begin` to now, in which the show was opened, as the first call's.
+///
+/// # Errors
+/// [`Error::OutOfTime`] where nothing is left for that.
+pub(super) fn opened(deadline: &Deadline, begin: f64, now: f64) -> Result<(), Error> {
+    let (used, seconds) = (now - begin, deadline.limit);
+    deadline.used.store(used.to_bits(), ORDER);
+    match used < seconds {
+        true => Ok(()),
+        false => Err(Error::OutOfTime { seconds }),
+    }
+}
+
 impl TimedCall {
     pub(super) fn begin(deadline: Option<&Arc<Deadline>>, now: f64) -> TimedCall {
         let outermost = |d: &&Arc<Deadline>| {
-            let (none, end) = (f64::INFINITY.to_bits(), (now + d.limit).to_bits());
-            let first = d.end.compare_exchange(none, end, ORDER, ORDER).is_ok();
-            if first {
+            let none = f64::INFINITY.to_bits();
+            let end = now + d.limit - f64::from_bits(d.used.load(ORDER));
+            let first = d.end.compare_exchange(none, end.to_bits(), ORDER, ORDER);
+            if first.is_ok() {
+                d.used.store(0, ORDER);
                 d.passed.store(false, ORDER);
             }
-            first
+            first.is_ok()
         };
         TimedCall {
             deadline: deadline.filter(outermost).cloned(),
         }
     }
 
-    /// The seconds that the call may take, where it used them up.
+    /// The seconds that the call may take, where it was told to stop because it used them up.
     pub(crate) fn exceeded(&self) -> Option<f64> {
         let deadline = self.deadline.as_ref()?;
         deadline.passed.load(ORDER).then_some(deadline.limit)
+    }
+
+    /// The same, where it has used them up by now, told or not.
+    pub(crate) fn exceeded_by(&self, now: f64) -> Option<f64> {
+        let deadline = self.deadline.as_ref()?;
+        deadline.is_over(now).then_some(deadline.limit)
     }
 
     /// What the call came to: a cancel that its deadline asked for is [`Error::OutOfTime`].
@@ -100,10 +123,6 @@ impl Progress for Timed {
     fn cancelled(&self) -> bool {
         self.progress.cancelled() || self.deadline.is_over(self.clock.seconds())
     }
-
-    fn forced(&self) -> bool {
-        self.progress.forced() || self.deadline.is_over(self.clock.seconds())
-    }
 }
 
 /// The host with its limit of time at work in its progress.
@@ -113,6 +132,7 @@ pub(super) fn limited(host: Host) -> (Host, Option<Arc<Deadline>>) {
     };
     let deadline = Arc::new(Deadline {
         limit: time.as_secs_f64(),
+        used: AtomicU64::new(0),
         end: AtomicU64::new(f64::INFINITY.to_bits()),
         passed: AtomicBool::new(false),
     });

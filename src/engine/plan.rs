@@ -51,7 +51,10 @@ impl Engine {
                 Some(self.sequence_norm(pool)),
             ),
         };
+        let work = self.host.work();
+        work.check()?;
         let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
+        work.check()?;
         let report = plan.report(self.show(), keys)?;
         Ok(if self.is_final() {
             nothing_to_refine(report)
@@ -105,6 +108,7 @@ impl Engine {
         if weighting != *own {
             // Singular values in another metric say nothing of errors.
             for direction in &mut out {
+                self.host.work().check()?;
                 known.push(direction.setting.clone());
                 direction.error = plan::forecast(keys, &known, own, norm)?;
             }

@@ -1,11 +1,10 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
 use super::refiner::{Next, Refiner};
-use super::rendering::{Job, Rendered, Reused};
+use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::forecast as predicted_error;
 use crate::pool::is_within;
-use crate::work::Patient;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -139,7 +138,7 @@ impl Engine {
     /// where their cost says that it pays; see [`Engine::forecast`]. The predicted seconds decide
     /// whether another image still fits into a time; one is always rendered.
     ///
-    /// A cancel ends it after the current call of the operator, a second one at once.
+    /// A cancel ends it at once: images that are finished are kept, those in hand are lost.
     ///
     /// # Errors
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], else what
@@ -181,8 +180,13 @@ impl Engine {
                 Next::Added => {}
                 Next::Render(job, ticket) => {
                     let refined = ticket.refined;
-                    let rendered = self.run_job(job, refined);
-                    refiner.collect(self, *ticket, rendered)?;
+                    let rendered = job.run(self.host.renderer.as_ref(), self.host.work());
+                    match refiner.collect(self, *ticket, rendered) {
+                        Err(error) if error.is_cancel() && refiner.done.images > 0 => {
+                            return Ok(Ended::Stopped);
+                        }
+                        collected => collected?,
+                    }
                     if !refined {
                         continue;
                     }
@@ -194,19 +198,6 @@ impl Engine {
             progress.report("refined pictures", done, total);
             watch(self)?;
         }
-    }
-
-    /// A job, run here. A refined image is worth finishing: the first cancel lets it end.
-    fn run_job(&self, job: Job, refined: bool) -> Rendered {
-        let patient = Patient(self.host.progress.as_ref());
-        let mut work = self.host.work();
-        if refined {
-            if work.check().is_err() {
-                return job.cancelled();
-            }
-            work.progress = &patient;
-        }
-        job.run(self.host.renderer.as_ref(), work)
     }
 
     /// Why no image is to be rendered after what is done; `None` if one is.

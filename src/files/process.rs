@@ -2,13 +2,15 @@
 //!
 //! Invariants: a program works on files of a private folder that is made for the one run and
 //! removed after it, however it ends; nothing of what it says on its output is read, and of what it
-//! complains about only the end; when it takes too long or the user stops, it is killed with
-//! everything it started (on Unix, by its process group; elsewhere only the program itself).
+//! complains about only the end; when it takes too long or the user stops, it is killed, and
+//! however it ends, everything it started is killed too (on Unix, by its process group; elsewhere
+//! only the program itself); nothing of it outlives this process, unless that is killed itself.
 
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::{FileError, io_error, open, read_limited, unique};
@@ -183,6 +185,11 @@ fn start(
     complaints: &Path,
 ) -> Result<Child, ProcessError> {
     let stderr = fs::File::create(complaints).map_err(io_error(complaints.display()))?;
+    // Whoever ends all of them must not miss one that is just being started.
+    let mut running = running();
+    if running.ended {
+        return Err(ProcessError::Cancelled);
+    }
     let mut command = Command::new(program);
     command
         .args(arguments)
@@ -191,10 +198,59 @@ fn start(
         .stderr(stderr);
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
-    command.spawn().map_err(|source| ProcessError::Start {
+    let child = command.spawn().map_err(|source| ProcessError::Start {
         program: program.to_owned(),
         source,
-    })
+    })?;
+    running.programs.push(child.id());
+    Ok(child)
+}
+
+/// What must not outlive this process.
+struct Running {
+    /// Programs, by their numbers.
+    programs: Vec<u32>,
+    folders: Vec<PathBuf>,
+    /// No other is to be started.
+    ended: bool,
+}
+
+impl Running {
+    /// Forgets a program, and ends what it has left behind.
+    fn close(&mut self, program: u32) {
+        kill_group(program);
+        self.programs.retain(|other| *other != program);
+    }
+}
+
+static RUNNING: Mutex<Running> = Mutex::new(Running {
+    programs: Vec::new(),
+    folders: Vec::new(),
+    ended: false,
+});
+
+fn running() -> MutexGuard<'static, Running> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Kills all programs that are running, with all that they started, and removes their folders; no
+/// other can be started then. For a process that is about to end.
+pub fn end_all() {
+    let mut running = running();
+    running.ended = true;
+    running.programs.iter().for_each(|p| kill_group(*p));
+    for folder in &running.folders {
+        // A program that is being killed may still write.
+        let gone = |_: &u32| {
+            let removed = fs::remove_dir_all(folder);
+            let gone = removed.is_ok() || !folder.exists();
+            if !gone {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            gone
+        };
+        (0..20).find(gone);
+    }
 }
 
 enum Watched {
@@ -207,10 +263,15 @@ enum Watched {
 fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Watched> {
     let (share, least, most) = LOOK;
     loop {
+        let mut running = running();
         let ended = child.try_wait();
         if let Ok(Some(status)) = ended {
+            // Its number is its group's as long as anything of that is left, and free otherwise:
+            // nothing else gets it within these few instructions.
+            running.close(child.id());
             return Ok(Watched::Ended(status));
         }
+        drop(running);
         let passed = begin.elapsed();
         let cancelled = (job.cancelled)();
         if cancelled || passed.as_secs_f64() >= job.timeout || ended.is_err() {
@@ -229,15 +290,23 @@ fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Wa
 /// Kills a program that is still running, with its group, and waits until it is gone.
 fn end(child: &mut Child) -> std::io::Result<()> {
     // Its number is still its own: it has not been waited for.
-    #[cfg(unix)]
-    if let Ok(group) = i32::try_from(child.id()) {
-        use nix::sys::signal::{Signal, killpg};
-        // What is gone already need not be killed.
-        let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
-    }
+    running().close(child.id());
     let _ = child.kill();
     child.wait().map(|_| ())
 }
+
+/// Kills what is left of a program's process group.
+#[cfg(unix)]
+fn kill_group(program: u32) {
+    use nix::sys::signal::{Signal, killpg};
+    if let Ok(group) = i32::try_from(program) {
+        // What is gone already need not be killed.
+        let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
+    }
+}
+
+#[cfg(not(unix))]
+fn kill_group(_: u32) {}
 
 /// The end of a file of complaints, from the beginning of a line where there is one.
 fn tail(path: &Path) -> String {
@@ -282,7 +351,10 @@ impl Private {
             let name = format!("footlight-{}-{:016x}", std::process::id(), unique());
             let path = std::env::temp_dir().join(name);
             match builder.create(&path) {
-                Ok(()) => return Ok(Private { path }),
+                Ok(()) => {
+                    running().folders.push(path.clone());
+                    return Ok(Private { path });
+                }
                 Err(error) => last = Some(io_error(path.display())(error)),
             }
         }
@@ -294,6 +366,7 @@ impl Drop for Private {
     fn drop(&mut self) {
         // What cannot be removed now is left to the system, which clears its temporary folders.
         let _ = fs::remove_dir_all(&self.path);
+        running().folders.retain(|other| *other != self.path);
     }
 }
 
@@ -415,7 +488,7 @@ mod tests {
     /// The child of the program must go too: it would write its file a second later.
     #[cfg(unix)]
     #[test]
-    fn what_takes_too_long_or_is_cancelled_goes_with_all_it_started() {
+    fn a_program_goes_with_all_it_started_however_it_ends() {
         let beside = tempfile::tempdir().unwrap();
         for stop in [false, true] {
             let file = beside.path().join(format!("late-{stop}"));
@@ -430,6 +503,10 @@ mod tests {
                 other => panic!("{other}"),
             }
         }
+        // So must the child of one that ended well.
+        let file = beside.path().join("left");
+        let script = format!("(sleep 1; touch '{}') & cp \"$1\" \"$2\"", file.display());
+        run(&script, 60.0, &|| false).unwrap();
         std::thread::sleep(Duration::from_millis(1500));
         assert_eq!(fs::read_dir(beside.path()).unwrap().count(), 0);
     }

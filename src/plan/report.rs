@@ -261,7 +261,8 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
     let pairs = || from.iter().zip(to);
     let (a, b) = pairs().max_by(|x, y| x.0.abs().total_cmp(&y.0.abs()))?;
     let factor = b / a;
-    let close = |(x, y): (&f64, &f64)| (x * factor - y).abs() <= 1e-12 * largest(to);
+    let allowed = 1e-12 * largest(to);
+    let close = |(x, y): (&f64, &f64)| (x * factor - y).abs() <= allowed;
     (factor != 0.0 && factor.is_finite() && pairs().all(close)).then_some(factor)
 }
 

@@ -26,6 +26,7 @@ use crate::radiosity::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
 use crate::radiosity::mesh::contact::Contacts;
 use crate::radiosity::mesh::element::{Element, Maker};
 use crate::radiosity::mesh::grid::Grid;
+use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
 /// No element: nothing of the cell lies on the facet, or it is inside a solid.
@@ -103,6 +104,9 @@ impl CellRequest {
     };
 }
 
+/// A cell, numbered within all grids, with its elements.
+type MadeCell = (usize, BspTree<Option<Element>>);
+
 /// The cells of a mesh before any is made an element.
 #[derive(Clone, Debug)]
 pub struct Layout {
@@ -157,38 +161,45 @@ impl Layout {
     #[cfg(test)]
     pub fn mesh_of_all_cells(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
         let requests = vec![CellRequest::WANTED; self.cells];
-        self.mesh(setting, seeds, &requests)
+        let made = self.mesh(setting, seeds, &requests, Work::silent());
+        made.unwrap()
     }
 
     /// Makes elements of the cells that are wanted (one request for each cell).
-    pub fn mesh(self, setting: Setting<'_>, seeds: &[Vec3], requests: &[CellRequest]) -> Mesh {
+    ///
+    /// # Errors
+    /// Cancel.
+    pub fn mesh(
+        self,
+        setting: Setting<'_>,
+        seeds: &[Vec3],
+        requests: &[CellRequest],
+        work: Work<'_>,
+    ) -> Result<Mesh, Cancelled> {
         let contacts = Contacts::new(setting.surfaces);
-        let made: Vec<(usize, BspTree<Option<Element>>)> = self
-            .grids
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(facet, grid)| {
-                let cells = grid.iter().flat_map(|grid| {
-                    let trees = trees(grid, facet, &contacts).into_iter().enumerate();
-                    trees.map(move |(cell, tree)| (grid, cell, tree))
-                });
-                let made: Vec<_> = cells
-                    .filter(|(grid, cell, _)| requests[grid.first + cell].wanted)
-                    .map(|(grid, cell, tree)| {
-                        let maker = Maker {
-                            setting,
-                            seeds,
-                            facet,
-                            grid,
-                            cell,
-                            visible_point: requests[grid.first + cell].visible_point,
-                        };
-                        (grid.first + cell, maker.elements(tree))
-                    })
-                    .collect();
-                made
-            })
-            .collect();
+        let facets = self.grids.par_iter().enumerate();
+        let made = facets.map(|(facet, grid)| {
+            work.check()?;
+            let Some(grid) = grid else {
+                return Ok(Vec::new());
+            };
+            let trees = trees(grid, facet, &contacts).into_iter().enumerate();
+            let wanted = trees.filter(|(cell, _)| requests[grid.first + cell].wanted);
+            let made = wanted.map(|(cell, tree)| {
+                work.check()?;
+                let maker = Maker {
+                    setting,
+                    seeds,
+                    facet,
+                    grid,
+                    cell,
+                    visible_point: requests[grid.first + cell].visible_point,
+                };
+                Ok((grid.first + cell, maker.elements(tree)))
+            });
+            made.collect()
+        });
+        let made: Vec<Vec<MadeCell>> = made.collect::<Result<_, Cancelled>>()?;
         let mut mesh = Mesh {
             grids: self.grids,
             cells: vec![NONE; self.cells],
@@ -197,13 +208,13 @@ impl Layout {
             bsp_nodes: Vec::new(),
             elements: Vec::new(),
         };
-        for (cell, tree) in made {
+        for (cell, tree) in made.into_iter().flatten() {
             let (own, _) = mesh.add_tree(tree);
             mesh.cells[cell] = own;
         }
         mesh.display_cells = mesh.with_nearest_elements();
         mesh.near_cut = mesh.cells_near_cuts();
-        mesh
+        Ok(mesh)
     }
 }
 

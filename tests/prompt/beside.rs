@@ -295,10 +295,9 @@ fn leaving_gives_up_what_is_in_hand() {
     assert_eq!(show.engine().statistics().rendered, before);
 }
 
-/// Cancelled while the second picture is being rendered; asked twice where `insist`.
+/// Cancelled once the first picture is there.
 struct Impatient {
     pictures: AtomicUsize,
-    insist: bool,
 }
 
 impl Progress for Impatient {
@@ -311,23 +310,18 @@ impl Progress for Impatient {
     fn cancelled(&self) -> bool {
         self.pictures.load(Ordering::SeqCst) > 0
     }
-
-    fn forced(&self) -> bool {
-        self.insist && self.cancelled()
-    }
 }
 
 #[test]
-fn the_first_cancel_lets_a_picture_end_and_keeps_all() {
-    let host = |insist| Host {
+fn a_cancel_keeps_the_pictures_that_are_finished() {
+    let host = Host {
         progress: Box::new(Impatient {
             pictures: AtomicUsize::new(0),
-            insist,
         }),
         ..Host::default()
     };
     let goal = Goal::count(5);
-    let mut show = prompt("b.lxq", SHOW.as_bytes(), host(false)).unwrap();
+    let mut show = prompt("b.lxq", SHOW.as_bytes(), host).unwrap();
     assert_eq!(
         show.engine_mut().refine(goal).unwrap().ended,
         Some(Ended::Stopped)
@@ -338,12 +332,6 @@ fn the_first_cancel_lets_a_picture_end_and_keeps_all() {
         matches!(error.engine(), Some(engine::Error::Cancelled(_))),
         "{error:?}"
     );
-    let mut show = prompt("b.lxq", SHOW.as_bytes(), host(true)).unwrap();
-    assert_eq!(
-        show.engine_mut().refine(goal).unwrap().ended,
-        Some(Ended::Stopped)
-    );
-    assert_eq!(show.engine().refined(), 1);
 }
 
 proptest! {

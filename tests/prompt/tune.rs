@@ -84,7 +84,11 @@ fn the_error_told_is_that_of_what_is_shown() {
         });
     }
     let tuner = Tuner::new(keys, &pictures, steps, Work::silent());
-    let all = tuner.unwrap().unwrap().candidates(0.0).unwrap();
+    let all = tuner
+        .unwrap()
+        .unwrap()
+        .candidates(0.0, Work::silent())
+        .unwrap();
     let told = [
         (1, None, 0),
         (1, Some(3), 2),

@@ -7,6 +7,7 @@ use footlight::radiosity::{
     CellRequest, Hierarchy, Layout, Setting, Surfaces, hash_to_unit, is_interior,
 };
 use footlight::scene::View;
+use footlight::work::Work;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
 /// near chamber has a lamp.
@@ -149,7 +150,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
 
     let all = vec![CellRequest::WANTED; layout.cells()];
     let eye = [vec3(0.3, 0.3, 1.8)];
-    let mesh = layout.mesh(setting, &eye, &all);
+    let mesh = layout.mesh(setting, &eye, &all, Work::silent()).unwrap();
     let on_floor = mesh.elements.iter().filter(|e| e.facet == floor);
     for p in on_floor.flat_map(|e| e.samples.iter().map(|s| s.point).chain([e.centre])) {
         assert!(

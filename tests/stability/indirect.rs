@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// About so many elements of what is open half a metre over the floor.
 pub fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
-    furnace::mesh(surfaces, elements, vec3(0.0, 0.0, 0.5))
+    furnace::mesh(surfaces, elements, vec3(0.0, 0.0, 0.5)).unwrap()
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::{Order, Origin, Trial};
 use crate::engine::{Engine, Error};
 use crate::plan::{Metric, PlanError};
 use crate::renderer::{Cost, Quality};
+use crate::work::Work;
 
 /// The orders that are compared.
 const ORDERS: [Order; 5] = [
@@ -66,9 +67,14 @@ pub struct Seconds {
 
 impl Refinement {
     /// All curves.
-    pub fn new(origin: Origin, trial: &Trial, seconds: &Seconds) -> Result<Refinement, PlanError> {
-        let curve = |order: Order| order_curve(trial, seconds, order);
-        let orders: Result<_, PlanError> = ORDERS.into_iter().map(curve).collect();
+    fn new(
+        origin: Origin,
+        trial: &Trial,
+        seconds: &Seconds,
+        work: Work<'_>,
+    ) -> Result<Refinement, Error> {
+        let curve = |order: Order| order_curve(trial, seconds, order, work);
+        let orders: Result<_, Error> = ORDERS.into_iter().map(curve).collect();
         Ok(Refinement {
             origin,
             orders: orders?,
@@ -84,10 +90,16 @@ impl OrderCurve {
     }
 }
 
-fn order_curve(trial: &Trial, seconds: &Seconds, order: Order) -> Result<OrderCurve, PlanError> {
+fn order_curve(
+    trial: &Trial,
+    seconds: &Seconds,
+    order: Order,
+    work: Work<'_>,
+) -> Result<OrderCurve, Error> {
     let settings = trial.ordered(order)?;
     let mut points = Vec::new();
     for m in 0..=settings.len() {
+        work.check()?;
         let taken = settings.get(..m).unwrap_or(&settings);
         points.push(OrderPoint {
             error: trial.error(&trial.shown(taken)?),
@@ -148,7 +160,7 @@ impl Engine {
         (seconds.prepare, seconds.mixed) =
             self.one_by_one("mixed pictures", &order, &mut |_| ())?;
         self.predict(&mut seconds)?;
-        Ok(Refinement::new(self.origin(), &trial, &seconds)?)
+        Refinement::new(self.origin(), &trial, &seconds, self.host.work())
     }
 
     /// What the operator predicts, at the pace of this machine now.

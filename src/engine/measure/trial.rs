@@ -21,6 +21,7 @@ use crate::plan::{self, Metric, PlanError, Weighting};
 use crate::pool::{Evidence, Fit, Pool};
 use crate::renderer::contract::check_memory;
 use crate::timeline::KeySequence;
+use crate::work::{Cancelled, Work};
 
 /// Scalar products of the images of a show's n sources, with its keys.
 #[derive(Clone, Debug)]
@@ -90,24 +91,36 @@ impl Trial {
     /// From pictures of every source alone at unit setting: at the cheaper and the finer coarse
     /// quality, and at the refined one. `None` unless there is one of each for every coordinate of
     /// the keys, all of one size.
-    pub fn new(keys: KeySequence, pictures: [&[Image]; 3], threads: usize) -> Option<Trial> {
+    ///
+    /// # Errors
+    /// Cancel.
+    pub fn new(
+        keys: KeySequence,
+        pictures: [&[Image]; 3],
+        work: Work<'_>,
+    ) -> Result<Option<Trial>, Cancelled> {
         let [coarser, coarse, refined] = pictures;
-        let size = coarse.first().map(|i| (i.width(), i.height()))?;
+        let Some(size) = coarse.first().map(|i| (i.width(), i.height())) else {
+            return Ok(None);
+        };
         let fits = |list: &[Image]| {
             list.len() == keys.coordinates() && list.iter().all(|i| (i.width(), i.height()) == size)
         };
         if !pictures.iter().all(|p| fits(p)) {
-            return None;
+            return Ok(None);
         }
-        let minus = |a: &[Image], b: &[Image]| -> Vec<Image> {
-            let pairs = a.iter().zip(b);
-            pairs
-                .map(|(a, b)| combine(size, &[(1.0, a), (-1.0, b)], threads))
-                .collect()
+        let minus = |a: &[Image], b: &[Image]| -> Result<Vec<Image>, Cancelled> {
+            let difference = |(a, b)| {
+                work.check()?;
+                Ok(combine(size, &[(1.0, a), (-1.0, b)], work.threads))
+            };
+            a.iter().zip(b).map(difference).collect()
         };
-        let (d, k) = (minus(coarse, coarser), minus(refined, coarse));
-        let products = [between(&d, &d), between(&k, &d), between(&k, &k)];
-        Some(Trial::of_products(keys, &between(coarse, coarse), products))
+        let (d, k) = (minus(coarse, coarser)?, minus(refined, coarse)?);
+        let between = |a: &[Image], b: &[Image]| between(a, b, work);
+        let products = [between(&d, &d)?, between(&k, &d)?, between(&k, &k)?];
+        let coarse = between(coarse, coarse)?;
+        Ok(Some(Trial::of_products(keys, &coarse, products)))
     }
 
     /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
@@ -279,7 +292,7 @@ impl Engine {
         let mut refined: Vec<Image> = Vec::new();
         let mut keep = |image| refined.push(image);
         (_, seconds.alone) = self.one_by_one("sources alone", &units, &mut keep)?;
-        let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.threads);
+        let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.work())?;
         Ok((trial.ok_or(Error::NoBanks)?, seconds))
     }
 
@@ -311,8 +324,15 @@ impl Engine {
 }
 
 /// Scalar products of all images of one list with all of another.
-fn between(rows: &[Image], columns: &[Image]) -> Matrix {
-    Matrix::from_fn(rows.len(), columns.len(), |i, j| dot(&rows[i], &columns[j]))
+fn between(rows: &[Image], columns: &[Image], work: Work<'_>) -> Result<Matrix, Cancelled> {
+    let mut out = Matrix::zeros(rows.len(), columns.len());
+    for (i, row) in rows.iter().enumerate() {
+        work.check()?;
+        for (j, column) in columns.iter().enumerate() {
+            out[(i, j)] = dot(row, column);
+        }
+    }
+    Ok(out)
 }
 
 /// Square roots of a Gram matrix's diagonal.

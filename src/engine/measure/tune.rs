@@ -35,7 +35,7 @@ impl Engine {
         let work = self.host.work();
         let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
         let tuner = tuner.ok_or(Error::Black)?;
-        let candidates = tuner.candidates(until)?;
+        let candidates = tuner.candidates(until, self.host.work())?;
         let Some(choice) = tuner::choice(&candidates, until) else {
             return Err(out_of_reach(&candidates, until, reference));
         };

@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use super::playback::KeyFormat;
 use super::{Machine, Trial};
+use crate::engine::Error;
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
@@ -141,12 +142,14 @@ impl Tuner {
             return Ok(None);
         }
         let minus = |(a, b): (&I, &I)| {
-            combine(size, &[(1.0, a.borrow()), (-1.0, b.borrow())], work.threads)
+            work.check()?;
+            let terms = [(1.0, a.borrow()), (-1.0, b.borrow())];
+            Ok(combine(size, &terms, work.threads))
         };
         let off = coarser
             .iter()
             .flat_map(|list| list.iter().zip(truth).map(minus));
-        let off: Vec<Image> = off.collect();
+        let off: Vec<Image> = off.collect::<Result<_, Cancelled>>()?;
         let all: Vec<&Image> = off.iter().chain(truth.iter().map(Borrow::borrow)).collect();
         let gram = products(&all, work)?;
         let moment = plan::second_moment(&keys);
@@ -187,10 +190,14 @@ impl Tuner {
 
     /// Every way to spend time that meets `until` with as few refined pictures as it can, and those
     /// with fewer; where none meets it, with as many as the plan has.
-    pub fn candidates(&self, until: f64) -> Result<Vec<Candidate>, PlanError> {
+    ///
+    /// # Errors
+    /// A decomposition that fails; cancel.
+    pub fn candidates(&self, until: f64, work: Work<'_>) -> Result<Vec<Candidate>, Error> {
         let finest = self.steps.len();
         let mut out = Vec::new();
         for coarse in 0..finest.saturating_sub(2) {
+            work.check()?;
             let fine = coarse + 1;
             let alone = self.way([coarse, fine, fine])?;
             let none = self.candidate(&alone, 0)?;
@@ -201,6 +208,7 @@ impl Tuner {
             for refined in fine + 1..finest - 1 {
                 let way = self.way([coarse, fine, refined])?;
                 for pictures in 1..=way.order.len() {
+                    work.check()?;
                     let found = self.candidate(&way, pictures)?;
                     out.push(found);
                     if found.error <= until {

@@ -5,7 +5,7 @@ use super::SetupImages;
 use crate::picture::Image;
 use crate::renderer::layered::Layered;
 use crate::renderer::{Prepared, Quality, Setup, Transport, TransportError};
-use crate::work::{Cancelled, Work};
+use crate::work::Work;
 
 /// A call of the operator.
 pub(in crate::engine) struct Job {
@@ -25,14 +25,6 @@ pub(in crate::engine) struct Rendered {
 }
 
 impl Job {
-    /// What it gives back where it is not run.
-    pub fn cancelled(self) -> Rendered {
-        Rendered {
-            operator: self.operator,
-            images: Err(Cancelled.into()),
-        }
-    }
-
     /// Renders.
     pub fn run(self, renderer: &dyn Transport, work: Work<'_>) -> Rendered {
         let Job {

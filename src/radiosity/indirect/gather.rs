@@ -85,7 +85,7 @@ impl GatherPoints {
             }
         }
         record_visible_points(&layout, fragments, &mut requests);
-        let mesh = layout.mesh(setting, seeds, &requests);
+        let mesh = layout.mesh(setting, seeds, &requests, work)?;
         let table = Table::new(step.gather_resolution);
         let limited = Work {
             memory: work.memory / 4,
@@ -170,6 +170,7 @@ impl GatherPoints {
             let mut sums = vec![0.0_f32; which.len() * width];
             let mut proximity = Vec::with_capacity(which.len());
             for (i, &at) in which.iter().enumerate() {
+                work.check()?;
                 let sums = &mut sums[i * width..(i + 1) * width];
                 proximity.push(visit(cube, &self.mesh, at, |element, share| {
                     let from = element as usize * width;
@@ -178,7 +179,7 @@ impl GatherPoints {
                     }
                 }));
             }
-            Ok((sums, proximity))
+            Ok::<_, Cancelled>((sums, proximity))
         };
         let blocks = in_blocks(gather_scene, which, &self.table, &tally, work, block)?;
         let (sums, proximity): (Vec<_>, Vec<_>) = blocks.into_iter().unzip();
@@ -250,6 +251,7 @@ pub fn form_factors(
         let mut block = Block::default();
         let mut proximity = Vec::with_capacity(which.len());
         for &at in which {
+            work.check()?;
             proximity.push(visit(cube, from, at, |c, share| block.push(c, share)));
             block.end_row();
         }
@@ -283,7 +285,6 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
         let mut cube = Hemicube::new(setting, vertices, to, table);
         let mut results = Vec::new();
         for which in which.chunks(BLOCK) {
-            work.check()?;
             results.push(block(&mut cube, which)?);
             tally.report(which.len(), work);
         }

@@ -104,22 +104,33 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 pub fn tracksheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let sheet = sheet::track_sheet(repl.engine.show());
-    table(repl, call, &sheet.table(), &sheet.words())
+    let sheet = sheet::track_sheet(repl.engine.show(), repl.engine.host().work());
+    let sheet = sheet.map_err(engine::Error::from)?;
+    table(repl, call, &sheet.table(), || sheet.words())
 }
 
 pub fn cuesheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let sheet = sheet::cue_sheet(document.show(), document.timeline());
-    table(repl, call, &sheet, &sheet)
+    table(repl, call, &sheet, || sheet.clone())
 }
 
 /// A table in words, or into a file: Markdown, or `plain` as CSV.
-fn table(repl: &Repl, call: &Call, table: &Table, plain: &Table) -> Result<Reply, Error> {
+fn table(
+    repl: &Repl,
+    call: &Call,
+    table: &Table,
+    plain: impl FnOnce() -> Table,
+) -> Result<Reply, Error> {
+    repl.engine
+        .host()
+        .work()
+        .check()
+        .map_err(engine::Error::from)?;
     let Some(path) = call.path("output") else {
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
-    let written = format::table(table, plain, path)?;
+    let written = format::table(table, &plain(), path)?;
     repl.written(path, written.as_bytes(), "")
 }
 

@@ -7,6 +7,7 @@ use crate::files::Memory;
 use crate::lang;
 use crate::show::Show;
 use crate::timeline::Timeline;
+use crate::work::Work;
 
 const RIG: &str = "show \"A\"\nlight a panel glass\nlight b panel brass\nlight c panel cloth\nbank lamps = a\nbank fire = b\nbank sky = c  rgb\n";
 
@@ -40,7 +41,7 @@ cue 5 { block }
 #[test]
 fn a_track_sheet_tells_moved_tracked_and_blocked_apart() {
     assert_eq!(
-        track_sheet(&show(CUES)).table().text(2, 100),
+        track_sheet(&show(CUES), Work::silent()).unwrap().table().text(2, 100),
         "\
 cue  label    lamps  fire  sky
 1    Preset   ↑30          ↑#203060
@@ -52,7 +53,10 @@ cue  label    lamps  fire  sky
 ↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked
 "
     );
-    let csv = track_sheet(&show(CUES)).words().csv();
+    let csv = track_sheet(&show(CUES), Work::silent())
+        .unwrap()
+        .words()
+        .csv();
     assert!(
         csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"),
         "{csv}"

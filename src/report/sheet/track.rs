@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::level;
 use crate::report::table::Table;
 use crate::show::{Bank, Cue, Motion, Show};
+use crate::work::{Cancelled, Work};
 
 /// How a bank comes to its level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +106,10 @@ impl TrackSheet {
 
 /// The track sheet of a show. Levels track by what is written, whether or not a fade is later
 /// interrupted; the fixed lights are left out.
-pub fn track_sheet(show: &Show) -> TrackSheet {
+///
+/// # Errors
+/// Cancel.
+pub fn track_sheet(show: &Show, work: Work<'_>) -> Result<TrackSheet, Cancelled> {
     let banks = show.banks.iter().zip(level::first_coordinates(show));
     let mut tracks: Vec<Track<'_>> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
     let mut out = TrackSheet {
@@ -114,13 +118,14 @@ pub fn track_sheet(show: &Show) -> TrackSheet {
         cells: Vec::with_capacity(show.cues.len()),
     };
     for cue in &show.cues {
+        work.check()?;
         let moves = cue.parts.iter().flat_map(|part| &part.moves);
         let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
         let cells = tracks.iter_mut().map(|track| track.cell(cue, &moved));
         out.cells.push(cells.collect());
         out.cues.push((cue.number.to_string(), cue.label.clone()));
     }
-    out
+    Ok(out)
 }
 
 /// A bank between cues.

@@ -83,7 +83,10 @@ pub fn room() -> Result<Surfaces, TransportError> {
 }
 
 /// About so many elements; `seed` is a point in the open, as the eye is.
-pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Mesh {
+///
+/// # Errors
+/// None: nothing cancels it.
+pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Result<Mesh, Cancelled> {
     let hierarchy = Hierarchy::new(surfaces);
     let setting = Setting {
         surfaces,
@@ -91,7 +94,7 @@ pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Mesh {
     };
     let layout = Layout::of_elements(surfaces, elements);
     let all = vec![CellRequest::WANTED; layout.cells()];
-    layout.mesh(setting, &[seed], &all)
+    layout.mesh(setting, &[seed], &all, Work::silent())
 }
 
 /// Form factors between all elements, by hemicubes of a resolution.
@@ -122,7 +125,7 @@ impl Furnace {
     /// As [`room`].
     pub fn new(elements: usize) -> Result<Furnace, TransportError> {
         let surfaces = room()?;
-        let mesh = mesh(&surfaces, elements, vec3(0.0, 0.0, 0.5));
+        let mesh = mesh(&surfaces, elements, vec3(0.0, 0.0, 0.5))?;
         Ok(Furnace {
             rows: rows(&surfaces, &mesh, 16),
             elements: mesh.elements.len(),

@@ -182,7 +182,7 @@ impl Room {
         resolution: usize,
         turn: &dyn Fn(u64) -> f64,
     ) -> Result<Vec<f64>, TransportError> {
-        let mesh = mesh(&self.surfaces, 60, self.between);
+        let mesh = mesh(&self.surfaces, 60, self.between)?;
         let (outline, table) = (VertexBuffer::new(&self.surfaces), Table::new(resolution));
         let hierarchy = Hierarchy::new(&self.surfaces);
         let mut cube = Hemicube::new(self.setting(&hierarchy), &outline, &mesh, &table);

@@ -1,0 +1,63 @@
+//! Attacks the program and prints the worst: `cargo run --release --example attack`.
+//!
+//! `stop` sends every verb a signal at thirty moments on large shows, and prints the longest time to
+//! the end; `fuzz` gives every reader damaged files; `kill` kills forty runs and compares the keys of
+//! the next with those of a run that was left alone. One of these words does only that; `--seconds N`
+//! (default 60) is for `fuzz`, `--seed S` (default 1) for all. Exits with 1 where something failed.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::print_stdout,
+    reason = "a program that reports to its reader"
+)]
+
+mod dice;
+mod fuzz;
+#[cfg(unix)]
+mod kill;
+#[path = "../../tests/program/moments.rs"]
+mod moments;
+#[cfg(unix)]
+mod stop;
+
+use std::process::{Command, ExitCode};
+
+/// Set where this program is to be the one that is attacked.
+const AS_PROGRAM: &str = "FOOTLIGHT_ATTACKED";
+
+fn main() -> ExitCode {
+    if std::env::var_os(AS_PROGRAM).is_some() {
+        return footlight::main();
+    }
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let number = |name: &str, usual: u64| {
+        let at = words.iter().position(|w| w == name);
+        let said = at.and_then(|at| words.get(at + 1));
+        said.and_then(|n| n.parse().ok()).unwrap_or(usual)
+    };
+    let (seconds, seed) = (number("--seconds", 60), number("--seed", 1));
+    let parts = ["stop", "fuzz", "kill"];
+    let all = !words.iter().any(|w| parts.contains(&w.as_str()));
+    let is_wanted = |part: &str| all || words.iter().any(|w| w == part);
+    let mut well = true;
+    #[cfg(unix)]
+    if is_wanted("stop") {
+        well &= stop::all(seed);
+    }
+    #[cfg(unix)]
+    if is_wanted("kill") {
+        well &= kill::all(seed);
+    }
+    if is_wanted("fuzz") {
+        well &= fuzz::all(seed, seconds);
+    }
+    ExitCode::from(u8::from(!well))
+}
+
+/// The program, with these words.
+fn program(words: &[&str]) -> Command {
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(words).env(AS_PROGRAM, "1");
+    command
+}

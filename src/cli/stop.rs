@@ -1,0 +1,134 @@
+//! What stops the program from outside: Ctrl-C, SIGTERM, SIGHUP, the limit of time.
+//!
+//! A signal is a cancel: the loop at work sees it and the command ends as after an error. Where no
+//! loop has seen it within [`GRACE`], and where nothing is at work, the process is ended from here.
+//! That loses nothing but what is in hand: files are replaced whole, and the programs that were
+//! started, with their folders, are ended and removed first.
+
+use std::process::exit;
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use super::screen::Screen;
+use crate::engine;
+use crate::files::process;
+use crate::work::Cancelled;
+
+/// How long a command may take to end by itself.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Ctrl-C pressed so often leaves the prompt itself.
+const INSISTED: usize = 3;
+
+/// The exit code of a program that Ctrl-C stopped, and of one that its limit of time did.
+pub const INTERRUPTED: u8 = 130;
+
+const ORDER: Ordering = Ordering::SeqCst;
+
+/// The signals that came.
+#[derive(Debug, Default)]
+pub struct Stop {
+    presses: AtomicUsize,
+    /// The exit code of a signal that ends the program; 0 while none came.
+    ended_by: AtomicU8,
+    /// Ctrl-C ends what is at work and not the program.
+    is_prompt: AtomicBool,
+}
+
+impl Stop {
+    /// True once a signal came.
+    pub fn is_asked(&self) -> bool {
+        self.presses.load(ORDER) > 0 || self.ended_by.load(ORDER) > 0
+    }
+
+    /// Forgets Ctrl-C, before new work begins at a prompt, which it is from now on not to end.
+    pub fn rearm(&self) {
+        self.is_prompt.store(true, ORDER);
+        self.presses.store(0, ORDER);
+    }
+
+    /// The exit code of what was stopped.
+    pub fn code(&self) -> u8 {
+        match self.ended_by.load(ORDER) {
+            0 => INTERRUPTED,
+            code => code,
+        }
+    }
+
+    /// Takes a signal in; true where it is to end the process.
+    fn take(&self, code: u8) -> bool {
+        if code != INTERRUPTED {
+            self.ended_by.store(code, ORDER);
+            return true;
+        }
+        let presses = self.presses.fetch_add(1, ORDER) + 1;
+        !self.is_prompt.load(ORDER) || presses >= INSISTED
+    }
+}
+
+/// Makes signals stop what `screen` shows.
+pub fn install(screen: &Screen) {
+    let screen = screen.clone();
+    // Without a handler a signal ends the process at once, which loses nothing but the wait.
+    listen(move |code| {
+        let stop = screen.stop();
+        if stop.take(code) {
+            let insisted = stop.presses.load(ORDER) >= INSISTED;
+            let grace = if insisted { Duration::ZERO } else { GRACE };
+            let cancelled = engine::Error::Cancelled(Cancelled);
+            end_after(grace, &screen, cancelled);
+        }
+    });
+}
+
+/// Ends the process where it still runs when its limit of time, and the grace, are over.
+pub fn limit(time: Duration, screen: &Screen) {
+    let seconds = time.as_secs_f64();
+    let late = engine::Error::OutOfTime { seconds };
+    end_after(time.saturating_add(GRACE), screen, late);
+}
+
+/// Ends the process after a time, for this reason.
+fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
+    let screen = screen.clone();
+    // A system without threads to spare has none at work either.
+    let _ = thread::Builder::new().spawn(move || {
+        thread::sleep(time);
+        process::end_all();
+        screen.fail(&reason.into());
+        exit(i32::from(screen.stop().code()));
+    });
+}
+
+/// Calls `take` with the exit code of each signal.
+#[cfg(unix)]
+fn listen(take: impl Fn(u8) + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+    let all = [SIGINT, SIGTERM, SIGHUP];
+    // `nohup` starts a program with SIGHUP ignored, which is to stay so.
+    let wanted = all.iter().filter(|s| **s != SIGHUP || !is_ignored(SIGHUP));
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else {
+        return;
+    };
+    let _ = thread::Builder::new().spawn(move || {
+        for signal in signals.forever() {
+            take(u8::try_from(128 + signal).unwrap_or(INTERRUPTED));
+        }
+    });
+}
+
+/// True where the process was started with a signal ignored, as far as the system says.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+#[cfg(not(unix))]
+fn listen(take: impl Fn(u8) + Send + 'static) {
+    let _ = ctrlc::set_handler(move || take(INTERRUPTED));
+}

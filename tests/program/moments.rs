@@ -1,0 +1,77 @@
+//! How long the program takes to end once it is told to, by any verb and at any moment. Shared with
+//! the example `attack`.
+#![cfg(unix)]
+
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+
+/// Every verb that works on a show, with what makes it go all the way; `SHOW` is the show's file.
+pub const VERBS: [&[&str]; 16] = [
+    &["check", "SHOW"],
+    &["plan", "SHOW"],
+    &["plan", "SHOW", "--metric", "settings"],
+    &["picture", "SHOW", "-o", "p.png"],
+    &["play", "SHOW", "-o", "film.y4m"],
+    &["plot", "SHOW", "keys", "-o", "keys.svg"],
+    &["run", "SHOW", "--out", "results"],
+    &["quality", "SHOW"],
+    &["chart", "transport", "SHOW", "-o", "chart.png"],
+    &["tune", "SHOW"],
+    &["session", "SHOW", "session.txt", "--truth"],
+    &["pool", "SHOW"],
+    &["tracksheet", "SHOW"],
+    &["cuesheet", "SHOW"],
+    &["diff", "SHOW", "other.lxq"],
+    &["fmt", "--check", "SHOW"],
+];
+
+/// What `session` replays.
+pub const SESSION: &str = "refine 1\nrefine 1\n";
+
+/// A verb that was told to end.
+pub struct Told {
+    /// Seconds from the signal to the end.
+    pub delay: f64,
+    /// How it ended.
+    pub status: ExitStatus,
+}
+
+/// The exit code of what a signal ended.
+pub fn code(signal: Signal) -> i32 {
+    128 + signal as i32
+}
+
+/// Starts `program`, whose output is not read.
+pub fn start(program: &mut Command) -> std::io::Result<Child> {
+    let quiet = program.stdout(Stdio::null()).stderr(Stdio::null());
+    quiet.spawn()
+}
+
+/// Runs `program` and sends it a signal after a time; `None` where it had ended by then.
+pub fn tell(
+    program: &mut Command,
+    after: Duration,
+    signal: Signal,
+) -> std::io::Result<Option<Told>> {
+    let mut child = start(program)?;
+    let started = Instant::now();
+    while started.elapsed() < after {
+        if child.try_wait()?.is_some() {
+            return Ok(None);
+        }
+        sleep(Duration::from_millis(1));
+    }
+    let begin = Instant::now();
+    kill(Pid::from_raw(child.id().cast_signed()), signal)?;
+    loop {
+        if let Some(status) = child.try_wait()? {
+            let delay = begin.elapsed().as_secs_f64();
+            return Ok(Some(Told { delay, status }));
+        }
+        sleep(Duration::from_millis(1));
+    }
+}
