@@ -36,6 +36,7 @@ use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
+use crate::renderer::contract::check_memory;
 use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
 use crate::units::Time;
@@ -291,7 +292,7 @@ impl Engine {
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
         self.coarse()?;
-        Ok(self.rendered()?.preview(setting, self.host.work())?)
+        Ok(self.rendered()?.preview(setting, self.work())?)
     }
 
     /// Renders a setting at a step of quality, without the pool.
@@ -301,6 +302,7 @@ impl Engine {
     pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
         let work = self.host.work();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let work = work.holding(self.image_cache.bytes() + rendering.image_bytes());
         let operator = rendering.operator(self.host.renderer.as_ref(), quality, work)?;
         let mut images = operator.render(&[setting.to_vec()], work)?;
         images.pop().ok_or(Error::NoSetup)
@@ -340,9 +342,12 @@ impl Engine {
         let pool = self.rendered()?;
         let units = Pool::unit_settings(self.show().coordinates().len());
         let mut images = Vec::with_capacity(units.len());
+        let work = self.work();
+        let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
+        check_memory("a picture of each bank", bytes, work.memory)?;
         for (i, unit) in units.iter().enumerate() {
-            self.host.work().check()?;
-            images.push(pool.preview(unit, self.host.work())?);
+            work.check()?;
+            images.push(pool.preview(unit, work)?);
             self.host.progress.report("banks", i + 1, units.len());
         }
         Ok(images)
@@ -417,6 +422,14 @@ impl Engine {
     /// left to refine. So it is where every bank is an image.
     pub fn is_final(&self) -> bool {
         self.rendering.is_some() && self.finest() == Quality(1)
+    }
+
+    /// The host's means, with the memory that images and operators leave.
+    pub(crate) fn work(&self) -> Work<'_> {
+        let rendering = self.rendering.as_ref();
+        let operators = rendering.map_or(0, |r| r.operator_bytes());
+        let images = rendering.map_or(0, |r| r.image_bytes()) + self.image_cache.bytes();
+        self.host.work().holding(operators + images)
     }
 
     /// Seconds of the host's clock.

@@ -317,6 +317,10 @@ impl Prepared for Operator {
             Ok(images)
         })
     }
+
+    fn bytes(&self) -> usize {
+        self.held
+    }
 }
 
 /// For each fragment its gather points with their interpolation weights.

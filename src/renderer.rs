@@ -214,4 +214,9 @@ pub trait Prepared: Send {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError>;
+
+    /// Bytes that it holds between calls, about; 0 where it does not count them.
+    fn bytes(&self) -> usize {
+        0
+    }
 }

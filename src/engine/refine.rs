@@ -199,7 +199,7 @@ impl Engine {
     /// A job, run here. A refined image is worth finishing: the first cancel lets it end.
     fn run_job(&self, job: Job, refined: bool) -> Rendered {
         let patient = Patient(self.host.progress.as_ref());
-        let mut work = self.host.work();
+        let mut work = self.work();
         if refined {
             if work.check().is_err() {
                 return job.cancelled();

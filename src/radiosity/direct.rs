@@ -82,6 +82,15 @@ impl CulledOccluders {
 }
 
 impl Luminaire {
+    /// Bytes of the marks of [`Shining`].
+    pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
+        let sets = match self {
+            Luminaire::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
+            Luminaire::Spot(_) => 1,
+        };
+        sets * surfaces.pieces.len()
+    }
+
     fn culled_occluders(&self, surfaces: &Surfaces) -> CulledOccluders {
         let marks = |corners: &[Vec3]| {
             let touching = surfaces.touching();
@@ -91,8 +100,7 @@ impl Luminaire {
         };
         match self {
             Luminaire::Panel(pieces) => {
-                let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
-                let together = pieces.len().div_ceil(sets).max(1);
+                let together = together(pieces.len(), surfaces);
                 let corners = |group: &[usize]| {
                     let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
                     marks(&vertices.copied().collect::<Vec<Vec3>>())
@@ -108,6 +116,12 @@ impl Luminaire {
             },
         }
     }
+}
+
+/// How many of a light's pieces share their marks.
+fn together(pieces: usize, surfaces: &Surfaces) -> usize {
+    let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
+    pieces.div_ceil(sets).max(1)
 }
 
 /// Refuses a rig whose parts do not fit together or whose numbers are not finite.

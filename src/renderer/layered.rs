@@ -265,6 +265,10 @@ impl Prepared for Sum {
         }
         Ok(out)
     }
+
+    fn bytes(&self) -> usize {
+        self.inner.as_ref().map_or(0, |inner| inner.bytes())
+    }
 }
 
 #[cfg(test)]

@@ -75,7 +75,7 @@ fn check_size(
     let (width, height) = playback.size();
     let each = (keys + made) * size_of::<f32>() + written * channel;
     let needed = width.saturating_mul(height).saturating_mul(3 * each);
-    let checked = check_memory(ALL_AT_ONCE, needed, engine.host().memory);
+    let checked = check_memory(ALL_AT_ONCE, needed, engine.work().memory);
     Ok(checked.map_err(engine::Error::from)?)
 }
 

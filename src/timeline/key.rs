@@ -69,6 +69,11 @@ impl Segment {
     }
 }
 
+/// Bytes of a key beside its numbers, about: the list's own and its place among those known.
+const KEY_BYTES: usize = 64;
+/// Bytes of a segment with its list of keys, about.
+const SEGMENT_BYTES: usize = 112;
+
 /// A show as key settings and the segments between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeySequence {
@@ -99,6 +104,12 @@ impl KeySequence {
             control_points: sweep.control_points,
             joined: timeline.joined,
         })
+    }
+
+    /// Bytes that it holds, about.
+    pub fn bytes(&self) -> usize {
+        let keys = self.keys.len() * (KEY_BYTES + size_of::<f64>() * self.coordinates);
+        keys + self.segments.len() * SEGMENT_BYTES
     }
 
     /// How many coordinates a key has.

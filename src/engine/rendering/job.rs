@@ -63,7 +63,9 @@ impl Job {
 
 impl SetupImages {
     /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
-    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
+    /// Of the operators of other steps those are kept that leave most of `memory`, bytes.
+    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>, memory: usize) -> Job {
+        self.make_room(quality, memory);
         self.in_job = Some(quality.0);
         Job {
             setup: self.setup.clone(),
