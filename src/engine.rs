@@ -40,6 +40,7 @@ use crate::renderer::contract::check_memory;
 use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
 use crate::units::Time;
+use crate::work::Work;
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
@@ -76,7 +77,10 @@ const EVENTS: usize = 64;
 /// # }
 /// ```
 pub struct Engine {
+    /// With the memory that the document leaves.
     host: Host,
+    /// Bytes that the host allows for all.
+    memory: usize,
     deadline: Option<Arc<limit::Deadline>>,
     document: Document,
     /// Every image at hand, whether the pool uses it or not.
@@ -129,6 +133,7 @@ impl Engine {
         document.allow(host.memory);
         let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
+            memory: host.memory,
             image_cache: host.image_cache(),
             host,
             deadline,
@@ -141,8 +146,14 @@ impl Engine {
             exposure: exposure::Exposure::default(),
             events: Vec::new(),
         };
+        engine.leave_memory();
         engine.renew_rendering();
         engine
+    }
+
+    /// Leaves to rendering what the document does not hold of the memory.
+    fn leave_memory(&mut self) {
+        self.host.memory = self.memory.saturating_sub(self.document.bytes());
     }
 
     /// The document.
@@ -225,6 +236,7 @@ impl Engine {
         change: impl FnOnce(&mut Document, &Host) -> Result<Edited, Error>,
     ) -> Result<Edited, Error> {
         let edited = change(&mut self.document, &self.host)?;
+        self.leave_memory();
         if edited.reread {
             self.tell(Event::FilesReread);
         }

@@ -102,12 +102,16 @@ pub fn record(
 }
 
 /// A table; as CSV it is `plain`.
-pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error> {
+pub fn table(
+    table: &dyn Fn() -> Table,
+    plain: &dyn Fn() -> Table,
+    path: &Path,
+) -> Result<String, Error> {
     TABLE.check(path)?;
     Ok(match ending(path).as_str() {
-        "md" => table.markdown(),
-        "csv" => plain.csv(),
-        _ => table.text(2, WIDTH),
+        "md" => table().markdown(),
+        "csv" => plain().csv(),
+        _ => table().text(2, WIDTH),
     })
 }
 
