@@ -436,12 +436,14 @@ impl Engine {
         self.rendering.is_some() && self.finest() == Quality(1)
     }
 
-    /// The host's means, with the memory that images and operators leave.
+    /// The host's means, with the memory that images and operators leave, and those images that
+    /// are made of others for a while.
     pub(crate) fn work(&self) -> Work<'_> {
         let rendering = self.rendering.as_ref();
         let operators = rendering.map_or(0, |r| r.operator_bytes());
         let images = rendering.map_or(0, |r| r.image_bytes()) + self.image_cache.bytes();
-        self.host.work().holding(operators + images)
+        let working = rendering.map_or(0, |r| r.working_bytes());
+        self.host.work().holding(operators + images + working)
     }
 
     /// Seconds of the host's clock.

@@ -26,8 +26,8 @@ use crate::work::Work;
 /// Images that the pool does not use at present may take the memory budget divided by this.
 const IDLE_MEMORY_DIVISOR: usize = 4;
 
-/// Images that are made of others at a time: a sum, its bytes and its file.
-const WORKING_IMAGES: usize = 3;
+/// Images that are made of others at a time: a sum or two, their bytes and a file.
+const WORKING_IMAGES: usize = 2;
 
 /// Operators that are kept beside another one may take the memory budget divided by this.
 const KEPT_OPERATORS_DIVISOR: usize = 4;
@@ -165,12 +165,21 @@ impl SetupImages {
         memory: usize,
         held: usize,
     ) -> Result<(), TransportError> {
+        let needed = self.image_size().saturating_mul(images);
+        let held = held.saturating_add(self.working_bytes());
+        check_memory("pictures", held.saturating_add(needed), memory)
+    }
+
+    /// Bytes of an image.
+    fn image_size(&self) -> usize {
         let view = &self.setup.view;
-        let each = size_of::<[f32; 3]>()
-            .saturating_mul(view.width)
-            .saturating_mul(view.height);
-        let needed = each.saturating_mul(images + WORKING_IMAGES);
-        check_memory("its pictures", held.saturating_add(needed), memory)
+        let pixels = view.width.saturating_mul(view.height);
+        pixels.saturating_mul(size_of::<[f32; 3]>())
+    }
+
+    /// Bytes of the images that are made of others at a time.
+    pub fn working_bytes(&self) -> usize {
+        self.image_size().saturating_mul(WORKING_IMAGES)
     }
 
     /// Lets go of the operators of other steps where they leave too little to prepare one of this
@@ -210,7 +219,8 @@ impl SetupImages {
         let (found, missing) = self.find(image_cache, quality, settings, None, store);
         let mut rendered = Vec::new();
         if !missing.settings.is_empty() {
-            let work = host.work().holding(image_cache.bytes() + self.image_bytes());
+            let held = image_cache.bytes() + self.image_bytes() + self.working_bytes();
+            let work = host.work().holding(held);
             let operator = self.operator(host.renderer.as_ref(), quality, work)?;
             let images = operator.render(&missing.settings, work)?;
             rendered = take_in(image_cache, missing.wanted.as_deref(), images, store);

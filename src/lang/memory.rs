@@ -9,6 +9,8 @@ const EACH_BYTE: usize = 4;
 /// Bytes for each byte of the statements: words of a few letters with their places, and what they
 /// mean.
 const EACH_WRITTEN: usize = 40;
+/// Bytes for each level that groups, looks and blackouts amount to.
+pub(super) const EACH_LEVEL: usize = 110;
 /// Bytes for each statement besides.
 const EACH_STATEMENT: usize = 500;
 

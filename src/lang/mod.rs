@@ -126,7 +126,9 @@ pub fn parse_again(
         );
         return failed(report);
     }
-    let lowered = lower::lower(&read, &mut report);
+    let most = cache.memory.saturating_sub(needed) / memory::EACH_LEVEL;
+    let lowered = lower::lower(&read, &mut report, most);
+    let levels = lowered.levels * memory::EACH_LEVEL;
     let (mut show, spans) = (lowered.show, lowered.spans);
     let fresh = lowered.fresh.into_iter();
     let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
@@ -142,7 +144,7 @@ pub fn parse_again(
         show,
         spans,
         diagnostics: report.finish(),
-        bytes: needed / 2,
+        bytes: needed / 2 + levels,
     }
 }
 

@@ -13,7 +13,7 @@ use crate::show::{Coordinate, Show};
 
 /// What does not fit, and the way out.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
-    written one at a time; `--memory` allows more)";
+    written one at a time)";
 
 /// A layer: its name, what was lit, and the picture.
 type Layer<'i> = (String, String, &'i Image);

@@ -57,9 +57,10 @@ pub(super) type Track = Vec<Stretch>;
 
 /// Bytes of a move while the curves are made, about: itself, and the hold that it ends in, in lists
 /// that grow by doubling.
-const MOVE_BYTES: usize = 2 * (size_of::<Moved<'_>>() + size_of::<Stretch>() + size_of::<Piece>());
+const MOVE_BYTES: usize =
+    (size_of::<Moved<'_>>() + size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
 /// Bytes of a piece, about.
-const PIECE_BYTES: usize = 2 * (size_of::<Stretch>() + size_of::<Piece>());
+const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
 
 /// What is left of the memory for the curves, bytes.
 pub(super) struct Room {

@@ -12,6 +12,7 @@
 mod help;
 mod hints;
 mod lost;
+mod memory;
 mod outside;
 mod readme;
 mod store_process;
