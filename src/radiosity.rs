@@ -90,6 +90,10 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
+    fn least_bytes(&self, setup: &Setup) -> usize {
+        setup.scene.polygons.len() * FACET_BYTES
+    }
+
     /// From counts of the work; zero where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));

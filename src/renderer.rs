@@ -198,6 +198,12 @@ pub trait Transport: Send + Sync {
         Ok(1.0)
     }
 
+    /// Bytes that preparing this setup takes at least, whatever the quality, as far as that is known
+    /// without work.
+    fn least_bytes(&self, _setup: &Setup) -> usize {
+        0
+    }
+
     /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 }

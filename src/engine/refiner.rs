@@ -223,7 +223,8 @@ impl Refiner {
                 0
             };
             let held = engine.image_cache.bytes();
-            rendering.check_images(missing.settings.len() + later, engine.host.memory, held)?;
+            let (images, memory) = (missing.settings.len() + later, engine.host.memory);
+            rendering.check_images(renderer.as_ref(), images, (memory, held))?;
             let cost = rendering.cost_of_units(renderer.as_ref(), quality, missing.settings.len());
             let now = engine.host.clock.seconds();
             let ticket = Ticket {

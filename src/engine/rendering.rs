@@ -155,19 +155,25 @@ impl SetupImages {
         })
     }
 
-    /// Checks that so many more images fit into `memory`, bytes, of which some are `held`.
+    /// Checks that so many more images fit into `memory`, bytes, of which some are `held`, with
+    /// what rendering them takes at least.
     ///
     /// # Errors
     /// [`TransportError::Memory`] if not.
     pub fn check_images(
         &self,
+        renderer: &dyn Transport,
         images: usize,
-        memory: usize,
-        held: usize,
+        (memory, held): (usize, usize),
     ) -> Result<(), TransportError> {
         let needed = self.image_size().saturating_mul(images);
-        let held = held.saturating_add(self.working_bytes());
-        check_memory("pictures", held.saturating_add(needed), memory)
+        let least = self.layered(renderer).least_bytes(&self.setup);
+        let besides = held.saturating_add(self.working_bytes() + least);
+        check_memory(
+            "the stage and its pictures",
+            besides.saturating_add(needed),
+            memory,
+        )
     }
 
     /// Bytes of an image.
