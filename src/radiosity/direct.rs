@@ -32,8 +32,9 @@ use crate::radiosity::direct::point_source::PointSourceIntegrator;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
 use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::scene::{Light, Rig, Scene};
-use crate::work::{Cancelled, Work};
+use crate::work::Work;
 use rayon::prelude::*;
 
 /// A light, prepared for direct illumination.
@@ -234,7 +235,7 @@ impl Precision {
 /// point.
 ///
 /// # Errors
-/// On cancel.
+/// On cancel; [`TransportError::Memory`] where the occluders of a panel fill half of the memory.
 pub fn irradiance(
     setting: Setting<'_>,
     Shining { light, culled }: &Shining<'_>,
@@ -242,8 +243,9 @@ pub fn irradiance(
     fragments: Option<&Fragments>,
     Precision { allowed, near }: Precision,
     work: Work<'_>,
-) -> Result<Vec<f32>, Cancelled> {
-    let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
+) -> Result<Vec<f32>, TransportError> {
+    let of_thread = work.memory / 2 / work.threads.max(1);
+    let parts: Result<Vec<Vec<f32>>, TransportError> = receivers
         .chunks
         .par_iter()
         .map(|(facet, cluster)| {
@@ -260,9 +262,11 @@ pub fn irradiance(
                 Luminaire::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
-                    let mut panel = Panel::new(setting, own.normal, *facet, near);
+                    let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
                     let pieces = (pieces.as_slice(), culled);
-                    panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
+                    let fits = panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
+                    let needed = if fits { 0 } else { work.memory.saturating_mul(2) };
+                    check_memory("what shades a light of many faces", needed, work.memory)?;
                 }
                 Luminaire::Spot(beam) => {
                     let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);

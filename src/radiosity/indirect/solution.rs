@@ -10,6 +10,7 @@ use super::gather::GatherScene;
 use crate::radiosity::direct::projector::pixel;
 use crate::radiosity::direct::{Precision, Shining, irradiance};
 use crate::radiosity::{Operator, Solution};
+use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,7 +21,7 @@ type DirectLight = (Vec<f32>, Vec<f32>);
 impl Operator {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
     /// of the memory holds.
-    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), Cancelled> {
+    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         let missing: Vec<usize> = wanted
             .iter()
             .copied()
@@ -41,7 +42,7 @@ impl Operator {
                 .collect();
             let mut lit: Vec<DirectLight> = Vec::with_capacity(group.len());
             for begun in sharing.chunks(begun) {
-                let parts: Result<Vec<Vec<DirectLight>>, Cancelled> = begun
+                let parts: Result<Vec<Vec<DirectLight>>, TransportError> = begun
                     .par_iter()
                     .map(|lights| {
                         let lit = self.lit(lights, work)?;
@@ -81,7 +82,7 @@ impl Operator {
     }
 
     /// The direct light of one light, or of the planes of one projected image.
-    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, Cancelled> {
+    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
         let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
         // All planes of an image, wanted or not, so that the precision of one does not depend on which
         // others are rendered with it.
