@@ -39,7 +39,7 @@ pub struct Settings {
     #[arg(long, global = true, value_name = "N")]
     #[arg(value_parser = value_parser!(u16).range(1..=256).map(usize::from))]
     threads: Option<usize>,
-    /// Megabytes that rendering may hold (default: 4096)
+    /// Megabytes that a show may take, read and rendered (default: 4096)
     #[arg(long, global = true, value_name = "MB")]
     #[arg(value_parser = value_parser!(u32).range(64..=1_000_000).map(|mb| (mb as usize) << 20))]
     memory: Option<usize>,
@@ -82,9 +82,9 @@ impl Settings {
         self.threads.unwrap_or_else(all)
     }
 
-    /// Bytes that rendering may hold.
+    /// Bytes that a show may take, read and rendered.
     pub fn memory(&self) -> usize {
-        self.memory.unwrap_or(4 << 30)
+        self.memory.unwrap_or(4 << 30).min(address_space() / 2)
     }
 
     /// Bytes that pictures may take in their folder.
@@ -103,6 +103,20 @@ impl Settings {
         }
         Some(call)
     }
+}
+
+/// Bytes of addresses that this process may have, of which threads reserve some that they do not
+/// use.
+#[cfg(target_os = "linux")]
+fn address_space() -> usize {
+    use nix::sys::resource::{Resource, getrlimit};
+    let limit = getrlimit(Resource::RLIMIT_AS).map_or(u64::MAX, |(soft, _)| soft);
+    usize::try_from(limit).unwrap_or(usize::MAX)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn address_space() -> usize {
+    usize::MAX
 }
 
 fn style(name: String) -> Style {

@@ -409,5 +409,6 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
 /// [`Error::Show`] when it does not parse, or takes more than `memory` bytes to lay out.
 pub fn format(name: &str, bytes: &[u8], memory: usize) -> Result<String, Error> {
     let text = decode(name, bytes)?;
-    lang::format_within(&text, memory).map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
+    lang::format_within(&text, memory)
+        .map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
 }

@@ -265,7 +265,11 @@ pub fn irradiance(
                     let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
                     let pieces = (pieces.as_slice(), culled);
                     let fits = panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
-                    let needed = if fits { 0 } else { work.memory.saturating_mul(2) };
+                    let needed = if fits {
+                        0
+                    } else {
+                        work.memory.saturating_mul(2)
+                    };
                     check_memory("what shades a light of many faces", needed, work.memory)?;
                 }
                 Luminaire::Spot(beam) => {

@@ -161,8 +161,8 @@ fn memory(what: &str, needed: usize, budget: usize) -> String {
     let mega = |bytes: usize| bytes.div_ceil(1 << 20);
     format!(
         "{what}: {} MB are needed and {} MB are left of the memory allowed; allow at least {} MB \
-         more with `--memory MB`, or render less: a smaller `size` of the view, fewer banks and \
-         lights, a simpler stage",
+         more with `--memory MB`, or make less of it: a smaller `size` of the view, a simpler \
+         stage, fewer lights, banks and cues",
         mega(needed),
         budget >> 20,
         mega(needed.saturating_sub(budget))

@@ -77,12 +77,7 @@ impl Room {
     }
 
     /// Takes memory for so many moves and pieces of a cue.
-    fn take(
-        &mut self,
-        moves: usize,
-        pieces: usize,
-        cue: NodeId,
-    ) -> Result<(), Vec<TimelineError>> {
+    fn take(&mut self, moves: usize, pieces: usize, cue: NodeId) -> Result<(), Vec<TimelineError>> {
         let bytes = moves * MOVE_BYTES + pieces * PIECE_BYTES;
         let budget = self.budget;
         let left = self.left.checked_sub(bytes);

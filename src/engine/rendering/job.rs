@@ -43,7 +43,14 @@ impl Job {
         } = self;
         let prepared = match operator {
             Some(operator) => Ok(operator),
-            None => Layered::new(&setup.rig, renderer).prepare(&setup, quality, work),
+            None => {
+                // What does not fit is better known before it is prepared than after.
+                let view = &setup.view;
+                let pixels = view.width.saturating_mul(view.height);
+                let images = size_of::<[f32; 3]>().saturating_mul(pixels * settings.len());
+                let left = work.holding(images);
+                Layered::new(&setup.rig, renderer).prepare(&setup, quality, left)
+            }
         };
         match prepared {
             Ok(mut operator) => {
