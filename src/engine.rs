@@ -153,7 +153,8 @@ impl Engine {
 
     /// Leaves to rendering what the document does not hold of the memory.
     fn leave_memory(&mut self) {
-        self.host.memory = self.memory.saturating_sub(self.document.bytes());
+        let held = self.document.bytes().saturating_sub(compile::SMALL_SHOW);
+        self.host.memory = self.memory.saturating_sub(held);
     }
 
     /// The document.

@@ -11,6 +11,9 @@ use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 
+/// Bytes of a show that count among what the program itself takes.
+pub(super) const SMALL_SHOW: usize = 8 << 20;
+
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
@@ -94,7 +97,7 @@ struct Model {
 }
 
 fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Model, Error> {
-    cache.memory = source.memory;
+    cache.memory = source.memory.max(SMALL_SHOW);
     let mut sources = Sources::default();
     let Source { name, text, .. } = source;
     let parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
@@ -119,7 +122,8 @@ fn checked(model: Model, memory: usize) -> Result<Version, Error> {
         mut diagnostics,
         bytes,
     } = model;
-    let checked = check::check_within(&show, &spans, memory.saturating_sub(bytes));
+    let left = memory.max(SMALL_SHOW).saturating_sub(bytes);
+    let checked = check::check_within(&show, &spans, left);
     diagnostics.list.extend(checked.diagnostics);
     match checked.timeline {
         Some(timeline) if !diagnostics.has_errors() => Ok(Version {
@@ -154,7 +158,8 @@ pub(super) fn compile(
     });
     let held = loaded.as_ref().map_or(0, Loaded::bytes);
     let version = checked(model, source.memory.saturating_sub(held))?;
-    let left = source.memory.saturating_sub(held + version.bytes());
+    let left = source.memory.saturating_sub(held).max(SMALL_SHOW);
+    let left = left.saturating_sub(version.bytes());
     Ok(Compiled {
         keys: KeySequence::within(&version.timeline, KeyOptions::default(), left)?,
         version,
