@@ -6,6 +6,7 @@
 
 pub mod process;
 
+mod address_space;
 mod atomic_writer;
 mod disk;
 
@@ -20,6 +21,7 @@ use std::time::{Instant, SystemTime};
 
 use self::atomic_writer::Gathered;
 
+pub use self::address_space::address_space;
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 

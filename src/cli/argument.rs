@@ -13,6 +13,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand
 use super::watch::Watched;
 use crate::diagnostic::Style;
 use crate::engine::POOL_LIMIT;
+use crate::files;
 use crate::lang;
 use crate::renderer::outside;
 use crate::repl::{Call, VERBS, VerbSpec};
@@ -84,7 +85,9 @@ impl Settings {
 
     /// Bytes that a show may take, read and rendered.
     pub fn memory(&self) -> usize {
-        self.memory.unwrap_or(4 << 30).min(address_space() / 2)
+        self.memory
+            .unwrap_or(4 << 30)
+            .min(files::address_space() / 2)
     }
 
     /// Bytes that pictures may take in their folder.
@@ -103,20 +106,6 @@ impl Settings {
         }
         Some(call)
     }
-}
-
-/// Bytes of addresses that this process may have, of which threads reserve some that they do not
-/// use.
-#[cfg(target_os = "linux")]
-fn address_space() -> usize {
-    use nix::sys::resource::{Resource, getrlimit};
-    let limit = getrlimit(Resource::RLIMIT_AS).map_or(u64::MAX, |(soft, _)| soft);
-    usize::try_from(limit).unwrap_or(usize::MAX)
-}
-
-#[cfg(not(target_os = "linux"))]
-fn address_space() -> usize {
-    usize::MAX
 }
 
 fn style(name: String) -> Style {
