@@ -24,8 +24,13 @@ pub struct Checked {
 
 /// Compiles a show's curves and says what is wrong with them.
 pub fn check(show: &Show, spans: &SpanMap) -> Checked {
+    check_within(show, spans, usize::MAX)
+}
+
+/// The same, with curves of about so many bytes of memory at most.
+pub fn check_within(show: &Show, spans: &SpanMap, memory: usize) -> Checked {
     let words = Words { show, spans };
-    match Timeline::new(show) {
+    match Timeline::within(show, memory) {
         Ok(timeline) => Checked {
             diagnostics: words.warnings(timeline.warnings()),
             timeline: Some(timeline),
@@ -118,6 +123,16 @@ impl Words<'_> {
                 Diagnostic::error(codes::TOO_LARGE, message)
                     .place_of(id, self.spans, "here")
                     .help("repeat fewer times: every pass counts")
+            }
+            TimelineError::Memory { cue, budget } => {
+                let budget = budget >> 20;
+                let message = format!("the curves take more than the {budget} MB left for them");
+                Diagnostic::error(codes::TOO_LARGE, message)
+                    .place_of(cue, self.spans, "the limit is reached here")
+                    .help(
+                        "allow more with `--memory MB`; groups, looks, `blackout`, `assert` and \
+                         each pass of a `repeat` count for every bank",
+                    )
             }
             TimelineError::Level {
                 id,

@@ -36,9 +36,11 @@ use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
+use crate::renderer::contract::check_memory;
 use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
 use crate::units::Time;
+use crate::work::Work;
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
@@ -75,7 +77,10 @@ const EVENTS: usize = 64;
 /// # }
 /// ```
 pub struct Engine {
+    /// With the memory that the document leaves.
     host: Host,
+    /// Bytes that the host allows for all.
+    memory: usize,
     deadline: Option<Arc<limit::Deadline>>,
     document: Document,
     /// Every image at hand, whether the pool uses it or not.
@@ -140,6 +145,7 @@ impl Engine {
         document.allow(host.memory);
         let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
+            memory: host.memory,
             image_cache: host.image_cache(),
             host,
             deadline,
@@ -152,8 +158,15 @@ impl Engine {
             exposure: exposure::Exposure::default(),
             events: Vec::new(),
         };
+        engine.leave_memory();
         engine.renew_rendering();
         engine
+    }
+
+    /// Leaves to rendering what the document does not hold of the memory.
+    fn leave_memory(&mut self) {
+        let held = self.document.bytes().saturating_sub(compile::SMALL_SHOW);
+        self.host.memory = self.memory.saturating_sub(held);
     }
 
     /// The document.
@@ -236,6 +249,7 @@ impl Engine {
         change: impl FnOnce(&mut Document, &Host) -> Result<Edited, Error>,
     ) -> Result<Edited, Error> {
         let edited = change(&mut self.document, &self.host)?;
+        self.leave_memory();
         if edited.reread {
             self.tell(Event::FilesReread);
         }
@@ -303,7 +317,7 @@ impl Engine {
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
         self.coarse()?;
-        Ok(self.rendered()?.preview(setting, self.host.work())?)
+        Ok(self.rendered()?.preview(setting, self.work())?)
     }
 
     /// Renders a setting at a step of quality, without the pool.
@@ -313,6 +327,7 @@ impl Engine {
     pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
         let work = self.host.work();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let work = work.holding(self.image_cache.bytes() + rendering.image_bytes());
         let operator = rendering.operator(self.host.renderer.as_ref(), quality, work)?;
         let mut images = operator.render(&[setting.to_vec()], work)?;
         images.pop().ok_or(Error::NoSetup)
@@ -352,9 +367,12 @@ impl Engine {
         let pool = self.rendered()?;
         let units = Pool::unit_settings(self.show().coordinates().len());
         let mut images = Vec::with_capacity(units.len());
+        let work = self.work();
+        let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
+        check_memory("a picture of each bank", bytes, work.memory)?;
         for (i, unit) in units.iter().enumerate() {
-            self.host.work().check()?;
-            images.push(pool.preview(unit, self.host.work())?);
+            work.check()?;
+            images.push(pool.preview(unit, work)?);
             self.host.progress.report("banks", i + 1, units.len());
         }
         Ok(images)
@@ -429,6 +447,16 @@ impl Engine {
     /// left to refine. So it is where every bank is an image.
     pub fn is_final(&self) -> bool {
         self.rendering.is_some() && self.finest() == Quality(1)
+    }
+
+    /// The host's means, with the memory that images and operators leave, and those images that
+    /// are made of others for a while.
+    pub(crate) fn work(&self) -> Work<'_> {
+        let rendering = self.rendering.as_ref();
+        let operators = rendering.map_or(0, |r| r.operator_bytes());
+        let images = rendering.map_or(0, |r| r.image_bytes()) + self.image_cache.bytes();
+        let working = rendering.map_or(0, |r| r.working_bytes());
+        self.host.work().holding(operators + images + working)
     }
 
     /// Seconds of the host's clock.

@@ -7,6 +7,7 @@
 
 pub mod process;
 
+mod address_space;
 mod atomic_writer;
 mod disk;
 mod open;
@@ -25,6 +26,7 @@ use std::time::{Instant, SystemTime};
 use self::atomic_writer::Gathered;
 use self::open::{Opened, Refusal, stamp};
 
+pub use self::address_space::address_space;
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 pub use self::standard::output_goes_nowhere;

@@ -18,12 +18,23 @@ use crate::pool::Pool;
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
+/// Bytes of a key image's pixel as it is made and as a player in half precision keeps it.
+const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());
+
 /// Why key images could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PlaybackError {
     /// The embedding program asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
+    /// The key images need more memory than allowed.
+    #[error("the key images need {needed} bytes; the budget is {budget}")]
+    Memory {
+        /// Bytes needed, to play them included.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
     /// The keys have other coordinates than the pool.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -41,8 +52,12 @@ impl Playback {
     /// Makes every key image from a pool as it stands.
     ///
     /// # Errors
-    /// [`PlaybackError`] on cancel, or when the keys do not fit the pool.
+    /// [`PlaybackError`] on cancel, or when the keys do not fit the pool or the memory.
     pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
+        let (needed, budget) = (Playback::bytes(keys, pool), work.memory);
+        if needed > budget {
+            return Err(PlaybackError::Memory { needed, budget });
+        }
         let mut images = Vec::with_capacity(keys.keys().len());
         for (i, key) in keys.keys().iter().enumerate() {
             work.check()?;
@@ -54,6 +69,12 @@ impl Playback {
             keys: keys.clone(),
             images,
         })
+    }
+
+    /// Bytes that [`Playback::new`] and a player of it take, about.
+    pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
+        let (width, height) = pool.size();
+        keys.keys().len() * BYTES_PER_PIXEL * width * height + keys.bytes()
     }
 
     /// From key images made elsewhere, one for each of the keys and all of one size; `None`

@@ -136,6 +136,19 @@ impl Pool {
         self.coarse.iter().chain(&self.coarser).chain(refined)
     }
 
+    /// Bytes that every picture takes.
+    pub fn image_bytes(&self) -> usize {
+        self.pictures().map(|image| size_of_val(image.data())).sum()
+    }
+
+    /// Bytes of the extrapolated pictures that previews keep.
+    pub fn extrapolated_bytes(&self) -> usize {
+        let kept = self.extrapolated.get();
+        kept.map_or(0, |kept| {
+            kept.iter().map(|image| size_of_val(image.data())).sum()
+        })
+    }
+
     /// The pool with every `step`-th column and row of its pictures, and with what is known of the
     /// whole ones: its previews are those pixels of whole previews.
     pub fn thinned(&self, step: usize) -> Pool {

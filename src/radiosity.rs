@@ -90,6 +90,10 @@ impl Transport for Radiosity {
         Ok(Box::new(operator))
     }
 
+    fn least_bytes(&self, setup: &Setup) -> usize {
+        setup.scene.polygons.len() * FACET_BYTES
+    }
+
     /// From counts of the work; zero where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
@@ -138,6 +142,9 @@ impl Threads {
 /// Bytes that a fragment takes besides itself, about: its receiver and clusters, four gather
 /// weights.
 const FRAGMENT_BYTES: usize = 180;
+
+/// Bytes of a polygon as facet and pieces, in the hierarchy and on both grids, about.
+const FACET_BYTES: usize = 1800;
 
 /// Bytes of an element with its samples, about.
 const ELEMENT_BYTES: usize = 512;
@@ -193,13 +200,14 @@ impl Operator {
     fn new(setup: &Setup, step: Step, work: Work<'_>) -> Result<Operator, TransportError> {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
+        let mut budget = MemoryBudget::new(work);
+        budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
         let surfaces = Surfaces::new(scene)?;
         work.check()?;
         let hierarchy = Hierarchy::new(&surfaces);
         let vertices = VertexBuffer::new(&surfaces);
         let setting = Setting::new(&surfaces, &hierarchy);
         let lights = luminaires(&surfaces, rig)?;
-        let mut budget = MemoryBudget::new(work);
         // Bands of the picture are found apart and then copied together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
@@ -243,6 +251,9 @@ impl Operator {
         } else {
             None
         };
+        let gathering = gather_points.as_ref().map_or(&mesh, |g| &g.mesh);
+        let reflected = size_of::<[f32; 3]>() * gathering.elements.len() * rig.lights.len();
+        budget.take("reflected light at every gather point", reflected)?;
         work.check()?;
         let gather_weights = weights(&surfaces, &mesh, gather_points.as_ref(), &fragments);
         work.check()?;
@@ -320,6 +331,10 @@ impl Prepared for Operator {
                 .report("pictures", settings.len(), settings.len());
             Ok(images)
         })
+    }
+
+    fn bytes(&self) -> usize {
+        self.held
     }
 }
 

@@ -198,6 +198,12 @@ pub trait Transport: Send + Sync {
         Ok(1.0)
     }
 
+    /// Bytes that preparing this setup takes at least, whatever the quality, as far as that is known
+    /// without work.
+    fn least_bytes(&self, _setup: &Setup) -> usize {
+        0
+    }
+
     /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 }
@@ -214,4 +220,9 @@ pub trait Prepared: Send {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError>;
+
+    /// Bytes that it holds between calls, about; 0 where it does not count them.
+    fn bytes(&self) -> usize {
+        0
+    }
 }

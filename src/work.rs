@@ -48,6 +48,17 @@ impl Work<'static> {
     }
 }
 
+impl<'a> Work<'a> {
+    /// The same means where so many bytes of the memory are held already.
+    #[must_use]
+    pub fn holding(self, bytes: usize) -> Work<'a> {
+        Work {
+            memory: self.memory.saturating_sub(bytes),
+            ..self
+        }
+    }
+}
+
 impl Work<'_> {
     /// `Err(Cancelled)` once the embedding program asked to stop.
     ///

@@ -13,6 +13,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand
 use super::watch::Watched;
 use crate::diagnostic::Style;
 use crate::engine::POOL_LIMIT;
+use crate::files;
 use crate::lang;
 use crate::renderer::outside;
 use crate::repl::{Call, VERBS, VerbSpec};
@@ -39,7 +40,7 @@ pub struct Settings {
     #[arg(long, global = true, value_name = "N")]
     #[arg(value_parser = value_parser!(u16).range(1..=256).map(usize::from))]
     threads: Option<usize>,
-    /// Megabytes that rendering may hold (default: 4096)
+    /// Megabytes that a show may take, read and rendered (default: 4096)
     #[arg(long, global = true, value_name = "MB")]
     #[arg(value_parser = value_parser!(u32).range(64..=1_000_000).map(|mb| (mb as usize) << 20))]
     memory: Option<usize>,
@@ -82,9 +83,11 @@ impl Settings {
         self.threads.unwrap_or_else(all)
     }
 
-    /// Bytes that rendering may hold.
+    /// Bytes that a show may take, read and rendered.
     pub fn memory(&self) -> usize {
-        self.memory.unwrap_or(4 << 30)
+        self.memory
+            .unwrap_or(4 << 30)
+            .min(files::address_space() / 2)
     }
 
     /// Bytes that pictures may take in their folder.

@@ -311,7 +311,7 @@ impl Engine {
         let progress = Arc::new(JobProgress::default());
         let (send, from) = channel();
         let renderer = Arc::clone(&self.host.renderer);
-        let (threads, memory) = (self.host.threads, self.host.memory);
+        let (threads, memory) = (self.host.threads, self.work().memory);
         let watched = Arc::clone(&progress);
         background.start(Box::new(move || {
             let work = Work {

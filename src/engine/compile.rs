@@ -11,6 +11,9 @@ use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 
+/// Bytes of a show that count among what the program itself takes.
+pub(super) const SMALL_SHOW: usize = 8 << 20;
+
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
@@ -20,7 +23,7 @@ pub(super) struct Source<'a> {
     /// The view to look from; the show's first without it.
     pub view: Option<&'a str>,
     pub files: &'a dyn Files,
-    /// Bytes that images given as banks may hold.
+    /// Bytes that reading it may take, images given as banks included.
     pub memory: usize,
 }
 
@@ -35,6 +38,17 @@ pub struct Compiled {
 }
 
 impl Compiled {
+    /// Bytes that it holds, about.
+    pub(super) fn bytes(&self) -> usize {
+        let loaded = self.loaded.as_ref().map_or(0, Loaded::bytes);
+        self.unshared_bytes() + loaded
+    }
+
+    /// Bytes that it holds for itself, about, where another one has the same stage and images.
+    pub(super) fn unshared_bytes(&self) -> usize {
+        self.version.bytes() + self.keys.bytes()
+    }
+
     /// What a renderer is given; `None` where the show has no stage or no view.
     pub fn setup(&self) -> Option<&Setup> {
         self.loaded.as_ref().map(|loaded| &loaded.setup)
@@ -51,9 +65,16 @@ pub struct Version {
     /// Warnings, with the texts that they point into.
     pub diagnostics: Diagnostics,
     pub(super) spans: SpanMap,
+    /// Bytes that the model and the texts take, about.
+    bytes: usize,
 }
 
 impl Version {
+    /// Bytes that it holds, about.
+    pub fn bytes(&self) -> usize {
+        self.bytes + self.timeline.bytes()
+    }
+
     /// The text with all that it includes.
     pub fn text(&self) -> String {
         let texts = self.diagnostics.sources.texts();
@@ -63,29 +84,46 @@ impl Version {
 
 /// Parses a text and computes its curves.
 pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Version, Error> {
-    let (show, spans, diagnostics) = read(source, cache)?;
-    checked(show, spans, diagnostics)
+    checked(read(source, cache)?, source.memory)
 }
 
-/// The model that a text means, with warnings.
-fn read(
-    source: Source<'_>,
-    cache: &mut lang::LoweringCache,
-) -> Result<(Show, SpanMap, Diagnostics), Error> {
+/// The model that a text means, with its places and warnings.
+struct Model {
+    show: Show,
+    spans: SpanMap,
+    diagnostics: Diagnostics,
+    /// Bytes that it takes with the texts, about.
+    bytes: usize,
+}
+
+fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Model, Error> {
+    cache.memory = source.memory.max(SMALL_SHOW);
     let mut sources = Sources::default();
     let Source { name, text, .. } = source;
     let parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
     let list = parsed.diagnostics;
     let diagnostics = Diagnostics { list, sources };
     match parsed.show {
-        Some(show) if !diagnostics.has_errors() => Ok((show, parsed.spans, diagnostics)),
+        Some(show) if !diagnostics.has_errors() => Ok(Model {
+            show,
+            spans: parsed.spans,
+            diagnostics,
+            bytes: parsed.bytes,
+        }),
         _ => Err(Error::Show(diagnostics)),
     }
 }
 
-/// A model with its curves, unless these or `diagnostics` have errors.
-fn checked(show: Show, spans: SpanMap, mut diagnostics: Diagnostics) -> Result<Version, Error> {
-    let checked = check::check(&show, &spans);
+/// A model with its curves, unless these or its diagnostics have errors.
+fn checked(model: Model, memory: usize) -> Result<Version, Error> {
+    let Model {
+        show,
+        spans,
+        mut diagnostics,
+        bytes,
+    } = model;
+    let left = memory.max(SMALL_SHOW).saturating_sub(bytes);
+    let checked = check::check_within(&show, &spans, left);
     diagnostics.list.extend(checked.diagnostics);
     match checked.timeline {
         Some(timeline) if !diagnostics.has_errors() => Ok(Version {
@@ -93,6 +131,7 @@ fn checked(show: Show, spans: SpanMap, mut diagnostics: Diagnostics) -> Result<V
             timeline,
             diagnostics,
             spans,
+            bytes,
         }),
         _ => Err(Error::Show(diagnostics)),
     }
@@ -109,17 +148,20 @@ pub(super) fn compile(
     cache: &mut lang::LoweringCache,
     old: Option<&Loaded>,
 ) -> Result<Compiled, Error> {
-    let (mut show, spans, mut diagnostics) = read(source, cache)?;
-    show.look_from(source.view.unwrap_or_default());
+    let mut model = read(source, cache)?;
+    model.show.look_from(source.view.unwrap_or_default());
     // All errors in one run: of the files as well as of the curves.
-    let loaded = setup::load(&show, &spans, source, old);
+    let loaded = setup::load(&model.show, &model.spans, source, old);
     let loaded = loaded.unwrap_or_else(|errors| {
-        diagnostics.list.extend(errors);
+        model.diagnostics.list.extend(errors);
         None
     });
-    let version = checked(show, spans, diagnostics)?;
+    let held = loaded.as_ref().map_or(0, Loaded::bytes);
+    let version = checked(model, source.memory.saturating_sub(held))?;
+    let left = source.memory.saturating_sub(held).max(SMALL_SHOW);
+    let left = left.saturating_sub(version.bytes());
     Ok(Compiled {
-        keys: KeySequence::new(&version.timeline, KeyOptions::default())?,
+        keys: KeySequence::within(&version.timeline, KeyOptions::default(), left)?,
         version,
         loaded,
     })

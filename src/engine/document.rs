@@ -50,7 +50,7 @@ pub struct Document {
     saved: String,
     /// The view to look from, by name; the show's first without it.
     view: Option<String>,
-    /// Bytes that images given as banks may hold.
+    /// Bytes that reading it may take.
     memory: usize,
     /// Counts the texts that meant something else than the one before.
     revision: u64,
@@ -85,7 +85,7 @@ impl Document {
         Document::within(name, text, files, usize::MAX)
     }
 
-    /// The same, with images given as banks holding at most `memory` bytes.
+    /// The same, with what it means in about `memory` bytes at most.
     ///
     /// # Errors
     /// As [`Document::new`].
@@ -137,7 +137,13 @@ impl Document {
         Ok(document)
     }
 
-    /// Sets the bytes that images given as banks may hold, from the next edit on.
+    /// Bytes that the document holds, about.
+    pub(super) fn bytes(&self) -> usize {
+        let texts = self.past.iter().chain(&self.future).map(String::len);
+        self.compiled.bytes() + texts.sum::<usize>()
+    }
+
+    /// Sets the bytes that reading it may take, from the next edit on.
     pub(super) fn allow(&mut self, memory: usize) {
         self.memory = memory;
     }
@@ -304,7 +310,7 @@ impl Document {
     /// # Errors
     /// [`Error::Show`].
     pub fn format(&mut self) -> Result<bool, Error> {
-        let text = format(&self.name, self.text.as_bytes())?;
+        let text = format(&self.name, self.text.as_bytes(), self.memory)?;
         let changes = text != self.text;
         if changes {
             self.change_text(text);
@@ -366,7 +372,7 @@ impl Document {
             text,
             view: view.as_deref(),
             files,
-            memory: self.memory,
+            memory: self.memory.saturating_sub(self.compiled.unshared_bytes()),
         };
         let old = self.compiled.loaded.as_ref().filter(|_| !reread);
         let compiled = compile::compile(source, &mut self.cache, old)?;
@@ -403,8 +409,9 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
 /// The canonical layout of a text.
 ///
 /// # Errors
-/// [`Error::Show`] when it does not parse.
-pub fn format(name: &str, bytes: &[u8]) -> Result<String, Error> {
+/// [`Error::Show`] when it does not parse, or takes more than `memory` bytes to lay out.
+pub fn format(name: &str, bytes: &[u8], memory: usize) -> Result<String, Error> {
     let text = decode(name, bytes)?;
-    lang::format(&text).map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
+    lang::format_within(&text, memory)
+        .map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
 }

@@ -252,6 +252,11 @@ impl From<PlaybackError> for Error {
         match error {
             PlaybackError::Cancelled(c) => c.into(),
             PlaybackError::Plan(p) => p.into(),
+            PlaybackError::Memory { needed, budget } => Error::Render(TransportError::Memory {
+                what: "the key images",
+                needed,
+                budget,
+            }),
         }
     }
 }

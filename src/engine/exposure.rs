@@ -104,7 +104,7 @@ impl Engine {
         let pool = self.rendered()?;
         let kept = old.filter(|b| b.is_of(pool));
         let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool));
-        let work = self.host.work();
+        let work = self.work();
         let mut known = BTreeMap::new();
         for key in self.document.keys().keys() {
             work.check()?;

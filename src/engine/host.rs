@@ -41,7 +41,8 @@ pub struct Host {
     /// Threads for rendering, started for one call of the operator and ended with it; on platforms
     /// without threads it runs on the caller's. Results do not depend on it.
     pub threads: usize,
-    /// Bytes that rendering may hold.
+    /// Bytes that a show may take with all that is rendered of it, about; what does not fit is
+    /// refused.
     pub memory: usize,
     /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
     /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any

@@ -21,8 +21,14 @@ impl Engine {
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
         self.coarse()?;
+        let needed = Playback::bytes(self.document.keys(), self.rendered()?);
+        if needed > self.work().memory
+            && let Some(rendering) = &mut self.rendering
+        {
+            rendering.keep_operators(&[]);
+        }
         let pool = self.rendered()?;
-        let playback = Playback::new(self.document.keys(), pool, self.host.work())?;
+        let playback = Playback::new(self.document.keys(), pool, self.work())?;
         Ok(Arc::new(playback))
     }
 

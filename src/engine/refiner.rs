@@ -182,7 +182,8 @@ impl Refiner {
             self.add(engine, ticket, Vec::new())?;
             return Ok(Next::Added);
         }
-        let job = rendering.new_job(quality, missing.settings);
+        let memory = engine.host.memory;
+        let job = rendering.new_job(quality, missing.settings, memory);
         Ok(Next::Render(job, Box::new(ticket)))
     }
 
@@ -215,6 +216,15 @@ impl Refiner {
                 self.coarse.sets.push((quality, images));
                 continue;
             }
+            let later = if quality < fine {
+                let at_hand = rendering.at_hand(image_cache, fine, &units, store);
+                at_hand.iter().filter(|there| !**there).count()
+            } else {
+                0
+            };
+            let held = engine.image_cache.bytes();
+            let (images, memory) = (missing.settings.len() + later, engine.host.memory);
+            rendering.check_images(renderer.as_ref(), images, (memory, held))?;
             let cost = rendering.cost_of_units(renderer.as_ref(), quality, missing.settings.len());
             let now = engine.host.clock.seconds();
             let ticket = Ticket {
@@ -228,7 +238,9 @@ impl Refiner {
                 started: now,
                 predicted: cost * engine.pace.seconds(),
             };
-            return Ok(Some((rendering.new_job(quality, missing.settings), ticket)));
+            let memory = engine.host.memory;
+            let job = rendering.new_job(quality, missing.settings, memory);
+            return Ok(Some((job, ticket)));
         }
         Ok(None)
     }

@@ -17,6 +17,7 @@ use crate::pool::Pool;
 use crate::pool::address::{Digest, Lighting, Lights, SceneKey};
 use crate::pool::disk_cache::Place;
 use crate::pool::image_cache::{ImageCache, Wanted};
+use crate::renderer::contract::check_memory;
 use crate::renderer::layered::{Layered, only_images};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::show::Preview;
@@ -24,6 +25,12 @@ use crate::work::Work;
 
 /// Images that the pool does not use at present may take the memory budget divided by this.
 const IDLE_MEMORY_DIVISOR: usize = 4;
+
+/// Images that are made of others at a time: a sum or two, their bytes and a file.
+const WORKING_IMAGES: usize = 2;
+
+/// Operators that are kept beside another one may take the memory budget divided by this.
+const KEPT_OPERATORS_DIVISOR: usize = 4;
 
 /// The prepared operators of one setup by step of quality, the addresses of its images, and the
 /// pool of them.
@@ -134,6 +141,62 @@ impl SetupImages {
         self.operators.retain(|step, _| steps.contains(step));
     }
 
+    /// Bytes that the operators at hand take, about.
+    pub fn operator_bytes(&self) -> usize {
+        self.operators.values().map(|o| o.bytes()).sum()
+    }
+
+    /// Bytes of the pool's images that the cache does not hold as well.
+    pub fn image_bytes(&self) -> usize {
+        let pool = self.pool.as_ref();
+        pool.map_or(0, |pool| match self.scene_key {
+            Some(_) => pool.extrapolated_bytes(),
+            None => pool.extrapolated_bytes() + pool.image_bytes(),
+        })
+    }
+
+    /// Checks that so many more images fit into `memory`, bytes, of which some are `held`, with
+    /// what rendering them takes at least.
+    ///
+    /// # Errors
+    /// [`TransportError::Memory`] if not.
+    pub fn check_images(
+        &self,
+        renderer: &dyn Transport,
+        images: usize,
+        (memory, held): (usize, usize),
+    ) -> Result<(), TransportError> {
+        let needed = self.image_size().saturating_mul(images);
+        let least = self.layered(renderer).least_bytes(&self.setup);
+        let besides = held.saturating_add(self.working_bytes() + least);
+        check_memory(
+            "the stage and its pictures",
+            besides.saturating_add(needed),
+            memory,
+        )
+    }
+
+    /// Bytes of an image.
+    fn image_size(&self) -> usize {
+        let view = &self.setup.view;
+        let pixels = view.width.saturating_mul(view.height);
+        pixels.saturating_mul(size_of::<[f32; 3]>())
+    }
+
+    /// Bytes of the images that are made of others at a time.
+    pub fn working_bytes(&self) -> usize {
+        self.image_size().saturating_mul(WORKING_IMAGES)
+    }
+
+    /// Lets go of the operators of other steps where they leave too little to prepare one of this
+    /// step.
+    fn make_room(&mut self, quality: Quality, memory: usize) {
+        let is_new = !self.operators.contains_key(&quality.0);
+        if is_new && self.operator_bytes() > memory / KEPT_OPERATORS_DIVISOR {
+            self.operators.clear();
+        }
+    }
+
     /// The operator at a step of quality, prepared on first use.
     pub fn operator(
         &mut self,
@@ -141,6 +204,7 @@ impl SetupImages {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<&mut dyn Prepared, TransportError> {
+        self.make_room(quality, work.memory);
         let layered = self.layered(renderer);
         let operator = match self.operators.entry(quality.0) {
             Entry::Occupied(prepared) => prepared.into_mut(),
@@ -161,8 +225,10 @@ impl SetupImages {
         let (found, missing) = self.find(image_cache, quality, settings, None, store);
         let mut rendered = Vec::new();
         if !missing.settings.is_empty() {
-            let operator = self.operator(host.renderer.as_ref(), quality, host.work())?;
-            let images = operator.render(&missing.settings, host.work())?;
+            let held = image_cache.bytes() + self.image_bytes() + self.working_bytes();
+            let work = host.work().holding(held);
+            let operator = self.operator(host.renderer.as_ref(), quality, work)?;
+            let images = operator.render(&missing.settings, work)?;
             rendered = take_in(image_cache, missing.wanted.as_deref(), images, store);
         }
         trim(image_cache, host.memory);

@@ -16,9 +16,12 @@ use crate::scene::import;
 use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
-use crate::scene::{ImageFile, Images, Lamp, Scene, View, still};
+use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, View, still};
 use crate::show::{self, Show};
 use crate::units::Rgb;
+
+/// Bytes of a polygon besides its corners, about.
+const POLYGON_BYTES: usize = 64;
 
 /// What a scene is made from; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,6 +52,25 @@ pub(super) struct Loaded {
     images: Images,
     luminaires: LuminaireAssets,
     pub setup: Setup,
+}
+
+impl Loaded {
+    /// Bytes that scene, lights and images take, about.
+    pub fn bytes(&self) -> usize {
+        let images = self.images.values().map(|image| size_of_val(image.data()));
+        scene_bytes(&self.setup.scene) + rig_bytes(&self.setup.rig) + images.sum::<usize>()
+    }
+}
+
+fn scene_bytes(scene: &Scene) -> usize {
+    let polygons = scene.polygons.iter();
+    let corners: usize = polygons.map(|polygon| polygon.vertices.len()).sum();
+    scene.polygons.len() * POLYGON_BYTES + corners * size_of::<Vec3>()
+}
+
+fn rig_bytes(rig: &Rig) -> usize {
+    let emitters: usize = rig.sources.iter().map(|s| s.emitters.len()).sum();
+    rig.lights.len() * size_of::<Light>() + emitters * size_of::<Emitter>()
 }
 
 /// Loads what `show` needs, taking scene and images from `old` where the text means the same;

@@ -17,13 +17,26 @@ impl Version {
     /// # Errors
     /// [`Error::Show`] with the errors of the text and its curves.
     pub fn read(name: &str, bytes: &[u8], files: &dyn Files) -> Result<Version, Error> {
+        Version::read_within(name, bytes, files, usize::MAX)
+    }
+
+    /// The same in about `memory` bytes at most.
+    ///
+    /// # Errors
+    /// As [`Version::read`].
+    pub fn read_within(
+        name: &str,
+        bytes: &[u8],
+        files: &dyn Files,
+        memory: usize,
+    ) -> Result<Version, Error> {
         let text = decode(name, bytes)?;
         let source = Source {
             name,
             text: &text,
             view: None,
             files,
-            memory: usize::MAX,
+            memory,
         };
         let mut cache = lang::LoweringCache::default();
         compile::parse(source, &mut cache)

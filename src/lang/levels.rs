@@ -79,7 +79,7 @@ fn cue(
     }
     let mut read: Read<'_> = include::joined(&parts, reads);
     read.statements.extend(moves.statements);
-    let Lowering { show, .. } = lower::lower(&read, &mut report);
+    let Lowering { show, .. } = lower::lower(&read, &mut report, super::limits::LEVELS);
     let cue = show.and_then(|show| show.cues.into_iter().next());
     cue.ok_or_else(|| report.finish())
 }

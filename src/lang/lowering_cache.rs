@@ -17,8 +17,10 @@ use crate::show::{Cue, NodeId};
 const TIMES: usize = 4;
 
 /// What was lowered before.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct LoweringCache {
+    /// Bytes that reading a show may take.
+    pub memory: usize,
     /// All statements that are no cues, one after the other.
     environment: String,
     /// Cues by their text; only looked up, never iterated.
@@ -35,6 +37,17 @@ pub struct Lowered {
     spans: Vec<Span>,
     /// How many levels it took from the budget.
     pub levels: usize,
+}
+
+impl Default for LoweringCache {
+    /// Empty, with no limit of memory.
+    fn default() -> LoweringCache {
+        LoweringCache {
+            memory: usize::MAX,
+            environment: String::new(),
+            cues: HashMap::new(),
+        }
+    }
 }
 
 impl LoweringCache {

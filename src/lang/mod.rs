@@ -17,6 +17,7 @@ mod levels;
 pub mod limits;
 mod lower;
 mod lowering_cache;
+mod memory;
 mod names;
 mod preview;
 mod quantity;
@@ -30,7 +31,7 @@ use ast::Word;
 
 pub use ast::Span;
 pub use explain::{Page, explain, pages};
-pub use format::format;
+pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
 pub use names::nearest;
@@ -71,6 +72,8 @@ pub struct Parsed {
     pub spans: SpanMap,
     /// Errors and warnings, in order of their places.
     pub diagnostics: Vec<Diagnostic>,
+    /// Bytes that the show, its places and its texts take, about.
+    pub bytes: usize,
 }
 
 /// Reads a show from `text`, which joins `sources` under `name`.
@@ -83,7 +86,7 @@ pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
 }
 
 /// Reads a show with what it includes from `files`, in less time where most of its cues were read
-/// with the same `cache` before.
+/// with the same `cache` before, and in the memory that this allows.
 pub fn parse_again(
     cache: &mut LoweringCache,
     files: &dyn Files,
@@ -99,6 +102,11 @@ pub fn parse_again(
     }
     let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
     let scans: Vec<_> = parts.iter().map(include::Part::scan).collect();
+    let needed = memory::needed(parts.iter().map(|part| part.text.len()).zip(&scans));
+    if let Err(diagnostic) = memory::check(name, needed, cache.memory) {
+        report.add(diagnostic);
+        return failed(report);
+    }
     let mut environment = String::new();
     for scan in &scans {
         read::environment(scan, &mut environment);
@@ -118,7 +126,9 @@ pub fn parse_again(
         );
         return failed(report);
     }
-    let lowered = lower::lower(&read, &mut report);
+    let most = cache.memory.saturating_sub(needed) / memory::EACH_LEVEL;
+    let lowered = lower::lower(&read, &mut report, most);
+    let levels = lowered.levels * memory::EACH_LEVEL;
     let (mut show, spans) = (lowered.show, lowered.spans);
     let fresh = lowered.fresh.into_iter();
     let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
@@ -134,6 +144,7 @@ pub fn parse_again(
         show,
         spans,
         diagnostics: report.finish(),
+        bytes: needed / 2 + levels,
     }
 }
 
@@ -142,6 +153,7 @@ fn failed(report: Report) -> Parsed {
         show: None,
         spans: SpanMap::default(),
         diagnostics: report.finish(),
+        bytes: 0,
     }
 }
 

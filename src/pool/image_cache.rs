@@ -97,6 +97,12 @@ impl ImageCache {
         &self.kept
     }
 
+    /// Bytes that the pictures in memory take.
+    pub fn bytes(&self) -> usize {
+        let of = |kept: &Kept| size_of_val(kept.image.data());
+        self.kept.iter().map(of).sum()
+    }
+
     /// Forgets the pictures in memory that `which` picks; how many.
     pub fn forget(&mut self, which: impl Fn(&Kept) -> bool) -> usize {
         let before = self.kept.len();

@@ -32,8 +32,9 @@ use crate::radiosity::direct::point_source::PointSourceIntegrator;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
 use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 use crate::scene::{Light, Rig, Scene};
-use crate::work::{Cancelled, Work};
+use crate::work::Work;
 use rayon::prelude::*;
 
 /// A light, prepared for direct illumination.
@@ -82,6 +83,15 @@ impl CulledOccluders {
 }
 
 impl Luminaire {
+    /// Bytes of the marks of [`Shining`].
+    pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
+        let sets = match self {
+            Luminaire::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
+            Luminaire::Spot(_) => 1,
+        };
+        sets * surfaces.pieces.len()
+    }
+
     fn culled_occluders(&self, surfaces: &Surfaces) -> CulledOccluders {
         let marks = |corners: &[Vec3]| {
             let touching = surfaces.touching();
@@ -91,8 +101,7 @@ impl Luminaire {
         };
         match self {
             Luminaire::Panel(pieces) => {
-                let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
-                let together = pieces.len().div_ceil(sets).max(1);
+                let together = together(pieces.len(), surfaces);
                 let corners = |group: &[usize]| {
                     let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
                     marks(&vertices.copied().collect::<Vec<Vec3>>())
@@ -108,6 +117,12 @@ impl Luminaire {
             },
         }
     }
+}
+
+/// How many of a light's pieces share their marks.
+fn together(pieces: usize, surfaces: &Surfaces) -> usize {
+    let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
+    pieces.div_ceil(sets).max(1)
 }
 
 /// Refuses a rig whose parts do not fit together or whose numbers are not finite.
@@ -220,7 +235,7 @@ impl Precision {
 /// point.
 ///
 /// # Errors
-/// On cancel.
+/// On cancel; [`TransportError::Memory`] where the occluders of a panel fill half of the memory.
 pub fn irradiance(
     setting: Setting<'_>,
     Shining { light, culled }: &Shining<'_>,
@@ -228,8 +243,9 @@ pub fn irradiance(
     fragments: Option<&Fragments>,
     Precision { allowed, near }: Precision,
     work: Work<'_>,
-) -> Result<Vec<f32>, Cancelled> {
-    let parts: Result<Vec<Vec<f32>>, Cancelled> = receivers
+) -> Result<Vec<f32>, TransportError> {
+    let of_thread = work.memory / 2 / work.threads.max(1);
+    let parts: Result<Vec<Vec<f32>>, TransportError> = receivers
         .chunks
         .par_iter()
         .map(|(facet, cluster)| {
@@ -246,9 +262,15 @@ pub fn irradiance(
                 Luminaire::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
-                    let mut panel = Panel::new(setting, own.normal, *facet, near);
+                    let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
                     let pieces = (pieces.as_slice(), culled);
-                    panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
+                    let fits = panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
+                    let needed = if fits {
+                        0
+                    } else {
+                        work.memory.saturating_mul(2)
+                    };
+                    check_memory("what shades a light of many faces", needed, work.memory)?;
                 }
                 Luminaire::Spot(beam) => {
                     let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);

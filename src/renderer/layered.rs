@@ -111,6 +111,10 @@ impl Transport for Layered<'_> {
             .map_or(Ok(1.0), |inner| inner.cost_scale(clock, work))
     }
 
+    fn least_bytes(&self, setup: &Setup) -> usize {
+        self.inner.map_or(0, |inner| inner.least_bytes(setup))
+    }
+
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let Ok(parts) = SplitSetup::new(setup) else {
             return Cost::default();
@@ -264,6 +268,10 @@ impl Prepared for Sum {
             work.progress.report("images", done + 1, settings.len());
         }
         Ok(out)
+    }
+
+    fn bytes(&self) -> usize {
+        self.inner.as_ref().map_or(0, |inner| inner.bytes())
     }
 }
 

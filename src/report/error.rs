@@ -10,6 +10,8 @@ use crate::files::FileError;
 use crate::lang::nearest;
 use crate::picture::PictureError;
 use crate::playback::page::PageError;
+use crate::renderer::TransportError;
+use crate::timeline::TooManyKeys;
 use crate::work::Cancelled;
 
 /// Why results could not be written out.
@@ -140,6 +142,16 @@ pub fn engine_error(error: &engine::Error) -> String {
                 mega(*budget)
             )
         }
+        E::Render(TransportError::Memory {
+            what,
+            needed,
+            budget,
+        }) => memory(what, *needed, *budget),
+        E::TooManyKeys(TooManyKeys { limit }) => format!(
+            "the show's key settings take more than the {} MB left for them: allow more with \
+             `--memory MB`, or make fewer cues of fewer banks (256 MB is the most)",
+            limit >> 20
+        ),
         E::Black => "the sequence is black at every step: there is nothing to tune".to_owned(),
         E::OutOfReach {
             until,
@@ -163,6 +175,19 @@ pub fn engine_error(error: &engine::Error) -> String {
         }
         other => other.to_string(),
     }
+}
+
+/// What does not fit, and how much more would.
+fn memory(what: &str, needed: usize, budget: usize) -> String {
+    let mega = |bytes: usize| bytes.div_ceil(1 << 20);
+    format!(
+        "{what}: {} MB are needed and {} MB are left of the memory allowed; allow at least {} MB \
+         more with `--memory MB`, or make less of it: a smaller `size` of the view, a simpler \
+         stage, fewer lights, banks and cues",
+        mega(needed),
+        budget >> 20,
+        mega(needed.saturating_sub(budget))
+    )
 }
 
 fn no_view(name: &str, known: &[String]) -> String {

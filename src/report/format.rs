@@ -11,6 +11,7 @@ use crate::chart::{Drawing, Theme};
 use crate::picture::exr::{self, Precision};
 use crate::picture::tone::Tone;
 use crate::picture::{Image, png};
+use crate::work::Cancelled;
 
 /// Characters of a line of a table in words.
 pub const WIDTH: usize = 100;
@@ -102,12 +103,16 @@ pub fn record(
 }
 
 /// A table; as CSV it is `plain`.
-pub fn table(table: &Table, plain: &Table, path: &Path) -> Result<String, Error> {
+pub fn table(
+    table: &dyn Fn() -> Result<Table, Cancelled>,
+    plain: &dyn Fn() -> Result<Table, Cancelled>,
+    path: &Path,
+) -> Result<String, Error> {
     TABLE.check(path)?;
     Ok(match ending(path).as_str() {
-        "md" => table.markdown(),
-        "csv" => plain.csv(),
-        _ => table.text(2, WIDTH).into(),
+        "md" => table()?.markdown(),
+        "csv" => plain()?.csv(),
+        _ => table()?.text(2, WIDTH).into(),
     })
 }
 

@@ -13,7 +13,7 @@ use crate::show::{Coordinate, Show};
 
 /// What does not fit, and the way out.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
-    written one at a time; `--memory` allows more)";
+    written one at a time)";
 
 /// A layer: its name, what was lit, and the picture.
 type Layer<'i> = (String, String, &'i Image);
@@ -75,7 +75,7 @@ fn check_size(
     let (width, height) = playback.size();
     let each = (keys + made) * size_of::<f32>() + written * channel;
     let needed = width.saturating_mul(height).saturating_mul(3 * each);
-    let checked = check_memory(ALL_AT_ONCE, needed, engine.host().memory);
+    let checked = check_memory(ALL_AT_ONCE, needed, engine.work().memory);
     Ok(checked.map_err(engine::Error::from)?)
 }
 

@@ -1,21 +1,58 @@
 //! Rows and columns of words: text in aligned columns, Markdown, comma-separated values.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use crate::printable::{Printable, columns, left, right, visible};
 
-/// A table; every row has as many cells as there are columns.
+/// A table; every row has as many cells as there are columns. Of ten thousand cues on five hundred
+/// banks nearly all cells have the same few texts: each text is held once.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
     /// What stands above each column.
-    pub columns: Vec<String>,
-    /// From top to bottom.
-    pub rows: Vec<Vec<String>>,
+    columns: Vec<String>,
+    /// The cells row by row, as numbers of their texts.
+    cells: Vec<u32>,
+    texts: Vec<String>,
+    /// The numbers of the texts.
+    known: BTreeMap<String, u32>,
     /// What the signs in it mean; may be empty.
-    pub legend: String,
+    legend: String,
 }
 
 impl Table {
+    /// Without rows.
+    pub fn new(columns: Vec<String>, legend: &str) -> Table {
+        Table {
+            columns,
+            legend: legend.to_owned(),
+            ..Table::default()
+        }
+    }
+
+    /// Adds a row below the others: a cell for each column.
+    pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
+        for text in row {
+            let next = self.texts.len() as u32;
+            let number = match self.known.get(&text) {
+                Some(number) => *number,
+                None => {
+                    self.texts.push(text.clone());
+                    self.known.insert(text, next);
+                    next
+                }
+            };
+            self.cells.push(number);
+        }
+    }
+
+    /// The rows from top to bottom.
+    fn rows(&self) -> impl Iterator<Item = Vec<&str>> {
+        let text = |number: &u32| self.texts.get(*number as usize).map_or("", String::as_str);
+        let rows = self.cells.chunks(self.columns.len().max(1));
+        rows.map(move |row| row.iter().map(text).collect())
+    }
+
     /// For a terminal of `width` characters: the first `fixed` columns again before each group of
     /// the others that fits, the groups under each other.
     pub fn text(&self, fixed: usize, width: usize) -> Printable {
@@ -36,7 +73,7 @@ impl Table {
                 out.push('\n');
             }
             for row in self.lines() {
-                line(row, &shown, &widths, &mut out);
+                line(&row, &shown, &widths, &mut out);
             }
             if next >= self.columns.len() {
                 break;
@@ -50,13 +87,13 @@ impl Table {
 
     /// As a Markdown table.
     pub fn markdown(&self) -> String {
-        let row = |cells: &Vec<String>| {
+        let row = |cells: Vec<&str>| {
             let cells: Vec<String> = cells.iter().map(|cell| marked_down(cell)).collect();
             format!("| {} |\n", cells.join(" | "))
         };
-        let mut out = row(&self.columns);
+        let mut out = row(self.head());
         let _ = writeln!(out, "|{}", " --- |".repeat(self.columns.len()));
-        out.extend(self.rows.iter().map(row));
+        out.extend(self.rows().map(row));
         if !self.legend.is_empty() {
             let _ = write!(out, "\n{}\n", self.legend);
         }
@@ -65,18 +102,27 @@ impl Table {
 
     /// As comma-separated values ([`csv_line`]), without the legend.
     pub fn csv(&self) -> String {
-        self.lines().map(|cells| csv_line(cells) + "\r\n").collect()
+        self.lines()
+            .map(|cells| csv_line(&cells) + "\r\n")
+            .collect()
+    }
+
+    fn head(&self) -> Vec<&str> {
+        self.columns.iter().map(String::as_str).collect()
     }
 
     /// The columns' names, then the rows.
-    fn lines(&self) -> impl Iterator<Item = &Vec<String>> {
-        std::iter::once(&self.columns).chain(&self.rows)
+    fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
+        std::iter::once(self.head()).chain(self.rows())
     }
 }
 
 /// Rows as text, indented, each column as wide as its widest cell and set to the right.
 pub fn set_right(rows: &[Vec<String>]) -> String {
-    let widths = widths(rows.iter());
+    let cells = rows
+        .iter()
+        .map(|row| row.iter().map(String::as_str).collect());
+    let widths = widths(cells);
     let line = |row: &Vec<String>| {
         let cells = row.iter().zip(&widths);
         let cells: Vec<String> = cells.map(|(cell, w)| right(cell, *w)).collect();
@@ -87,8 +133,8 @@ pub fn set_right(rows: &[Vec<String>]) -> String {
 
 /// Cells as a line of comma-separated values (RFC 4180) without its end, hidden characters made
 /// visible. A cell that a spreadsheet would take for a formula begins with an apostrophe.
-pub fn csv_line(cells: &[String]) -> String {
-    let cells: Vec<String> = cells.iter().map(|cell| csv_cell(cell)).collect();
+pub fn csv_line<T: AsRef<str>>(cells: &[T]) -> String {
+    let cells: Vec<String> = cells.iter().map(|cell| csv_cell(cell.as_ref())).collect();
     cells.join(",")
 }
 
@@ -149,7 +195,7 @@ fn marked_down(text: &str) -> String {
 }
 
 /// Columns of the widest cell of each column.
-fn widths<'r>(rows: impl Iterator<Item = &'r Vec<String>>) -> Vec<usize> {
+fn widths<'r>(rows: impl Iterator<Item = Vec<&'r str>>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
     for row in rows {
         widths.resize(widths.len().max(row.len()), 0);
@@ -160,7 +206,7 @@ fn widths<'r>(rows: impl Iterator<Item = &'r Vec<String>>) -> Vec<usize> {
     widths
 }
 
-fn line(row: &[String], shown: &[usize], widths: &[usize], out: &mut String) {
+fn line(row: &[&str], shown: &[usize], widths: &[usize], out: &mut String) {
     let mut written = String::new();
     for column in shown {
         let (Some(cell), Some(width)) = (row.get(*column), widths.get(*column)) else {
@@ -178,11 +224,10 @@ mod tests {
 
     fn table() -> Table {
         let row = |cells: [&str; 3]| cells.map(str::to_owned).to_vec();
-        Table {
-            columns: row(["cue", "lamps", "a,b"]),
-            rows: vec![row(["1", "85", "say \"x\""]), row(["2.5", "", "=1+1"])],
-            legend: "· held".to_owned(),
-        }
+        let mut table = Table::new(row(["cue", "lamps", "a,b"]), "· held");
+        table.push(row(["1", "85", "say \"x\""]));
+        table.push(row(["2.5", "", "=1+1"]));
+        table
     }
 
     #[test]

@@ -50,6 +50,14 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
+    /// The curves need more memory than allowed.
+    #[error("the curves need more than {budget} bytes")]
+    Memory {
+        /// The cue that goes over it.
+        cue: NodeId,
+        /// Bytes allowed.
+        budget: usize,
+    },
     /// A level leaves 0 to 1.
     #[error("the level is {} at {time}", percent(*.level))]
     Level {

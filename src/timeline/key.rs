@@ -25,9 +25,9 @@ pub struct KeyOptions {
 
 /// The show is too large for its keys to be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the show needs more than {limit} numbers for its key settings")]
+#[error("its key settings need more than {} MB", .limit >> 20)]
 pub struct TooManyKeys {
-    /// The limit.
+    /// The limit, bytes.
     pub limit: usize,
 }
 
@@ -69,6 +69,11 @@ impl Segment {
     }
 }
 
+/// Bytes of a key beside its numbers, about: the list's own and its place among those known.
+pub(super) const KEY_BYTES: usize = 64;
+/// Bytes of a segment with its list of keys, about.
+pub(super) const SEGMENT_BYTES: usize = 112;
+
 /// A show as key settings and the segments between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct KeySequence {
@@ -89,7 +94,19 @@ impl KeySequence {
     /// # Errors
     /// [`TooManyKeys`] when they would not fit in the memory meant for them.
     pub fn new(timeline: &Timeline, options: KeyOptions) -> Result<KeySequence, TooManyKeys> {
-        let mut sweep = Sweep::new(timeline, options);
+        KeySequence::within(timeline, options, usize::MAX)
+    }
+
+    /// The same in about so many bytes of memory at most.
+    ///
+    /// # Errors
+    /// [`TooManyKeys`] when they would not fit.
+    pub fn within(
+        timeline: &Timeline,
+        options: KeyOptions,
+        memory: usize,
+    ) -> Result<KeySequence, TooManyKeys> {
+        let mut sweep = Sweep::new(timeline, options, memory);
         sweep.run()?;
         Ok(KeySequence {
             coordinates: timeline.coordinates(),
@@ -99,6 +116,12 @@ impl KeySequence {
             control_points: sweep.control_points,
             joined: timeline.joined,
         })
+    }
+
+    /// Bytes that it holds, about.
+    pub fn bytes(&self) -> usize {
+        let keys = self.keys.len() * (KEY_BYTES + size_of::<f64>() * self.coordinates);
+        keys + self.segments.len() * SEGMENT_BYTES
     }
 
     /// How many coordinates a key has.

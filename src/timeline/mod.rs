@@ -32,6 +32,7 @@ pub use positivity::knots as fewest_knots;
 
 use std::collections::BTreeMap;
 
+use self::track::Room;
 use crate::show::{Dimmer, Show};
 use crate::units::Time;
 
@@ -71,11 +72,20 @@ impl Timeline {
     /// # Errors
     /// Every error that only the times and the curves show.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
-        let motions = track::motions(show);
+        Timeline::within(show, usize::MAX)
+    }
+
+    /// The same in about so many bytes of memory at most.
+    ///
+    /// # Errors
+    /// As [`Timeline::new`]; [`TimelineError::Memory`].
+    pub fn within(show: &Show, memory: usize) -> Result<Timeline, Vec<TimelineError>> {
+        let mut room = Room::new(memory);
+        let motions = track::motions(show, &mut room)?;
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
         let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
-        let (tracks, mut warnings) = track::tracks(show, &cues, motions)?;
+        let (tracks, mut warnings) = track::tracks(show, &cues, motions, &mut room)?;
         let mut errors = dimmer::check(show);
         errors.extend(track::out_of_range(&tracks, start, end));
         if !errors.is_empty() {
@@ -118,6 +128,14 @@ impl Timeline {
             warnings,
             joined: dropped,
         })
+    }
+
+    /// Bytes that it holds, about.
+    pub fn bytes(&self) -> usize {
+        let levels = self.bent.values().map(|levels| &levels.pieces);
+        let pieces: usize = self.curves.iter().chain(levels).map(Vec::len).sum();
+        let moves: usize = self.moves.iter().map(Vec::len).sum();
+        pieces * size_of::<Piece>() + moves * size_of::<(Time, Time)>()
     }
 
     /// The first cue's GO (0 without cues).

@@ -12,13 +12,13 @@
 
 use std::collections::HashMap;
 
-use super::key::{KeyOptions, Segment, TooManyKeys};
+use super::key::{KEY_BYTES, KeyOptions, SEGMENT_BYTES, Segment, TooManyKeys};
 use super::{Piece, Timeline, positivity};
 use crate::linalg::Bernstein;
 use crate::units::Time;
 
-/// Keys times coordinates beyond this many numbers are refused (256 MB).
-const MOST_NUMBERS: usize = 1 << 25;
+/// Keys and segments beyond so many bytes are refused, whatever the memory.
+const MOST_BYTES: usize = 256 << 20;
 /// A number of a key between minus this and 0 is rounding and becomes 0, unless keys may be
 /// negative.
 const ROUNDING: f64 = 1e-11;
@@ -27,6 +27,8 @@ const ROUNDING: f64 = 1e-11;
 pub(super) struct Sweep<'a> {
     timeline: &'a Timeline,
     options: KeyOptions,
+    /// Bytes that keys and segments may take.
+    limit: usize,
     /// The distinct control points, in the order of their first use.
     pub keys: Vec<Vec<f64>>,
     /// The segments in time.
@@ -49,11 +51,12 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    pub fn new(timeline: &'a Timeline, options: KeyOptions) -> Sweep<'a> {
+    pub fn new(timeline: &'a Timeline, options: KeyOptions, memory: usize) -> Sweep<'a> {
         let n = timeline.coordinates();
         Sweep {
             timeline,
             options,
+            limit: memory.min(MOST_BYTES),
             keys: Vec::new(),
             segments: Vec::new(),
             inserted: 0,
@@ -188,8 +191,9 @@ impl<'a> Sweep<'a> {
             hash = hash.wrapping_add(1);
         }
         let index = self.keys.len();
-        if (index + 1).saturating_mul(self.current.len()) > MOST_NUMBERS {
-            let limit = MOST_NUMBERS;
+        let key = KEY_BYTES + size_of_val(self.current.as_slice());
+        if (index + 1) * key + self.segments.len() * SEGMENT_BYTES > self.limit {
+            let limit = self.limit;
             return Err(TooManyKeys { limit });
         }
         self.known.insert(hash, index);

@@ -55,9 +55,43 @@ pub(super) struct Stretch {
 /// A coordinate's stretches; the last is a hold for ever.
 pub(super) type Track = Vec<Stretch>;
 
+/// Bytes of a move while the curves are made, about: itself, and the hold that it ends in, in lists
+/// that grow by doubling.
+const MOVE_BYTES: usize =
+    (size_of::<Moved<'_>>() + size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
+/// Bytes of a piece, about.
+const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
+
+/// What is left of the memory for the curves, bytes.
+pub(super) struct Room {
+    budget: usize,
+    left: usize,
+}
+
+impl Room {
+    pub fn new(budget: usize) -> Room {
+        Room {
+            budget,
+            left: budget,
+        }
+    }
+
+    /// Takes memory for so many moves and pieces of a cue.
+    fn take(&mut self, moves: usize, pieces: usize, cue: NodeId) -> Result<(), Vec<TimelineError>> {
+        let bytes = moves * MOVE_BYTES + pieces * PIECE_BYTES;
+        let budget = self.budget;
+        let left = self.left.checked_sub(bytes);
+        self.left = left.ok_or_else(|| vec![TimelineError::Memory { cue, budget }])?;
+        Ok(())
+    }
+}
+
 /// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
 /// the list by what is written, whether or not a move is later interrupted.
-pub(super) fn motions(show: &Show) -> Vec<Vec<Moved<'_>>> {
+pub(super) fn motions<'a>(
+    show: &'a Show,
+    room: &mut Room,
+) -> Result<Vec<Vec<Moved<'a>>>, Vec<TimelineError>> {
     let n = show.coordinates().len();
     let lit: Vec<bool> = show
         .coordinates()
@@ -94,9 +128,10 @@ pub(super) fn motions(show: &Show) -> Vec<Vec<Moved<'_>>> {
                 lasting[c] = level;
             }
         }
+        room.take(all.len(), 0, cue.id)?;
         out.push(all);
     }
-    out
+    Ok(out)
 }
 
 impl Timing {
@@ -140,6 +175,7 @@ pub(super) fn tracks(
     show: &Show,
     cues: &[CueTime],
     motions: Vec<Vec<Moved<'_>>>,
+    room: &mut Room,
 ) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
     let dark = Stretch {
         piece: Piece {
@@ -165,6 +201,7 @@ pub(super) fn tracks(
                 return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
             };
             count += pieces.len();
+            room.take(0, pieces.len(), show.cues[cue].id)?;
             let end = pieces.last().map_or(start, |p| p.end);
             let run = Run {
                 start,

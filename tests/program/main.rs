@@ -13,6 +13,7 @@ mod files;
 mod help;
 mod hints;
 mod lost;
+mod memory;
 mod moments;
 mod outside;
 mod readme;

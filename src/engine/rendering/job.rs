@@ -35,7 +35,14 @@ impl Job {
         } = self;
         let prepared = match operator {
             Some(operator) => Ok(operator),
-            None => Layered::new(&setup.rig, renderer).prepare(&setup, quality, work),
+            None => {
+                // What does not fit is better known before it is prepared than after.
+                let view = &setup.view;
+                let pixels = view.width.saturating_mul(view.height);
+                let images = size_of::<[f32; 3]>().saturating_mul(pixels * settings.len());
+                let left = work.holding(images);
+                Layered::new(&setup.rig, renderer).prepare(&setup, quality, left)
+            }
         };
         match prepared {
             Ok(mut operator) => {
@@ -55,7 +62,9 @@ impl Job {
 
 impl SetupImages {
     /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
-    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>) -> Job {
+    /// Of the operators of other steps those are kept that leave most of `memory`, bytes.
+    pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>, memory: usize) -> Job {
+        self.make_room(quality, memory);
         self.in_job = Some(quality.0);
         Job {
             setup: self.setup.clone(),

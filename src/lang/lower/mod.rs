@@ -39,10 +39,13 @@ pub struct Lowering<'a> {
     pub spans: SpanMap,
     /// Cues that were lowered without a word, with their texts.
     pub fresh: Vec<(&'a str, Lowered)>,
+    /// Levels that were written out.
+    pub levels: usize,
 }
 
-/// Lowers what was read of a show.
-pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
+/// Lowers what was read of a show to `most` levels at most.
+pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<'a> {
+    let most = most.min(limits::LEVELS);
     let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
@@ -51,7 +54,8 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
         show: Show::default(),
         values: Vec::new(),
         first_coordinates: Vec::new(),
-        budget: limits::LEVELS,
+        most,
+        budget: most,
         fresh: Vec::new(),
         names_lost: read.names_lost,
     };
@@ -77,6 +81,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report) -> Lowering<'a> {
         show: (!failed).then_some(lower.show),
         spans: lower.spans,
         fresh: lower.fresh,
+        levels: most - lower.budget,
     }
 }
 
@@ -89,7 +94,9 @@ struct Lower<'a, 'r> {
     values: Vec<Named<'a>>,
     /// The first coordinate of each bank, and after the last bank their number.
     first_coordinates: Vec<usize>,
-    /// Levels that may still be written out.
+    /// Levels that may be written out.
+    most: usize,
+    /// Those of them that still may.
     budget: usize,
     /// Cues that were lowered without a word.
     fresh: Vec<(&'a str, Lowered)>,
@@ -213,8 +220,14 @@ impl<'a> Lower<'a, '_> {
         }
         self.budget = self.budget.saturating_sub(count);
         if self.budget == 0 {
-            let message = format!("the show sets more than {} levels", limits::LEVELS);
-            let help = "groups, looks and `blackout` count once for each of their banks";
+            let message = format!("the show sets more than {} levels", self.most);
+            let help = match self.most < limits::LEVELS {
+                true => {
+                    "more do not fit into the memory allowed (`--memory`); groups, looks and \
+                     `blackout` count once for each of their banks"
+                }
+                false => "groups, looks and `blackout` count once for each of their banks",
+            };
             self.report.error::<()>(
                 codes::TOO_LARGE,
                 message,

@@ -58,7 +58,11 @@ pub struct Panel<'a> {
     // Stacks: what a cluster adds is taken off when it is done.
     emitters: Vec<Emitter>,
     pairs: Vec<Pair>,
-    lists: Vec<usize>,
+    lists: Vec<u32>,
+    /// Places that the lists may have.
+    most: usize,
+    /// They would have more: nothing is narrowed any more.
+    full: bool,
 }
 
 impl Emitter {
@@ -84,8 +88,13 @@ impl Emitter {
 }
 
 impl<'a> Panel<'a> {
-    /// For a facet of unit `normal`.
-    pub fn new(setting: Setting<'a>, normal: Vec3, facet: usize, near: f64) -> Panel<'a> {
+    /// For a facet of unit `normal`, with lists of at most `memory` bytes.
+    pub fn new(
+        setting: Setting<'a>,
+        normal: Vec3,
+        facet: usize,
+        (near, memory): (f64, usize),
+    ) -> Panel<'a> {
         Panel {
             setting,
             normal,
@@ -95,17 +104,20 @@ impl<'a> Panel<'a> {
             emitters: Vec::new(),
             pairs: Vec::new(),
             lists: Vec::new(),
+            most: memory / size_of::<u32>(),
+            full: false,
         }
     }
 
-    /// Adds the light of these pieces, given the occluders culled for them, to a chunk.
+    /// Adds the light of these pieces, given the occluders culled for them, to a chunk; false where
+    /// the memory is too small for it.
     pub fn shine(
         &mut self,
         (pieces, culled): (&[usize], &CulledOccluders),
         picture: Option<&Picture<'_>>,
         chunk: &Cluster,
         patch: &mut IrradiancePatch<'_>,
-    ) {
+    ) -> bool {
         let Setting {
             surfaces,
             hierarchy,
@@ -130,11 +142,15 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let from = self.lists.len();
-            self.lists.extend(&found);
+            if from + found.len() > self.most {
+                return false;
+            }
+            self.lists.extend(found.iter().map(|i| *i as u32));
             self.emitters.push(emitter);
             self.pair(self.emitters.len() - 1, from..self.lists.len(), chunk);
         }
         self.light_cluster(picture, chunk, 0..self.pairs.len(), patch);
+        !self.full
     }
 
     /// Do these points lie on the plane of a cluster or below it?
@@ -184,9 +200,13 @@ impl<'a> Panel<'a> {
         let surfaces = self.setting.surfaces;
         let shaft = self.shaft(own, cluster);
         let from = self.lists.len();
+        self.full |= from + candidates.len() > self.most;
+        if self.full {
+            return;
+        }
         for k in candidates {
             let i = self.lists[k];
-            let piece = &surfaces.pieces[i];
+            let piece = &surfaces.pieces[i as usize];
             if shaft.is_blocked_by(piece, surfaces.touching()) {
                 return;
             }
@@ -279,7 +299,7 @@ impl<'a> Panel<'a> {
                 .integrator
                 .unoccluded(point, self.normal, light_polygon);
         }
-        let occluders = list.iter().map(|&i| &surfaces.pieces[i]);
+        let occluders = list.iter().map(|&i| &surfaces.pieces[i as usize]);
         let touching = surfaces.touching();
         self.integrator
             .occluded(point, self.normal, light_polygon, occluders, touching)

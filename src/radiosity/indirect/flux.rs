@@ -16,7 +16,8 @@ use crate::radiosity::direct::cluster::{Receiver, Receivers};
 use crate::radiosity::direct::{Setting, Shining, irradiance};
 use crate::radiosity::mesh::sample::Sample;
 use crate::radiosity::visibility::interior::is_interior;
-use crate::work::{Cancelled, Work};
+use crate::renderer::TransportError;
+use crate::work::Work;
 use rayon::prelude::*;
 
 /// How far the samples of an element may differ, as a share of all that the elements reflect.
@@ -38,19 +39,19 @@ impl Operator {
     /// image, which share all but the texels.
     ///
     /// # Errors
-    /// Cancel.
+    /// As [`irradiance`].
     pub fn on_elements(
         &self,
         light: &Shining<'_>,
         lights: &[usize],
         work: Work<'_>,
-    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+    ) -> Result<Vec<Vec<f32>>, TransportError> {
         let parts = self.parts(light, work)?;
         Ok(lights.iter().map(|&l| self.means(l, &parts)).collect())
     }
 
     /// Parts of the elements, as fine as the light needs.
-    fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, Cancelled> {
+    fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, TransportError> {
         let mut groups = self.first_parts(light, work)?;
         let power = |p: &Part| self.weight(p.element) * p.sample.area * f64::from(p.light);
         let allowed = ALLOWED * groups.iter().flatten().map(power).sum::<f64>();
@@ -115,7 +116,7 @@ impl Operator {
         &self,
         light: &Shining<'_>,
         work: Work<'_>,
-    ) -> Result<Vec<Vec<Part>>, Cancelled> {
+    ) -> Result<Vec<Vec<Part>>, TransportError> {
         let receivers = &self.element_receivers;
         let precision = self.precision(0.0);
         let all = irradiance(self.setting(), light, receivers, None, precision, work)?;
@@ -139,7 +140,7 @@ impl Operator {
         light: &Shining<'_>,
         parts: &[Part],
         work: Work<'_>,
-    ) -> Result<Vec<Vec<Part>>, Cancelled> {
+    ) -> Result<Vec<Vec<Part>>, TransportError> {
         if parts.is_empty() {
             return Ok(Vec::new());
         }

@@ -10,6 +10,7 @@ use super::gather::GatherScene;
 use crate::radiosity::direct::projector::pixel;
 use crate::radiosity::direct::{Precision, Shining, irradiance};
 use crate::radiosity::{Operator, Solution};
+use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,7 +21,7 @@ type DirectLight = (Vec<f32>, Vec<f32>);
 impl Operator {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
     /// of the memory holds.
-    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), Cancelled> {
+    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         let missing: Vec<usize> = wanted
             .iter()
             .copied()
@@ -33,20 +34,26 @@ impl Operator {
             .map_or(0, |n| n.mesh.elements.len());
         let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
         let together = (work.memory / 4 / each.max(1)).max(1);
+        let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
         let done = AtomicUsize::new(0);
         for group in missing.chunks(together) {
-            let lit: Result<Vec<Vec<DirectLight>>, Cancelled> = group
+            let sharing: Vec<&[usize]> = group
                 .chunk_by(|a, b| self.shares_projection(*a, *b))
-                .collect::<Vec<_>>()
-                .par_iter()
-                .map(|lights| {
-                    let lit = self.lit(lights, work)?;
-                    let so_far = done.fetch_add(lights.len(), Ordering::Relaxed) + lights.len();
-                    work.progress.report("direct light", so_far, missing.len());
-                    Ok(lit)
-                })
                 .collect();
-            let (direct, on_elements): (Vec<_>, Vec<_>) = lit?.into_iter().flatten().unzip();
+            let mut lit: Vec<DirectLight> = Vec::with_capacity(group.len());
+            for begun in sharing.chunks(begun) {
+                let parts: Result<Vec<Vec<DirectLight>>, TransportError> = begun
+                    .par_iter()
+                    .map(|lights| {
+                        let lit = self.lit(lights, work)?;
+                        let so_far = done.fetch_add(lights.len(), Ordering::Relaxed) + lights.len();
+                        work.progress.report("direct light", so_far, missing.len());
+                        Ok(lit)
+                    })
+                    .collect();
+                lit.extend(parts?.into_iter().flatten());
+            }
+            let (direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
             let indirect = self.reflected(&on_elements, work)?;
             work.check()?;
             for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
@@ -54,6 +61,16 @@ impl Operator {
             }
         }
         Ok(())
+    }
+
+    /// The most bytes that one of `lights` takes while its direct light is found. A thread that
+    /// waits for the others begins another light, so that many may be begun at once.
+    fn bytes_of_begun(&self, lights: &[usize]) -> usize {
+        let marks = lights
+            .iter()
+            .map(|&l| self.lights[l].mark_bytes(&self.surfaces));
+        let points = self.fragment_receivers.points.len() + self.element_receivers.points.len();
+        marks.max().unwrap_or(0) + 2 * size_of::<f32>() * points
     }
 
     /// Are both planes of one projected image? They share all but the texels.
@@ -65,7 +82,7 @@ impl Operator {
     }
 
     /// The direct light of one light, or of the planes of one projected image.
-    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, Cancelled> {
+    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
         let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
         // All planes of an image, wanted or not, so that the precision of one does not depend on which
         // others are rendered with it.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::usage;
 use crate::engine::{self, Version};
+use crate::renderer::contract::check_memory;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
 use crate::report::sheet;
@@ -11,6 +12,7 @@ use crate::report::table::Table;
 use crate::report::versions::Comparison;
 use crate::report::words::count;
 use crate::report::{self, document};
+use crate::work::Cancelled;
 
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
@@ -65,8 +67,9 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
 
 pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
+    let memory = repl.engine.host().memory;
     if call.has("check") {
-        let laid_out = engine::format(document.name(), document.text().as_bytes())?;
+        let laid_out = engine::format(document.name(), document.text().as_bytes(), memory)?;
         return Ok(Reply::text(match laid_out == document.text() {
             true => "already in its canonical layout",
             false => "`fmt` would change the layout",
@@ -88,8 +91,10 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         _ => return usage("say one file, or none: diff old.lxq"),
     };
     let files = host.files.as_ref();
-    let old = Version::read(name, &old, files)?;
-    let new = Version::read(document.name(), document.text().as_bytes(), files)?;
+    let left = host.memory;
+    let old = Version::read_within(name, &old, files, left)?;
+    let left = left.saturating_sub(old.bytes());
+    let new = Version::read_within(document.name(), document.text().as_bytes(), files, left)?;
     let mut compared = Comparison::new(old, new);
     let (old, new) = compared.versions();
     compared.serving = Some(engine.serving(old, new));
@@ -104,33 +109,31 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 pub fn tracksheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let sheet = sheet::track_sheet(repl.engine.show(), repl.engine.host().work());
-    let sheet = sheet.map_err(engine::Error::from)?;
-    table(repl, call, &sheet.table(), || sheet.words())
+    let memory = repl.engine.work().memory;
+    let work = repl.engine.host().work();
+    let sheet = sheet::track_sheet(repl.engine.show(), work);
+    check_memory("the track sheet", sheet.bytes(), memory).map_err(engine::Error::from)?;
+    table(repl, call, &|| sheet.table(), &|| sheet.words())
 }
 
 pub fn cuesheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let sheet = sheet::cue_sheet(document.show(), document.timeline());
-    table(repl, call, &sheet, || sheet.clone())
+    table(repl, call, &|| Ok(sheet.clone()), &|| Ok(sheet.clone()))
 }
 
 /// A table in words, or into a file: Markdown, or `plain` as CSV.
 fn table(
     repl: &Repl,
     call: &Call,
-    table: &Table,
-    plain: impl FnOnce() -> Table,
+    table: &dyn Fn() -> Result<Table, Cancelled>,
+    plain: &dyn Fn() -> Result<Table, Cancelled>,
 ) -> Result<Reply, Error> {
-    repl.engine
-        .host()
-        .work()
-        .check()
-        .map_err(engine::Error::from)?;
     let Some(path) = call.path("output") else {
+        let table = table().map_err(engine::Error::from)?;
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
-    let written = format::table(table, &plain(), path)?;
+    let written = format::table(table, plain, path)?;
     repl.written(path, written.as_bytes(), "")
 }
 

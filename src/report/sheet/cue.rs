@@ -10,18 +10,16 @@ pub fn cue_sheet(show: &Show, timeline: &Timeline) -> Table {
     let columns = [
         "cue", "label", "starts", "up/down", "delay", "curve", "does", "then", "complete",
     ];
-    let mut rows = Vec::new();
+    let legend = "Times before GO in brackets are assumed: the cue waits for the operator.";
+    let mut table = Table::new(columns.map(str::to_owned).to_vec(), legend);
     let mut before = None;
     for (cue, at) in show.cues.iter().zip(timeline.cues()) {
-        rows.extend(cue_rows(show, cue, at, before));
+        for row in cue_rows(show, cue, at, before) {
+            table.push(row);
+        }
         before = Some(cue);
     }
-    Table {
-        columns: columns.map(str::to_owned).to_vec(),
-        rows,
-        legend: "Times before GO in brackets are assumed: the cue waits for the operator."
-            .to_owned(),
-    }
+    table
 }
 
 fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<Vec<String>> {

@@ -41,7 +41,7 @@ cue 5 { block }
 #[test]
 fn a_track_sheet_tells_moved_tracked_and_blocked_apart() {
     assert_eq!(
-        track_sheet(&show(CUES), Work::silent()).unwrap().table().text(2, 100),
+        track_sheet(&show(CUES), Work::silent()).table().unwrap().text(2, 100),
         "\
 cue  label    lamps  fire  sky
 1    Preset   ↑30          ↑#203060
@@ -53,10 +53,8 @@ cue  label    lamps  fire  sky
 ↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked
 "
     );
-    let csv = track_sheet(&show(CUES), Work::silent())
-        .unwrap()
-        .words()
-        .csv();
+    let show = show(CUES);
+    let csv = track_sheet(&show, Work::silent()).words().unwrap().csv();
     assert!(
         csv.contains("4,,85 restored,14 blocked,#203060 restored\r\n"),
         "{csv}"

@@ -59,73 +59,68 @@ impl Held {
 }
 
 /// What every bank holds when every cue is complete.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrackSheet {
-    /// Cues in order, as `2.5 Evening`.
-    pub cues: Vec<(String, String)>,
-    /// Banks in order.
-    pub banks: Vec<String>,
-    /// For each cue, each bank's level as text and how it came to it.
-    pub cells: Vec<Vec<(String, Held)>>,
+#[derive(Clone, Copy, Debug)]
+pub struct TrackSheet<'s> {
+    show: &'s Show,
+    work: Work<'s>,
 }
+
+/// Bytes of a cell and of its text, about.
+const CELL_BYTES: usize = 16;
 
 const LEGEND: &str = "↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked";
 
-impl TrackSheet {
+impl TrackSheet<'_> {
     /// Cues by banks, with a sign before each level.
-    pub fn table(&self) -> Table {
-        let cell = |(text, held): &(String, Held)| format!("{}{text}", held.sign());
-        Table {
-            legend: LEGEND.to_owned(),
-            ..self.with(cell)
-        }
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn table(&self) -> Result<Table, Cancelled> {
+        self.with(LEGEND, |text, held| format!("{}{text}", held.sign()))
     }
 
     /// Cues by banks, with a word behind each level.
-    pub fn words(&self) -> Table {
-        self.with(|(text, held)| format!("{text} {}", held.word()).trim().to_owned())
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn words(&self) -> Result<Table, Cancelled> {
+        self.with("", |text, held| {
+            format!("{text} {}", held.word()).trim().to_owned()
+        })
     }
 
-    fn with(&self, cell: impl Fn(&(String, Held)) -> String) -> Table {
+    /// Bytes that a table takes with its text, about.
+    pub fn bytes(&self) -> usize {
+        let (cues, banks) = (self.show.cues.len(), self.show.banks.len());
+        cues.saturating_mul(banks + 2).saturating_mul(CELL_BYTES)
+    }
+
+    fn with(&self, legend: &str, cell: impl Fn(&str, Held) -> String) -> Result<Table, Cancelled> {
+        let show = self.show;
+        let banks = show.banks.iter().zip(level::first_coordinates(show));
+        let mut tracks: Vec<Track<'_>> =
+            banks.map(|(bank, first)| Track::new(bank, first)).collect();
         let columns = ["cue".to_owned(), "label".to_owned()].into_iter();
-        let rows = self
-            .cues
-            .iter()
-            .zip(&self.cells)
-            .map(|((number, label), cells)| {
-                let head = [number.clone(), label.clone()].into_iter();
-                head.chain(cells.iter().map(&cell)).collect()
-            });
-        Table {
-            columns: columns.chain(self.banks.iter().cloned()).collect(),
-            rows: rows.collect(),
-            legend: String::new(),
+        let columns = columns.chain(show.banks.iter().map(|b| b.name.clone()));
+        let mut table = Table::new(columns.collect(), legend);
+        for cue in &show.cues {
+            self.work.check()?;
+            let moves = cue.parts.iter().flat_map(|part| &part.moves);
+            let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
+            let head = [cue.number.to_string(), cue.label.clone()].into_iter();
+            table.push(head.chain(tracks.iter_mut().map(|track| {
+                let (text, held) = track.cell(cue, &moved);
+                cell(&text, held)
+            })));
         }
+        Ok(table)
     }
 }
 
 /// The track sheet of a show. Levels track by what is written, whether or not a fade is later
 /// interrupted; the fixed lights are left out.
-///
-/// # Errors
-/// Cancel.
-pub fn track_sheet(show: &Show, work: Work<'_>) -> Result<TrackSheet, Cancelled> {
-    let banks = show.banks.iter().zip(level::first_coordinates(show));
-    let mut tracks: Vec<Track<'_>> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
-    let mut out = TrackSheet {
-        cues: Vec::with_capacity(show.cues.len()),
-        banks: show.banks.iter().map(|b| b.name.clone()).collect(),
-        cells: Vec::with_capacity(show.cues.len()),
-    };
-    for cue in &show.cues {
-        work.check()?;
-        let moves = cue.parts.iter().flat_map(|part| &part.moves);
-        let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
-        let cells = tracks.iter_mut().map(|track| track.cell(cue, &moved));
-        out.cells.push(cells.collect());
-        out.cues.push((cue.number.to_string(), cue.label.clone()));
-    }
-    Ok(out)
+pub fn track_sheet<'s>(show: &'s Show, work: Work<'s>) -> TrackSheet<'s> {
+    TrackSheet { show, work }
 }
 
 /// A bank between cues.

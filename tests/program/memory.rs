@@ -1,0 +1,194 @@
+//! `--memory` is a promise: the peak of resident memory stays within it and what any program takes,
+//! for shows that are too large for it as well.
+#![cfg(target_os = "linux")]
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+/// What the program may take beside its budget, MB.
+const BESIDE: u64 = 64;
+
+const LIGHT: &str = "light x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n";
+
+const ROOM: &str = "surface floor reflectance 0.6 quad 0,0,0 10,0,0 10,10,0 0,10,0\n\
+                    surface back reflectance 0.5 quad 0,10,0 10,10,0 10,10,5 0,10,5\n";
+
+/// A show that is larger than most, what is done with it, and what must come of it.
+struct Case {
+    name: &'static str,
+    show: String,
+    /// MB.
+    budget: u64,
+    verb: &'static [&'static str],
+    /// A word of the refusal; `None` where it must be done.
+    refused: Option<&'static str>,
+}
+
+fn cases() -> Vec<Case> {
+    let case = |name, show, budget, verb, refused| Case {
+        name,
+        show,
+        budget,
+        verb,
+        refused,
+    };
+    vec![
+        case("comments", comments(200_000), 64, &["check"], None),
+        case("lights", lights(60_000), 64, &["check"], Some("reading")),
+        case("lights", lights(60_000), 64, &["cuesheet"], Some("reading")),
+        case(
+            "blackouts",
+            blackouts(4_000, 500),
+            64,
+            &["check"],
+            Some("levels"),
+        ),
+        case(
+            "asserts",
+            asserts(8_000, 500),
+            64,
+            &["check"],
+            Some("curves"),
+        ),
+        case("cues", cues(2_000, 500), 128, &["tracksheet"], None),
+        case("cues", cues(9_000, 500), 64, &["tracksheet"], Some("MB")),
+        case(
+            "pixels",
+            pixels(8_192),
+            64,
+            &["picture", "-o", "a.png"],
+            Some("pictures"),
+        ),
+        case(
+            "spheres",
+            spheres(1_000),
+            64,
+            &["picture", "-o", "a.png"],
+            Some("stage"),
+        ),
+    ]
+}
+
+fn comments(lines: usize) -> String {
+    format!(
+        "show \"S\"\n{}cue 1 at 0:00 {{ }}\n",
+        "// a line that says nothing\n".repeat(lines)
+    )
+}
+
+fn lights(count: usize) -> String {
+    (0..count).fold(String::new(), |mut text, i| {
+        text.push_str(&LIGHT.replace("light x", &format!("light x{i}")));
+        text
+    })
+}
+
+/// Banks of a light each.
+fn banks(count: usize) -> String {
+    (0..count).fold(lights(count), |mut text, bank| {
+        writeln!(text, "bank b{bank} = x{bank}").unwrap();
+        text
+    })
+}
+
+/// Cues of one kind; `does` writes what the cue of a number does.
+fn show(banks_: usize, count: usize, does: impl Fn(usize) -> String) -> String {
+    (0..count).fold(banks(banks_), |mut text, cue| {
+        let number = (cue + 1) as f64 / 10.0;
+        writeln!(text, "cue {number:.1} at {}s {{ {} }}", 2 * cue, does(cue)).unwrap();
+        text
+    })
+}
+
+fn blackouts(count: usize, banks: usize) -> String {
+    show(banks, count, |_| "blackout".to_owned())
+}
+
+fn asserts(count: usize, banks: usize) -> String {
+    show(banks, count, |cue| format!("assert b{} 50", cue % banks))
+}
+
+fn cues(count: usize, banks: usize) -> String {
+    show(banks, count, |cue| {
+        let level = |i: usize| format!("b{} {}", (7 * cue + i) % banks, (cue + 31 * i) % 100 + 1);
+        format!(
+            "time 1  {}",
+            (0..5).map(level).collect::<Vec<_>>().join(" ")
+        )
+    })
+}
+
+fn pixels(width: usize) -> String {
+    format!(
+        "{ROOM}view v from 5,-9,2 to 5,5,1 fov 40 size {width}x{width}\n{LIGHT}bank a = x\n\
+         cue 1 at 0:00 {{ snap a 50 }}\n"
+    )
+}
+
+fn spheres(count: usize) -> String {
+    let mut text = format!("{ROOM}view v from 5,-9,2 to 5,5,1 fov 40 size 32x24\n");
+    for i in 0..count {
+        let (x, y) = (0.1 * (i % 100) as f64, 0.5 * (i / 100) as f64);
+        writeln!(text, "light l{i} sphere at {x},{y},3 radius 3cm 80 lm").unwrap();
+    }
+    let all: Vec<String> = (0..count).map(|i| format!("l{i}")).collect();
+    writeln!(text, "bank a = {}", all.join(" ")).unwrap();
+    text.push_str("cue 1 at 0:00 { snap a 50 }\n");
+    text
+}
+
+/// Peak of a child's resident memory, MB, and whether it ended well.
+fn peak(mut child: Child) -> (u64, bool) {
+    let status = PathBuf::from(format!("/proc/{}/status", child.id()));
+    let mut peak = 0;
+    loop {
+        peak = peak.max(high_water(&status).unwrap_or(0));
+        if let Some(ended) = child.try_wait().unwrap() {
+            return (peak, ended.success());
+        }
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+}
+
+/// The kernel's own high-water mark, so that nothing between two looks is missed but the very end.
+fn high_water(status: &Path) -> Option<u64> {
+    let text = std::fs::read_to_string(status).ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? / 1024)
+}
+
+#[test]
+fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = folder.path().join("said");
+    for case in cases() {
+        let name = format!("{} {:?} at {} MB", case.name, case.verb, case.budget);
+        std::fs::write(folder.path().join("a.lxq"), &case.show).unwrap();
+        let (verb, options) = case.verb.split_first().unwrap();
+        let child = Command::new(env!("CARGO_BIN_EXE_footlight"))
+            .current_dir(&folder)
+            .args(["--quiet", "--pool", "off", "--threads", "2"])
+            .args(["--memory", &case.budget.to_string(), verb, "a.lxq"])
+            .args(options)
+            .stdout(Stdio::null())
+            .stderr(File::create(&said).unwrap())
+            .spawn()
+            .unwrap();
+        let (peak, well) = peak(child);
+        let said = std::fs::read_to_string(&said).unwrap();
+        assert!(peak > 0, "{name}: its memory was not seen");
+        assert!(
+            peak <= case.budget + BESIDE,
+            "{name}: {peak} MB\n{said:.500}"
+        );
+        match case.refused {
+            None => assert!(well, "{name}: {said:.500}"),
+            Some(word) => {
+                let told = said.contains(word) && said.contains("--memory");
+                assert!(!well && told, "{name}: {said:.500}");
+            }
+        }
+    }
+}
