@@ -36,8 +36,9 @@ fn cluttered(boxes: usize) -> Vec<Vec<Vec3>> {
         let low = vec3((i + 0.2) * pitch, (j + 0.2) * depth, 0.0);
         let height = 0.1 + 0.13 * ((7 * k) % 11) as f64;
         let high = low + vec3(0.6 * pitch, 0.6 * depth, height);
-        // The last face is the one below.
-        faces.extend(cuboid(low, high, false).into_iter().take(5));
+        // All but the face below.
+        let sides = cuboid(low, high, false).into_iter().enumerate();
+        faces.extend(sides.filter(|(i, _)| *i != 4).map(|(_, face)| face));
     }
     faces
 }
