@@ -1,6 +1,7 @@
-//! The project's own G: radiosity with exact direct light.
+//! The project's own G: radiosity with exact direct light, or final gathering by ray tracing where
+//! polygons are many ([`MANY_POLYGONS`], [`final_gather`]).
 //!
-//! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
+//! With hemicubes, direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
 //! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
 //! summation and length of iterations depend on setup and quality alone.
@@ -14,6 +15,7 @@ mod camera;
 mod compose;
 pub mod cost;
 mod direct;
+pub mod final_gather;
 mod geometry;
 mod indirect;
 mod lists;
@@ -50,6 +52,7 @@ use compose::gather_weights;
 use cost::Counts;
 use direct::check_rig;
 use direct::projector::Projector;
+use final_gather::{FinalGather, GatherStep};
 use indirect::gather::{GatherPoints, GatherScene, RowTally, form_factors, record_visible_points};
 use lists::Lists;
 use memory::MemoryBudget;
@@ -85,6 +88,9 @@ impl Transport for Radiosity {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
+        if is_final_gather(setup) {
+            return Ok(Box::new(FinalGather::new(setup, quality, work)?));
+        }
         let step = Step::of(quality)?;
         let operator = Threads::new(work)?.install(|| Operator::new(setup, step, work))?;
         Ok(Box::new(operator))
@@ -96,6 +102,9 @@ impl Transport for Radiosity {
 
     /// From counts of the work; zero where the scene cannot be used.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        if is_final_gather(setup) {
+            return final_gather::cost(setup, quality).unwrap_or_default();
+        }
         let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {
             counts.cost(setup.rig.sources.len())
@@ -107,6 +116,9 @@ impl Transport for Radiosity {
         setup: &Setup,
         quality: Quality,
     ) -> Result<Vec<QualityParameter>, TransportError> {
+        if is_final_gather(setup) {
+            return Ok(GatherStep::of(quality)?.quality_parameters());
+        }
         let step = Step::of(quality)?;
         Ok(Counts::of(setup, step)?.quality_parameters(step))
     }
@@ -114,6 +126,15 @@ impl Transport for Radiosity {
     fn cost_scale(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
         cost::cost_scale(clock, work)
     }
+}
+
+/// Polygons beyond which a scene is rendered by final gathering: from there on it is nearer the
+/// references than hemicubes are in the same time, and its cost no longer grows with the polygons.
+pub const MANY_POLYGONS: usize = 2500;
+
+/// Which of the two methods serves a scene, at every step.
+fn is_final_gather(setup: &Setup) -> bool {
+    setup.scene.polygons.len() > MANY_POLYGONS
 }
 
 /// Threads that live for one call of the operator; `None` where the platform has none, and loops
@@ -288,17 +309,7 @@ impl Operator {
     /// Strength of each light in each channel under a setting; that of equal lights is added to
     /// the first of them.
     fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
-        let mut out = vec![[0.0; 3]; self.rig.lights.len()];
-        for (source, s) in self.rig.sources.iter().zip(setting) {
-            for emitter in &source.emitters {
-                let colour = self.rig.lights[emitter.light].strength().0;
-                let first = self.first_equal[emitter.light];
-                for c in 0..3 {
-                    out[first][c] += s * emitter.filter.0[c] * colour[c];
-                }
-            }
-        }
-        out
+        strengths(&self.rig, &self.first_equal, setting)
     }
 }
 
@@ -386,6 +397,22 @@ fn samples(mesh: &Mesh) -> Vec<Receiver> {
         }));
     }
     receivers
+}
+
+/// Strength of each light in each channel under a setting; that of equal lights is added to the
+/// first of them.
+fn strengths(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 3]> {
+    let mut out = vec![[0.0; 3]; rig.lights.len()];
+    for (source, s) in rig.sources.iter().zip(setting) {
+        for emitter in &source.emitters {
+            let colour = rig.lights[emitter.light].strength().0;
+            let first = first_equal[emitter.light];
+            for c in 0..3 {
+                out[first][c] += s * emitter.filter.0[c] * colour[c];
+            }
+        }
+    }
+    out
 }
 
 /// For each light the first that is a panel of the same material, or itself.

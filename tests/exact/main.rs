@@ -10,6 +10,7 @@
 )]
 
 mod cie;
+mod final_gather;
 mod form_factor;
 mod furnace;
 mod invariance;

@@ -203,7 +203,7 @@ pub struct LambertIntegrator {
 /// Irradiance per unit radiance at the point from which the polygon's corners are seen in
 /// directions `corners` (any length), on a surface of unit `normal`. The part must lie above the
 /// horizon.
-fn closed_form(corners: &[Vec3], normal: Vec3) -> f64 {
+pub fn closed_form(corners: &[Vec3], normal: Vec3) -> f64 {
     let mut sum = 0.0;
     for (i, &a) in corners.iter().enumerate() {
         let b = corners[if i + 1 < corners.len() { i + 1 } else { 0 }];
