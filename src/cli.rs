@@ -71,7 +71,7 @@ fn help(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| io::stdout().flush());
     match printed {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            complain(&format!("error: standard output: {error}\n"));
+            complain(format!("error: standard output: {error}\n"));
             ExitCode::from(3)
         }
         _ => ExitCode::SUCCESS,
@@ -241,7 +241,7 @@ fn pool_place(folder: Option<&Path>, settings: &Settings) -> Option<PoolPlace> {
     };
     if settings.pool.is_none() && files::is_link(&folder) {
         let folder = folder.display();
-        complain(&format!(
+        complain(format!(
             "note: pictures are not stored: `{folder}` is a link; `--pool DIR` names a folder for \
              them\n"
         ));

@@ -194,15 +194,15 @@ impl Bvh {
         }
         let at = self.nodes.len();
         // An empty box is met by nothing.
-        let mut sides = [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]];
+        let [mut low, mut high] = [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]];
         for (lane, (extent, _)) in children.iter().enumerate() {
             for axis in 0..3 {
-                sides[0][axis][lane] = extent.low[axis] - self.touching;
-                sides[1][axis][lane] = extent.high[axis] + self.touching;
+                low[axis][lane] = extent.low[axis] - self.touching;
+                high[axis][lane] = extent.high[axis] + self.touching;
             }
         }
         self.nodes.push(Node {
-            sides: sides.map(|side| side.map(f32x4::new)),
+            sides: [low, high].map(|side| side.map(f32x4::new)),
             children: [NONE; WIDTH],
         });
         for (lane, (_, child)) in children.into_iter().enumerate() {
