@@ -68,7 +68,7 @@
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
-//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | rayon |
+//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | nalgebra, rayon, wide |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive, strsim |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
@@ -77,7 +77,7 @@
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
 //! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
-//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units | serde_json |
+//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
 //! | 11 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
 
 #![cfg_attr(

@@ -282,6 +282,10 @@ impl Bvh {
                     let lane = met.trailing_zeros() as usize;
                     met &= met - 1;
                     let distance = distances[lane];
+                    // Another triangle of this leaf may be nearer.
+                    if distance >= nearest + tie {
+                        continue;
+                    }
                     let hit = Hit {
                         facet: leaf.facets[lane],
                         distance,
@@ -544,7 +548,7 @@ mod tests {
             };
             met += 1;
             let hit = hit.unwrap();
-            assert_eq!(hit.facet as usize, facet, "{i}");
+            assert_eq!(hit.facet as usize, facet, "{i}: {hit:?}, {distance}");
             assert!(
                 (f64::from(hit.distance) / distance - 1.0).abs() < 1e-4,
                 "{i}"
