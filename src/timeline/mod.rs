@@ -78,7 +78,7 @@ impl Timeline {
     /// The same in about so many bytes of memory at most.
     ///
     /// # Errors
-    /// As [`Timeline::new`]; [`TimelineError::Memory`].
+    /// As [`Timeline::new`]; also where the memory is too small, with the cue at which it ended.
     pub fn within(show: &Show, memory: usize) -> Result<Timeline, Vec<TimelineError>> {
         let mut room = Room::new(memory);
         let motions = track::motions(show, &mut room)?;
