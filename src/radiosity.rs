@@ -22,6 +22,7 @@ mod lists;
 mod memory;
 mod mesh;
 pub mod step;
+mod unit_lights;
 mod visibility;
 
 pub use camera::emitter_mask;
@@ -41,7 +42,6 @@ pub use visibility::raster::Camera;
 
 use crate::geometry::Vec3;
 use crate::picture::Image;
-use crate::renderer::contract::{check_memory, check_settings};
 use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
 };
@@ -61,6 +61,7 @@ use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use std::sync::Arc;
 use step::{STEPS, Step};
+use unit_lights::{UnitLights, first_equal, render};
 use visibility::interior::seeds;
 
 /// Radiosity with hemicubes, five steps of quality.
@@ -129,7 +130,7 @@ impl Transport for Radiosity {
 }
 
 /// Polygons beyond which a scene is rendered by final gathering: from there on it is nearer the
-/// references than hemicubes are in the same time, and its cost no longer grows with the polygons.
+/// references than hemicubes are in the same time, and its cost grows far less than the polygons do.
 pub const MANY_POLYGONS: usize = 2500;
 
 /// Which of the two methods serves a scene, at every step.
@@ -305,12 +306,6 @@ impl Operator {
             held: budget.held,
         })
     }
-
-    /// Strength of each light in each channel under a setting; that of equal lights is added to
-    /// the first of them.
-    fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
-        strengths(&self.rig, &self.first_equal, setting)
-    }
 }
 
 impl Prepared for Operator {
@@ -319,33 +314,33 @@ impl Prepared for Operator {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        check_settings(settings, self.rig.sources.len())?;
-        let strengths: Vec<Vec<[f64; 3]>> = settings.iter().map(|s| self.strengths(s)).collect();
-        let wanted: Vec<usize> = (0..self.lights.len())
-            .filter(|&l| strengths.iter().any(|s| s[l].iter().any(|x| *x != 0.0)))
-            .collect();
-        let pixels = self.width * self.height;
-        let work = Work {
-            memory: work.memory.saturating_sub(self.held),
-            ..work
-        };
-        check_memory("the pictures", settings.len() * pixels * 12, work.memory)?;
-        Threads::new(work)?.install(|| {
-            self.solve(&wanted, work)?;
-            let mut images = Vec::with_capacity(settings.len());
-            for (done, s) in strengths.iter().enumerate() {
-                work.check()?;
-                work.progress.report("pictures", done, settings.len());
-                images.push(self.compose(s));
-            }
-            work.progress
-                .report("pictures", settings.len(), settings.len());
-            Ok(images)
-        })
+        render(self, settings, work)
     }
 
     fn bytes(&self) -> usize {
         self.held
+    }
+}
+
+impl UnitLights for Operator {
+    fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    fn first_equal(&self) -> &[usize] {
+        &self.first_equal
+    }
+
+    fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    fn light(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        self.solve(wanted, work)
+    }
+
+    fn compose(&self, strengths: &[[f64; 3]]) -> Image {
+        self.picture(strengths)
     }
 }
 
@@ -397,36 +392,6 @@ fn samples(mesh: &Mesh) -> Vec<Receiver> {
         }));
     }
     receivers
-}
-
-/// Strength of each light in each channel under a setting; that of equal lights is added to the
-/// first of them.
-fn strengths(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 3]> {
-    let mut out = vec![[0.0; 3]; rig.lights.len()];
-    for (source, s) in rig.sources.iter().zip(setting) {
-        for emitter in &source.emitters {
-            let colour = rig.lights[emitter.light].strength().0;
-            let first = first_equal[emitter.light];
-            for c in 0..3 {
-                out[first][c] += s * emitter.filter.0[c] * colour[c];
-            }
-        }
-    }
-    out
-}
-
-/// For each light the first that is a panel of the same material, or itself.
-fn first_equal(lights: &[Light]) -> Vec<usize> {
-    let material = |light: &Light| match light {
-        Light::Panel { material, .. } => Some(*material),
-        _ => None,
-    };
-    let first = |(i, light): (usize, &Light)| {
-        let own = material(light);
-        let is_equal = |other: &Light| own.is_some() && material(other) == own;
-        lights.iter().position(is_equal).unwrap_or(i)
-    };
-    lights.iter().enumerate().map(first).collect()
 }
 
 fn projector(light: &Light) -> Option<Projector> {

@@ -110,7 +110,7 @@ pub(super) fn regular(path: &Path) -> Result<Opened, Refusal> {
     opened(without_waiting(File::options().read(true)).open(path)?)
 }
 
-/// The same options, for an open that waits for nobody.
+/// The same options, for an open that does not wait for another process.
 pub(super) fn without_waiting(options: &mut fs::OpenOptions) -> &mut fs::OpenOptions {
     #[cfg(unix)]
     {

@@ -1,5 +1,5 @@
 //! Temporary files next to what they will replace: how they are named, and how those that a killed
-//! process left are told from those being written.
+//! process left are distinguished from those being written.
 //!
 //! Invariant: a part is locked while it is written, so that one that is not, and whose process is
 //! gone, is litter. The lock alone would not do on file systems that have none, nor the process's
@@ -37,7 +37,7 @@ pub(super) fn create(path: &Path) -> Result<(File, PathBuf), FileError> {
     Ok((file, part))
 }
 
-/// Removes the parts in `folder` that nobody writes any more. What cannot be listed or removed
+/// Removes the parts in `folder` that no process writes any more. What cannot be listed or removed
 /// stays: it is only litter.
 pub(super) fn sweep(folder: &Path) {
     let folder = if folder.as_os_str().is_empty() {
@@ -77,7 +77,7 @@ fn is_running(id: u32) -> bool {
     id == std::process::id()
 }
 
-/// True for a file that nobody holds the lock of.
+/// True for a file whose lock is free.
 fn is_given_up(path: &Path) -> io::Result<bool> {
     if !fs::symlink_metadata(path)?.is_file() {
         return Ok(false);

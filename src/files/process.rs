@@ -185,7 +185,7 @@ fn start(
     complaints: &Path,
 ) -> Result<Child, ProcessError> {
     let stderr = fs::File::create(complaints).map_err(io_error(complaints.display()))?;
-    // Whoever ends all of them must not miss one that is just being started.
+    // `end_all` must not miss one that is just being started.
     let mut running = running();
     if running.ended {
         return Err(ProcessError::Cancelled);

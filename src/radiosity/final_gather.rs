@@ -10,198 +10,48 @@
 
 pub mod bvh;
 pub mod cells;
+mod direct_light;
 pub mod emitter;
 mod irradiance_filter;
+mod picture_rays;
 pub mod sampling;
+mod step;
 
-use crate::geometry::{Vec3, frame};
+pub use step::{GatherStep, STEPS, cost};
+
+use crate::geometry::frame;
 use crate::picture::Image;
 use crate::radiosity::camera::fragment::camera;
-use crate::radiosity::direct::projector::{Projector, pixel as pixel_footprint};
+use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{
-    CellFinder, CellSettings, Cells, DARK, Landing, RayScene, SurfacePoint,
-};
-use crate::radiosity::final_gather::emitter::{Emitter, Sample};
-use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, filter};
-use crate::radiosity::final_gather::sampling::{cosine_direction, hash, morton, point};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells, DARK, RayScene};
+use crate::radiosity::final_gather::direct_light::DirectLight;
+use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
+use crate::radiosity::final_gather::irradiance_filter::filter;
+use crate::radiosity::final_gather::picture_rays::{Gathered, PictureRays};
+use crate::radiosity::final_gather::sampling::{hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
-use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
+use crate::radiosity::unit_lights::{UnitLights, first_equal, render};
 use crate::radiosity::visibility::raster::Camera;
-use crate::radiosity::{FACET_BYTES, Threads, first_equal, projector};
-use crate::renderer::contract::{check_memory, check_settings};
-use crate::renderer::{Cost, Prepared, Quality, QualityParameter, Setup, TransportError};
-use crate::scene::{Light, Rig};
+use crate::radiosity::{FACET_BYTES, Threads, projector};
+use crate::renderer::contract::check_memory;
+use crate::renderer::{Prepared, Quality, Setup, TransportError};
+use crate::scene::Rig;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// What a step of quality spends.
-#[derive(Clone, Copy, Debug)]
-pub struct GatherStep {
-    /// Samples of a pixel at first.
-    pub first: u32,
-    /// And at most.
-    pub most: u32,
-    /// Noise of direct light aimed at, as a share of the root mean square of a light's picture.
-    pub noise: f64,
-    /// Rays of a pixel that shows one smooth surface; twice as many of another.
-    pub rays: u32,
-    /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
-    /// after their first hit.
-    pub cells: [f64; 2],
-    /// As [`CellSettings::points`].
-    pub points: f64,
-    /// Radius of the irradiance filter, as a share of the mean distance (harmonic) of what the pixel
-    /// sees.
-    pub filter: f64,
-}
-
-/// The five steps.
-pub const STEPS: [GatherStep; 5] = [
-    GatherStep {
-        first: 4,
-        most: 64,
-        noise: 0.05,
-        rays: 16,
-        cells: [0.08, 0.16],
-        points: 0.25,
-        filter: 0.15,
-    },
-    GatherStep {
-        first: 4,
-        most: 128,
-        noise: 0.03,
-        rays: 32,
-        cells: [0.053, 0.106],
-        points: 0.35,
-        filter: 0.10,
-    },
-    GatherStep {
-        first: 8,
-        most: 256,
-        noise: 0.015,
-        rays: 64,
-        cells: [0.032, 0.128],
-        points: 0.4,
-        filter: 0.08,
-    },
-    GatherStep {
-        first: 8,
-        most: 512,
-        noise: 0.008,
-        rays: 128,
-        cells: [0.026, 0.105],
-        points: 0.7,
-        filter: 0.07,
-    },
-    GatherStep {
-        first: 16,
-        most: 512,
-        noise: 0.005,
-        rays: 256,
-        cells: [0.018, 0.074],
-        points: 0.7,
-        filter: 0.05,
-    },
-];
-
-impl GatherStep {
-    /// The step of a quality.
-    ///
-    /// # Errors
-    /// [`TransportError::Quality`] when there is none.
-    pub fn of(quality: Quality) -> Result<GatherStep, TransportError> {
-        let at = usize::from(quality.0).wrapping_sub(1);
-        let step = STEPS.get(at).copied();
-        step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
-    }
-
-    /// What the step sets on any scene.
-    pub fn quality_parameters(&self) -> Vec<QualityParameter> {
-        let of = |name, amount: f64| QualityParameter { name, amount };
-        vec![
-            of("rays", f64::from(self.rays)),
-            of("samples at first", f64::from(self.first)),
-            of("samples at most", f64::from(self.most)),
-            of("noise", self.noise),
-        ]
-    }
-}
-
-/// Units of cost (see [`crate::radiosity::cost`]) of one ray for each doubling of the polygons.
-const RAY_COST: f64 = 1.2e-7;
-/// Of one triangle in the hierarchy, for each doubling.
-const TRIANGLE_COST: f64 = 1e-7;
-/// Of one pixel of one light in a picture.
-const PIXEL_COST: f64 = 4e-9;
-/// Samples of a light in a pixel, in the mean, over the square root of one over the noise.
-const SAMPLES: f64 = 2.0;
-
-/// Predicted cost of a step on a scene.
-///
-/// # Errors
-/// [`TransportError::Quality`] when there is no such step.
-pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
-    let step = GatherStep::of(quality)?;
-    let pixels = (setup.view.width * setup.view.height) as f64;
-    let polygons = setup.scene.polygons.len() as f64;
-    let depth = (2.0 + polygons).log2();
-    let lights = setup.rig.lights.len() as f64;
-    let share = lights / setup.rig.sources.len().max(1) as f64;
-    let rays = pixels * (f64::from(step.first) + 1.5 * f64::from(step.rays));
-    let samples = pixels * (f64::from(step.first) + SAMPLES / step.noise.sqrt());
-    Ok(Cost {
-        prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * rays),
-        per_source: share * RAY_COST * depth * samples,
-        per_image: PIXEL_COST * pixels * lights,
-        per_lone: PIXEL_COST * pixels * share,
-    })
-}
-
-/// Rays of a point at which a cell is evaluated.
-const CELL_RAYS: usize = 4;
 /// Lights that are solved at once.
 const BLOCK: usize = 8;
 /// What is left of light after the last bounce, as a share.
 const LEFT: f64 = 5e-4;
 /// Bounces at most.
 const MOST_BOUNCES: usize = 400;
-/// Of the spread of a pixel's samples, what its neighbours are taken to have at least: the first
-/// samples may all miss an edge.
-const SPREAD: f64 = 0.5;
-/// Samples of one pixel may be numbered up to this.
-const PIXEL_SAMPLES: u32 = 1024;
-/// Rows of the picture whose rays are held at once.
-const BAND: usize = 8;
-/// Seeds of the sequences of points.
-const SEED_CAMERA: u32 = 101;
-const SEED_WAY: u32 = 202;
-const SEED_CELL: u32 = 303;
-const SEED_LIGHT: u32 = 1000;
+/// Seed of the sequences of points.
 const SEED_CELL_LIGHT: u32 = 0x777;
-
-/// What the pixels' rays found.
-#[derive(Default)]
-struct Gathered {
-    /// Of each pixel the cells that its rays end in.
-    cells: Lists<u32>,
-    /// Of each ray the facet that it left from.
-    facets: Vec<u32>,
-    /// Pixels that show one smooth surface.
-    smooth: Vec<Option<SmoothPixel>>,
-}
-
-impl Gathered {
-    /// Bytes held.
-    fn bytes(&self) -> usize {
-        4 * (self.cells.items().len() + self.facets.len())
-            + self.smooth.len() * size_of::<Option<SmoothPixel>>()
-    }
-}
 
 /// G for one setup and step.
 pub struct FinalGather {
@@ -329,7 +179,13 @@ impl FinalGather {
             let mut found = self.indirect(block, work)?;
             for (light, picture) in block.iter().zip(&mut found) {
                 work.progress.report("direct light", done, new.len());
-                self.add_direct(*light, picture, work)?;
+                let emitter = self.emitter(*light);
+                let direct = DirectLight {
+                    rays: self.rays(),
+                    seen: &self.seen,
+                    emitter: &emitter,
+                };
+                direct.add_to(picture, work)?;
                 done += 1;
             }
             for (light, picture) in block.iter().zip(found) {
@@ -400,15 +256,18 @@ impl FinalGather {
                 let points = self.cells.points(cell);
                 let seed = hash(cell as u32) ^ SEED_CELL_LIGHT;
                 for (out, emitter) in out.iter_mut().zip(&emitters) {
-                    let mut sum = Ratio::default();
+                    let mut sum = SampleSum::default();
                     for (k, p) in points.iter().enumerate() {
+                        let place = p.place.point;
+                        let normal = self.surfaces.facets[p.place.facet as usize].normal;
+                        // About a pixel there.
+                        let footprint = || {
+                            let distance = (place - self.camera.origin).length();
+                            let side = distance * self.camera.step_x * 4.0;
+                            frame(normal).map(|way| way * side)
+                        };
                         let random = point(k as u32, seed);
-                        sum.add(self.sample(
-                            emitter,
-                            p.place,
-                            self.cell_footprint(p.place),
-                            random,
-                        ));
+                        sum.add(emitter.sample(self.scene(), (place, normal), footprint, random));
                     }
                     *out = (sum.irradiance() / points.len().max(1) as f64) as f32;
                 }
@@ -416,143 +275,6 @@ impl FinalGather {
             Ok(())
         })?;
         Ok(out)
-    }
-
-    /// What a projected image is averaged over at a cell: about a pixel there.
-    fn cell_footprint(&self, place: SurfacePoint) -> [Vec3; 2] {
-        let distance = (place.point - self.camera.origin).length();
-        let normal = self.surfaces.facets[place.facet as usize].normal;
-        let side = distance * self.camera.step_x * 4.0;
-        frame(normal).map(|way| way * side)
-    }
-
-    fn sample(
-        &self,
-        emitter: &Emitter<'_>,
-        place: SurfacePoint,
-        footprint: [Vec3; 2],
-        random: [f64; 2],
-    ) -> Sample {
-        let normal = self.surfaces.facets[place.facet as usize].normal;
-        emitter.sample(self.scene(), (place.point, normal), footprint, random)
-    }
-
-    /// Adds a light's direct light, and the panel itself where it is seen, to its picture.
-    fn add_direct(
-        &self,
-        light: usize,
-        picture: &mut [f32],
-        work: Work<'_>,
-    ) -> Result<(), Cancelled> {
-        let emitter = self.emitter(light);
-        let shines = match self.rig.lights[light] {
-            Light::Panel { material, .. } => Some(material),
-            _ => None,
-        };
-        let rays = self.rays();
-        let direct = Direct {
-            operator: self,
-            rays: &rays,
-            emitter: &emitter,
-            shines,
-        };
-        let first = self.step.first;
-        let mut sums = self.each_pixel(work, |pixel, _| {
-            let mut sums = PixelSums::default();
-            direct.add(pixel, 0..first, &mut sums);
-            sums
-        })?;
-        let samples = self.allot(&sums, picture, first);
-        let more = self.each_pixel(work, |pixel, _| {
-            let mut all = sums[pixel];
-            direct.add(pixel, first..samples[pixel], &mut all);
-            all
-        })?;
-        sums = more;
-        for (pixel, sums) in picture.chunks_exact_mut(3).zip(&sums) {
-            for (p, radiance) in pixel.iter_mut().zip(sums.radiance()) {
-                *p += radiance as f32;
-            }
-        }
-        Ok(())
-    }
-
-    /// One value for each pixel.
-    fn each_pixel<T: Send>(
-        &self,
-        work: Work<'_>,
-        of: impl Fn(usize, usize) -> T + Sync,
-    ) -> Result<Vec<T>, Cancelled> {
-        each_pixel([self.width, self.height], work, of)
-    }
-
-    /// How many samples each pixel takes, so that the noise of the whole picture is what the step
-    /// allows: more where the first samples differ.
-    fn allot(&self, sums: &[PixelSums], indirect: &[f32], first: u32) -> Vec<u32> {
-        let n = f64::from(first);
-        let mut square = 0.0;
-        for (sums, indirect) in sums.iter().zip(indirect.chunks_exact(3)) {
-            let mean = sums.level / n + f64::from(indirect[1]);
-            square += mean * mean;
-        }
-        let pixels = sums.len() as f64;
-        let level = (square / pixels).sqrt();
-        let spread = |s: &PixelSums| {
-            let mean = s.level / n;
-            (s.square / n - mean * mean).max(0.0).sqrt()
-        };
-        let own: Vec<f64> = sums.iter().map(spread).collect();
-        let spreads = self.with_neighbours(&own);
-        let most = self.step.most;
-        let allotted = |scale: f64| {
-            let of = |s: &f64| {
-                let times = (scale * s / n).max(1.0).log2().round().exp2();
-                ((n * times) as u32).min(most)
-            };
-            spreads.iter().map(of).collect::<Vec<u32>>()
-        };
-        // Stratified samples do better than their number's root.
-        let noise = |samples: &[u32]| {
-            let square = spreads.iter().zip(samples);
-            let square: f64 = square.map(|(s, n)| s * s / f64::from(*n).powf(1.25)).sum();
-            (square / pixels).sqrt()
-        };
-        let allowed = self.step.noise * level;
-        if level == 0.0 || noise(&allotted(0.0)) <= allowed {
-            return vec![first; sums.len()];
-        }
-        // Samples are fewest for a given noise where they go with the spread.
-        let (mut low, mut high) = (1e-3 / level, 1e9 / level);
-        for _ in 0..40 {
-            let scale = (low * high).sqrt();
-            if noise(&allotted(scale)) > allowed {
-                low = scale;
-            } else {
-                high = scale;
-            }
-        }
-        allotted(high)
-    }
-
-    fn with_neighbours(&self, own: &[f64]) -> Vec<f64> {
-        let (width, height) = (self.width, self.height);
-        let of = |at: usize| {
-            let (x, y) = (at % width, at / width);
-            let mut most = 0.0_f64;
-            for y in y.saturating_sub(1)..(y + 2).min(height) {
-                for x in x.saturating_sub(1)..(x + 2).min(width) {
-                    most = most.max(own[y * width + x]);
-                }
-            }
-            own[at].max(SPREAD * most)
-        };
-        (0..own.len()).map(of).collect()
-    }
-
-    /// Strength of each light in each channel under a setting; that of equal lights is added to the
-    /// first of them.
-    fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
-        crate::radiosity::strengths(&self.rig, &self.first_equal, setting)
     }
 }
 
@@ -562,33 +284,31 @@ impl Prepared for FinalGather {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        check_settings(settings, self.rig.sources.len())?;
-        let strengths: Vec<Vec<[f64; 3]>> = settings.iter().map(|s| self.strengths(s)).collect();
-        let is_lit = |l: &usize| strengths.iter().any(|s| s[*l].iter().any(|x| *x != 0.0));
-        let wanted: Vec<usize> = (0..self.lights.len()).filter(is_lit).collect();
-        let pixels = self.width * self.height;
-        let work = Work {
-            memory: work.memory.saturating_sub(self.held),
-            ..work
-        };
-        check_memory("the pictures", settings.len() * pixels * 12, work.memory)?;
-        Threads::new(work)?.install(|| {
-            self.solve(&wanted, work)?;
-            let mut images = Vec::with_capacity(settings.len());
-            for (done, strengths) in strengths.iter().enumerate() {
-                work.check()?;
-                work.progress.report("pictures", done, settings.len());
-                images.push(self.compose(strengths));
-            }
-            work.progress
-                .report("pictures", settings.len(), settings.len());
-            Ok(images)
-        })
+        render(self, settings, work)
+    }
+
+    fn bytes(&self) -> usize {
+        self.held
     }
 }
 
-impl FinalGather {
-    /// The picture of lights of given strengths, all of which are solved.
+impl UnitLights for FinalGather {
+    fn rig(&self) -> &Rig {
+        &self.rig
+    }
+
+    fn first_equal(&self) -> &[usize] {
+        &self.first_equal
+    }
+
+    fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    fn light(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        self.solve(wanted, work)
+    }
+
     fn compose(&self, strengths: &[[f64; 3]]) -> Image {
         let lit: Vec<(&Vec<f32>, [f64; 3])> = self
             .pictures
@@ -609,267 +329,6 @@ impl FinalGather {
         });
         image
     }
-}
-
-/// Sums over samples of one light at several points.
-#[derive(Clone, Copy, Debug, Default)]
-struct Ratio {
-    unoccluded: f64,
-    sampled: f64,
-    visible: f64,
-}
-
-impl Ratio {
-    fn add(&mut self, sample: Sample) {
-        self.unoccluded += sample.unoccluded;
-        self.sampled += sample.sampled;
-        self.visible += sample.visible;
-    }
-
-    /// The sum of irradiance: the closed form times the visible share of what was sampled.
-    fn irradiance(&self) -> f64 {
-        if self.sampled > 0.0 {
-            self.unoccluded * self.visible / self.sampled
-        } else {
-            0.0
-        }
-    }
-}
-
-/// Sums over the samples of one light in a pixel.
-#[derive(Clone, Copy, Debug, Default)]
-struct PixelSums {
-    /// Of each channel, weighted by the reflectance of what the sample shows.
-    channels: [Ratio; 3],
-    /// Samples that show the light itself.
-    shining: f64,
-    /// Radiance of the samples and its square, for their spread.
-    level: f64,
-    square: f64,
-    samples: f64,
-}
-
-impl PixelSums {
-    fn radiance(&self) -> [f64; 3] {
-        let all = self.samples.max(1.0);
-        self.channels
-            .map(|c| (c.irradiance() / PI + self.shining) / all)
-    }
-}
-
-/// Direct light of one light in pixels.
-struct Direct<'a> {
-    operator: &'a FinalGather,
-    rays: &'a PictureRays<'a>,
-    emitter: &'a Emitter<'a>,
-    /// The material of a panel.
-    shines: Option<usize>,
-}
-
-impl Direct<'_> {
-    fn add(&self, pixel: usize, samples: std::ops::Range<u32>, sums: &mut PixelSums) {
-        for k in samples {
-            sums.samples += 1.0;
-            let Some(place) = self.place(pixel, k) else {
-                continue;
-            };
-            let facet = &self.operator.surfaces.facets[place.facet as usize];
-            let mut level = 0.0;
-            if Some(facet.material) == self.shines {
-                sums.shining += 1.0;
-                level += 1.0;
-            }
-            if !facet.is_black() {
-                let weight = 1.0 / f64::from(self.operator.step.first);
-                let camera = &self.operator.camera;
-                let footprint = pixel_footprint(camera, place.point, facet.normal, weight);
-                let random = point(self.rays.index(pixel) + k, SEED_LIGHT);
-                let sample = self.operator.sample(self.emitter, place, footprint, random);
-                for (sum, r) in sums.channels.iter_mut().zip(facet.reflectance) {
-                    sum.add(Sample {
-                        unoccluded: r * sample.unoccluded,
-                        sampled: r * sample.sampled,
-                        visible: r * sample.visible,
-                    });
-                }
-                if sample.visible > 0.0 {
-                    level += facet.highest_reflectance() * sample.unoccluded / PI;
-                }
-            }
-            sums.level += level;
-            sums.square += level * level;
-        }
-    }
-
-    fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
-        let first = self.operator.step.first;
-        if k >= first {
-            return self.rays.place(pixel, k);
-        }
-        let facet = self.operator.seen[pixel * first as usize + k as usize];
-        self.rays.on_facet(pixel, k, facet)
-    }
-}
-
-/// The camera's rays.
-struct PictureRays<'a> {
-    scene: RayScene<'a>,
-    camera: &'a Camera,
-    size: [usize; 2],
-    step: GatherStep,
-}
-
-impl PictureRays<'_> {
-    /// Where the samples of a pixel begin in their sequence.
-    fn index(&self, pixel: usize) -> u32 {
-        let width = self.size[0];
-        morton(pixel % width, pixel / width).wrapping_mul(PIXEL_SAMPLES)
-    }
-
-    fn way(&self, pixel: usize, k: u32) -> Vec3 {
-        let width = self.size[0];
-        let [u, v] = point(self.index(pixel).wrapping_add(k), SEED_CAMERA);
-        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
-        self.camera.ray(x + u, y + v)
-    }
-
-    /// What sample `k` of a pixel shows, if it is a front.
-    fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
-        let (place, _) = self.scene.look(self.camera.origin, self.way(pixel, k));
-        (place.facet != DARK).then_some(place)
-    }
-
-    /// The same where the facet is known.
-    fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> Option<SurfacePoint> {
-        if facet == DARK {
-            return None;
-        }
-        let own = &self.scene.surfaces.facets[facet as usize];
-        let way = self.way(pixel, k);
-        let distance = -own.height(self.camera.origin) / own.normal.dot(way);
-        Some(SurfacePoint {
-            facet,
-            point: self.camera.origin + way * distance,
-        })
-    }
-
-    /// Facets of the first samples of all pixels.
-    fn seen(&self, work: Work<'_>) -> Result<Vec<u32>, Cancelled> {
-        let first = self.step.first;
-        let of = |pixel: usize, _: usize| {
-            let facet = |k| self.place(pixel, k).map_or(DARK, |place| place.facet);
-            (0..first).map(facet).collect::<Vec<u32>>()
-        };
-        Ok(each_pixel(self.size, work, of)?.concat())
-    }
-
-    /// Sides of cells, from the mean length of a ray of each pixel.
-    fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
-        let of = |pixel: usize, _: usize| {
-            let place = self.on_facet(pixel, 0, seen[pixel * self.step.first as usize])?;
-            let normal = self.scene.surfaces.facets[place.facet as usize].normal;
-            let way = cosine_direction(normal, point(self.index(pixel), SEED_WAY));
-            let (_, distance) = self.scene.shoot(place, way);
-            distance.is_finite().then_some(distance)
-        };
-        let lengths: Vec<f64> = each_pixel(self.size, work, of)?
-            .into_iter()
-            .flatten()
-            .collect();
-        let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-        // Where nothing is seen any size will do.
-        let mean = if mean > 0.0 {
-            mean
-        } else {
-            self.scene.surfaces.size.max(1.0)
-        };
-        Ok(CellSettings {
-            sides: self.step.cells.map(|share| share * mean),
-            points: self.step.points,
-            rays: CELL_RAYS,
-        })
-    }
-
-    /// The rays of every pixel, some rows at a time.
-    fn gather(
-        &self,
-        seen: &[u32],
-        settings: CellSettings,
-        finder: &mut CellFinder<'_>,
-        budget: &MemoryBudget,
-        work: Work<'_>,
-    ) -> Result<Gathered, TransportError> {
-        let [width, height] = self.size;
-        let mut out = Gathered::default();
-        let mut cells = Vec::new();
-        for start in (0..height).step_by(BAND) {
-            work.progress.report("rays", start, height);
-            let rows = (start + BAND).min(height) - start;
-            let of = |pixel: usize, _: usize| self.rays_of(start * width + pixel, seen, settings);
-            let pixels = each_pixel([width, rows], work, of)?;
-            for (landings, smooth) in pixels {
-                cells.clear();
-                finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
-                out.cells.push(cells.iter().copied());
-                out.facets.extend(landings.iter().map(|(_, facet)| *facet));
-                out.smooth.push(smooth);
-            }
-            budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
-        }
-        work.progress.report("rays", height, height);
-        Ok(out)
-    }
-
-    /// The rays of a pixel with the facets that they leave, and what is smooth there.
-    fn rays_of(
-        &self,
-        pixel: usize,
-        seen: &[u32],
-        settings: CellSettings,
-    ) -> (Vec<(Landing, u32)>, Option<SmoothPixel>) {
-        let first = self.step.first as usize;
-        let own = &seen[pixel * first..(pixel + 1) * first];
-        let is_one = own.iter().all(|f| *f == own[0]);
-        let rays = if is_one { 1 } else { 2 } * self.step.rays;
-        let mut out = Vec::with_capacity(rays as usize);
-        for ray in 0..rays {
-            let place = if is_one {
-                self.on_facet(pixel, ray, own[0])
-            } else {
-                self.place(pixel, ray)
-            };
-            let Some(place) = place else {
-                out.push((Landing::NOWHERE, DARK));
-                continue;
-            };
-            let index = self.index(pixel).wrapping_add(ray);
-            let normal = self.scene.surfaces.facets[place.facet as usize].normal;
-            let way = cosine_direction(normal, point(index, SEED_WAY));
-            let landing = settings.land(self.scene, place, way, point(index, SEED_CELL));
-            out.push((landing, place.facet));
-        }
-        let places = (0..).zip(own).map(|(k, f)| self.on_facet(pixel, k, *f));
-        let places: Option<Vec<SurfacePoint>> = places.collect();
-        let smooth = places.and_then(|places| {
-            let distances = out.iter().map(|(landing, _)| landing.distance);
-            SmoothPixel::new(self.scene.surfaces, &places, distances, self.step.filter)
-        });
-        (out, smooth)
-    }
-}
-
-/// One value for each pixel, by its number and its column.
-fn each_pixel<T: Send>(
-    [width, height]: [usize; 2],
-    work: Work<'_>,
-    of: impl Fn(usize, usize) -> T + Sync,
-) -> Result<Vec<T>, Cancelled> {
-    let row = |y: usize| {
-        work.check()?;
-        Ok((0..width).map(|x| of(y * width + x, x)).collect())
-    };
-    let rows: Result<Vec<Vec<T>>, Cancelled> = (0..height).into_par_iter().map(row).collect();
-    Ok(rows?.into_iter().flatten().collect())
 }
 
 /// Bounces until next to nothing is left of light that starts everywhere alike: a bound for any

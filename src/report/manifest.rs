@@ -2,7 +2,7 @@
 //! the form that `sha256sum` writes and checks.
 //!
 //! Invariants: a file is listed before it is written, so that a run that is cut off leaves none
-//! that is not; nothing is replaced or removed but what an earlier run listed and nobody changed
+//! that is not; nothing is replaced or removed but what an earlier run listed and is unchanged
 //! since, and nothing that the show reads.
 
 use std::collections::BTreeSet;
@@ -124,7 +124,7 @@ impl<'f> Results<'f> {
             // What else is wrong with the folder shows when it is written to.
             _ => {}
         }
-        Ok(store.write(&self.folder.join(UNFINISHED), NOTE.as_bytes())?)
+        Ok(store.write(&path, NOTE.as_bytes())?)
     }
 
     /// True where nothing is at this name but what an earlier run wrote.

@@ -49,7 +49,7 @@ struct Loop {
 /// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images
 /// in all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`,
 /// `curves.png`, `error.png`, `basis.png`, `sequence.png`, and `files.sha256`, which lists them. Of
-/// what lies there only what an earlier run listed and nobody changed since is replaced or removed.
+/// what lies there only what an earlier run listed and is unchanged since is replaced or removed.
 /// While they are written, and where that is cut off, `unfinished.txt` says so.
 ///
 /// # Errors

@@ -32,7 +32,7 @@ pub use positivity::knots as fewest_knots;
 
 use std::collections::BTreeMap;
 
-use self::track::Room;
+use self::track::MemoryBudget;
 use crate::show::{Dimmer, Show};
 use crate::units::Time;
 
@@ -80,12 +80,12 @@ impl Timeline {
     /// # Errors
     /// As [`Timeline::new`]; also where the memory is too small, with the cue at which it ended.
     pub fn within(show: &Show, memory: usize) -> Result<Timeline, Vec<TimelineError>> {
-        let mut room = Room::new(memory);
-        let motions = track::motions(show, &mut room)?;
+        let mut budget = MemoryBudget::new(memory);
+        let motions = track::motions(show, &mut budget)?;
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
         let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
-        let (tracks, mut warnings) = track::tracks(show, &cues, motions, &mut room)?;
+        let (tracks, mut warnings) = track::tracks(show, &cues, motions, &mut budget)?;
         let mut errors = dimmer::check(show);
         errors.extend(track::out_of_range(&tracks, start, end));
         if !errors.is_empty() {

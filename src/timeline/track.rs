@@ -63,14 +63,14 @@ const MOVE_BYTES: usize =
 const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
 
 /// What is left of the memory for the curves, bytes.
-pub(super) struct Room {
+pub(super) struct MemoryBudget {
     budget: usize,
     left: usize,
 }
 
-impl Room {
-    pub fn new(budget: usize) -> Room {
-        Room {
+impl MemoryBudget {
+    pub fn new(budget: usize) -> MemoryBudget {
+        MemoryBudget {
             budget,
             left: budget,
         }
@@ -90,7 +90,7 @@ impl Room {
 /// the list by what is written, whether or not a move is later interrupted.
 pub(super) fn motions<'a>(
     show: &'a Show,
-    room: &mut Room,
+    budget: &mut MemoryBudget,
 ) -> Result<Vec<Vec<Moved<'a>>>, Vec<TimelineError>> {
     let n = show.coordinates().len();
     let lit: Vec<bool> = show
@@ -128,7 +128,7 @@ pub(super) fn motions<'a>(
                 lasting[c] = level;
             }
         }
-        room.take(all.len(), 0, cue.id)?;
+        budget.take(all.len(), 0, cue.id)?;
         out.push(all);
     }
     Ok(out)
@@ -175,7 +175,7 @@ pub(super) fn tracks(
     show: &Show,
     cues: &[CueTime],
     motions: Vec<Vec<Moved<'_>>>,
-    room: &mut Room,
+    budget: &mut MemoryBudget,
 ) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
     let dark = Stretch {
         piece: Piece {
@@ -201,7 +201,7 @@ pub(super) fn tracks(
                 return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
             };
             count += pieces.len();
-            room.take(0, pieces.len(), show.cues[cue].id)?;
+            budget.take(0, pieces.len(), show.cues[cue].id)?;
             let end = pieces.last().map_or(start, |p| p.end);
             let run = Run {
                 start,

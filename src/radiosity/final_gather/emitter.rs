@@ -52,6 +52,32 @@ pub struct Sample {
     pub visible: f64,
 }
 
+/// Sums over samples of one light at several points.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SampleSum {
+    unoccluded: f64,
+    sampled: f64,
+    visible: f64,
+}
+
+impl SampleSum {
+    /// Adds one of them.
+    pub fn add(&mut self, sample: Sample) {
+        self.unoccluded += sample.unoccluded;
+        self.sampled += sample.sampled;
+        self.visible += sample.visible;
+    }
+
+    /// The sum of irradiance: the closed form times the visible share of what was sampled.
+    pub fn irradiance(&self) -> f64 {
+        if self.sampled > 0.0 {
+            self.unoccluded * self.visible / self.sampled
+        } else {
+            0.0
+        }
+    }
+}
+
 impl<'a> Emitter<'a> {
     /// Of a light of the rig.
     pub fn new(
@@ -65,13 +91,18 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// One sample of the light at `point` of a surface of unit `normal`; `footprint` is what a
+    /// Is this the material of the panel that shines?
+    pub fn is_of(&self, material: usize) -> bool {
+        matches!(self, Emitter::Area(area) if area.material == material)
+    }
+
+    /// One sample of the light at `point` of a surface of unit `normal`; `footprint` returns what a
     /// projected image is averaged over.
     pub fn sample(
         &self,
         scene: RayScene<'_>,
         (point, normal): (Vec3, Vec3),
-        footprint: [Vec3; 2],
+        footprint: impl FnOnce() -> [Vec3; 2],
         random: [f64; 2],
     ) -> Sample {
         match self {
@@ -81,7 +112,7 @@ impl<'a> Emitter<'a> {
                 if light > 0.0
                     && let Some(projector) = projector
                 {
-                    light *= projector.share(point, footprint);
+                    light *= projector.share(point, footprint());
                 }
                 let from = point + normal * scene.offset;
                 let is_lit = light > 0.0 && !scene.bvh.is_blocked(from, beam.position - from);

@@ -66,8 +66,9 @@ impl SmoothPixel {
         })
     }
 
-    /// How much another pixel counts, 0 to 1, and where it lies in this one's plane, in radii.
-    fn weight(&self, other: &SmoothPixel) -> Option<(f64, [f64; 2])> {
+    /// How much another pixel counts, 0 to 1, and where it lies in this one's plane, in radii along
+    /// the plane's axes.
+    fn weight(&self, [u, v]: [Vec3; 2], other: &SmoothPixel) -> Option<(f64, [f64; 2])> {
         let alike = self.normal.dot(other.normal);
         if self.material != other.material || alike < ALIKE {
             return None;
@@ -80,7 +81,6 @@ impl SmoothPixel {
             return None;
         }
         let weight = (1.0 - square) * (1.0 - 10.0 * (1.0 - alike)).max(0.0);
-        let [u, v] = frame(self.normal);
         (weight > 0.0).then_some((weight, [way.dot(u) / radius, way.dot(v) / radius]))
     }
 }
@@ -106,10 +106,11 @@ pub fn filter(
                 continue;
             };
             near.clear();
+            let axes = frame(own.normal);
             for y in y.saturating_sub(REACH)..(y + REACH + 1).min(rows) {
                 for x in x.saturating_sub(REACH)..(x + REACH + 1).min(columns) {
                     let at = y * columns + x;
-                    let found = smooth[at].and_then(|other| own.weight(&other));
+                    let found = smooth[at].and_then(|other| own.weight(axes, &other));
                     near.extend(found.map(|(weight, place)| (at, weight, place)));
                 }
             }

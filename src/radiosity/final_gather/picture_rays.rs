@@ -1,0 +1,211 @@
+//! The camera's rays: what each sample of a pixel shows, and the rays that gather its reflected
+//! light.
+//!
+//! This module does not depend on lights.
+
+use crate::geometry::Vec3;
+use crate::radiosity::final_gather::cells::{
+    CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
+};
+use crate::radiosity::final_gather::irradiance_filter::SmoothPixel;
+use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
+use crate::radiosity::final_gather::step::GatherStep;
+use crate::radiosity::lists::Lists;
+use crate::radiosity::memory::MemoryBudget;
+use crate::radiosity::visibility::raster::Camera;
+use crate::renderer::TransportError;
+use crate::work::{Cancelled, Work};
+use rayon::prelude::*;
+
+/// Rays of a point at which a cell is evaluated.
+const CELL_RAYS: usize = 4;
+/// Samples of one pixel may be numbered up to this.
+const PIXEL_SAMPLES: u32 = 1024;
+/// Rows of the picture whose rays are held at once.
+const BAND: usize = 8;
+/// Seeds of the sequences of points.
+const SEED_CAMERA: u32 = 101;
+const SEED_WAY: u32 = 202;
+const SEED_CELL: u32 = 303;
+
+/// What the pixels' rays found.
+#[derive(Default)]
+pub struct Gathered {
+    /// Of each pixel the cells that its rays end in.
+    pub cells: Lists<u32>,
+    /// Of each ray the facet that it left from.
+    pub facets: Vec<u32>,
+    /// Pixels that show one smooth surface.
+    pub smooth: Vec<Option<SmoothPixel>>,
+}
+
+impl Gathered {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        4 * (self.cells.items().len() + self.facets.len())
+            + self.smooth.len() * size_of::<Option<SmoothPixel>>()
+    }
+}
+
+/// The camera's rays.
+#[derive(Clone, Copy)]
+pub struct PictureRays<'a> {
+    pub scene: RayScene<'a>,
+    pub camera: &'a Camera,
+    /// Pixels across and down.
+    pub size: [usize; 2],
+    pub step: GatherStep,
+}
+
+impl PictureRays<'_> {
+    /// Where the samples of a pixel begin in their sequence.
+    pub fn index(&self, pixel: usize) -> u32 {
+        let width = self.size[0];
+        morton(pixel % width, pixel / width).wrapping_mul(PIXEL_SAMPLES)
+    }
+
+    fn way(&self, pixel: usize, k: u32) -> Vec3 {
+        let width = self.size[0];
+        let [u, v] = point(self.index(pixel).wrapping_add(k), SEED_CAMERA);
+        let (x, y) = ((pixel % width) as f64, (pixel / width) as f64);
+        self.camera.ray(x + u, y + v)
+    }
+
+    /// What sample `k` of a pixel shows, if it is a front.
+    pub fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
+        let (place, _) = self.scene.look(self.camera.origin, self.way(pixel, k));
+        (place.facet != DARK).then_some(place)
+    }
+
+    /// The same where the facet is known.
+    pub fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> Option<SurfacePoint> {
+        if facet == DARK {
+            return None;
+        }
+        let own = &self.scene.surfaces.facets[facet as usize];
+        let way = self.way(pixel, k);
+        let distance = -own.height(self.camera.origin) / own.normal.dot(way);
+        Some(SurfacePoint {
+            facet,
+            point: self.camera.origin + way * distance,
+        })
+    }
+
+    /// Facets of the first samples of all pixels.
+    pub fn seen(&self, work: Work<'_>) -> Result<Vec<u32>, Cancelled> {
+        let first = self.step.first;
+        let of = |pixel: usize| {
+            let facet = |k| self.place(pixel, k).map_or(DARK, |place| place.facet);
+            (0..first).map(facet).collect::<Vec<u32>>()
+        };
+        Ok(each_pixel(self.size, work, of)?.concat())
+    }
+
+    /// Sides of cells, from the mean length of a ray of each pixel.
+    pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
+        let of = |pixel: usize| {
+            let place = self.on_facet(pixel, 0, seen[pixel * self.step.first as usize])?;
+            let normal = self.scene.surfaces.facets[place.facet as usize].normal;
+            let way = cosine_direction(normal, point(self.index(pixel), SEED_WAY));
+            let (_, distance) = self.scene.shoot(place, way);
+            distance.is_finite().then_some(distance)
+        };
+        let lengths: Vec<f64> = each_pixel(self.size, work, of)?
+            .into_iter()
+            .flatten()
+            .collect();
+        let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
+        // Where nothing is seen any size will do.
+        let mean = if mean > 0.0 {
+            mean
+        } else {
+            self.scene.surfaces.size.max(1.0)
+        };
+        Ok(CellSettings {
+            sides: self.step.cells.map(|share| share * mean),
+            points: self.step.points,
+            rays: CELL_RAYS,
+        })
+    }
+
+    /// The rays of every pixel, some rows at a time.
+    pub fn gather(
+        &self,
+        seen: &[u32],
+        settings: CellSettings,
+        finder: &mut CellFinder<'_>,
+        budget: &MemoryBudget,
+        work: Work<'_>,
+    ) -> Result<Gathered, TransportError> {
+        let [width, height] = self.size;
+        let mut out = Gathered::default();
+        let mut cells = Vec::new();
+        for start in (0..height).step_by(BAND) {
+            work.progress.report("rays", start, height);
+            let rows = (start + BAND).min(height) - start;
+            let of = |pixel: usize| self.rays_of(start * width + pixel, seen, settings);
+            let pixels = each_pixel([width, rows], work, of)?;
+            for (landings, smooth) in pixels {
+                cells.clear();
+                finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
+                out.cells.push(cells.iter().copied());
+                out.facets.extend(landings.iter().map(|(_, facet)| *facet));
+                out.smooth.push(smooth);
+            }
+            budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
+        }
+        work.progress.report("rays", height, height);
+        Ok(out)
+    }
+
+    /// The rays of a pixel with the facets that they leave, and what is smooth there.
+    fn rays_of(
+        &self,
+        pixel: usize,
+        seen: &[u32],
+        settings: CellSettings,
+    ) -> (Vec<(Landing, u32)>, Option<SmoothPixel>) {
+        let first = self.step.first as usize;
+        let own = &seen[pixel * first..(pixel + 1) * first];
+        let is_one = own.iter().all(|f| *f == own[0]);
+        let rays = if is_one { 1 } else { 2 } * self.step.rays;
+        let mut out = Vec::with_capacity(rays as usize);
+        for ray in 0..rays {
+            let place = if is_one {
+                self.on_facet(pixel, ray, own[0])
+            } else {
+                self.place(pixel, ray)
+            };
+            let Some(place) = place else {
+                out.push((Landing::NOWHERE, DARK));
+                continue;
+            };
+            let index = self.index(pixel).wrapping_add(ray);
+            let normal = self.scene.surfaces.facets[place.facet as usize].normal;
+            let way = cosine_direction(normal, point(index, SEED_WAY));
+            let landing = settings.land(self.scene, place, way, point(index, SEED_CELL));
+            out.push((landing, place.facet));
+        }
+        let places = (0..).zip(own).map(|(k, f)| self.on_facet(pixel, k, *f));
+        let places: Option<Vec<SurfacePoint>> = places.collect();
+        let smooth = places.and_then(|places| {
+            let distances = out.iter().map(|(landing, _)| landing.distance);
+            SmoothPixel::new(self.scene.surfaces, &places, distances, self.step.filter)
+        });
+        (out, smooth)
+    }
+}
+
+/// One value for each pixel, by its number.
+pub fn each_pixel<T: Send>(
+    [width, height]: [usize; 2],
+    work: Work<'_>,
+    of: impl Fn(usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    let row = |y: usize| {
+        work.check()?;
+        Ok((0..width).map(|x| of(y * width + x)).collect())
+    };
+    let rows: Result<Vec<Vec<T>>, Cancelled> = (0..height).into_par_iter().map(row).collect();
+    Ok(rows?.into_iter().flatten().collect())
+}
