@@ -8,11 +8,13 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
 /// The smaller of two numbers, the second where one is NaN: a single instruction, where `min` must
 /// look for NaN.
+#[inline]
 pub fn smaller<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
 /// The greater of two numbers, in the same way.
+#[inline]
 pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
 }
@@ -38,11 +40,13 @@ impl Vec3 {
     pub const ZERO: Vec3 = vec3(0.0, 0.0, 0.0);
 
     /// Scalar product.
+    #[inline]
     pub fn dot(self, o: Vec3) -> f64 {
         self.x * o.x + self.y * o.y + self.z * o.z
     }
 
     /// Vector product.
+    #[inline]
     pub fn cross(self, o: Vec3) -> Vec3 {
         vec3(
             self.y * o.z - self.z * o.y,
@@ -52,17 +56,20 @@ impl Vec3 {
     }
 
     /// Euclidean length.
+    #[inline]
     pub fn length(self) -> f64 {
         self.dot(self).sqrt()
     }
 
     /// The unit vector of the same direction; zero stays zero.
+    #[inline]
     pub fn normalized(self) -> Vec3 {
         let l = self.length();
         if l > 0.0 { self / l } else { self }
     }
 
     /// Component-wise minimum.
+    #[inline]
     pub fn min(self, o: Vec3) -> Vec3 {
         vec3(
             smaller(self.x, o.x),
@@ -72,6 +79,7 @@ impl Vec3 {
     }
 
     /// Component-wise maximum.
+    #[inline]
     pub fn max(self, o: Vec3) -> Vec3 {
         vec3(
             greater(self.x, o.x),
@@ -93,12 +101,14 @@ impl Vec3 {
 
 impl Add for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn add(self, o: Vec3) -> Vec3 {
         vec3(self.x + o.x, self.y + o.y, self.z + o.z)
     }
 }
 
 impl AddAssign for Vec3 {
+    #[inline]
     fn add_assign(&mut self, o: Vec3) {
         *self = *self + o;
     }
@@ -106,6 +116,7 @@ impl AddAssign for Vec3 {
 
 impl Sub for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn sub(self, o: Vec3) -> Vec3 {
         vec3(self.x - o.x, self.y - o.y, self.z - o.z)
     }
@@ -113,6 +124,7 @@ impl Sub for Vec3 {
 
 impl Mul<f64> for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn mul(self, s: f64) -> Vec3 {
         vec3(self.x * s, self.y * s, self.z * s)
     }
@@ -120,6 +132,7 @@ impl Mul<f64> for Vec3 {
 
 impl Div<f64> for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn div(self, s: f64) -> Vec3 {
         vec3(self.x / s, self.y / s, self.z / s)
     }
@@ -127,6 +140,7 @@ impl Div<f64> for Vec3 {
 
 impl Neg for Vec3 {
     type Output = Vec3;
+    #[inline]
     fn neg(self) -> Vec3 {
         vec3(-self.x, -self.y, -self.z)
     }
@@ -135,6 +149,7 @@ impl Neg for Vec3 {
 impl Index<usize> for Vec3 {
     type Output = f64;
     /// Axis 0, 1 or 2; any other index means 2.
+    #[inline]
     fn index(&self, axis: usize) -> &f64 {
         match axis {
             0 => &self.x,

@@ -51,11 +51,12 @@ impl Block {
     fn times(&self, block: &[f32], width: usize, out: &mut [f32]) {
         let mut start = 0;
         for (&end, sums) in self.ends.iter().zip(out.chunks_exact_mut(width)) {
+            let sums = &mut sums[..width];
             let range = start..end as usize;
             for (&c, &value) in self.columns[range.clone()].iter().zip(&self.values[range]) {
-                let from = c as usize * width;
-                for (sum, x) in sums.iter_mut().zip(&block[from..from + width]) {
-                    *sum += value * x;
+                let from = &block[c as usize * width..][..width];
+                for k in 0..width {
+                    sums[k] += value * from[k];
                 }
             }
             start = end as usize;

@@ -152,13 +152,14 @@ impl GridRow {
     /// What is seen at `x` on the face and `dy` off the row, at a depth.
     #[inline(always)]
     fn place(&self, [x, dy]: [f32; 2], depth: f32) -> [f32; 2] {
-        [0, 1].map(|k| {
+        let along = |k: usize| {
             let ray = self.start[k] + self.slopes[k][0] * x + self.slopes[k][1] * dy;
             // The outermost cells take what rounding puts beyond them.
             (self.point.place[k] + ray * depth)
                 .max(0.0)
                 .min(self.counts[k])
-        })
+        };
+        [along(0), along(1)]
     }
 
     /// The cell of a place.
@@ -321,15 +322,15 @@ impl<'a> Hemicube<'a> {
                     self.add_to_element(element, weight);
                     continue;
                 }
-                let depth = |d: [f32; 2]| {
-                    1.0 / (inverse + grid_row.nearer(d)).max(MIN_INVERSE_DEPTH * inverse)
-                };
-                let depths = places.map(depth);
-                let around = [0, 1, 2, 3].map(|i| {
-                    let [dx, dy] = places[i];
-                    grid_row.place([x + dx, dy], depths[i])
-                });
-                let cells = around.map(|place| grid_row.cell(place));
+                let mut depths = [0.0; 4];
+                let mut around = [[0.0; 2]; 4];
+                let mut cells = [home; 4];
+                for (i, &[dx, dy]) in places.iter().enumerate() {
+                    let nearer = inverse + grid_row.nearer([dx, dy]);
+                    depths[i] = 1.0 / nearer.max(MIN_INVERSE_DEPTH * inverse);
+                    around[i] = grid_row.place([x + dx, dy], depths[i]);
+                    cells[i] = grid_row.cell(around[i]);
+                }
                 let own = self.mesh.element_for_display(home, middle);
                 if self.mesh.is_uncut(home) && cells == [home; 4] {
                     self.add_to_element(own, weight);

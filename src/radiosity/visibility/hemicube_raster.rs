@@ -127,8 +127,8 @@ impl FaceBuffer {
                 (low[k], high[k]) = (smaller(low[k], p[k]), greater(high[k], p[k]));
             }
         }
-        let [first, top] = low.map(|x| self.from(x - WIDER));
-        let [end, bottom] = high.map(|x| self.from(x + WIDER));
+        let (first, top) = (self.from(low[0] - WIDER), self.from(low[1] - WIDER));
+        let (end, bottom) = (self.from(high[0] + WIDER), self.from(high[1] + WIDER));
         // Most of a detailed scene is seen between the pixels' middles, or below the horizon.
         if top >= bottom || first >= end || end <= lead(self.resolution, bottom - 1) {
             return;
@@ -149,14 +149,13 @@ impl FaceBuffer {
             }
             let base = plane[0] + plane[2] * row as f32;
             let range = row * self.resolution + from..row * self.resolution + to;
-            let pixels = self.items[range.clone()]
-                .iter_mut()
-                .zip(&mut self.inverse_depths[range]);
-            for (column, (stored_item, stored)) in (from as i32..).zip(pixels) {
-                let inverse = base + plane[1] * column as f32;
-                let wins = (inverse > 0.0) & (inverse + slack >= *stored);
-                *stored = if wins { inverse } else { *stored };
-                *stored_item = if wins { item } else { *stored_item };
+            let items = &mut self.items[range.clone()];
+            let inverse_depths = &mut self.inverse_depths[range][..items.len()];
+            for i in 0..items.len() {
+                let inverse = base + plane[1] * (from + i) as i32 as f32;
+                let wins = (inverse > 0.0) & (inverse + slack >= inverse_depths[i]);
+                inverse_depths[i] = if wins { inverse } else { inverse_depths[i] };
+                items[i] = if wins { item } else { items[i] };
             }
         }
     }
