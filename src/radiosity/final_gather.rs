@@ -174,20 +174,19 @@ impl FinalGather {
         check_memory("the lights", new.len() * each, work.memory)?;
         let mut done = 0;
         for block in new.chunks(BLOCK) {
-            let held = self.cells.count() * block.len() * 28 + 2 * block.len() * each;
+            let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
+            let held = block.len() * (28 * self.cells.count() + pixel * pixels);
             check_memory("light in the cache", held, work.memory)?;
             let mut found = self.indirect(block, work)?;
-            for (light, picture) in block.iter().zip(&mut found) {
-                work.progress.report("direct light", done, new.len());
-                let emitter = self.emitter(*light);
-                let direct = DirectLight {
-                    rays: self.rays(),
-                    seen: &self.seen,
-                    emitter: &emitter,
-                };
-                direct.add_to(picture, work)?;
-                done += 1;
-            }
+            work.progress.report("direct light", done, new.len());
+            let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
+            let direct = DirectLight {
+                rays: self.rays(),
+                seen: &self.seen,
+                emitters: &emitters,
+            };
+            direct.add_to(&mut found, work)?;
+            done += block.len();
             for (light, picture) in block.iter().zip(found) {
                 self.pictures[*light] = Some(picture);
                 self.held += each;
@@ -215,8 +214,9 @@ impl FinalGather {
         let rows = gathered.par_chunks_mut(width * self.width).enumerate();
         rows.try_for_each(|(y, row)| {
             work.check()?;
+            let start = self.gathered.rows[y] * self.width;
             for (x, out) in row.chunks_exact_mut(width).enumerate() {
-                let rays = self.gathered.cells.range(y * self.width + x);
+                let rays = self.gathered.cells.range(start + x);
                 let share = 1.0 / rays.len().max(1) as f32;
                 for ray in rays {
                     let cell = self.gathered.cells.items()[ray];
@@ -267,9 +267,11 @@ impl FinalGather {
                             frame(normal).map(|way| way * side)
                         };
                         let random = point(k as u32, seed);
-                        sum.add(emitter.sample(self.scene(), (place, normal), footprint, random));
+                        let sample =
+                            emitter.sample(self.scene(), (place, normal), footprint, random);
+                        sum.add(sample, 1.0);
                     }
-                    *out = (sum.irradiance() / points.len().max(1) as f64) as f32;
+                    *out = sum.irradiance() / points.len().max(1) as f32;
                 }
             }
             Ok(())

@@ -2,84 +2,128 @@
 
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::SurfacePoint;
-use crate::radiosity::final_gather::emitter::{Emitter, Sample, SampleSum};
-use crate::radiosity::final_gather::picture_rays::{PictureRays, each_pixel};
+use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
+use crate::radiosity::final_gather::picture_rays::PictureRays;
 use crate::radiosity::final_gather::sampling::point;
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::work::{Cancelled, Work};
-use std::f64::consts::PI;
+use rayon::prelude::*;
+use std::f32::consts::PI;
+use std::ops::Range;
 
 /// Of the spread of a pixel's samples, what its neighbours are taken to have at least: the first
 /// samples may all miss an edge.
-const SPREAD: f64 = 0.5;
+const SPREAD: f32 = 0.5;
+/// Spreads are told apart over so many octaves below a light's mean level and as many above it, in
+/// so many parts each.
+const OCTAVES: u32 = 24;
+const PER_OCTAVE: usize = 16;
+const BINS: usize = 2 * OCTAVES as usize * PER_OCTAVE;
 /// Seed of the sequence of points.
 const SEED: u32 = 1000;
 
-/// Direct light of one light in pixels.
+/// Direct light of several lights in pixels: what a sample of a pixel shows is found once for all
+/// of them.
 pub struct DirectLight<'a> {
     pub rays: PictureRays<'a>,
     /// Facets of the first samples of each pixel.
     pub seen: &'a [u32],
-    pub emitter: &'a Emitter<'a>,
+    pub emitters: &'a [Emitter<'a>],
 }
 
 impl DirectLight<'_> {
-    /// Adds the light, and the panel itself where it is seen, to a picture of its reflected light.
+    /// Bytes that a pixel takes for each light meanwhile.
+    pub const PIXEL_BYTES: usize = size_of::<PixelSums>() + size_of::<u16>();
+
+    /// Adds each light, and the panel itself where it is seen, to a picture of its reflected light.
     ///
     /// # Errors
     /// On cancel.
-    pub fn add_to(&self, picture: &mut [f32], work: Work<'_>) -> Result<(), Cancelled> {
-        let (first, size) = (self.rays.step.first, self.rays.size);
-        let begun = each_pixel(size, work, |pixel| {
-            let mut sums = PixelSums::default();
-            self.sample(pixel, 0..first, &mut sums);
-            sums
-        })?;
-        let samples = allot(&self.rays, &begun, picture);
-        let sums = each_pixel(size, work, |pixel| {
-            let mut sums = begun[pixel];
-            self.sample(pixel, first..samples[pixel], &mut sums);
-            sums
-        })?;
-        for (pixel, sums) in picture.chunks_exact_mut(3).zip(&sums) {
-            for (p, radiance) in pixel.iter_mut().zip(sums.radiance()) {
-                *p += radiance as f32;
+    pub fn add_to(&self, pictures: &mut [Vec<f32>], work: Work<'_>) -> Result<(), Cancelled> {
+        let first = self.rays.step.first as u16;
+        let lights = self.emitters.len();
+        let [width, height] = self.rays.size;
+        let mut sums = vec![PixelSums::default(); width * height * lights];
+        self.sample(&mut sums, &|_| 0..first, work)?;
+        let mut samples = vec![first; sums.len()];
+        for (light, picture) in pictures.iter().enumerate() {
+            let own = sums.iter().skip(light).step_by(lights);
+            let allotted = allot(&self.rays, own, picture);
+            let places = samples.iter_mut().skip(light).step_by(lights);
+            places.zip(allotted).for_each(|(to, from)| *to = from);
+        }
+        self.sample(&mut sums, &|at| first..samples[at], work)?;
+        for (light, picture) in pictures.iter_mut().enumerate() {
+            let own = (light..sums.len()).step_by(lights);
+            for (pixel, at) in picture.chunks_exact_mut(3).zip(own) {
+                let radiance = sums[at].radiance(f32::from(samples[at]));
+                pixel.iter_mut().zip(radiance).for_each(|(p, r)| *p += r);
             }
         }
         Ok(())
     }
 
-    /// Adds some samples of a pixel to its sums.
-    fn sample(&self, pixel: usize, samples: std::ops::Range<u32>, sums: &mut PixelSums) {
+    /// Adds samples to the sums of all pixels and lights: `range` returns which, by the place among
+    /// the sums.
+    fn sample(
+        &self,
+        sums: &mut [PixelSums],
+        range: &(impl Fn(usize) -> Range<u16> + Sync),
+        work: Work<'_>,
+    ) -> Result<(), Cancelled> {
+        let lights = self.emitters.len();
+        let width = self.rays.size[0];
+        let rows = sums.par_chunks_mut(width * lights).enumerate();
+        rows.try_for_each(|(y, row)| {
+            work.check()?;
+            for (x, sums) in row.chunks_exact_mut(lights).enumerate() {
+                let pixel = y * width + x;
+                let range = |light| range(pixel * lights + light);
+                let start = range(0).start;
+                let end = (0..lights).map(|l| range(l).end).max().unwrap_or(start);
+                for k in start..end {
+                    self.sample_pixel(pixel, u32::from(k), sums, |light| k < range(light).end);
+                }
+            }
+            Ok(())
+        })
+    }
+
+    /// Adds one sample of a pixel to the sums of those lights that it `counts` for.
+    fn sample_pixel(
+        &self,
+        pixel: usize,
+        k: u32,
+        sums: &mut [PixelSums],
+        counts: impl Fn(usize) -> bool,
+    ) {
         let scene = self.rays.scene;
-        for k in samples {
-            sums.samples += 1.0;
-            let Some(place) = self.place(pixel, k) else {
-                continue;
-            };
-            let facet = &scene.surfaces.facets[place.facet as usize];
+        let Some(place) = self.place(pixel, k) else {
+            return;
+        };
+        let facet = &scene.surfaces.facets[place.facet as usize];
+        let reflectance = facet.reflectance.map(|r| r as f32);
+        let highest = facet.highest_reflectance() as f32;
+        let here = (place.point, facet.normal);
+        let random = point(self.rays.index(pixel) + k, SEED);
+        let footprint = || {
+            let weight = 1.0 / f64::from(self.rays.step.first);
+            footprint(self.rays.camera, place.point, facet.normal, weight)
+        };
+        let all = self.emitters.iter().zip(sums).enumerate();
+        for (_, (emitter, sums)) in all.filter(|(light, _)| counts(*light)) {
             let mut level = 0.0;
-            if self.emitter.is_of(facet.material) {
+            if emitter.is_of(facet.material) {
                 sums.shining += 1.0;
                 level += 1.0;
             }
             if !facet.is_black() {
-                let footprint = || {
-                    let weight = 1.0 / f64::from(self.rays.step.first);
-                    footprint(self.rays.camera, place.point, facet.normal, weight)
-                };
-                let random = point(self.rays.index(pixel) + k, SEED);
-                let here = (place.point, facet.normal);
-                let sample = self.emitter.sample(scene, here, footprint, random);
-                for (sum, r) in sums.channels.iter_mut().zip(facet.reflectance) {
-                    sum.add(Sample {
-                        unoccluded: r * sample.unoccluded,
-                        sampled: r * sample.sampled,
-                        visible: r * sample.visible,
-                    });
+                let sample = emitter.sample(scene, here, footprint, random);
+                for (sum, r) in sums.channels.iter_mut().zip(reflectance) {
+                    sum.add(sample, r);
                 }
                 if sample.visible > 0.0 {
-                    level += facet.highest_reflectance() * sample.unoccluded / PI;
+                    level += highest * sample.unoccluded as f32 / PI;
                 }
             }
             sums.level += level;
@@ -103,79 +147,78 @@ struct PixelSums {
     /// Of each channel, weighted by the reflectance of what the sample shows.
     channels: [SampleSum; 3],
     /// Samples that show the light itself.
-    shining: f64,
+    shining: f32,
     /// Radiance of the samples and its square, for their spread.
-    level: f64,
-    square: f64,
-    samples: f64,
+    level: f32,
+    square: f32,
 }
 
 impl PixelSums {
-    fn radiance(&self) -> [f64; 3] {
-        let all = self.samples.max(1.0);
+    fn radiance(&self, samples: f32) -> [f32; 3] {
         self.channels
-            .map(|c| (c.irradiance() / PI + self.shining) / all)
+            .map(|c| (c.irradiance() / PI + self.shining) / samples)
     }
 }
 
 /// How many samples each pixel takes, so that the noise of the whole picture is what the step
 /// allows: more where the first samples differ.
-fn allot(rays: &PictureRays<'_>, sums: &[PixelSums], indirect: &[f32]) -> Vec<u32> {
+fn allot<'a>(
+    rays: &PictureRays<'_>,
+    sums: impl Iterator<Item = &'a PixelSums>,
+    indirect: &[f32],
+) -> Vec<u16> {
     let GatherStep {
         first,
         most,
         noise: aim,
         ..
     } = rays.step;
-    let n = f64::from(first);
+    let n = first as f32;
     let mut square = 0.0;
-    for (sums, indirect) in sums.iter().zip(indirect.chunks_exact(3)) {
-        let mean = sums.level / n + f64::from(indirect[1]);
-        square += mean * mean;
+    let mut own = Vec::with_capacity(indirect.len() / 3);
+    for (sums, indirect) in sums.zip(indirect.chunks_exact(3)) {
+        let mean = sums.level / n;
+        square += f64::from(mean + indirect[1]).powi(2);
+        own.push((sums.square / n - mean * mean).max(0.0).sqrt());
     }
-    let pixels = sums.len() as f64;
-    let level = (square / pixels).sqrt();
-    let spread = |s: &PixelSums| {
-        let mean = s.level / n;
-        (s.square / n - mean * mean).max(0.0).sqrt()
-    };
-    let own: Vec<f64> = sums.iter().map(spread).collect();
     let spreads = with_neighbours(&own, rays.size);
-    let allotted = |scale: f64| {
-        let of = |s: &f64| {
-            let times = (scale * s / n).max(1.0).log2().round().exp2();
-            ((n * times) as u32).min(most)
-        };
-        spreads.iter().map(of).collect::<Vec<u32>>()
+    let pixels = spreads.len() as f64;
+    let level = (square / pixels).sqrt();
+    if level == 0.0 {
+        return vec![first as u16; spreads.len()];
+    }
+    // Spreads are taken together by parts of an octave.
+    let bin = |s: f32| {
+        let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
+        ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
+    };
+    let mut squares = vec![0.0; BINS];
+    for s in &spreads {
+        squares[bin(*s)] += (f64::from(*s) / level).powi(2);
+    }
+    // Samples are fewest for a given noise where they go with the spread: here in powers of two,
+    // over which the sequence of points is even.
+    let samples = |bin: usize, shift: usize| {
+        let octave = ((bin + shift) / PER_OCTAVE) as u32;
+        (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
     };
     // Stratified samples do better than their number's root.
-    let noise = |samples: &[u32]| {
-        let square = spreads.iter().zip(samples);
-        let square: f64 = square.map(|(s, n)| s * s / f64::from(*n).powf(1.25)).sum();
-        (square / pixels).sqrt()
+    let noise = |shift: usize| {
+        let of = |(bin, square): (usize, &f64)| square / f64::from(samples(bin, shift)).powf(1.25);
+        (squares.iter().enumerate().map(of).sum::<f64>() / pixels).sqrt()
     };
-    let allowed = aim * level;
-    if level == 0.0 || noise(&allotted(0.0)) <= allowed {
-        return vec![first; sums.len()];
-    }
-    // Samples are fewest for a given noise where they go with the spread.
-    let (mut low, mut high) = (1e-3 / level, 1e9 / level);
-    for _ in 0..40 {
-        let scale = (low * high).sqrt();
-        if noise(&allotted(scale)) > allowed {
-            low = scale;
-        } else {
-            high = scale;
-        }
-    }
-    allotted(high)
+    let most_shift = OCTAVES as usize * PER_OCTAVE;
+    let shift = (0..most_shift).find(|shift| noise(*shift) <= aim);
+    let shift = shift.unwrap_or(most_shift);
+    let of = |s: &f32| samples(bin(*s), shift) as u16;
+    spreads.iter().map(of).collect()
 }
 
 /// The spreads of pixels, raised where a neighbour's is much greater.
-fn with_neighbours(own: &[f64], [width, height]: [usize; 2]) -> Vec<f64> {
+fn with_neighbours(own: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
     let of = |at: usize| {
         let (x, y) = (at % width, at / width);
-        let mut most = 0.0_f64;
+        let mut most = 0.0_f32;
         for y in y.saturating_sub(1)..(y + 2).min(height) {
             for x in x.saturating_sub(1)..(x + 2).min(width) {
                 most = most.max(own[y * width + x]);

@@ -52,26 +52,27 @@ pub struct Sample {
     pub visible: f64,
 }
 
-/// Sums over samples of one light at several points.
+/// Sums over samples of one light at several points, in single precision, as there is one for every
+/// pixel.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SampleSum {
-    unoccluded: f64,
-    sampled: f64,
-    visible: f64,
+    unoccluded: f32,
+    sampled: f32,
+    visible: f32,
 }
 
 impl SampleSum {
-    /// Adds one of them.
-    pub fn add(&mut self, sample: Sample) {
-        self.unoccluded += sample.unoccluded;
-        self.sampled += sample.sampled;
-        self.visible += sample.visible;
+    /// Adds one of them, weighted.
+    pub fn add(&mut self, sample: Sample, weight: f32) {
+        self.unoccluded += weight * sample.unoccluded as f32;
+        self.sampled += weight * sample.sampled as f32;
+        self.visible += weight * sample.visible as f32;
     }
 
     /// The sum of irradiance: the closed form times the visible share of what was sampled.
-    pub fn irradiance(&self) -> f64 {
+    pub fn irradiance(&self) -> f32 {
         if self.sampled > 0.0 {
-            self.unoccluded * self.visible / self.sampled
+            self.unoccluded * (self.visible / self.sampled)
         } else {
             0.0
         }

@@ -31,7 +31,9 @@ const SEED_CELL: u32 = 303;
 /// What the pixels' rays found.
 #[derive(Default)]
 pub struct Gathered {
-    /// Of each pixel the cells that its rays end in.
+    /// Of each row of the picture its place in `cells`.
+    pub rows: Vec<usize>,
+    /// Of each pixel the cells that its rays end in, by rows as they were looked at.
     pub cells: Lists<u32>,
     /// Of each ray the facet that it left from.
     pub facets: Vec<u32>,
@@ -138,19 +140,27 @@ impl PictureRays<'_> {
         work: Work<'_>,
     ) -> Result<Gathered, TransportError> {
         let [width, height] = self.size;
-        let mut out = Gathered::default();
+        let mut out = Gathered {
+            rows: vec![0; height],
+            smooth: vec![None; width * height],
+            ..Gathered::default()
+        };
+        let order = scattered(height);
         let mut cells = Vec::new();
-        for start in (0..height).step_by(BAND) {
-            work.progress.report("rays", start, height);
-            let rows = (start + BAND).min(height) - start;
-            let of = |pixel: usize| self.rays_of(start * width + pixel, seen, settings);
-            let pixels = each_pixel([width, rows], work, of)?;
-            for (landings, smooth) in pixels {
+        for (band, rows) in order.chunks(BAND).enumerate() {
+            work.progress.report("rays", band * BAND, height);
+            let of =
+                |at: usize| self.rays_of(rows[at / width] * width + at % width, seen, settings);
+            let pixels = each_pixel([width, rows.len()], work, of)?;
+            for (at, (landings, smooth)) in pixels.into_iter().enumerate() {
                 cells.clear();
                 finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
                 out.cells.push(cells.iter().copied());
                 out.facets.extend(landings.iter().map(|(_, facet)| *facet));
-                out.smooth.push(smooth);
+                out.smooth[rows[at / width] * width + at % width] = smooth;
+            }
+            for (at, row) in rows.iter().enumerate() {
+                out.rows[*row] = band * BAND + at;
             }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
         }
@@ -194,6 +204,14 @@ impl PictureRays<'_> {
         });
         (out, smooth)
     }
+}
+
+/// Rows from all over the picture one after the other: a cell is evaluated where its first rays
+/// fell, and these should not all come from one side.
+fn scattered(height: usize) -> Vec<usize> {
+    let bits = usize::BITS - height.leading_zeros();
+    let turned = (0..1_usize << bits).map(|i| i.reverse_bits() >> (usize::BITS - bits));
+    turned.filter(|row| *row < height).collect()
 }
 
 /// One value for each pixel, by its number.
