@@ -127,21 +127,21 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "show",
         text::show,
-        "list banks and cues with their times, or the text that declares NAME",
+        "list banks and cues with their times, or the text of NAME",
         "show lamps",
     )
     .words("[NAME]", Complete::Names),
     verb(
         "at",
         live::at,
-        "move to a time and print the levels there, and the light where a dimmer changes it",
+        "move to a time and print the levels and the light there",
         "at 1:30",
     )
     .words("[TIME]", Complete::Nothing),
     verb(
         "plan",
         render::plan,
-        "key settings, basis, and the error predicted after each refined picture",
+        "keys, basis, and the error predicted after each refined picture",
         "plan --tolerance 1%",
     )
     .words("[N]", Complete::Nothing)
@@ -188,7 +188,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "refine",
         render::refine,
-        "render refined pictures in the order of the plan, one if nothing is said; `&`: in the background",
+        "render refined pictures, most useful first; `&`: in the background",
         "refine until 2%",
     )
     .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
@@ -202,7 +202,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "wait",
         render::wait,
-        "wait for the refinement in the background; Ctrl-C ends the waiting alone",
+        "wait for the refinement; Ctrl-C ends the waiting alone",
         "wait",
     ),
     verb(
@@ -243,7 +243,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "plot",
         plot::plot,
-        "draw curves of banks and groups, or keys, spectrum, basis, error (`bank keys`: the bank)",
+        "draw curves of banks and groups, or keys, spectrum, basis, error",
         "plot -o curves.svg",
     )
     .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks(&SUBJECTS))
@@ -261,7 +261,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "run",
         render::run,
-        "the whole loop: coarse pictures, plan, refinement, key images, sequence",
+        "the whole loop: coarse pictures, plan, refined ones, keys, film",
         "run --until 2%",
     )
     .options(&[
@@ -305,7 +305,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "quality",
         measure::quality,
-        "what each step of quality sets for this show, and how long it is likely to take",
+        "what each step of quality sets, and how long it is likely to take",
         "quality --measure",
     )
     .options(&[
@@ -340,7 +340,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "tune",
         measure::tune,
-        "measure every step of quality, and choose the cheapest that is good enough",
+        "measure every step of quality, choose the cheapest good enough",
         "tune --until 2%",
     )
     .options(&[
@@ -362,7 +362,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "session",
         session::session,
-        "replay edits and `refine` lines from a file: error against time and refined pictures",
+        "replay edits and `refine` lines of a file: error against time",
         "session session.txt --truth -o session.png",
     )
     .words("COMMANDS", Complete::Files)
@@ -375,7 +375,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "pool",
         render::pool,
-        "tell what pictures there are and which serve this show, or free them",
+        "what pictures there are and which serve this show, or free them",
         "pool drop unused",
     )
     .words("[drop [unused | all]]", Complete::Words(&["drop", "unused", "all"]))
@@ -409,7 +409,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "set",
         live::set,
-        "try levels on top of the current moment, without a cue; a move in time lets go of them",
+        "try levels without a cue; a move in time lets go of them",
         "set lamps 40 sky #203060",
     )
     .words("[LEVELS]", Complete::Movable(&["full", "out", "to"])),
@@ -422,7 +422,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "record",
         live::record,
-        "write the levels that are tried as a new cue; alone: keep blind edits",
+        "write the tried levels as a new cue; alone: keep blind edits",
         "record 2.5 \"Lamp up\" --time 3",
     )
     .words("[NUMBER [LABEL]]", Complete::Nothing)
@@ -434,7 +434,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "blind",
         live::blind,
-        "edits from now on are shown, but kept only by `record`; `off` drops them",
+        "show edits but keep them only by `record`; `off` drops them",
         "blind",
     )
     .words("[off]", Complete::Words(&["off"])),
@@ -453,7 +453,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "tracksheet",
         text::tracksheet,
-        "cues by banks: the level each bank holds, moved, tracked and blocked marked",
+        "cues by banks: each bank's level; moved, tracked, blocked marked",
         "tracksheet -o tracks.csv",
     )
     .options(&[output("write a .md, .csv or .txt")])
@@ -476,7 +476,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "diff",
         text::diff,
-        "what changed since the show was read or saved, or from FILE to it, in cues and in light",
+        "what changed since the show was read or saved, or from FILE to it",
         "diff -o changes.png",
     )
     .words("[FILE]", Complete::Files)
