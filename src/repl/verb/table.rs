@@ -146,20 +146,23 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[N]", Complete::Nothing)
     .options(&[
-            JSON,
-            switch("next", "the next N pictures to refine (default: 5), their seconds and what they leave"),
-            value(
-                "tolerance",
-                "X",
-                "error allowed, such as 2% (default: the show's preview)",
-            ),
-            SIGNED,
-            value(
-                "metric",
-                "M",
-                "settings, influence or error; the last two render coarse pictures first",
-            ),
-        ])
+        JSON,
+        switch(
+            "next",
+            "the next N pictures to refine (default: 5), their seconds and what they leave",
+        ),
+        value(
+            "tolerance",
+            "X",
+            "error allowed, such as 2% (default: the show's preview)",
+        ),
+        SIGNED,
+        value(
+            "metric",
+            "M",
+            "settings, influence or error; the last two render coarse pictures first",
+        ),
+    ])
     .command(),
     verb(
         "picture",
@@ -169,21 +172,21 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[TIME]", Complete::Nothing)
     .options(&[
-            value(
-                "at",
-                "TIME",
-                "the moment (default: the current time, or the start)",
-            ),
-            value("bank", "NAME", "this bank alone, at full"),
-            value(
-                "quality",
-                "Q",
-                "render again at this step of the scale, 1 to 5",
-            ),
-            VIEW,
-            FLOAT,
-            output("write a .png (as displayed) or an .exr (linear)"),
-        ])
+        value(
+            "at",
+            "TIME",
+            "the moment (default: the current time, or the start)",
+        ),
+        value("bank", "NAME", "this bank alone, at full"),
+        value(
+            "quality",
+            "Q",
+            "render again at this step of the scale, 1 to 5",
+        ),
+        VIEW,
+        FLOAT,
+        output("write a .png (as displayed) or an .exr (linear)"),
+    ])
     .command(),
     verb(
         "refine",
@@ -191,7 +194,10 @@ pub const VERBS: &[VerbSpec] = &[
         "render refined pictures, most useful first; `&`: in the background",
         "refine until 2%",
     )
-    .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
+    .words(
+        "[N | until X% | for TIME] [&]",
+        Complete::Words(&["until", "for"]),
+    )
     .options(&[VIEW, METRIC]),
     verb(
         "status",
@@ -219,26 +225,26 @@ pub const VERBS: &[VerbSpec] = &[
         "play -o show.png",
     )
     .options(&[
-            VIEW,
-            KEYS,
-            value(
-                "layers",
-                "WHAT",
-                "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
+        VIEW,
+        KEYS,
+        value(
+            "layers",
+            "WHAT",
+            "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
                  refined pictures)",
-            ),
-            FLOAT,
-            value(
-                "chroma",
-                "C",
-                "colour of a video: 420 (default) or 444, BT.709",
-            ),
-            output(
-                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
+        ),
+        FLOAT,
+        value(
+            "chroma",
+            "C",
+            "colour of a video: 420 (default) or 444, BT.709",
+        ),
+        output(
+            "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
                  .html (a page that plays), an .exr (layers), or numbered pictures such as \
                  frames/####.png",
-            ),
-        ])
+        ),
+    ])
     .command(),
     verb(
         "plot",
@@ -246,17 +252,20 @@ pub const VERBS: &[VerbSpec] = &[
         "draw curves of banks and groups, or keys, spectrum, basis, error",
         "plot -o curves.svg",
     )
-    .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks(&SUBJECTS))
+    .words(
+        "[BANK… | keys | spectrum | basis | error]",
+        Complete::Banks(&SUBJECTS),
+    )
     .options(&[
-            METRIC,
-            value(
-                "tolerance",
-                "X",
-                "of spectrum, the error allowed, such as 2% (default: the show's preview)",
-            ),
-            DARK,
-            output("write a .png or an .svg"),
-        ])
+        METRIC,
+        value(
+            "tolerance",
+            "X",
+            "of spectrum, the error allowed, such as 2% (default: the show's preview)",
+        ),
+        DARK,
+        output("write a .png or an .svg"),
+    ])
     .command(),
     verb(
         "run",
@@ -265,25 +274,25 @@ pub const VERBS: &[VerbSpec] = &[
         "run --until 2%",
     )
     .options(&[
-            value(
-                "until",
-                "X",
-                "refine until this error, such as 2% (default: the show's preview)",
-            ),
-            value(
-                "count",
-                "N",
-                "refine until there are N pictures, stored ones included",
-            ),
-            value("budget", "TIME", "stop refining when this time is used up"),
-            VIEW,
-            METRIC,
-            value(
-                "out",
-                "DIR",
-                "where the results go (default: out/ and the show's file name)",
-            ),
-        ])
+        value(
+            "until",
+            "X",
+            "refine until this error, such as 2% (default: the show's preview)",
+        ),
+        value(
+            "count",
+            "N",
+            "refine until there are N pictures, stored ones included",
+        ),
+        value("budget", "TIME", "stop refining when this time is used up"),
+        VIEW,
+        METRIC,
+        value(
+            "out",
+            "DIR",
+            "where the results go (default: out/ and the show's file name)",
+        ),
+    ])
     .command(),
     verb(
         "compare",
@@ -292,15 +301,15 @@ pub const VERBS: &[VerbSpec] = &[
         "compare --reference refs --quality 4 -o differences.png",
     )
     .options(&[
-            value(
-                "reference",
-                "DIR",
-                "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
-            ),
-            QUALITY,
-            JSON,
-            output("write the differences as a .png or an .svg"),
-        ])
+        value(
+            "reference",
+            "DIR",
+            "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
+        ),
+        QUALITY,
+        JSON,
+        output("write the differences as a .png or an .svg"),
+    ])
     .command(),
     verb(
         "quality",
@@ -309,9 +318,12 @@ pub const VERBS: &[VerbSpec] = &[
         "quality --measure",
     )
     .options(&[
-            JSON,
-            switch("measure", "render at every step too, and tell the seconds it took"),
-        ])
+        JSON,
+        switch(
+            "measure",
+            "render at every step too, and tell the seconds it took",
+        ),
+    ])
     .command(),
     verb(
         "chart",
@@ -321,21 +333,24 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .kinds(CHARTS)
     .options(&[
-            value(
-                "reference",
-                "DIR",
-                "of transport, the folder of reference pictures (default: the finest step is the \
+        value(
+            "reference",
+            "DIR",
+            "of transport, the folder of reference pictures (default: the finest step is the \
                  reference)",
-            ),
-            value(
-                "commands",
-                "FILE",
-                "of session, the file to replay (default: session.txt next to the show)",
-            ),
-            switch("truth", "of session, also against every source at the refined quality"),
-            DARK,
-            output("write a .png, an .svg, or the figures as .csv or .json"),
-        ])
+        ),
+        value(
+            "commands",
+            "FILE",
+            "of session, the file to replay (default: session.txt next to the show)",
+        ),
+        switch(
+            "truth",
+            "of session, also against every source at the refined quality",
+        ),
+        DARK,
+        output("write a .png, an .svg, or the figures as .csv or .json"),
+    ])
     .command(),
     verb(
         "tune",
@@ -344,20 +359,20 @@ pub const VERBS: &[VerbSpec] = &[
         "tune --until 2%",
     )
     .options(&[
-            value(
-                "until",
-                "X",
-                "error allowed, such as 2% (default: the show's preview)",
-            ),
-            value(
-                "budget",
-                "TIME",
-                "leave out fine steps that are not measured within this time; the finest measured \
+        value(
+            "until",
+            "X",
+            "error allowed, such as 2% (default: the show's preview)",
+        ),
+        value(
+            "budget",
+            "TIME",
+            "leave out fine steps that are not measured within this time; the finest measured \
                  is the truth",
-            ),
-            JSON,
-            VIEW,
-        ])
+        ),
+        JSON,
+        VIEW,
+    ])
     .command(),
     verb(
         "session",
@@ -367,10 +382,13 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("COMMANDS", Complete::Files)
     .options(&[
-            switch("truth", "measure against every source at the refined quality, rendered too"),
-            METRIC,
-            output("write a .png or an .svg, or the data as .csv or .json"),
-        ])
+        switch(
+            "truth",
+            "measure against every source at the refined quality, rendered too",
+        ),
+        METRIC,
+        output("write a .png or an .svg, or the data as .csv or .json"),
+    ])
     .command(),
     verb(
         "pool",
@@ -378,7 +396,10 @@ pub const VERBS: &[VerbSpec] = &[
         "what pictures there are and which serve this show, or free them",
         "pool drop unused",
     )
-    .words("[drop [unused | all]]", Complete::Words(&["drop", "unused", "all"]))
+    .words(
+        "[drop [unused | all]]",
+        Complete::Words(&["drop", "unused", "all"]),
+    )
     .command(),
     verb(
         "view",
@@ -427,10 +448,10 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[NUMBER [LABEL]]", Complete::Nothing)
     .options(&[value(
-            "time",
-            "TIME",
-            "the new cue's time, such as 3 or 4/6",
-        )]),
+        "time",
+        "TIME",
+        "the new cue's time, such as 3 or 4/6",
+    )]),
     verb(
         "blind",
         live::blind,
@@ -438,12 +459,7 @@ pub const VERBS: &[VerbSpec] = &[
         "blind",
     )
     .words("[off]", Complete::Words(&["off"])),
-    verb(
-        "undo",
-        text::undo,
-        "take the last edit back",
-        "undo",
-    ),
+    verb("undo", text::undo, "take the last edit back", "undo"),
     verb(
         "redo",
         text::redo,
@@ -502,10 +518,5 @@ pub const VERBS: &[VerbSpec] = &[
         "help picture",
     )
     .words("[VERB]", Complete::Verbs),
-    verb(
-        "quit",
-        text::quit,
-        "leave",
-        "quit",
-    ),
+    verb("quit", text::quit, "leave", "quit"),
 ];
