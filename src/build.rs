@@ -13,9 +13,10 @@ use std::path::{Path, PathBuf};
 
 /// The modules that decide what a picture looks like: `radiosity` and all that it may import, by
 /// the table of `lib.rs`; `tests/layering.rs` compares the two.
-pub const MODULES: [&str; 8] = [
+pub const MODULES: [&str; 9] = [
     "files",
     "geometry",
+    "hash",
     "picture",
     "radiosity",
     "renderer",

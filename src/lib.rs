@@ -58,6 +58,7 @@
 //! |---|---|---|---|---|
 //! | 0 | `units` | times, levels, angles, colours | - | - |
 //! | 0 | `geometry` | points, polygons, transforms: plain three-dimensional mathematics | - | - |
+//! | 0 | `hash` | mixing of bits: numbers that look random and are the same everywhere | - | - |
 //! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
 //! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
 //! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
@@ -68,9 +69,9 @@
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, gltf_json |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, work, files, scene, picture | serde_json |
-//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, work | nalgebra, rayon, wide |
+//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, hash, work | nalgebra, rayon, wide |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | pest, pest_derive, strsim |
-//! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, linalg | - |
+//! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
@@ -142,6 +143,10 @@ mod files;
 pub mod geometry;
 #[cfg(not(feature = "internals"))]
 mod geometry;
+#[cfg(feature = "internals")]
+pub mod hash;
+#[cfg(not(feature = "internals"))]
+mod hash;
 #[cfg(feature = "internals")]
 pub mod lang;
 #[cfg(not(feature = "internals"))]

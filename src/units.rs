@@ -30,6 +30,12 @@ impl Time {
         (us.is_finite() && us.abs() <= Time::MAX.0 as f64).then_some(Time(us as i64))
     }
 
+    /// The nearest time to `s` seconds, held within [`Time::MAX`] of zero; zero for NaN.
+    pub fn nearest(s: f64) -> Time {
+        let most = Time::MAX.0 as f64;
+        Time((s * 1e6).round().clamp(-most, most) as i64)
+    }
+
     /// Whole microseconds.
     pub const fn micros(self) -> i64 {
         self.0

@@ -1,5 +1,7 @@
 //! Pseudo-random numbers that are the same on every machine.
 
+use footlight::hash::{GOLDEN, mix};
+
 /// Vigna's splitmix64.
 #[derive(Clone, Debug)]
 pub struct Dice(u64);
@@ -11,10 +13,8 @@ impl Dice {
     }
 
     fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        self.0 = self.0.wrapping_add(GOLDEN);
+        mix(self.0)
     }
 
     /// A number of [`from`, `to`).

@@ -197,9 +197,9 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Tas
         Some((name, sub)) => {
             let spec = VERBS.iter().find(|v| v.name == name);
             let spec = spec.ok_or(clap::Error::new(ErrorKind::InvalidSubcommand))?;
-            let show = sub.get_one::<PathBuf>("SHOW");
+            let show = sub.get_one::<PathBuf>("SHOW").cloned();
             Task::Verb {
-                show: show.cloned().unwrap_or_default(),
+                show: show.ok_or(clap::Error::new(ErrorKind::MissingRequiredArgument))?,
                 call: call(spec, sub),
             }
         }
@@ -279,7 +279,11 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
     let show = Arg::new("SHOW").value_parser(value_parser!(PathBuf));
     out = out.arg(show.required(true).help(SHOW));
     if !spec.words.is_empty() {
-        let words = Arg::new("words").num_args(0..).value_name(spec.words);
+        // The outer brackets, around what may be left out, are clap's to write.
+        let name = spec.words.strip_prefix('[');
+        let name = name.and_then(|name| name.strip_suffix(']'));
+        let words = Arg::new("words").num_args(0..);
+        let words = words.value_name(name.unwrap_or(spec.words));
         out = out.arg(words.value_parser(text_or_path(spec.takes_files())));
     }
     for option in spec.options {

@@ -35,9 +35,8 @@ impl Drawing {
         let (width, height) = picture.size;
         match self {
             Drawing::Blocks => terminal::half_blocks(width, height, &picture.rgb, self.room()),
-            // Its own size always fits its own bytes.
             Drawing::Kitty => terminal::kitty(width, height, &picture.rgb, self.room(), number)
-                .unwrap_or_default(),
+                .unwrap_or_else(|error| format!("{error}\n")),
         }
     }
 

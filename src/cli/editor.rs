@@ -11,7 +11,7 @@ use rustyline::history::{DefaultHistory, History};
 use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Helper};
 
-use crate::files::{Disk, Store};
+use crate::files::{Disk, FileError, Store};
 use crate::lang::{Token, tokens};
 use crate::printable::{is_hidden, visible};
 use crate::repl::{Vocabulary, finished};
@@ -158,16 +158,22 @@ pub fn history_file() -> Option<PathBuf> {
 }
 
 /// The remembered lines; none where there is no file yet.
-pub fn remembered(file: &Path) -> Vec<String> {
-    let bytes = Disk.read(file, HISTORY_LIMIT).unwrap_or_default();
+pub fn remembered(file: &Path) -> Result<Vec<String>, FileError> {
+    let bytes = match Disk.read(file, HISTORY_LIMIT) {
+        Err(FileError::Missing(_)) => return Ok(Vec::new()),
+        read => read?,
+    };
     let text = String::from_utf8_lossy(&bytes);
-    text.lines().map(unescaped).collect()
+    Ok(text.lines().map(unescaped).collect())
 }
 
-/// Adds this session's lines behind those of other sessions; a history that cannot be written is
-/// given up in silence, as it is no reason to stop.
-pub fn remember(file: &Path, history: &DefaultHistory, known: usize) {
-    let mut lines = remembered(file);
+/// Adds this session's lines behind those of other sessions.
+pub fn remember(file: &Path, history: &DefaultHistory, known: usize) -> Result<(), FileError> {
+    if history.len() == known {
+        return Ok(());
+    }
+    // What cannot be read is not replaced: it would be lost.
+    let mut lines = remembered(file)?;
     let fresh = history.iter().skip(known).map(String::as_str);
     lines.extend(fresh.map(str::to_owned));
     let surplus = lines.len().saturating_sub(REMEMBERED);
@@ -176,9 +182,7 @@ pub fn remember(file: &Path, history: &DefaultHistory, known: usize) {
         .skip(surplus)
         .map(|l| escaped(l) + "\n")
         .collect();
-    if history.len() > known {
-        let _ = Disk.output(file, text.as_bytes());
-    }
+    Disk.output(file, text.as_bytes())
 }
 
 /// A line of its own for what may be several.

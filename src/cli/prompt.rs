@@ -1,6 +1,6 @@
 //! The prompt: a line editor on a terminal, plain lines from anywhere else.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
@@ -80,7 +80,9 @@ impl LineReader {
             let _ = ready.send(Ok(printer));
             type_lines(&mut line_editor, &asked, &send);
         })?;
-        let printer = begun.recv().unwrap_or(Ok(None))?;
+        let printer = begun
+            .recv()
+            .map_err(|_| io::Error::other("the line editor broke off"))??;
         Ok(LineReader {
             ask,
             printer,
@@ -123,7 +125,11 @@ fn type_lines(
     send: &Sender<Event>,
 ) {
     let history = editor::history_file();
-    for line in history.iter().flat_map(|file| editor::remembered(file)) {
+    // What cannot be read is said when it should be written.
+    let remembered = history
+        .iter()
+        .filter_map(|file| editor::remembered(file).ok());
+    for line in remembered.flatten() {
         let _ = line_editor.add_history_entry(line);
     }
     let known = line_editor.history().len();
@@ -140,8 +146,10 @@ fn type_lines(
             break;
         }
     }
-    if let Some(file) = &history {
-        editor::remember(file, line_editor.history(), known);
+    let file = history.as_ref();
+    let kept = file.map(|file| editor::remember(file, line_editor.history(), known));
+    if let Some(Err(error)) = kept {
+        complain(format!("this session is not in the history: {error}\n"));
     }
 }
 

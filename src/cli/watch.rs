@@ -65,7 +65,7 @@ pub fn watch(
             None => Disk.read(path, TEXT_LIMIT).into_iter().collect(),
         };
         // An editor that writes in two steps leaves the file away, or empty, for a moment.
-        if now.first().is_none_or(Vec::is_empty) {
+        let Some(text) = now.first().filter(|text| !text.is_empty()).cloned() else {
             away += 1;
             if away == LONG {
                 complain(format!("{} is gone or empty", path.display()));
@@ -77,7 +77,7 @@ pub fn watch(
                 complain(kept);
             }
             continue;
-        }
+        };
         away = 0;
         let stamped = stamps_of(&show);
         looks += 1;
@@ -89,7 +89,6 @@ pub fn watch(
         let unchanged = now == seen && show.is_none();
         stamps = stamped;
         seen = now;
-        let text = seen.first().cloned().unwrap_or_default();
         let changed = match &mut show {
             Some(repl) => change(repl, &text, watched, screen),
             None => open().and_then(|mut repl| {

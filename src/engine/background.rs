@@ -252,10 +252,15 @@ impl Engine {
             }
             Err(error) => Some(error),
         };
+        let (error, unknown) = match self.predicted_error() {
+            Ok(error) => (Some(error), None),
+            Err(Error::NotRendered | Error::NoSetup) => (None, None),
+            Err(error) => (None, Some(error)),
+        };
         let event = Event::RefinementEnded {
             done: std::mem::take(&mut background.refiner.done),
-            failed,
-            error: self.predicted_error().ok(),
+            failed: failed.or(unknown),
+            error,
             refined: self.refined(),
         };
         self.tell(event);
@@ -418,6 +423,7 @@ impl Engine {
         Some(Status {
             rendered: done.images,
             seconds: done.seconds,
+            // Why it cannot be predicted is said where the refinement ends of it.
             error: self.predicted_error().ok(),
             ahead: self.ahead(&background.refiner, job.as_ref()),
             job,

@@ -175,7 +175,7 @@ impl LiveControl {
             (Some(cue), Some(share)) => Some(part_of(cue, share.clamp(0.0, 1.0))),
             _ => settled(document, index),
         };
-        Ok(self.go_to(time.unwrap_or(self.now)))
+        Ok(self.go_to(time.ok_or(Error::NoSuchCue(cue))?))
     }
 
     /// Tries levels on top of what the cues say at this moment. What is set again takes the place

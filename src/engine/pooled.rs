@@ -50,20 +50,24 @@ pub struct Freed {
 impl Engine {
     /// What images there are beyond the pool's own, and which of the stored ones serve the show;
     /// `None` where the show has no stage or view.
-    pub fn pool_summary(&self) -> Option<PoolSummary> {
-        let rendering = self.rendering.as_ref()?;
+    ///
+    /// # Errors
+    /// [`Error::Plan`].
+    pub fn pool_summary(&self) -> Result<Option<PoolSummary>, Error> {
+        let Some(rendering) = &self.rendering else {
+            return Ok(None);
+        };
         let held = self.pool().map_or(0, |p| images_of(p).len());
         let keys = self.document.keys();
-        let next = self
-            .pool()
-            .and_then(|pool| plan::next(keys, &pool.settings(), pool.weighting(), None).ok());
-        Some(PoolSummary {
+        let next = |pool: &Pool| plan::next(keys, &pool.settings(), pool.weighting(), None);
+        let next = self.pool().map(next).transpose()?;
+        Ok(Some(PoolSummary {
             held,
             idle: self.image_cache.kept().len().saturating_sub(held),
             near_copies: rendering.near_copies,
             refused: next.map(|n| n.refused).unwrap_or_default(),
             store: self.store_summary(),
-        })
+        }))
     }
 
     fn store_summary(&self) -> Option<StoreSummary> {

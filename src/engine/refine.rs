@@ -226,9 +226,9 @@ impl Engine {
         let (begin, least) = (self.now(), self.refined_step());
         let store = self.host.store.as_ref();
         let image_cache = &mut self.image_cache;
-        let reused = self.rendering.as_mut();
-        let reused = reused.map(|r| r.reusable(image_cache, least, store));
-        self.add_refined(reused.unwrap_or_default(), begin)
+        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let reused = rendering.reusable(image_cache, least, store);
+        self.add_refined(reused, begin)
     }
 
     /// Adds images to the pool and records where the sequence stands after each.
@@ -236,9 +236,9 @@ impl Engine {
         let mut begin = begin;
         for image in images {
             let work = self.host.work();
-            if let Some(pool) = self.rendering.as_mut().and_then(|r| r.pool.as_mut()) {
-                pool.add(image.setting, image.image, image.quality, work);
-            }
+            let pool = self.rendering.as_mut().and_then(|r| r.pool.as_mut());
+            let pool = pool.ok_or(Error::NotRendered)?;
+            pool.add(image.setting, image.image, image.quality, work);
             let now = self.now();
             self.record(begin)?;
             begin = now;

@@ -253,10 +253,9 @@ pub fn sequence_error<I: Borrow<Image>>(
 /// Σ_ij M_ij <P_i, P_j>; the moment is symmetric.
 fn energy(pictures: &[Image], moment: &Matrix) -> f64 {
     let mut sum = 0.0;
-    for (i, a) in pictures.iter().enumerate() {
-        for (j, b) in pictures.iter().enumerate().take(i + 1) {
-            let weight = moment.get((i, j)).copied().unwrap_or(0.0);
-            if weight != 0.0 {
+    for (i, (a, row)) in pictures.iter().zip(moment.row_iter()).enumerate() {
+        for (j, (b, weight)) in pictures.iter().zip(row.iter()).enumerate().take(i + 1) {
+            if *weight != 0.0 {
                 sum += if i == j { 1.0 } else { 2.0 } * weight * dot(a, b);
             }
         }

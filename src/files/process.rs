@@ -322,7 +322,7 @@ fn tail(path: &Path) -> String {
             _ => text,
         })
     };
-    let text = read().unwrap_or_default();
+    let text = read().unwrap_or_else(|error| format!("its messages cannot be read: {error}"));
     let printable = |c: char| c == '\n' || c == '\t' || !c.is_control();
     text.chars().filter(|c| printable(*c)).collect()
 }
@@ -345,9 +345,8 @@ impl Private {
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
-        let mut last = None;
-        // A folder that somebody else has made under the name is never used.
-        for _ in 0..16 {
+        let mut attempts = 1..16;
+        loop {
             let name = format!("footlight-{}-{:016x}", std::process::id(), unique());
             let path = std::env::temp_dir().join(name);
             match builder.create(&path) {
@@ -355,10 +354,13 @@ impl Private {
                     running().folders.push(path.clone());
                     return Ok(Private { path });
                 }
-                Err(error) => last = Some(io_error(path.display())(error)),
+                // A folder that somebody else has made under the name is never used.
+                Err(error) if attempts.next().is_none() => {
+                    return Err(io_error(path.display())(error));
+                }
+                Err(_) => {}
             }
         }
-        Err(last.unwrap_or_else(|| FileError::Missing("a temporary folder".to_owned())))
     }
 }
 

@@ -48,7 +48,8 @@ pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
         .saturating_mul(height as u64)
         .saturating_mul(8 + 12);
     require_memory((width, height), needed, limit_bytes as u64)?;
-    let mut codes = vec![0; reader.output_buffer_size().unwrap_or_default()];
+    let size = reader.output_buffer_size();
+    let mut codes = vec![0; size.ok_or_else(|| malformed("it is too large to be addressed"))?];
     let frame = reader.next_frame(&mut codes).map_err(malformed)?;
     codes.truncate(frame.buffer_size());
     let data = linear(&codes, frame.color_type, frame.bit_depth);

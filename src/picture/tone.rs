@@ -168,7 +168,11 @@ const SAMPLED: usize = 16_000;
 /// that about 16,000 pixels are.
 pub fn sampling(width: usize, height: usize) -> usize {
     let pixels = |step: usize| width.div_ceil(step) * height.div_ceil(step);
-    (1..).find(|step| pixels(*step) <= SAMPLED).unwrap_or(1)
+    let mut step = 1;
+    while pixels(step) > SAMPLED {
+        step += 1;
+    }
+    step
 }
 
 /// The exposure, in stops, that puts bright light just below white.

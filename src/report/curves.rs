@@ -91,8 +91,8 @@ pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
             out.push((time.seconds(), piece.value(time)));
         }
     }
-    let last = timeline.last().get(coordinate).copied().unwrap_or(0.0);
-    out.push((end.seconds(), last));
+    let last = timeline.last().get(coordinate);
+    out.extend(last.map(|level| (end.seconds(), *level)));
     out
 }
 

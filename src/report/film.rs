@@ -85,7 +85,7 @@ pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation),
     let expected = limits.frames;
     let progress = &engine.host().progress;
     let mut frame = |seconds: f64| {
-        let time = start + Time::from_seconds(seconds).unwrap_or_default();
+        let time = start + Time::nearest(seconds);
         let mut bytes = Vec::new();
         player.show(time, &mut bytes);
         drawn += 1;
@@ -135,7 +135,7 @@ pub fn perform(engine: &Engine, player: &Player, now: Time, canvas: &dyn Canvas)
     let mut frames = 0;
     let (passed, reached) = loop {
         let passed = host.clock.seconds() - begin;
-        let time = from + Time::from_seconds(passed).unwrap_or_default();
+        let time = from + Time::nearest(passed);
         player.show(time.min(end), &mut frame.rgb);
         frames += 1;
         let seen = canvas.frame(&frame);
@@ -171,7 +171,7 @@ fn frames(
     let total = length(engine);
     for i in 0..total {
         engine.host().work().check()?;
-        let time = Time::from_seconds(i as f64 / rate).unwrap_or_default();
+        let time = Time::nearest(i as f64 / rate);
         take(i, start + time)?;
         engine.host().progress.report(task, i + 1, total);
     }

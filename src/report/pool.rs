@@ -5,14 +5,17 @@ use std::fmt::Write as _;
 
 use super::document::headline;
 use super::words::{count, megabytes};
-use crate::engine::{Engine, Freed, PoolSummary, StoreSummary};
+use crate::engine::{self, Engine, Freed, PoolSummary, StoreSummary};
 use crate::pool::Pool;
 use crate::renderer::Quality;
 
 /// Images in memory and in the store.
-pub fn describe(engine: &Engine) -> String {
+///
+/// # Errors
+/// As [`Engine::pool_summary`].
+pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
     let mut text = headline(engine.document()) + "\n";
-    let summary = engine.pool_summary();
+    let summary = engine.pool_summary()?;
     match (engine.pool(), &summary) {
         (Some(pool), Some(summary)) => describe_images(&mut text, engine, pool, summary),
         _ => {
@@ -21,7 +24,7 @@ pub fn describe(engine: &Engine) -> String {
         }
     }
     let Some(summary) = summary else {
-        return text;
+        return Ok(text);
     };
     if summary.idle > 0 {
         let idle = count(summary.idle, "picture");
@@ -31,7 +34,7 @@ pub fn describe(engine: &Engine) -> String {
         None => text.push_str("no store: pictures are kept until you leave\n"),
         Some(store) => describe_store(&mut text, store),
     }
-    text
+    Ok(text)
 }
 
 fn describe_images(text: &mut String, engine: &Engine, pool: &Pool, summary: &PoolSummary) {

@@ -9,7 +9,7 @@ use super::film::Animation;
 use super::manifest::Results;
 use super::words::{count, percent};
 use super::{Error, results};
-use crate::engine::{Ended, Engine, Goal, PlanOptions};
+use crate::engine::{self, Ended, Engine, Goal, PlanOptions};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
@@ -103,7 +103,8 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
         signed_keys: false,
     })?;
     let planned = engine.now();
-    let ended = engine.refine(goal)?.ended.unwrap_or(Ended::Complete);
+    let ended = engine.refine(goal)?.ended;
+    let ended = ended.ok_or(engine::Error::TaskLost)?;
     if ended == Ended::Stopped {
         return Err(Cancelled.into());
     }

@@ -26,14 +26,14 @@ pub enum LightKind {
     Panel {
         /// The material's name.
         material: String,
-        /// How bright it is at full.
-        strength: Strength,
+        /// How bright it is at full; `None` as the material itself says.
+        strength: Option<Strength>,
     },
     /// A sphere or a disc; [`Show::add_light_geometry`] puts it into the scene.
     Shape {
         /// Its form and place.
         shape: Shape,
-        /// How bright it is at full; never its own.
+        /// How bright it is at full.
         strength: Strength,
     },
     /// A point source as a file next to the show has it measured (see [`scene::Measured`]).
@@ -82,8 +82,6 @@ pub enum Output {
 /// How bright a surface is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strength {
-    /// As the material itself says.
-    Own,
     /// Luminance L (cd/m2).
     Luminance(Rgb),
     /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
@@ -97,13 +95,12 @@ pub enum Strength {
 
 impl Strength {
     /// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
-    /// where its intensity is given; `None` for its own.
-    fn radiance(self, area: f64, shown: f64) -> Option<Rgb> {
+    /// where its intensity is given.
+    fn radiance(self, area: f64, shown: f64) -> Rgb {
         match self {
-            Strength::Own => None,
-            Strength::Luminance(rgb) => Some(rgb),
-            Strength::Flux(rgb) => Some(rgb.scaled(1.0 / (std::f64::consts::PI * area))),
-            Strength::Intensity(rgb) => Some(rgb.scaled(1.0 / shown)),
+            Strength::Luminance(rgb) => rgb,
+            Strength::Flux(rgb) => rgb.scaled(1.0 / (std::f64::consts::PI * area)),
+            Strength::Intensity(rgb) => rgb.scaled(1.0 / shown),
         }
     }
 }
@@ -140,7 +137,7 @@ impl Light {
                 };
                 scene::Light::Panel {
                     material: material.ok_or_else(missing)?,
-                    radiance: radiance.unwrap_or_default(),
+                    radiance,
                 }
             }
             LightKind::Photometric {
@@ -221,7 +218,7 @@ pub(super) fn shape_material(light: &str) -> String {
 fn panel(
     id: NodeId,
     material: &str,
-    strength: Strength,
+    strength: Option<Strength>,
     scene: &Scene,
 ) -> Result<scene::Light, RigError> {
     let mut materials = scene.materials.iter().enumerate();
@@ -232,13 +229,13 @@ fn panel(
         material: name(),
     })?;
     let area = scene.area(index);
-    if area == 0.0 && matches!(strength, Strength::Flux(_) | Strength::Intensity(_)) {
+    if area == 0.0 && matches!(strength, Some(Strength::Flux(_) | Strength::Intensity(_))) {
         return Err(RigError::NoArea {
             id,
             material: name(),
         });
     }
-    let radiance = strength.radiance(area, area).unwrap_or(found.emission);
+    let radiance = strength.map_or(found.emission, |s| s.radiance(area, area));
     if radiance == Rgb::default() {
         return Err(RigError::Dark {
             id,

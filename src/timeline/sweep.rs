@@ -14,6 +14,7 @@ use std::collections::HashMap;
 
 use super::key::{KEY_BYTES, KeyOptions, SEGMENT_BYTES, Segment, TooManyKeys};
 use super::{Piece, Timeline, positivity};
+use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
 use crate::units::Time;
 
@@ -226,11 +227,8 @@ fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
     pieces
 }
 
-/// A coordinate's share of a key's hash: Vigna's splitmix64 of its number's bits and its place.
+/// A coordinate's share of a key's hash, of its number's bits and its place.
 fn hash_share(coordinate: usize, value: f64) -> u64 {
-    let place = (coordinate as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = value.to_bits().wrapping_add(place);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    let place = (coordinate as u64).wrapping_mul(GOLDEN);
+    mix(value.to_bits().wrapping_add(place))
 }

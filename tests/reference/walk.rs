@@ -15,6 +15,7 @@
 
 use crate::reference::Case;
 use footlight::geometry::{Vec3, frame};
+use footlight::hash::{GOLDEN, mix};
 use footlight::radiosity::{
     Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
     camera, irradiance, luminaires,
@@ -44,11 +45,8 @@ struct Dice(u64);
 
 impl Dice {
     fn roll(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        self.0 = self.0.wrapping_add(GOLDEN);
+        (mix(self.0) >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

@@ -40,11 +40,13 @@ pub fn difference(
     counted: Option<&[bool]>,
 ) -> Option<Difference> {
     let size = |i: &Image| (i.width(), i.height());
-    if size(image) != size(&reference.mean) {
+    let halves = reference.halves.as_ref();
+    let mut others = std::iter::once(&reference.mean).chain(halves.into_iter().flatten());
+    let pixels = image.width() * image.height();
+    if others.any(|i| size(image) != size(i)) || counted.is_some_and(|c| c.len() != pixels) {
         return None;
     }
-    let counts = |pixel: usize| counted.is_none_or(|c| c.get(pixel).copied().unwrap_or(false));
-    let halves = reference.halves.as_ref();
+    let counts = |pixel: usize| counted.is_none_or(|c| c.get(pixel) == Some(&true));
     let [mut plain, mut fair, mut power, mut ours, mut theirs] = [0.0_f64; 5];
     let numbers = image.data().iter().zip(reference.mean.data()).enumerate();
     for (at, (x, b)) in numbers.filter(|(at, _)| counts(at / 3)) {
@@ -71,8 +73,7 @@ pub fn away_from(is: &[bool], width: usize) -> Vec<bool> {
     let height = is.len() / width;
     let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
     let met = |x: usize, y: usize| {
-        near(y, height)
-            .any(|j| near(x, width).any(|i| is.get(j * width + i).copied().unwrap_or(false)))
+        near(y, height).any(|j| near(x, width).any(|i| is.get(j * width + i) == Some(&true)))
     };
     (0..is.len())
         .map(|at| !met(at % width, at / width))

@@ -93,14 +93,13 @@ pub fn judge(
     let total = playback.keys().segments().len();
     for (done, segment) in playback.keys().segments().iter().enumerate() {
         work.check()?;
-        let moments = match segment.degree {
-            0 => MOMENTS.get(..1),
-            _ => MOMENTS.get(..),
+        let moments: &[f64] = match segment.degree {
+            0 => &[0.0],
+            _ => &MOMENTS,
         };
-        let moments = moments.unwrap_or_default();
         for moment in moments {
             let seconds = segment.start() + moment * segment.duration();
-            let time = Time::from_seconds(seconds).unwrap_or_default();
+            let time = Time::nearest(seconds);
             let found = frame(time);
             let exact = Exact::new(playback, time);
             let (mut own_square, mut own_seen) = (0.0, 0.0);

@@ -100,7 +100,7 @@ fn order_curve(
     let mut points = Vec::new();
     for m in 0..=settings.len() {
         work.check()?;
-        let taken = settings.get(..m).unwrap_or(&settings);
+        let (taken, _) = settings.split_at(m);
         points.push(OrderPoint {
             error: trial.error(&trial.shown(taken)?),
             predicted: seconds.predicted(taken),

@@ -120,6 +120,17 @@ impl Spec {
         let white = self.kelvin.unwrap_or(Rgb::WHITE);
         white.filtered(self.gel.unwrap_or(Rgb::WHITE))
     }
+
+    /// How bright a surface is, where the text says so.
+    fn strength(&self) -> Option<Strength> {
+        let (amount, unit) = self.amount?;
+        let light = self.tint().scaled(amount);
+        Some(match unit {
+            Unit::Lumen => Strength::Flux(light),
+            Unit::Candela => Strength::Intensity(light),
+            _ => Strength::Luminance(light),
+        })
+    }
 }
 
 impl<'a> Lower<'a, '_> {
@@ -138,7 +149,7 @@ impl<'a> Lower<'a, '_> {
                 // A placeholder: there is an error, so that lowering returns no show.
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
-                    strength: Strength::Own,
+                    strength: None,
                 }),
             });
         }
@@ -342,14 +353,10 @@ impl<'a> Lower<'a, '_> {
         })
     }
 
-    fn strength(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Strength> {
-        let tint = spec.tint();
-        match spec.amount {
-            Some((flux, Unit::Lumen)) => Some(Strength::Flux(tint.scaled(flux))),
-            Some((intensity, Unit::Candela)) => Some(Strength::Intensity(tint.scaled(intensity))),
-            Some((radiance, _)) => Some(Strength::Luminance(tint.scaled(radiance))),
-            None if tint == Rgb::WHITE => Some(Strength::Own),
-            None => {
+    /// How bright a panel is; its material says so where the text has neither amount nor colour.
+    fn panel_strength(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Option<Strength>> {
+        match spec.strength() {
+            None if spec.tint() != Rgb::WHITE => {
                 let message = format!(
                     "the panel `{}` has a colour, but no luminance",
                     light.name.text
@@ -358,6 +365,7 @@ impl<'a> Lower<'a, '_> {
                 let at = (light.name.span, "how bright?");
                 self.report.error(codes::MISSING, message, at, help)
             }
+            strength => Some(strength),
         }
     }
 }

@@ -14,6 +14,7 @@
 )]
 
 use crate::geometry::{Vec3, frame};
+use crate::hash::{GOLDEN, mix};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::{Mesh, NONE, PointAboveFacet};
@@ -202,12 +203,10 @@ pub struct Hemicube<'a> {
     touched: Vec<u32>,
 }
 
-/// Pseudo-random number in 0..1 that depends on `index` alone (the output function of SplitMix64).
+/// Pseudo-random number in 0..1 that depends on `index` alone.
 pub fn hash_to_unit(index: u64) -> f64 {
-    let mut z = index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    let mixed = mix(index.wrapping_add(1).wrapping_mul(GOLDEN));
+    (mixed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Three orthogonal unit vectors whose sum points along `normal`, turned about it by a `turn` in

@@ -38,7 +38,8 @@ fn all() -> String {
     let _ = write!(
         text,
         "\nDeclarations change the show: {}.\n\
-         One replaces what has its kind and name, as a whole; `show cue 2` prints the text to edit.\n\
+         One replaces what has its kind and name, as a whole;\n\
+         `show cue 2` prints the text to edit.\n\
          `help WORD` tells more of a verb or a declaration.",
         wrapped(lang::keywords())
     );
@@ -69,4 +70,14 @@ fn wrapped(words: &[&str]) -> String {
         out.push_str(word);
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_list_of_verbs_fits_80_columns() {
+        for line in super::all().lines() {
+            assert!(line.chars().count() <= 80, "{line}");
+        }
+    }
 }

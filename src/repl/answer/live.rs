@@ -121,7 +121,8 @@ pub fn record(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let edited = repl.live.record(&mut repl.engine, cue, label, times)?;
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));
-    let mut recorded = Printable::from(place.and_then(|p| text.get(p)).unwrap_or_default());
+    let recorded = place.and_then(|p| text.get(p));
+    let mut recorded = Printable::from(recorded.ok_or(engine::Error::NoSuchCue(cue))?);
     recorded.push("\n");
     recorded.append(&repl.describe_edit(&edited, before));
     Ok(Reply::text(recorded))

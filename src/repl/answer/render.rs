@@ -167,7 +167,7 @@ fn default_folder(repl: &Repl) -> PathBuf {
 
 pub fn pool(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let all = match call.words().as_slice() {
-        [] => return Ok(Reply::text(report::pool::describe(&repl.engine))),
+        [] => return Ok(Reply::text(report::pool::describe(&repl.engine)?)),
         ["drop"] | ["drop", "unused"] => false,
         ["drop", "all"] => true,
         _ => {

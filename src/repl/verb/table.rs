@@ -127,39 +127,42 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "show",
         text::show,
-        "list banks and cues with their times, or the text that declares NAME",
+        "list banks and cues with their times, or the text of NAME",
         "show lamps",
     )
     .words("[NAME]", Complete::Names),
     verb(
         "at",
         live::at,
-        "move to a time and print the levels there, and the light where a dimmer changes it",
+        "move to a time and print the levels and the light there",
         "at 1:30",
     )
     .words("[TIME]", Complete::Nothing),
     verb(
         "plan",
         render::plan,
-        "key settings, basis, and the error predicted after each refined picture",
+        "keys, basis, and the error predicted after each refined picture",
         "plan --tolerance 1%",
     )
     .words("[N]", Complete::Nothing)
     .options(&[
-            JSON,
-            switch("next", "the next N pictures to refine (default: 5), their seconds and what they leave"),
-            value(
-                "tolerance",
-                "X",
-                "error allowed, such as 2% (default: the show's preview)",
-            ),
-            SIGNED,
-            value(
-                "metric",
-                "M",
-                "settings, influence or error; the last two render coarse pictures first",
-            ),
-        ])
+        JSON,
+        switch(
+            "next",
+            "the next N pictures to refine (default: 5), their seconds and what they leave",
+        ),
+        value(
+            "tolerance",
+            "X",
+            "error allowed, such as 2% (default: the show's preview)",
+        ),
+        SIGNED,
+        value(
+            "metric",
+            "M",
+            "settings, influence or error; the last two render coarse pictures first",
+        ),
+    ])
     .command(),
     verb(
         "picture",
@@ -169,29 +172,32 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[TIME]", Complete::Nothing)
     .options(&[
-            value(
-                "at",
-                "TIME",
-                "the moment (default: the current time, or the start)",
-            ),
-            value("bank", "NAME", "this bank alone, at full"),
-            value(
-                "quality",
-                "Q",
-                "render again at this step of the scale, 1 to 5",
-            ),
-            VIEW,
-            FLOAT,
-            output("write a .png (as displayed) or an .exr (linear)"),
-        ])
+        value(
+            "at",
+            "TIME",
+            "the moment (default: the current time, or the start)",
+        ),
+        value("bank", "NAME", "this bank alone, at full"),
+        value(
+            "quality",
+            "Q",
+            "render again at this step of the scale, 1 to 5",
+        ),
+        VIEW,
+        FLOAT,
+        output("write a .png (as displayed) or an .exr (linear)"),
+    ])
     .command(),
     verb(
         "refine",
         render::refine,
-        "render refined pictures in the order of the plan, one if nothing is said; `&`: in the background",
+        "render refined pictures, most useful first; `&`: in the background",
         "refine until 2%",
     )
-    .words("[N | until X% | for TIME] [&]", Complete::Words(&["until", "for"]))
+    .words(
+        "[N | until X% | for TIME] [&]",
+        Complete::Words(&["until", "for"]),
+    )
     .options(&[VIEW, METRIC]),
     verb(
         "status",
@@ -202,7 +208,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "wait",
         render::wait,
-        "wait for the refinement in the background; Ctrl-C ends the waiting alone",
+        "wait for the refinement; Ctrl-C ends the waiting alone",
         "wait",
     ),
     verb(
@@ -219,71 +225,74 @@ pub const VERBS: &[VerbSpec] = &[
         "play -o show.png",
     )
     .options(&[
-            VIEW,
-            KEYS,
-            value(
-                "layers",
-                "WHAT",
-                "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
+        VIEW,
+        KEYS,
+        value(
+            "layers",
+            "WHAT",
+            "layers of an .exr: keys (default), banks (each alone at full) or basis (the \
                  refined pictures)",
-            ),
-            FLOAT,
-            value(
-                "chroma",
-                "C",
-                "colour of a video: 420 (default) or 444, BT.709",
-            ),
-            output(
-                "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
+        ),
+        FLOAT,
+        value(
+            "chroma",
+            "C",
+            "colour of a video: 420 (default) or 444, BT.709",
+        ),
+        output(
+            "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
                  .html (a page that plays), an .exr (layers), or numbered pictures such as \
                  frames/####.png",
-            ),
-        ])
+        ),
+    ])
     .command(),
     verb(
         "plot",
         plot::plot,
-        "draw curves of banks and groups, or keys, spectrum, basis, error (`bank keys`: the bank)",
+        "draw curves of banks and groups, or keys, spectrum, basis, error",
         "plot -o curves.svg",
     )
-    .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks(&SUBJECTS))
+    .words(
+        "[BANK… | keys | spectrum | basis | error]",
+        Complete::Banks(&SUBJECTS),
+    )
     .options(&[
-            METRIC,
-            value(
-                "tolerance",
-                "X",
-                "of spectrum, the error allowed, such as 2% (default: the show's preview)",
-            ),
-            DARK,
-            output("write a .png or an .svg"),
-        ])
+        METRIC,
+        value(
+            "tolerance",
+            "X",
+            "of spectrum, the error allowed, such as 2% (default: the show's preview)",
+        ),
+        DARK,
+        output("write a .png or an .svg"),
+    ])
     .command(),
     verb(
         "run",
         render::run,
-        "the whole loop: coarse pictures, plan, refinement, key images, sequence",
+        "the whole loop: coarse pictures, plan, refined ones, keys, film",
         "run --until 2%",
     )
     .options(&[
-            value(
-                "until",
-                "X",
-                "refine until this error, such as 2% (default: the show's preview)",
-            ),
-            value(
-                "count",
-                "N",
-                "refine until there are N pictures, stored ones included",
-            ),
-            value("budget", "TIME", "stop refining when this time is used up"),
-            VIEW,
-            METRIC,
-            value(
-                "out",
-                "DIR",
-                "where the results go (default: out/ and the show's file name)",
-            ),
-        ])
+        value(
+            "until",
+            "X",
+            "refine until this error, such as 2% (default: the show's preview)",
+        ),
+        value(
+            "count",
+            "N",
+            "refine until there are N pictures, stored ones included",
+        ),
+        value("budget", "TIME", "stop refining when this time is used up"),
+        VIEW,
+        METRIC,
+        value(
+            "out",
+            "DIR",
+            "where the results go (default: out/ and the show's file name)",
+        ),
+    ])
     .command(),
     verb(
         "compare",
@@ -292,26 +301,29 @@ pub const VERBS: &[VerbSpec] = &[
         "compare --reference refs --quality 4 -o differences.png",
     )
     .options(&[
-            value(
-                "reference",
-                "DIR",
-                "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
-            ),
-            QUALITY,
-            JSON,
-            output("write the differences as a .png or an .svg"),
-        ])
+        value(
+            "reference",
+            "DIR",
+            "the folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr",
+        ),
+        QUALITY,
+        JSON,
+        output("write the differences as a .png or an .svg"),
+    ])
     .command(),
     verb(
         "quality",
         measure::quality,
-        "what each step of quality sets for this show, and how long it is likely to take",
+        "what each step of quality sets, and how long it is likely to take",
         "quality --measure",
     )
     .options(&[
-            JSON,
-            switch("measure", "render at every step too, and tell the seconds it took"),
-        ])
+        JSON,
+        switch(
+            "measure",
+            "render at every step too, and tell the seconds it took",
+        ),
+    ])
     .command(),
     verb(
         "chart",
@@ -321,64 +333,73 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .kinds(CHARTS)
     .options(&[
-            value(
-                "reference",
-                "DIR",
-                "of transport, the folder of reference pictures (default: the finest step is the \
+        value(
+            "reference",
+            "DIR",
+            "of transport, the folder of reference pictures (default: the finest step is the \
                  reference)",
-            ),
-            value(
-                "commands",
-                "FILE",
-                "of session, the file to replay (default: session.txt next to the show)",
-            ),
-            switch("truth", "of session, also against every source at the refined quality"),
-            DARK,
-            output("write a .png, an .svg, or the figures as .csv or .json"),
-        ])
+        ),
+        value(
+            "commands",
+            "FILE",
+            "of session, the file to replay (default: session.txt next to the show)",
+        ),
+        switch(
+            "truth",
+            "of session, also against every source at the refined quality",
+        ),
+        DARK,
+        output("write a .png, an .svg, or the figures as .csv or .json"),
+    ])
     .command(),
     verb(
         "tune",
         measure::tune,
-        "measure every step of quality, and choose the cheapest that is good enough",
+        "measure every step of quality, choose the cheapest good enough",
         "tune --until 2%",
     )
     .options(&[
-            value(
-                "until",
-                "X",
-                "error allowed, such as 2% (default: the show's preview)",
-            ),
-            value(
-                "budget",
-                "TIME",
-                "leave out fine steps that are not measured within this time; the finest measured \
+        value(
+            "until",
+            "X",
+            "error allowed, such as 2% (default: the show's preview)",
+        ),
+        value(
+            "budget",
+            "TIME",
+            "leave out fine steps that are not measured within this time; the finest measured \
                  is the truth",
-            ),
-            JSON,
-            VIEW,
-        ])
+        ),
+        JSON,
+        VIEW,
+    ])
     .command(),
     verb(
         "session",
         session::session,
-        "replay edits and `refine` lines from a file: error against time and refined pictures",
+        "replay edits and `refine` lines of a file: error against time",
         "session session.txt --truth -o session.png",
     )
     .words("COMMANDS", Complete::Files)
     .options(&[
-            switch("truth", "measure against every source at the refined quality, rendered too"),
-            METRIC,
-            output("write a .png or an .svg, or the data as .csv or .json"),
-        ])
+        switch(
+            "truth",
+            "measure against every source at the refined quality, rendered too",
+        ),
+        METRIC,
+        output("write a .png or an .svg, or the data as .csv or .json"),
+    ])
     .command(),
     verb(
         "pool",
         render::pool,
-        "tell what pictures there are and which serve this show, or free them",
+        "what pictures there are and which serve this show, or free them",
         "pool drop unused",
     )
-    .words("[drop [unused | all]]", Complete::Words(&["drop", "unused", "all"]))
+    .words(
+        "[drop [unused | all]]",
+        Complete::Words(&["drop", "unused", "all"]),
+    )
     .command(),
     verb(
         "view",
@@ -409,7 +430,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "set",
         live::set,
-        "try levels on top of the current moment, without a cue; a move in time lets go of them",
+        "try levels without a cue; a move in time lets go of them",
         "set lamps 40 sky #203060",
     )
     .words("[LEVELS]", Complete::Movable(&["full", "out", "to"])),
@@ -422,28 +443,23 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "record",
         live::record,
-        "write the levels that are tried as a new cue; alone: keep blind edits",
+        "write the tried levels as a new cue; alone: keep blind edits",
         "record 2.5 \"Lamp up\" --time 3",
     )
     .words("[NUMBER [LABEL]]", Complete::Nothing)
     .options(&[value(
-            "time",
-            "TIME",
-            "the new cue's time, such as 3 or 4/6",
-        )]),
+        "time",
+        "TIME",
+        "the new cue's time, such as 3 or 4/6",
+    )]),
     verb(
         "blind",
         live::blind,
-        "edits from now on are shown, but kept only by `record`; `off` drops them",
+        "show edits but keep them only by `record`; `off` drops them",
         "blind",
     )
     .words("[off]", Complete::Words(&["off"])),
-    verb(
-        "undo",
-        text::undo,
-        "take the last edit back",
-        "undo",
-    ),
+    verb("undo", text::undo, "take the last edit back", "undo"),
     verb(
         "redo",
         text::redo,
@@ -453,7 +469,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "tracksheet",
         text::tracksheet,
-        "cues by banks: the level each bank holds, moved, tracked and blocked marked",
+        "cues by banks: each bank's level; moved, tracked, blocked marked",
         "tracksheet -o tracks.csv",
     )
     .options(&[output("write a .md, .csv or .txt")])
@@ -476,7 +492,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "diff",
         text::diff,
-        "what changed since the show was read or saved, or from FILE to it, in cues and in light",
+        "what changed since the show was read or saved, or from FILE to it",
         "diff -o changes.png",
     )
     .words("[FILE]", Complete::Files)
@@ -502,10 +518,5 @@ pub const VERBS: &[VerbSpec] = &[
         "help picture",
     )
     .words("[VERB]", Complete::Verbs),
-    verb(
-        "quit",
-        text::quit,
-        "leave",
-        "quit",
-    ),
+    verb("quit", text::quit, "leave", "quit"),
 ];

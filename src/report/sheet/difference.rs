@@ -388,10 +388,8 @@ fn apart(a: &[Piece], b: &[Piece], start: Time, end: Time) -> Option<(f64, f64, 
         let Some(polynomial) = Bernstein::new(&apart) else {
             continue;
         };
-        let mass = mass(3);
-        for (i, p) in apart.iter().enumerate() {
-            for (k, q) in apart.iter().enumerate() {
-                let weight = mass.get((i, k)).copied().unwrap_or(0.0);
+        for (p, row) in apart.iter().zip(mass(3).row_iter()) {
+            for (q, weight) in apart.iter().zip(row.iter()) {
                 square += p * q * weight * (e - s).seconds();
             }
         }

@@ -90,8 +90,12 @@ pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
     let whole = !bank.rgb || moves.len() == 3;
     if !whole {
         let each = moves.iter().map(|m| {
-            let channel = ["r", "g", "b"].get(m.coordinate.wrapping_sub(first));
-            let name = format!("{}.{}", bank.name, channel.unwrap_or(&"?"));
+            let channel = match m.coordinate.saturating_sub(first) {
+                0 => "r",
+                1 => "g",
+                _ => "b",
+            };
+            let name = format!("{}.{channel}", bank.name);
             one(&name, &number(percent(m.motion.target())), m)
         });
         return each.collect::<Vec<_>>().join(", ");

@@ -24,6 +24,6 @@ fn finished<'a>(
 ) -> Option<LightKind> {
     Some(LightKind::Panel {
         material: spec.of.clone(),
-        strength: lower.strength(light, spec)?,
+        strength: lower.panel_strength(light, spec)?,
     })
 }

@@ -30,11 +30,11 @@ pub(super) const DISC: Form = Form {
     finished: disc,
 };
 
-fn sphere<'a>(lower: &mut Lower<'a, '_>, light: &ast::Light<'a>, spec: &Spec) -> Option<LightKind> {
+fn sphere<'a>(_: &mut Lower<'a, '_>, _: &ast::Light<'a>, spec: &Spec) -> Option<LightKind> {
     let (centre, radius) = (spec.at?, spec.radius?);
     Some(LightKind::Shape {
         shape: Shape::Sphere { centre, radius },
-        strength: lower.strength(light, spec)?,
+        strength: spec.strength()?,
     })
 }
 
@@ -47,6 +47,6 @@ fn disc<'a>(lower: &mut Lower<'a, '_>, light: &ast::Light<'a>, spec: &Spec) -> O
             aim,
             radius,
         },
-        strength: lower.strength(light, spec)?,
+        strength: spec.strength()?,
     })
 }
