@@ -26,7 +26,7 @@ use std::time::{Instant, SystemTime};
 use self::atomic_writer::Gathered;
 use self::open::{Opened, Refusal, stamp};
 
-pub use self::address_space::address_space;
+pub use self::address_space::{address_space, is_limited, return_large_blocks};
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 pub use self::standard::output_goes_nowhere;
