@@ -153,7 +153,8 @@ impl Timing {
 }
 
 fn written(cue: &Cue) -> Vec<Moved<'_>> {
-    let mut out = Vec::new();
+    // No more than there are: a list that grows begins with four.
+    let mut out = Vec::with_capacity(cue.parts.iter().map(|part| part.moves.len()).sum());
     for part in &cue.parts {
         out.extend(part.moves.iter().map(|m| Moved {
             id: m.id,

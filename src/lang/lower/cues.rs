@@ -217,6 +217,10 @@ impl<'a> Lower<'a, '_> {
             part.number = next;
             parts.push(part);
         }
+        for part in &mut parts {
+            // A list that grows begins with four; most cues of a large show move one bank.
+            part.moves.shrink_to_fit();
+        }
         parts
     }
 
