@@ -74,10 +74,10 @@ fn cases() -> Vec<Case> {
         case("warnings", warnings(60_000), 300, &["check"], None),
         // Beyond 2,500 polygons another operator serves.
         case("boxes", boxes(2_000), 96, &["picture", "-o", "a.png"], None),
-        case("rig", rig(12, 40), 128, &["run"], Some("picture")),
-        case("rig", rig(12, 40), 320, &["run", "--count", "1"], None),
-        case("rig", rig(12, 40), 320, &["play", "-o", "a.html"], None),
-        case("rig", rig(12, 40), 256, &["chart", "plan"], Some("MB")),
+        case("rig", rig(12, 40), 128, &["run"], Some("key images")),
+        case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
+        case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
+        case("rig", rig(6, 4), 192, &["chart", "plan"], None),
         case("images", images(12), 64, &["check"], Some("--memory")),
         case("images", images(8), 200, &["play", "-o", "a.html"], None),
     ]

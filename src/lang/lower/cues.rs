@@ -87,7 +87,7 @@ impl<'a> Lower<'a, '_> {
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
             let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
-            self.fresh.push((text, lowered));
+            self.fresh.push((text, Box::new(lowered)));
         }
         Some(made)
     }
