@@ -79,7 +79,7 @@ fn cases() -> Vec<Case> {
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
         case("rig", rig(6, 4), 192, &["chart", "plan"], None),
         case("images", images(12), 64, &["check"], Some("--memory")),
-        case("images", images(8), 200, &["play", "-o", "a.html"], None),
+        case("images", images(8), 256, &["play", "-o", "a.html"], None),
     ]
 }
 
