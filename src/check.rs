@@ -7,8 +7,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::diagnostic::Diagnostic;
-use crate::lang::{Place, SpanMap, codes};
+use crate::diagnostic::{Diagnostic, WARNINGS};
+use crate::lang::{self, Place, SpanMap, codes, limits};
 use crate::show::{Interpolation, Motion, Move, NodeId, Show};
 use crate::timeline::{Timeline, TimelineError, Warning};
 use crate::units::{Time, percent};
@@ -20,6 +20,8 @@ pub struct Checked {
     pub timeline: Option<Timeline>,
     /// Errors, or the warnings of a show without any.
     pub diagnostics: Vec<Diagnostic>,
+    /// How many warnings there are beside the first, which are kept.
+    pub left_out: usize,
 }
 
 /// Compiles a show's curves and says what is wrong with them.
@@ -31,13 +33,18 @@ pub fn check(show: &Show, spans: &SpanMap) -> Checked {
 pub fn check_within(show: &Show, spans: &SpanMap, memory: usize) -> Checked {
     let words = Words { show, spans };
     match Timeline::within(show, memory) {
-        Ok(timeline) => Checked {
-            diagnostics: words.warnings(timeline.warnings()),
-            timeline: Some(timeline),
-        },
+        Ok(timeline) => {
+            let (diagnostics, left_out) = words.warnings(timeline.warnings());
+            Checked {
+                timeline: Some(timeline),
+                diagnostics,
+                left_out,
+            }
+        }
         Err(errors) => Checked {
             timeline: None,
             diagnostics: words.errors(&errors),
+            left_out: 0,
         },
     }
 }
@@ -54,14 +61,20 @@ impl Words<'_> {
         let mut out = Vec::new();
         for error in errors {
             let again = matches!(error, TimelineError::Level { id, .. } if !told.insert(*id));
-            if !again {
-                out.push(self.error(error));
+            if again {
+                continue;
             }
+            if out.len() == limits::ERRORS {
+                out.push(lang::too_many());
+                break;
+            }
+            out.push(self.error(error));
         }
         out
     }
 
-    fn warnings(&self, warnings: &[Warning]) -> Vec<Diagnostic> {
+    /// The first warnings, and how many there are beside them.
+    fn warnings(&self, warnings: &[Warning]) -> (Vec<Diagnostic>, usize) {
         let mut told = BTreeSet::new();
         let mut out = Vec::new();
         for warning in warnings {
@@ -72,11 +85,12 @@ impl Words<'_> {
                 | Warning::Dark { id, by, .. } => (*id, Some(*by)),
                 Warning::Still { cue } => (*cue, None),
             };
-            if told.insert(key) {
+            if told.insert(key) && out.len() < WARNINGS {
                 out.push(self.warning(warning));
             }
         }
-        out
+        let left_out = told.len() - out.len();
+        (out, left_out)
     }
 
     fn error(&self, error: &TimelineError) -> Diagnostic {

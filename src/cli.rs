@@ -52,6 +52,9 @@ pub fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    if settings.is_memory_limited() {
+        files::return_large_blocks();
+    }
     let screen = Screen::new(settings.quiet, settings.format(), settings.kitty);
     stop::install(&screen);
     let code = match serve(&task, &settings, &screen) {

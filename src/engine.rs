@@ -364,10 +364,15 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
     pub fn bank_images(&self) -> Result<Vec<Image>, Error> {
+        self.bank_images_beside(0)
+    }
+
+    /// The same where the caller holds so many bytes.
+    pub(crate) fn bank_images_beside(&self, held: usize) -> Result<Vec<Image>, Error> {
         let pool = self.rendered()?;
         let units = Pool::unit_settings(self.show().coordinates().len());
         let mut images = Vec::with_capacity(units.len());
-        let work = self.work();
+        let work = self.work().holding(held);
         let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
         check_memory("a picture of each bank", bytes, work.memory)?;
         for (i, unit) in units.iter().enumerate() {

@@ -104,6 +104,12 @@ impl Playback {
         &self.keys
     }
 
+    /// Bytes of the key images.
+    pub fn image_bytes(&self) -> usize {
+        let images = self.images.iter();
+        images.map(|image| size_of_val(image.data())).sum()
+    }
+
     /// The keys of a segment in single precision.
     fn floats(&self, segment: &Segment) -> Keys<'_> {
         let keys = segment.keys.iter();

@@ -404,7 +404,7 @@ impl Repl {
     /// What a person sees first at the prompt.
     pub fn greeting(&self) -> Printable {
         let document = self.engine.document();
-        let warnings = match document.diagnostics().list.len() {
+        let warnings = match document.diagnostics().warnings() {
             0 => String::new(),
             n => format!(
                 "{}: `check` tells them\n",

@@ -1,4 +1,4 @@
-//! Runs that are killed at forty moments; what the next makes of what they left.
+//! Runs that are killed at random moments; what the next makes of what they left.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,10 +10,8 @@ use crate::dice::Dice;
 use crate::moments::start;
 use crate::program;
 
-const KILLS: usize = 40;
-
 /// False where the keys of the run after all kills are not those of a run that was left alone.
-pub fn all(seed: u64) -> bool {
+pub fn all(seed: u64, kills: usize) -> bool {
     let mut dice = Dice(seed);
     let folder = tempfile::tempdir().unwrap();
     for name in ["first.lxq", "first.obj", "first.mtl"] {
@@ -31,7 +29,7 @@ pub fn all(seed: u64) -> bool {
     let begin = std::time::Instant::now();
     let alone = run("alone", "off").wait().unwrap().success();
     let whole = begin.elapsed().as_millis() as usize;
-    for _ in 0..KILLS {
+    for _ in 0..kills {
         let mut child = run("killed", ".footlight");
         sleep(Duration::from_millis(dice.below(whole.max(1)) as u64));
         child.kill().unwrap();
@@ -46,6 +44,6 @@ pub fn all(seed: u64) -> bool {
     };
     let well = alone && ended && keys("alone") == keys("killed");
     let said = if well { "the same" } else { "NOT the same" };
-    println!("kill: after {KILLS} kills the keys are {said}");
+    println!("kill: after {kills} kills the keys are {said}");
     well
 }

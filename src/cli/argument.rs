@@ -18,6 +18,9 @@ use crate::lang;
 use crate::renderer::outside;
 use crate::repl::{Call, VERBS, VerbSpec};
 
+/// Bytes that the program takes beside a show.
+const PROGRAM: usize = 64 << 20;
+
 const SHOW: &str = "The show's file (.lxq); `-` reads standard input";
 const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
 
@@ -83,11 +86,16 @@ impl Settings {
         self.threads.unwrap_or_else(all)
     }
 
-    /// Bytes that a show may take, read and rendered.
+    /// Whether the user, or the system, said how much memory a show may take.
+    pub fn is_memory_limited(&self) -> bool {
+        self.memory.is_some() || files::is_limited()
+    }
+
+    /// Bytes that a show may take, read and rendered. Of a limit of addresses half of what the
+    /// program leaves, as some are reserved and not used.
     pub fn memory(&self) -> usize {
-        self.memory
-            .unwrap_or(4 << 30)
-            .min(files::address_space() / 2)
+        let addresses = files::address_space().saturating_sub(PROGRAM);
+        self.memory.unwrap_or(4 << 30).min(addresses / 2)
     }
 
     /// Bytes that pictures may take in their folder.

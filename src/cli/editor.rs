@@ -218,6 +218,32 @@ mod tests {
     }
 
     #[test]
+    fn names_that_command_the_terminal_are_not_completed() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in [
+            "a.png",
+            "a\u{1b}]0;x\u{7}.png",
+            "a\u{202e}.png",
+            "a\u{9b}.png",
+        ] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let history = DefaultHistory::new();
+        let line = format!("picture -o {}/a", folder.path().display());
+        let reader = Reader::new(true);
+        let offered = reader.complete(&line, line.len(), &Context::new(&history));
+        let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();
+        assert_eq!(names, ["a.png"]);
+        let mut reader = Reader::new(true);
+        let materials = ["oak", "oa\u{1b}[2J", "oa\u{202e}k"];
+        reader.vocabulary = Vocabulary::of_materials(materials.map(str::to_owned).to_vec());
+        let line = "surface oa";
+        let offered = reader.complete(line, line.len(), &Context::new(&history));
+        let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();
+        assert_eq!(names, ["oak"]);
+    }
+
+    #[test]
     fn colours_add_nothing_but_colours() {
         let line = "cue 2 \"x\" { lamps 5s #fb6 } // é";
         let mut plain = String::new();

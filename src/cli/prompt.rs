@@ -10,7 +10,7 @@ use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 
 use super::editor::{self, Reader};
 use super::screen::Screen;
-use super::{complain, print};
+use super::{complain, print, stop};
 use crate::engine::{Background, TEXT_LIMIT};
 use crate::printable::Printable;
 use crate::repl::{Error, Repl, Vocabulary, finished};
@@ -160,6 +160,7 @@ pub fn converse(
     (wake, events): (Sender<Event>, &Receiver<Event>),
 ) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
+    stop::keep_terminal();
     let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
     print(repl.greeting());
     screen.stop().rearm();

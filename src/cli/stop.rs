@@ -9,6 +9,14 @@ use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
+#[cfg(unix)]
+use std::{
+    io::{self, IsTerminal as _},
+    sync::{Mutex, PoisonError},
+};
+
+#[cfg(unix)]
+use nix::sys::termios::{self, SetArg, Termios};
 
 use super::screen::Screen;
 use crate::engine;
@@ -96,10 +104,41 @@ fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
     let _ = thread::Builder::new().spawn(move || {
         thread::sleep(time);
         process::end_all();
+        restore_terminal();
         screen.fail(&reason.into());
         exit(i32::from(screen.stop().code()));
     });
 }
+
+/// The terminal as it was before the line editor changed it, which ends where the process does.
+#[cfg(unix)]
+static TERMINAL: Mutex<Option<Termios>> = Mutex::new(None);
+
+/// Keeps how the terminal is now, for the case that the process ends while a line is being typed.
+#[cfg(unix)]
+pub fn keep_terminal() {
+    let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
+    *kept = termios::tcgetattr(io::stdin()).ok();
+}
+
+#[cfg(not(unix))]
+pub fn keep_terminal() {}
+
+/// Makes the terminal what it was, and ends the line that was being typed.
+#[cfg(unix)]
+fn restore_terminal() {
+    let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(before) = kept.take() else { return };
+    // A terminal that has gone needs nothing.
+    let _ = termios::tcsetattr(io::stdin(), SetArg::TCSANOW, &before);
+    if io::stdout().is_terminal() {
+        // The line editor had asked for the marks of what is pasted.
+        super::draw("\u{1b}[?2004l\n");
+    }
+}
+
+#[cfg(not(unix))]
+fn restore_terminal() {}
 
 /// Calls `take` with the exit code of each signal.
 #[cfg(unix)]

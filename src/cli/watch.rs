@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use super::screen::Screen;
 use super::{complain, print};
-use crate::diagnostic::Severity;
 use crate::engine::{self, TEXT_LIMIT};
 use crate::files::{Disk, Stamp, Store};
 use crate::printable::Printable;
@@ -155,11 +154,7 @@ fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> R
     notes.for_each(|note| said.push(&format!("{note}\n")));
     said.append(&reloaded.reply.text);
     print(said);
-    let warned = &repl.engine().document().diagnostics().list;
-    let count = warned
-        .iter()
-        .filter(|d| d.severity == Severity::Warning)
-        .count();
+    let count = repl.engine().document().diagnostics().warnings();
     if count > 0 {
         print(format!("{count} warnings: `footlight check` tells them\n"));
     }

@@ -12,6 +12,9 @@ pub use render::{MOST, Style, render};
 
 use crate::printable::Printable;
 
+/// Warnings that are kept of a text, and of its curves; of the rest there is the number.
+pub const WARNINGS: usize = 1000;
+
 /// How bad it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
@@ -108,11 +111,23 @@ impl Diagnostic {
     }
 }
 
+/// Takes the warnings beyond the first [`WARNINGS`] out of a list, and returns how many.
+pub(crate) fn leave_out(list: &mut Vec<Diagnostic>) -> usize {
+    let (before, mut kept) = (list.len(), 0);
+    list.retain(|d| {
+        kept += usize::from(d.severity == Severity::Warning);
+        d.severity == Severity::Error || kept <= WARNINGS
+    });
+    before - list.len()
+}
+
 /// Diagnostics with the texts that they point into.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
     /// In the order of their places.
     pub list: Vec<Diagnostic>,
+    /// How many warnings there are beside those of the list, which holds the first [`WARNINGS`].
+    pub left_out: usize,
     /// The texts.
     pub sources: Sources,
 }
@@ -122,7 +137,11 @@ impl Diagnostics {
     pub fn of(list: Vec<Diagnostic>, name: &str, text: &str) -> Diagnostics {
         let mut sources = Sources::default();
         sources.add(name, text);
-        Diagnostics { list, sources }
+        Diagnostics {
+            list,
+            left_out: 0,
+            sources,
+        }
     }
 
     /// True where one of them is an error.
@@ -130,9 +149,16 @@ impl Diagnostics {
         self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
+    /// How many warnings there are, those that are left out too.
+    pub fn warnings(&self) -> usize {
+        let listed = self.list.iter();
+        let listed = listed.filter(|d| d.severity == Severity::Warning);
+        listed.count() + self.left_out
+    }
+
     /// All of them as text; empty when there are none.
     pub fn render(&self, style: Style) -> Printable {
-        render(&self.list, &self.sources, style)
+        render::render_some((&self.list, self.left_out), &self.sources, style)
     }
 
     /// Those that `before` does not hold: another code, or other words at their places. Where they
@@ -145,6 +171,7 @@ impl Diagnostics {
             *known.entry(before.identity(diagnostic)).or_default() += 1;
         }
         let mut new = self.clone();
+        new.left_out = 0;
         new.list.retain(|d| match known.get_mut(&self.identity(d)) {
             Some(left) if *left > 0 => {
                 *left -= 1;

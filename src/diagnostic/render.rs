@@ -45,21 +45,39 @@ const BEFORE: usize = 40;
 /// Places further apart than this are shown apart.
 const TOGETHER: usize = 8;
 
-/// Writes diagnostics; ends with a newline unless empty. People get [`MOST`] of them and the
-/// number of the rest, errors before warnings only by their order in `diagnostics`.
+/// Writes diagnostics; ends with a newline unless empty. People get [`MOST`] of them and the number
+/// of the rest; where there are more, errors come before warnings.
 pub fn render(diagnostics: &[Diagnostic], sources: &Sources, style: Style) -> Printable {
+    render_some((diagnostics, 0), sources, style)
+}
+
+/// The same with the number of warnings that were left out of them.
+pub(super) fn render_some(
+    (diagnostics, left_out): (&[Diagnostic], usize),
+    sources: &Sources,
+    style: Style,
+) -> Printable {
+    let rest = || {
+        let message = format!("{left_out} more warnings are left out");
+        Diagnostic::warning("", message)
+    };
+    let rest = (left_out > 0).then(rest);
+    let all = diagnostics.iter().chain(&rest);
     let mut index = Index {
         sources,
         lines: BTreeMap::new(),
     };
     match style {
-        Style::Json => index.json(diagnostics).into(),
+        Style::Json => index.json(all).into(),
         Style::Short => {
-            let lines: String = diagnostics.iter().map(|d| index.short(d)).collect();
+            let lines: String = all.map(|d| index.short(d)).collect();
             lines.into()
         }
-        Style::Plain => index.long(diagnostics, &Renderer::plain()).into(),
-        Style::Colour => Printable::coloured(&index.long(diagnostics, &Renderer::styled())),
+        Style::Plain => index.long(diagnostics, left_out, &Renderer::plain()).into(),
+        Style::Colour => {
+            let renderer = Renderer::styled();
+            Printable::coloured(&index.long(diagnostics, left_out, &renderer))
+        }
     }
 }
 
@@ -137,9 +155,8 @@ impl<'a> Index<'a> {
         visible(&line).into_owned() + "\n"
     }
 
-    fn json(&mut self, diagnostics: &[Diagnostic]) -> String {
+    fn json<'d>(&mut self, diagnostics: impl Iterator<Item = &'d Diagnostic>) -> String {
         let all: Vec<_> = diagnostics
-            .iter()
             .map(|d| {
                 let labels: Vec<_> = d.labels.iter().map(|l| self.json_label(l)).collect();
                 json!({
@@ -169,13 +186,18 @@ impl<'a> Index<'a> {
         })
     }
 
-    fn long(&mut self, diagnostics: &[Diagnostic], renderer: &Renderer) -> String {
+    fn long(&mut self, diagnostics: &[Diagnostic], left_out: usize, renderer: &Renderer) -> String {
         let mut out = String::new();
-        for diagnostic in diagnostics.iter().take(MOST) {
+        let mut shown: Vec<&Diagnostic> = diagnostics.iter().collect();
+        if shown.len() > MOST {
+            shown.sort_by_key(|d| d.severity == Severity::Warning);
+        }
+        for diagnostic in shown.iter().take(MOST) {
             out += &self.report(diagnostic, renderer);
             out += "\n\n";
         }
-        if let Some(more) = diagnostics.len().checked_sub(MOST).filter(|n| *n > 0) {
+        let more = diagnostics.len().saturating_sub(MOST) + left_out;
+        if more > 0 {
             out += &format!("and {more} more\n\n");
         }
         // One blank line between them, none at the end.
@@ -393,5 +415,28 @@ mod tests {
         let plain = render(&many, &sources, Style::Plain);
         assert_eq!(plain.matches("error[").count(), MOST);
         assert!(plain.ends_with("\nand 7 more\n"), "{plain}");
+    }
+
+    #[test]
+    fn what_is_left_out_is_counted_and_hides_no_error() {
+        let (one, sources) = sample("lmaps", 0..5);
+        let mut many = vec![Diagnostic::warning("W001", "no cue moves it"); MOST + 7];
+        many.extend(one);
+        let write = |style| render_some((&many, 1234), &sources, style);
+        let plain = write(Style::Plain);
+        assert!(plain.starts_with("error[E010]: no such bank\n"), "{plain}");
+        assert_eq!(plain.matches("warning[").count(), MOST - 1);
+        assert!(plain.ends_with("\nand 1242 more\n"), "{plain}");
+        let short = write(Style::Short);
+        let last =
+            "\na.lxq:1:1: error[E010]: no such bank\nwarning: 1234 more warnings are left out\n";
+        assert!(short.ends_with(last), "{short}");
+        let json: serde_json::Value = serde_json::from_str(&write(Style::Json)).unwrap();
+        let all = json.as_array().unwrap();
+        assert_eq!(all.len(), many.len() + 1);
+        assert_eq!(
+            all[many.len()]["message"],
+            "1234 more warnings are left out"
+        );
     }
 }

@@ -102,7 +102,12 @@ fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Model, Er
     let Source { name, text, .. } = source;
     let parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
     let list = parsed.diagnostics;
-    let diagnostics = Diagnostics { list, sources };
+    let left_out = parsed.left_out;
+    let diagnostics = Diagnostics {
+        list,
+        left_out,
+        sources,
+    };
     match parsed.show {
         Some(show) if !diagnostics.has_errors() => Ok(Model {
             show,
@@ -125,6 +130,7 @@ fn checked(model: Model, memory: usize) -> Result<Version, Error> {
     let left = memory.max(SMALL_SHOW).saturating_sub(bytes);
     let checked = check::check_within(&show, &spans, left);
     diagnostics.list.extend(checked.diagnostics);
+    diagnostics.left_out += checked.left_out;
     match checked.timeline {
         Some(timeline) if !diagnostics.has_errors() => Ok(Version {
             show,

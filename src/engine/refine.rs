@@ -180,7 +180,7 @@ impl Engine {
                 Next::Added => {}
                 Next::Render(job, ticket) => {
                     let refined = ticket.refined;
-                    let rendered = job.run(self.host.renderer.as_ref(), self.host.work());
+                    let rendered = job.run(self.host.renderer.as_ref(), self.work());
                     match refiner.collect(self, *ticket, rendered) {
                         Err(error) if error.is_cancel() && refiner.done.images > 0 => {
                             return Ok(Ended::Stopped);

@@ -205,6 +205,11 @@ impl SetupImages {
         work: Work<'_>,
     ) -> Result<&mut dyn Prepared, TransportError> {
         self.make_room(quality, work.memory);
+        let others = self
+            .operators
+            .iter()
+            .filter(|(step, _)| **step != quality.0);
+        let work = work.holding(others.map(|(_, operator)| operator.bytes()).sum());
         let layered = self.layered(renderer);
         let operator = match self.operators.entry(quality.0) {
             Entry::Occupied(prepared) => prepared.into_mut(),

@@ -212,7 +212,7 @@ fn true_errors(engine: &Engine, known: &mut Option<Truth>) -> Result<Errors, Err
         None => Truth {
             setup: rendering.setup.clone(),
             quality,
-            images: engine.render_alone(&units, quality)?.0,
+            images: engine.render_alone(&units, quality, 0)?.0,
         },
     };
     let truth = &known.insert(truth).images;

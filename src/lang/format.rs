@@ -42,7 +42,7 @@ pub fn format_within(text: &str, limit: usize) -> Result<String, Vec<Diagnostic>
     memory::check("the text", needed, limit).map_err(|diagnostic| vec![diagnostic])?;
     read::read(&unix, 0, &scan, None, &mut report);
     if report.failed() {
-        return Err(report.finish());
+        return Err(report.finish().0);
     }
     let mut layout = layout::Layout::default();
     let mut from = 0;

@@ -81,7 +81,7 @@ fn cue(
     read.statements.extend(moves.statements);
     let Lowering { show, .. } = lower::lower(&read, &mut report, super::limits::LEVELS);
     let cue = show.and_then(|show| show.cues.into_iter().next());
-    cue.ok_or_else(|| report.finish())
+    cue.ok_or_else(|| report.finish().0)
 }
 
 /// A diagnostic of the cue's text as one of what was typed.

@@ -23,8 +23,9 @@ pub struct LoweringCache {
     pub memory: usize,
     /// All statements that are no cues, one after the other.
     environment: String,
-    /// Cues by their text; only looked up, never iterated.
-    cues: HashMap<String, Lowered>,
+    /// Cues by their text; only looked up, never iterated. In boxes, as tables and lists that grow
+    /// would hold many of them twice.
+    cues: HashMap<String, Box<Lowered>>,
 }
 
 /// A lowered cue, its places counted from the start of its statement, its ids from its first.
@@ -58,11 +59,16 @@ impl LoweringCache {
 
     /// The cue of this text, if everything else is as it was.
     pub fn cue(&self, text: &str) -> Option<&Lowered> {
-        self.cues.get(text)
+        self.cues.get(text).map(AsRef::as_ref)
     }
 
     /// Adds the fresh cues of a text of so many statements.
-    pub fn learn(&mut self, environment: String, fresh: Vec<(String, Lowered)>, statements: usize) {
+    pub fn learn(
+        &mut self,
+        environment: String,
+        fresh: Vec<(String, Box<Lowered>)>,
+        statements: usize,
+    ) {
         if self.environment != environment || self.cues.len() > TIMES * statements.max(64) {
             self.cues.clear();
             self.environment = environment;

@@ -14,13 +14,19 @@ pub(super) const EACH_LEVEL: usize = 110;
 /// Bytes for each statement besides.
 const EACH_STATEMENT: usize = 500;
 
-/// Bytes that reading texts takes at most, about; half of it is held from then on.
+/// Bytes that reading texts takes at most, about.
 pub(super) fn needed<'a>(scans: impl IntoIterator<Item = (usize, &'a Scan<'a>)>) -> usize {
     let of = |(bytes, scan): (usize, &Scan<'_>)| {
         let written: usize = scan.cuts.iter().map(|cut| cut.text.len()).sum();
         bytes * EACH_BYTE + written * EACH_WRITTEN + scan.cuts.len() * EACH_STATEMENT
     };
     scans.into_iter().map(of).sum()
+}
+
+/// Of those the bytes that are held from then on: the show, its places, its texts, and the cues as
+/// they are kept for the next edit.
+pub(super) fn held(needed: usize) -> usize {
+    needed / 4 * 3
 }
 
 /// Checks that reading a show fits into `memory`, bytes.

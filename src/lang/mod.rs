@@ -36,7 +36,7 @@ pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
 pub use names::nearest;
 pub use preview::preview_statement;
-pub use report::Place;
+pub use report::{Place, too_many};
 pub use token::{Token, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
@@ -72,6 +72,8 @@ pub struct Parsed {
     pub spans: SpanMap,
     /// Errors and warnings, in order of their places.
     pub diagnostics: Vec<Diagnostic>,
+    /// How many warnings there are beside the first, which are kept.
+    pub left_out: usize,
     /// Bytes that the show, its places and its texts take, about.
     pub bytes: usize,
 }
@@ -140,19 +142,23 @@ pub fn parse_again(
         let file = name.rsplit_once(['/', '\\']).map_or(name, |(_, file)| file);
         show.title = file.strip_suffix(".lxq").unwrap_or(file).to_owned();
     }
+    let (diagnostics, left_out) = report.finish();
     Parsed {
         show,
         spans,
-        diagnostics: report.finish(),
-        bytes: needed / 2 + levels,
+        diagnostics,
+        left_out,
+        bytes: memory::held(needed) + levels,
     }
 }
 
 fn failed(report: Report) -> Parsed {
+    let (diagnostics, left_out) = report.finish();
     Parsed {
         show: None,
         spans: SpanMap::default(),
-        diagnostics: report.finish(),
+        diagnostics,
+        left_out,
         bytes: 0,
     }
 }

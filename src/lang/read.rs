@@ -66,7 +66,7 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
     let scan = scan(text);
     let read = read(text, 0, &scan, None, &mut report);
     if report.failed() {
-        return Err(report.finish());
+        return Err(report.finish().0);
     }
     Ok((scan, read, report))
 }

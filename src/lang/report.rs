@@ -2,17 +2,19 @@
 
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{self, Diagnostic, Severity, WARNINGS};
 
 use super::ast::Span;
 use super::{SpanMap, codes, limits};
 use crate::show::NodeId;
 
-/// The diagnostics of one run.
+/// The diagnostics of one run: errors up to a limit, the first warnings by their places, and how
+/// many there are beside them.
 #[derive(Debug, Default)]
 pub struct Report {
     found: Vec<Diagnostic>,
     errors: usize,
+    left_out: usize,
 }
 
 impl Report {
@@ -23,6 +25,16 @@ impl Report {
         }
         self.errors += usize::from(diagnostic.severity == Severity::Error);
         self.found.push(diagnostic);
+        if self.found.len() > 2 * WARNINGS {
+            self.leave_out();
+        }
+    }
+
+    /// Sorts by places, and leaves out the warnings beyond the limit.
+    fn leave_out(&mut self) {
+        let place = |d: &Diagnostic| d.labels.first().map(|l| (l.file, l.span.start));
+        self.found.sort_by_key(place);
+        self.left_out += diagnostic::leave_out(&mut self.found);
     }
 
     /// Adds an error with its place, and hands back `None` for the value that is missing.
@@ -49,7 +61,7 @@ impl Report {
 
     /// How many there are.
     pub fn count(&self) -> usize {
-        self.found.len()
+        self.found.len() + self.left_out
     }
 
     /// True when there is an error.
@@ -57,16 +69,20 @@ impl Report {
         self.errors > 0
     }
 
-    /// All, in order of their places.
-    pub fn finish(mut self) -> Vec<Diagnostic> {
-        let place = |d: &Diagnostic| d.labels.first().map(|l| (l.file, l.span.start));
-        self.found.sort_by_key(place);
+    /// All that are kept, in order of their places, and how many warnings are not.
+    pub fn finish(mut self) -> (Vec<Diagnostic>, usize) {
+        self.leave_out();
         if self.full() {
-            let message = format!("stopped after {} errors", limits::ERRORS);
-            self.found.push(Diagnostic::error(codes::TOO_MANY, message));
+            self.found.push(too_many());
         }
-        self.found
+        (self.found, self.left_out)
     }
+}
+
+/// Says that there are more errors than are told.
+pub fn too_many() -> Diagnostic {
+    let message = format!("stopped after {} errors", limits::ERRORS);
+    Diagnostic::error(codes::TOO_MANY, message)
 }
 
 /// The part of a text in a range of bytes.

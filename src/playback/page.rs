@@ -141,6 +141,15 @@ struct Data<'a> {
     pictures: Vec<Picture>,
 }
 
+/// Bytes that [`write`] takes at most, about: a picture as it is coded, and the file twice, which
+/// holds no more than all pictures uncompressed in base64.
+pub fn bytes(contents: &Contents<'_>, budget: usize) -> usize {
+    let pictures = contents.pictures.iter();
+    let channels: usize = pictures.map(|image| image.data().len()).sum();
+    let one = contents.pictures.first().map_or(0, |i| i.data().len());
+    one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
+}
+
 /// The page of a show in at most `budget` bytes. Pictures that would not fit are made smaller,
 /// all alike, down to 160 pixels a row.
 ///
@@ -261,7 +270,11 @@ fn html<'a>(
         pictures,
     };
     // Inside a script element nothing may look like its end, or like an older browser's line end.
-    let json = printable::json(&serde_json::to_string(&data)?).replace('<', "\\u003c");
+    // One step after the other, so that no more than two copies are there at once.
+    let mut json = serde_json::to_string(&data)?;
+    drop(data);
+    json = printable::json(&json);
+    json = json.replace('<', "\\u003c");
     Ok(filled(&escaped(contents.title), &json))
 }
 
@@ -291,19 +304,21 @@ fn filled(title: &str, json: &str) -> String {
         include_str!("page/desk.js"),
         include_str!("page/load.js"),
     ];
-    let parts = include_str!("page/page.html").split("{{").map(|part| {
+    let mut page = String::with_capacity(json.len() + (1 << 16));
+    for part in include_str!("page/page.html").split("{{") {
         let Some((place, rest)) = part.split_once("}}") else {
-            return part.to_owned();
+            page.push_str(part);
+            continue;
         };
-        let content = match place {
-            "title" => title.to_owned(),
-            "style" => include_str!("page/page.css").to_owned(),
-            "script" => script.concat(),
-            _ => json.to_owned(),
-        };
-        content + rest
-    });
-    parts.collect()
+        match place {
+            "title" => page.push_str(title),
+            "style" => page.push_str(include_str!("page/page.css")),
+            "script" => page.extend(script),
+            _ => page.push_str(json),
+        }
+        page.push_str(rest);
+    }
+    page
 }
 
 /// Text for HTML.

@@ -72,6 +72,15 @@ fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
 }
 
 impl Vocabulary {
+    /// The materials of a stage and nothing else.
+    #[cfg(test)]
+    pub fn of_materials(materials: Vec<String>) -> Vocabulary {
+        Vocabulary {
+            materials,
+            ..Vocabulary::default()
+        }
+    }
+
     /// What `line` may go on with at byte `at`.
     pub fn complete(&self, line: &str, at: usize) -> Completion {
         let typed = line.get(..at).unwrap_or(line);

@@ -30,7 +30,7 @@ pub fn check(document: &Document, style: Style) -> Printable {
         return text;
     }
     let _ = writeln!(text, "{}", headline(document));
-    text.push(&match diagnostics.list.len() {
+    text.push(&match diagnostics.warnings() {
         0 => "no errors".to_owned(),
         n => format!("no errors, {}", count(n, "warning")),
     });

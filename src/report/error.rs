@@ -49,8 +49,8 @@ pub enum Error {
     ShowsFile(PathBuf),
     /// A result of a run would replace something that no run wrote, or that was changed since.
     #[error(
-        "`{}` is not as an earlier run left it, and nothing was written; move it away, or choose \
-         another folder with --out",
+        "`{}` is not what an earlier run wrote and listed in `files.sha256`; nothing was written: move \
+         it away, or choose another folder with --out",
         .0.display()
     )]
     Foreign(PathBuf),

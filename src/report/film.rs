@@ -70,7 +70,7 @@ pub trait Canvas: Send {
 /// Opens what `-o -` writes to, such as standard output.
 pub type Pipe = Box<dyn Fn() -> Box<dyn Write> + Send>;
 
-/// The sequence as an animated PNG, and how it was fitted.
+/// The sequence as an animated PNG, and how it was fitted; a show that takes no time is one picture.
 pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation), Error> {
     let document = engine.document();
     let (start, keys) = (document.timeline().start(), document.keys());
@@ -94,6 +94,17 @@ pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation),
     };
     let asked = engine.show().preview.rate;
     let length = keys.duration();
+    if length == 0.0 {
+        let (width, height) = player.size();
+        let bytes = png::encode(width, height, &frame(0.0))?;
+        let still = Animation {
+            frames: 1,
+            rate: asked,
+            asked,
+            bytes: bytes.len(),
+        };
+        return Ok((bytes, still));
+    }
     let made = apng::animate(player.size(), length, asked, &still, &mut frame, limits)?;
     let animation = Animation {
         frames: made.frames,

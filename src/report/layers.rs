@@ -30,7 +30,7 @@ pub fn layers(
     check_size(engine, playback, layers, precision)?;
     let show = engine.show();
     let banks = match layers {
-        Layers::Banks => engine.bank_images()?,
+        Layers::Banks => engine.bank_images_beside(playback.image_bytes())?,
         Layers::Keys | Layers::Basis => Vec::new(),
     };
     let (what, layers) = match layers {

@@ -3,11 +3,12 @@
 use super::Error;
 use super::curves::hue;
 use super::words::count;
-use crate::engine::{Document, Engine};
+use crate::engine::{self, Document, Engine};
 use crate::picture::tone::Tone;
 use crate::playback::Playback;
 use crate::playback::page::{self, Contents, Cue, Fader, Law};
 use crate::printable::visible;
+use crate::renderer::contract::check_memory;
 use crate::show::{Coordinate, Dimmer, Show};
 use crate::timeline;
 
@@ -16,7 +17,7 @@ const LEVELS: usize = 257;
 
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
-    let banks = engine.bank_images()?;
+    let banks = engine.bank_images_beside(playback.image_bytes())?;
     let (document, show) = (engine.document(), engine.show());
     let coordinates = show.coordinates();
     let keys = playback.images();
@@ -31,7 +32,12 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
         pictures: keys.iter().chain(&banks).collect(),
         tone,
     };
-    let made = page::write(&contents, page::BUDGET, engine.host().work())?;
+    let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
+    let held = playback.image_bytes() + bank_bytes;
+    let needed = page::bytes(&contents, page::BUDGET);
+    let work = engine.work().holding(held);
+    check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
+    let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;
     let smaller = match made.size == playback.size() {
         true => "",

@@ -135,7 +135,10 @@ impl Timeline {
         let levels = self.bent.values().map(|levels| &levels.pieces);
         let pieces: usize = self.curves.iter().chain(levels).map(Vec::len).sum();
         let moves: usize = self.moves.iter().map(Vec::len).sum();
-        pieces * size_of::<Piece>() + moves * size_of::<(Time, Time)>()
+        pieces * size_of::<Piece>()
+            + moves * size_of::<(Time, Time)>()
+            + self.cues.len() * size_of::<CueTime>()
+            + self.warnings.len() * size_of::<Warning>()
     }
 
     /// The first cue's GO (0 without cues).

@@ -57,8 +57,16 @@ pub(super) type Track = Vec<Stretch>;
 
 /// Bytes of a move while the curves are made, about: itself, and the hold that it ends in, in lists
 /// that grow by doubling.
-const MOVE_BYTES: usize =
-    (size_of::<Moved<'_>>() + size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
+const MOVE_BYTES: usize = (size_of::<Moved<'_>>()
+    + size_of::<Stretch>()
+    + size_of::<Piece>()
+    + size_of::<(Time, Time)>())
+    * 3
+    / 2;
+/// Bytes of a cue besides, about: its times, and the list of its moves.
+const CUE_BYTES: usize = (size_of::<CueTime>() + size_of::<Vec<Moved<'_>>>()) * 3 / 2;
+/// Bytes of a warning, about: itself, and its key where it is told once.
+const WARNING_BYTES: usize = size_of::<Warning>() * 3 / 2 + 2 * size_of::<[NodeId; 3]>();
 /// Bytes of a piece, about.
 const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
 
@@ -76,9 +84,8 @@ impl MemoryBudget {
         }
     }
 
-    /// Takes memory for so many moves and pieces of a cue.
-    fn take(&mut self, moves: usize, pieces: usize, cue: NodeId) -> Result<(), Vec<TimelineError>> {
-        let bytes = moves * MOVE_BYTES + pieces * PIECE_BYTES;
+    /// Takes so many bytes for a cue.
+    fn take(&mut self, bytes: usize, cue: NodeId) -> Result<(), Vec<TimelineError>> {
         let budget = self.budget;
         let left = self.left.checked_sub(bytes);
         self.left = left.ok_or_else(|| vec![TimelineError::Memory { cue, budget }])?;
@@ -128,7 +135,7 @@ pub(super) fn motions<'a>(
                 lasting[c] = level;
             }
         }
-        budget.take(all.len(), 0, cue.id)?;
+        budget.take(CUE_BYTES + all.len() * MOVE_BYTES, cue.id)?;
         out.push(all);
     }
     Ok(out)
@@ -146,7 +153,8 @@ impl Timing {
 }
 
 fn written(cue: &Cue) -> Vec<Moved<'_>> {
-    let mut out = Vec::new();
+    // No more than there are: a list that grows begins with four.
+    let mut out = Vec::with_capacity(cue.parts.iter().map(|part| part.moves.len()).sum());
     for part in &cue.parts {
         out.extend(part.moves.iter().map(|m| Moved {
             id: m.id,
@@ -201,7 +209,6 @@ pub(super) fn tracks(
                 return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
             };
             count += pieces.len();
-            budget.take(0, pieces.len(), show.cues[cue].id)?;
             let end = pieces.last().map_or(start, |p| p.end);
             let run = Run {
                 start,
@@ -209,7 +216,9 @@ pub(super) fn tracks(
                 from,
                 to: level,
             };
-            watch.played(cue, m, run);
+            let warned = watch.played(cue, m, run);
+            let bytes = pieces.len() * PIECE_BYTES + warned * WARNING_BYTES;
+            budget.take(bytes, show.cues[cue].id)?;
             let by = Some((m.id, m.coordinate));
             track.extend(pieces.into_iter().map(|piece| Stretch {
                 piece,

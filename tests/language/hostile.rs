@@ -1,7 +1,8 @@
 //! Bad input is answered, quickly, without a panic: arbitrary text, real shows with random damage,
 //! files that are large, deep, binary or empty.
 
-use footlight::diagnostic::{Sources, Style, render};
+use footlight::check::check;
+use footlight::diagnostic::{Sources, Style, WARNINGS, render};
 use footlight::lang;
 use footlight::lang::edit::{self, Edit};
 use proptest::prelude::*;
@@ -209,4 +210,26 @@ fn what_is_not_text_is_said_to_be_so() {
     }
     let text = lang::decode("a.lxq", b"\xef\xbb\xbfshow \"a\"").unwrap();
     assert_eq!(text, "show \"a\"");
+}
+
+/// Warnings without number are counted, and the first of them kept.
+#[test]
+fn of_many_warnings_the_first_are_kept_and_the_rest_counted() {
+    let light = |i| format!("light l{i} spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n");
+    let text: String = (0..3 * WARNINGS).map(light).collect();
+    let parsed = lang::parse(&mut Sources::default(), "many.lxq", &text);
+    assert_eq!(parsed.diagnostics.len(), WARNINGS);
+    assert_eq!(parsed.left_out, 2 * WARNINGS);
+    let starts = parsed.diagnostics.iter().map(|d| d.labels[0].span.start);
+    let last = text.find(&format!("light l{WARNINGS} ")).unwrap();
+    assert!(starts.clone().is_sorted() && starts.max() < Some(last));
+
+    // What the curves show: each of these cues but the first changes nothing.
+    let cue = |i| format!("cue {i} {{ b 50 }}\n");
+    let cues: String = (1..=2 * WARNINGS).map(cue).collect();
+    let text = format!("{}bank b = l0\n{cues}", light(0));
+    let parsed = lang::parse(&mut Sources::default(), "still.lxq", &text);
+    let checked = check(&parsed.show.unwrap(), &parsed.spans);
+    assert_eq!(checked.diagnostics.len(), WARNINGS);
+    assert_eq!(checked.left_out, WARNINGS - 1);
 }

@@ -152,7 +152,8 @@ fn a_run_removes_and_replaces_only_what_a_run_has_written() {
 /// Before any work, with the file named, and nothing has changed.
 #[test]
 fn a_run_is_refused_where_something_else_stands_in_its_way() {
-    let foreign = "is not as an earlier run left it";
+    let foreign = "is not what an earlier run wrote and listed in `files.sha256`; nothing was written: \
+                   move it away, or choose another folder with --out";
     for (name, reason) in [
         ("plan.json", foreign),
         ("sequence.png", foreign),

@@ -7,6 +7,9 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
+use footlight::Image;
+use footlight::picture::exr::{self, Precision};
+
 /// What the program may take beside its budget, MB.
 const BESIDE: u64 = 64;
 
@@ -68,6 +71,15 @@ fn cases() -> Vec<Case> {
             &["picture", "-o", "a.png"],
             Some("stage"),
         ),
+        case("warnings", warnings(60_000), 300, &["check"], None),
+        // Beyond 2,500 polygons another operator serves.
+        case("boxes", boxes(2_000), 96, &["picture", "-o", "a.png"], None),
+        case("rig", rig(12, 40), 128, &["run"], Some("key images")),
+        case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
+        case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
+        case("rig", rig(6, 4), 192, &["chart", "plan"], None),
+        case("images", images(12), 64, &["check"], Some("--memory")),
+        case("images", images(8), 256, &["play", "-o", "a.html"], None),
     ]
 }
 
@@ -76,6 +88,66 @@ fn comments(lines: usize) -> String {
         "show \"S\"\n{}cue 1 at 0:00 {{ }}\n",
         "// a line that says nothing\n".repeat(lines)
     )
+}
+
+/// Cues that change nothing.
+fn warnings(count: usize) -> String {
+    show(1, count, |_| "b0 50".to_owned())
+}
+
+/// Boxes on a floor, under a lamp.
+fn boxes(count: usize) -> String {
+    let mut text = format!(
+        "{ROOM}view v from 5,-9,2 to 5,5,1 fov 40 size 64x36\n{LIGHT}bank a = x\n\
+         cue 1 at 0:00 {{ snap a 50 }}\nsurface box reflectance 0.5"
+    );
+    for i in 0..count {
+        let (x, y, z) = (
+            0.2 * (i % 50) as f64,
+            0.2 * (i / 50) as f64,
+            0.05 + 0.001 * i as f64,
+        );
+        write!(
+            text,
+            " box from {x:.1},{y:.1},0 to {:.2},{:.2},{z:.3}",
+            x + 0.1,
+            y + 0.1
+        )
+        .unwrap();
+    }
+    text.push('\n');
+    text
+}
+
+/// Lights over a floor, each a bank, and cues that mix them.
+fn rig(banks: usize, count: usize) -> String {
+    let lit = |cue: usize| {
+        format!(
+            "time 1  b{} {}  b{} 20",
+            cue % banks,
+            5 + cue,
+            (cue + 1) % banks
+        )
+    };
+    format!(
+        "{ROOM}view v from 5,-9,2 to 5,5,1 fov 40 size 640x360\n{}",
+        show(banks, count, lit)
+    )
+}
+
+/// Banks given as images, of which [`image`] is one.
+fn images(count: usize) -> String {
+    let bank = |i| format!("bank b{i} image \"b{i}.exr\"\n");
+    let banks: String = (0..count).map(bank).collect();
+    let cue = |i| format!("cue {} at {}s {{ time 1  b{i} 50 }}\n", i + 1, 2 * i);
+    let cues: String = (0..count).map(cue).collect();
+    format!("show \"I\"\n{banks}{cues}")
+}
+
+fn image() -> Vec<u8> {
+    let mut image = Image::new(800, 600);
+    image.data_mut().fill(0.5);
+    exr::encode(&image, Precision::Half, &[]).unwrap()
 }
 
 fn lights(count: usize) -> String {
@@ -163,14 +235,24 @@ fn high_water(status: &Path) -> Option<u64> {
 fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let said = folder.path().join("said");
+    let image = image();
+    for i in 0..12 {
+        std::fs::write(folder.path().join(format!("b{i}.exr")), &image).unwrap();
+    }
     for case in cases() {
         let name = format!("{} {:?} at {} MB", case.name, case.verb, case.budget);
         std::fs::write(folder.path().join("a.lxq"), &case.show).unwrap();
         let (verb, options) = case.verb.split_first().unwrap();
+        let (kind, options) = match *verb {
+            "chart" => options.split_at(1),
+            _ => options.split_at(0),
+        };
         let child = Command::new(env!("CARGO_BIN_EXE_footlight"))
             .current_dir(&folder)
             .args(["--quiet", "--pool", "off", "--threads", "2"])
-            .args(["--memory", &case.budget.to_string(), verb, "a.lxq"])
+            .args(["--memory", &case.budget.to_string(), verb])
+            .args(kind)
+            .arg("a.lxq")
             .args(options)
             .stdout(Stdio::null())
             .stderr(File::create(&said).unwrap())
@@ -190,5 +272,33 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
                 assert!(!well && told, "{name}: {said:.500}");
             }
         }
+    }
+}
+
+/// Under a limit of addresses, as batch systems set it: done or refused, never aborted.
+#[test]
+fn a_limit_of_addresses_ends_in_an_error_at_worst() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("boxes.lxq"), boxes(2_000)).unwrap();
+    std::fs::write(folder.path().join("rig.lxq"), rig(6, 8)).unwrap();
+    for (megabytes, show) in [
+        (100, "rig.lxq"),
+        (100, "boxes.lxq"),
+        (150, "boxes.lxq"),
+        (200, "rig.lxq"),
+        (250, "boxes.lxq"),
+        (300, "rig.lxq"),
+    ] {
+        let line = format!("ulimit -v {}; exec \"$0\" \"$@\"", megabytes * 1000);
+        let output = Command::new("sh")
+            .current_dir(&folder)
+            .args(["-c", &line, env!("CARGO_BIN_EXE_footlight")])
+            .args(["run", show, "--count", "1", "--quiet", "--pool", "off"])
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        let refused = output.status.code() == Some(1) && said.contains("--memory");
+        let well = output.status.success() || refused;
+        assert!(well, "{show} at {megabytes} MB: {} {said}", output.status);
     }
 }

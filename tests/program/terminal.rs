@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 
 use nix::pty::{Winsize, openpty};
 use nix::sys::signal::{Signal, kill};
+use nix::sys::termios::{LocalFlags, tcgetattr};
 use nix::unistd::Pid;
 
 /// Nothing here takes that long, even in a debug build on a busy machine.
@@ -142,6 +143,25 @@ fn lines_are_completed_remembered_and_asked_for() {
     again.wait("lxq> ");
     again.press("quit\r");
     assert_eq!(again.code(), 0);
+}
+
+/// A signal while a line is typed: the terminal is left as it was found.
+#[test]
+fn a_signal_at_the_prompt_gives_the_terminal_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let history = folder.path().join("history");
+    for (signal, code) in [(Signal::SIGTERM, 143), (Signal::SIGHUP, 129)] {
+        let mut terminal = Terminal::open(&example("first.lxq"), &history);
+        terminal.wait("lxq> ");
+        terminal.press("goto");
+        terminal.wait("goto");
+        let mode = |terminal: &Terminal| tcgetattr(&terminal.keys).unwrap().local_flags;
+        assert!(!mode(&terminal).contains(LocalFlags::ICANON));
+        kill(Pid::from_raw(terminal.child.id().cast_signed()), signal).unwrap();
+        let ended = terminal.child.wait().unwrap();
+        assert_eq!(ended.code(), Some(code));
+        assert!(mode(&terminal).contains(LocalFlags::ICANON | LocalFlags::ECHO));
+    }
 }
 
 #[test]

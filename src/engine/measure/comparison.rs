@@ -90,13 +90,14 @@ impl Engine {
         let names = self.bank_names()?;
         let settings = self.alone_each(&names)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let work = self.host.work();
+        let work = self.work();
         let (store, memory) = (self.host.store.as_ref(), work.memory);
         let size = (rendering.setup.view.width, rendering.setup.view.height);
         let references = Reference::load(store, folder, &names, size, memory)?;
         let near = emitter_mask::emitters(&rendering.setup, work)?;
         let counted = difference::away_from(&near, size.0);
-        let (images, seconds) = self.render_alone(&settings, quality)?;
+        let held = references.iter().map(Reference::bytes).sum();
+        let (images, seconds) = self.render_alone(&settings, quality, held)?;
         let pairs = names.iter().zip(images.iter().zip(&references));
         let errors = pairs.map(|(name, (i, r))| BankError::new(name, i, r, &counted));
         let comparison = Comparison {
@@ -111,15 +112,16 @@ impl Engine {
         })
     }
 
-    /// Images of settings from an operator prepared for the purpose, with the seconds to prepare it
-    /// and to render them.
+    /// Images of settings from an operator prepared for the purpose, where the caller holds so many
+    /// bytes, with the seconds to prepare it and to render them.
     pub(in crate::engine) fn render_alone(
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
+        held: usize,
     ) -> Result<(Vec<Image>, [f64; 2]), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let (work, clock) = (self.work().holding(held), self.host.clock.as_ref());
         let begin = clock.seconds();
         let renderer = self.host.renderer.as_ref();
         let mut operator = rendering.prepare(renderer, quality, work)?;

@@ -107,7 +107,7 @@ impl Engine {
             let total = out.steps.len();
             for (done, step) in out.steps.iter_mut().enumerate() {
                 self.host.progress.report("measuring steps", done, total);
-                step.measured = Some(self.measured(&settings, Quality(step.quality))?.1);
+                step.measured = Some(self.measured(&settings, Quality(step.quality), 0)?.1);
             }
         }
         Ok(out)
@@ -119,14 +119,15 @@ impl Engine {
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
+        held: usize,
     ) -> Result<(Vec<Image>, Seconds), Error> {
-        let mut best = self.measured_once(settings, quality)?;
+        let mut best = self.measured_once(settings, quality, held)?;
         let mut spent = best.1.total() + best.1.picture;
         for _ in 1..RUNS {
             if spent > ENOUGH {
                 break;
             }
-            let found = self.measured_once(settings, quality)?;
+            let found = self.measured_once(settings, quality, held)?;
             spent += found.1.total() + found.1.picture;
             if found.1.total() < best.1.total() {
                 best = found;
@@ -139,9 +140,10 @@ impl Engine {
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
+        held: usize,
     ) -> Result<(Vec<Image>, Seconds), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let (work, clock) = (self.work().holding(held), self.host.clock.as_ref());
         let begin = clock.seconds();
         let mut operator = rendering.prepare(self.host.renderer.as_ref(), quality, work)?;
         let prepared = clock.seconds();

@@ -36,7 +36,14 @@ impl Reference {
         })
     }
 
-    /// The references of `banks` in `folder`, all of `size`; halves where there are any.
+    /// Bytes that its pictures take.
+    pub fn bytes(&self) -> usize {
+        let pictures = 1 + self.halves.as_ref().map_or(0, |halves| halves.len());
+        pictures * size_of_val(self.mean.data())
+    }
+
+    /// The references of `banks` in `folder`, all of `size`, in `memory` bytes at most; halves where
+    /// there are any.
     ///
     /// # Errors
     /// [`ReferenceError`]; every bank without a reference is named.
@@ -62,18 +69,25 @@ impl Reference {
                 files,
             });
         }
-        let open = |name: String| read(store, &folder.join(name), size, memory);
-        let load = |bank: &String| {
+        let open = |name: String, left| read(store, &folder.join(name), size, left);
+        let load = |bank: &String, left: usize| -> Result<Reference, ReferenceError> {
             if halves(bank) {
-                let (a, b) = (open(first(bank))?, open(second(bank))?);
+                let (a, b) = (open(first(bank), left / 3)?, open(second(bank), left / 3)?);
                 // Both were just found to be of one size.
                 if let Some(reference) = Reference::of_halves(a, b) {
                     return Ok(reference);
                 }
             }
-            Ok(Reference::of(open(one(bank))?))
+            Ok(Reference::of(open(one(bank), left)?))
         };
-        banks.iter().map(load).collect()
+        let mut left = memory;
+        let mut loaded = Vec::with_capacity(banks.len());
+        for bank in banks {
+            let reference = load(bank, left)?;
+            left = left.saturating_sub(reference.bytes());
+            loaded.push(reference);
+        }
+        Ok(loaded)
     }
 }
 
@@ -83,7 +97,7 @@ fn read(
     expected: (usize, usize),
     memory: usize,
 ) -> Result<Image, ReferenceError> {
-    let bytes = store.read(path, LARGEST)?;
+    let bytes = store.read(path, LARGEST.min(memory as u64))?;
     let image = exr::decode(&bytes, memory).map_err(|source| ReferenceError::Picture {
         path: path.to_owned(),
         source,

@@ -158,7 +158,7 @@ impl Engine {
         trial.oracle().map_err(or_no_weight(Error::AlikeRefined))?;
         let order = trial.order(&weighting)?;
         (seconds.prepare, seconds.mixed) =
-            self.one_by_one("mixed pictures", &order, &mut |_| ())?;
+            self.one_by_one(("mixed pictures", 0), &order, &mut |_| ())?;
         self.predict(&mut seconds)?;
         Refinement::new(self.origin(), &trial, &seconds, self.host.work())
     }

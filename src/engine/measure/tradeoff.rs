@@ -104,7 +104,7 @@ impl Engine {
         let names = self.bank_names()?;
         let settings = self.alone_each(&names)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let work = self.host.work();
+        let work = self.work();
         let finest = rendering.finest(self.host.renderer.as_ref()).0;
         let size = (rendering.setup.view.width, rendering.setup.view.height);
         let near = emitter_mask::emitters(&rendering.setup, work)?;
@@ -121,7 +121,7 @@ impl Engine {
                 Reference::load(store, folder, &names, size, work.memory)?
             }
             None => {
-                let (images, seconds) = self.measured(&settings, Quality(finest))?;
+                let (images, seconds) = self.measured(&settings, Quality(finest), 0)?;
                 last = Some(seconds);
                 images.into_iter().map(Reference::of).collect()
             }
@@ -132,13 +132,14 @@ impl Engine {
             render: seconds.banks,
             banks: names.iter().cloned().zip(errors).collect(),
         };
+        let held = references.iter().map(Reference::bytes).sum();
         let mut steps = Vec::new();
         for quality in 1..=finest {
             if let Some(seconds) = last.filter(|_| quality == finest) {
                 steps.push(step_of(quality, seconds, vec![Some(0.0); names.len()]));
                 continue;
             }
-            let (images, seconds) = self.measured(&settings, Quality(quality))?;
+            let (images, seconds) = self.measured(&settings, Quality(quality), held)?;
             let pairs = names.iter().zip(images.iter().zip(&references));
             let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
             steps.push(step_of(quality, seconds, errors.collect()));

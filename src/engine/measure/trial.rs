@@ -284,28 +284,32 @@ impl Engine {
             .width
             .saturating_mul(rendering.setup.view.height);
         let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
-        check_memory("every source at three qualities", needed, self.host.memory)?;
+        check_memory(
+            "every source at three qualities",
+            needed,
+            self.work().memory,
+        )?;
         let mut seconds = Seconds::default();
-        let (coarser, took) = self.render_alone(&units, cheap)?;
-        let (coarse, also) = self.render_alone(&units, fine)?;
+        let (coarser, took) = self.render_alone(&units, cheap, 0)?;
+        let (coarse, also) = self.render_alone(&units, fine, needed / 3)?;
         seconds.coarse[1] = took.iter().chain(&also).sum();
         let mut refined: Vec<Image> = Vec::new();
         let mut keep = |image| refined.push(image);
-        (_, seconds.alone) = self.one_by_one("sources alone", &units, &mut keep)?;
+        (_, seconds.alone) = self.one_by_one(("sources alone", needed), &units, &mut keep)?;
         let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.work())?;
         Ok((trial.ok_or(Error::NoBanks)?, seconds))
     }
 
-    /// Renders settings one by one at the refined quality, from nothing prepared: the seconds to
-    /// prepare and those of each.
+    /// Renders settings one by one at the refined quality, from nothing prepared, where the caller
+    /// holds so many bytes: the seconds to prepare and those of each.
     pub(super) fn one_by_one(
         &self,
-        task: &str,
+        (task, held): (&str, usize),
         settings: &[Vec<f64>],
         take: &mut dyn FnMut(Image),
     ) -> Result<(f64, Vec<f64>), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (work, clock) = (self.host.work(), self.host.clock.as_ref());
+        let (work, clock) = (self.work().holding(held), self.host.clock.as_ref());
         let begin = clock.seconds();
         let renderer = self.host.renderer.as_ref();
         let mut operator = rendering.prepare(renderer, self.refined_step(), work)?;

@@ -87,7 +87,7 @@ impl<'a> Lower<'a, '_> {
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
             let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
-            self.fresh.push((text, lowered));
+            self.fresh.push((text, Box::new(lowered)));
         }
         Some(made)
     }
@@ -216,6 +216,10 @@ impl<'a> Lower<'a, '_> {
             next += 1;
             part.number = next;
             parts.push(part);
+        }
+        for part in &mut parts {
+            // A list that grows begins with four; most cues of a large show move one bank.
+            part.moves.shrink_to_fit();
         }
         parts
     }

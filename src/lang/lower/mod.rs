@@ -38,7 +38,7 @@ pub struct Lowering<'a> {
     /// Places of its nodes.
     pub spans: SpanMap,
     /// Cues that were lowered without a word, with their texts.
-    pub fresh: Vec<(&'a str, Lowered)>,
+    pub fresh: Vec<(&'a str, Box<Lowered>)>,
     /// Levels that were written out.
     pub levels: usize,
 }
@@ -99,7 +99,7 @@ struct Lower<'a, 'r> {
     /// Those of them that still may.
     budget: usize,
     /// Cues that were lowered without a word.
-    fresh: Vec<(&'a str, Lowered)>,
+    fresh: Vec<(&'a str, Box<Lowered>)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
 }
