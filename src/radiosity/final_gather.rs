@@ -25,7 +25,7 @@ use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{CellFinder, Cells, DARK, RayScene};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells, DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
@@ -124,7 +124,7 @@ impl FinalGather {
         let mut finder = CellFinder::new(picture.scene, settings);
         let gathered = picture.gather(&seen, settings, &mut finder, &budget, work)?;
         budget.take("the rays of the picture", gathered.bytes())?;
-        let cells = finder.find(work)?;
+        let cells = finder.find(&budget, work)?;
         budget.take("the radiosity cache", cells.bytes())?;
         let bounces = bounces(&cells, work)?;
         Ok(FinalGather {
@@ -215,22 +215,26 @@ impl FinalGather {
         rows.try_for_each(|(y, row)| {
             work.check()?;
             let start = self.gathered.rows[y] * self.width;
+            let mut sums = vec![0.0_f32; width];
             for (x, out) in row.chunks_exact_mut(width).enumerate() {
-                let rays = self.gathered.cells.range(start + x);
-                let share = 1.0 / rays.len().max(1) as f32;
-                for ray in rays {
-                    let cell = self.gathered.cells.items()[ray];
-                    if cell == DARK {
+                let mut cells = self.gathered.cells.get(start + x);
+                let share = 1.0 / cells.len().max(1) as f32;
+                for run in self.gathered.runs.get(start + x) {
+                    let (own, rest) = cells.split_at(run.rays as usize);
+                    cells = rest;
+                    let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
                         continue;
-                    }
-                    let own = &self.surfaces.facets[self.gathered.facets[ray] as usize];
-                    let scale = own.reflectance.map(|r| (r / PI) as f32 * share);
-                    let cell = cell as usize * width;
-                    let light = radiosity[cell..cell + width].chunks_exact(3);
-                    for (sum, b) in out.chunks_exact_mut(3).zip(light) {
-                        for c in 0..3 {
-                            sum[c] += scale[c] * b[c];
+                    };
+                    sums.fill(0.0);
+                    for cell in own.iter().filter(|cell| **cell != DARK) {
+                        let light = &radiosity[*cell as usize * width..][..width];
+                        for (sum, radiosity) in sums.iter_mut().zip(light) {
+                            *sum += radiosity;
                         }
+                    }
+                    let scale = facet.reflectance.map(|r| (r / PI) as f32 * share);
+                    for (k, sum) in sums.iter().enumerate() {
+                        out[k] += scale[k % 3] * sum;
                     }
                 }
             }
@@ -258,8 +262,11 @@ impl FinalGather {
                 for (out, emitter) in out.iter_mut().zip(&emitters) {
                     let mut sum = SampleSum::default();
                     for (k, p) in points.iter().enumerate() {
-                        let place = p.place.point;
-                        let normal = self.surfaces.facets[p.place.facet as usize].normal;
+                        let SurfacePoint {
+                            facet,
+                            point: place,
+                        } = p.place(self.scene());
+                        let normal = self.surfaces.facets[facet as usize].normal;
                         // About a pixel there.
                         let footprint = || {
                             let distance = (place - self.camera.origin).length();

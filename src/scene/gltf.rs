@@ -34,7 +34,7 @@ use super::{Lamp, Scene};
 use crate::files::Files;
 
 /// The most triangles a file may draw, all instances counted.
-pub const TRIANGLE_LIMIT: usize = 500_000;
+pub const TRIANGLE_LIMIT: usize = 2_000_000;
 
 /// What is wrong with a part of a glTF file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -12,9 +12,9 @@ use super::{Lamp, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
 
 /// The most polygons a stage may have, after bent ones are cut.
-pub const POLYGON_LIMIT: usize = 200_000;
+pub const POLYGON_LIMIT: usize = 2_000_000;
 /// The most vertices a file may define, and the most corners its faces may have together.
-pub const VERTEX_LIMIT: usize = 1_000_000;
+pub const VERTEX_LIMIT: usize = 8_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
 

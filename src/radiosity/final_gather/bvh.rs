@@ -61,7 +61,8 @@ pub struct Bvh {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
     root: u32,
-    middle: Vec3,
+    /// Of the scene; boxes and triangles are relative to it.
+    pub middle: Vec3,
     /// Distances that differ by less are the same, metres.
     touching: f32,
 }

@@ -6,11 +6,13 @@
 //! point inside a solid, and not at all where nothing is seen. From those points further rays ask
 //! for further cells. All of it depends on geometry alone.
 
-use crate::geometry::{Vec3, frame};
+use crate::geometry::{Vec3, frame, vec3};
 use crate::radiosity::final_gather::bvh::Bvh;
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
-use crate::radiosity::geometry::surface::Surfaces;
+use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::lists::Lists;
+use crate::radiosity::memory::MemoryBudget;
+use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -216,13 +218,35 @@ impl CellSettings {
     }
 }
 
-/// Where a cell is evaluated.
+/// Where a cell is evaluated, in single precision from the middle of the scene: there are millions.
 #[derive(Clone, Copy, Debug)]
 pub struct CellPoint {
     /// The cell.
     pub cell: u32,
-    /// Where.
-    pub place: SurfacePoint,
+    facet: u32,
+    near: [f32; 3],
+}
+
+impl CellPoint {
+    fn new(scene: RayScene<'_>, cell: u32, place: SurfacePoint) -> CellPoint {
+        let near = place.point - scene.bvh.middle;
+        CellPoint {
+            cell,
+            facet: place.facet,
+            near: [near.x as f32, near.y as f32, near.z as f32],
+        }
+    }
+
+    /// The point, on its facet's plane as exactly as before.
+    pub fn place(&self, scene: RayScene<'_>) -> SurfacePoint {
+        let facet = &scene.surfaces.facets[self.facet as usize];
+        let [x, y, z] = self.near.map(f64::from);
+        let rounded = scene.bvh.middle + vec3(x, y, z);
+        SurfacePoint {
+            facet: self.facet,
+            point: rounded - facet.normal * facet.height(rounded),
+        }
+    }
 }
 
 /// The cells of a scene as a camera sees it.
@@ -301,8 +325,8 @@ impl<'a> CellFinder<'a> {
             let before = wanted(*asked);
             *asked += 1;
             if wanted(*asked) > before {
-                let place = landing.place;
-                self.points.push(CellPoint { cell, place });
+                let point = CellPoint::new(self.scene, cell, landing.place);
+                self.points.push(point);
             }
         }
     }
@@ -310,8 +334,8 @@ impl<'a> CellFinder<'a> {
     /// All cells whose light reaches those that were asked for.
     ///
     /// # Errors
-    /// On cancel.
-    pub fn find(mut self, work: Work<'_>) -> Result<Cells, Cancelled> {
+    /// On cancel, and where the cells do not fit into the budget.
+    pub fn find(mut self, budget: &MemoryBudget, work: Work<'_>) -> Result<Cells, TransportError> {
         // Every point with its rays' cells.
         let mut all: Vec<CellPoint> = Vec::new();
         let mut rays: Lists<u32> = Lists::default();
@@ -333,9 +357,14 @@ impl<'a> CellFinder<'a> {
                 }
             }
             all.extend(points);
+            // They are copied when they are sorted.
+            let found = size_of_val(all.as_slice()) + size_of_val(rays.items()) + 8 * all.len();
+            budget.check("the radiosity cache", self.bytes() + 2 * found)?;
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
-        Ok(self.sorted(&all, &rays))
+        let count = self.asked.len();
+        drop(self.table);
+        Ok(sorted(&self.scene.surfaces.facets, count, &all, &rays))
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
@@ -353,10 +382,11 @@ impl<'a> CellFinder<'a> {
             let mut out = Vec::with_capacity(run.len() * count);
             for (i, p) in run.iter().enumerate() {
                 let seed = hash((first + at * RUN + i) as u32 ^ generation << 28);
-                let normal = scene.surfaces.facets[p.place.facet as usize].normal;
+                let place = p.place(scene);
+                let normal = scene.surfaces.facets[place.facet as usize].normal;
                 for ray in 0..count as u32 {
                     let way = cosine_direction(normal, point(ray, seed));
-                    out.push(settings.land(scene, p.place, way, point(ray, seed ^ 0x99)));
+                    out.push(settings.land(scene, place, way, point(ray, seed ^ 0x99)));
                 }
             }
             Ok(out)
@@ -365,43 +395,41 @@ impl<'a> CellFinder<'a> {
             points.par_chunks(RUN).enumerate().map(run).collect();
         Ok(parts?.concat())
     }
+}
 
-    /// Points by cell, with each cell's rays together.
-    fn sorted(&self, all: &[CellPoint], rays: &Lists<u32>) -> Cells {
-        let count = self.asked.len();
-        let mut starts = vec![0_u32; count + 1];
-        all.iter().for_each(|p| starts[p.cell as usize + 1] += 1);
-        for cell in 0..count {
-            starts[cell + 1] += starts[cell];
-        }
-        let mut next = starts.clone();
-        let mut order = vec![0; all.len()];
-        for (i, p) in all.iter().enumerate() {
-            let place = &mut next[p.cell as usize];
-            order[*place as usize] = i;
-            *place += 1;
-        }
-        let mut sorted: Lists<u32> = Lists::default();
-        for cell in 0..count {
-            let own = &order[starts[cell] as usize..starts[cell + 1] as usize];
-            let own = own.iter().flat_map(|&i| rays.get(i));
-            // A cell without points, of the last generation, is left out.
-            let has_points = |c: u32| c == DARK || starts[c as usize] < starts[c as usize + 1];
-            sorted.push(own.copied().filter(|&c| has_points(c)));
-        }
-        let facets = &self.scene.surfaces.facets;
-        let mut reflectance = vec![[0.0; 3]; count];
-        let points: Vec<CellPoint> = order.iter().map(|&i| all[i]).collect();
-        for p in &points {
-            let own = facets[p.place.facet as usize].reflectance;
-            reflectance[p.cell as usize] = own.map(|r| r as f32);
-        }
-        Cells {
-            points,
-            starts,
-            rays: sorted,
-            reflectance,
-        }
+/// Points by cell, with each cell's rays together.
+fn sorted(facets: &[Facet], count: usize, all: &[CellPoint], rays: &Lists<u32>) -> Cells {
+    let mut starts = vec![0_u32; count + 1];
+    all.iter().for_each(|p| starts[p.cell as usize + 1] += 1);
+    for cell in 0..count {
+        starts[cell + 1] += starts[cell];
+    }
+    let mut next = starts.clone();
+    let mut order = vec![0_u32; all.len()];
+    for (i, p) in all.iter().enumerate() {
+        let place = &mut next[p.cell as usize];
+        order[*place as usize] = i as u32;
+        *place += 1;
+    }
+    let mut sorted: Lists<u32> = Lists::default();
+    for cell in 0..count {
+        let own = &order[starts[cell] as usize..starts[cell + 1] as usize];
+        let own = own.iter().flat_map(|&i| rays.get(i as usize));
+        // A cell without points, of the last generation, is left out.
+        let has_points = |c: u32| c == DARK || starts[c as usize] < starts[c as usize + 1];
+        sorted.push(own.copied().filter(|&c| has_points(c)));
+    }
+    let mut reflectance = vec![[0.0; 3]; count];
+    let points: Vec<CellPoint> = order.iter().map(|&i| all[i as usize]).collect();
+    for p in &points {
+        let own = facets[p.facet as usize].reflectance;
+        reflectance[p.cell as usize] = own.map(|r| r as f32);
+    }
+    Cells {
+        points,
+        starts,
+        rays: sorted,
+        reflectance,
     }
 }
 

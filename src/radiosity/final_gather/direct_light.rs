@@ -3,7 +3,7 @@
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::SurfacePoint;
 use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
-use crate::radiosity::final_gather::picture_rays::PictureRays;
+use crate::radiosity::final_gather::picture_rays::{PictureRays, more_pixels};
 use crate::radiosity::final_gather::sampling::point;
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::work::{Cancelled, Work};
@@ -173,6 +173,7 @@ fn allot<'a>(
         noise: aim,
         ..
     } = rays.step;
+    let aim = aim * more_pixels(rays.size).sqrt();
     let n = first as f32;
     let mut square = 0.0;
     let mut own = Vec::with_capacity(indirect.len() / 3);

@@ -7,7 +7,7 @@
 
 use crate::geometry::{Vec3, frame};
 use crate::radiosity::final_gather::cells::SurfacePoint;
-use crate::radiosity::geometry::surface::Surfaces;
+use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::work::{Cancelled, Work};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -18,6 +18,11 @@ const REACH: usize = 6;
 const ALIKE: f64 = 0.9;
 /// Rays shorter than this count as so long, metres.
 const LEAST: f64 = 1e-3;
+
+/// Are two facets of one material and about one direction?
+pub fn is_one_surface(a: &Facet, b: &Facet) -> bool {
+    a.material == b.material && a.normal.dot(b.normal) >= ALIKE
+}
 
 /// A pixel that shows one material of about one direction.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +47,7 @@ impl SmoothPixel {
         let (mut point, mut normal) = (Vec3::ZERO, Vec3::ZERO);
         for place in places {
             let own = facet(place);
-            if own.material != first.material || own.normal.dot(first.normal) < ALIKE {
+            if !is_one_surface(own, first) {
                 return None;
             }
             point += place.point;

@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::radiosity::final_gather::cells::{
     CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
 };
-use crate::radiosity::final_gather::irradiance_filter::SmoothPixel;
+use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, is_one_surface};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
@@ -20,9 +20,18 @@ use rayon::prelude::*;
 /// Rays of a point at which a cell is evaluated.
 const CELL_RAYS: usize = 4;
 /// Samples of one pixel may be numbered up to this.
-const PIXEL_SAMPLES: u32 = 1024;
-/// Rows of the picture whose rays are held at once.
-const BAND: usize = 8;
+const PIXEL_SAMPLES: u32 = 2048;
+/// Rays whose ends are held at once: some rows, at least one.
+const BAND: usize = 1 << 18;
+/// Pixels that one task works on.
+const RUN: usize = 64;
+/// Pixels of the picture that a step's noise is meant for, and how many times as many count.
+const PIXELS: f64 = 57_600.0;
+const MOST_PIXELS: f64 = 4.0;
+/// Where all pixels show more than one smooth surface, how many times the step's rays each has; and
+/// at most.
+const MIXED_RAYS: f64 = 16.0;
+const MOST_TIMES: f64 = 8.0;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
@@ -35,8 +44,8 @@ pub struct Gathered {
     pub rows: Vec<usize>,
     /// Of each pixel the cells that its rays end in, by rows as they were looked at.
     pub cells: Lists<u32>,
-    /// Of each ray the facet that it left from.
-    pub facets: Vec<u32>,
+    /// Of each pixel its rays by the material that they leave, in the order of its cells.
+    pub runs: Lists<Run>,
     /// Pixels that show one smooth surface.
     pub smooth: Vec<Option<SmoothPixel>>,
 }
@@ -44,9 +53,19 @@ pub struct Gathered {
 impl Gathered {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        4 * (self.cells.items().len() + self.facets.len())
+        let lists = size_of_val(self.cells.items()) + size_of_val(self.runs.items());
+        lists
+            + 8 * (2 * self.cells.count() + self.rows.len())
             + self.smooth.len() * size_of::<Option<SmoothPixel>>()
     }
+}
+
+/// Rays of a pixel that leave surfaces of one material.
+#[derive(Clone, Copy, Debug)]
+pub struct Run {
+    /// One of the facets that they leave, or [`DARK`].
+    pub facet: u32,
+    pub rays: u32,
 }
 
 /// The camera's rays.
@@ -146,21 +165,35 @@ impl PictureRays<'_> {
             ..Gathered::default()
         };
         let order = scattered(height);
+        let mixed = self.rays_of_mixed(seen);
         let mut cells = Vec::new();
-        for (band, rows) in order.chunks(BAND).enumerate() {
-            work.progress.report("rays", band * BAND, height);
-            let of =
-                |at: usize| self.rays_of(rows[at / width] * width + at % width, seen, settings);
+        let band = (BAND / (width * mixed as usize)).max(1);
+        let mut done = 0;
+        for rows in order.chunks(band) {
+            work.progress.report("rays", done, height);
+            let of = |at: usize| {
+                self.rays_of(rows[at / width] * width + at % width, seen, mixed, settings)
+            };
             let pixels = each_pixel([width, rows.len()], work, of)?;
-            for (at, (landings, smooth)) in pixels.into_iter().enumerate() {
+            for (at, (mut landings, smooth)) in pixels.into_iter().enumerate() {
+                let material = |facet: u32| {
+                    let own = self.scene.surfaces.facets.get(facet as usize);
+                    own.map(|own| own.material)
+                };
+                landings.sort_by_key(|(_, facet)| material(*facet));
                 cells.clear();
                 finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
                 out.cells.push(cells.iter().copied());
-                out.facets.extend(landings.iter().map(|(_, facet)| *facet));
+                let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
+                out.runs.push(alike.map(|some| Run {
+                    facet: some[0].1,
+                    rays: some.len() as u32,
+                }));
                 out.smooth[rows[at / width] * width + at % width] = smooth;
             }
-            for (at, row) in rows.iter().enumerate() {
-                out.rows[*row] = band * BAND + at;
+            for row in rows {
+                out.rows[*row] = done;
+                done += 1;
             }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
         }
@@ -168,42 +201,71 @@ impl PictureRays<'_> {
         Ok(out)
     }
 
+    /// Rays of a pixel that shows more than one smooth surface. Nothing evens out their noise: they
+    /// are the more, the more of the picture such pixels are.
+    fn rays_of_mixed(&self, seen: &[u32]) -> u32 {
+        let facets = &self.scene.surfaces.facets;
+        let is_mixed = |own: &&[u32]| {
+            let differs = |other: u32| {
+                let [a, b] = [own[0], other].map(|f| facets.get(f as usize));
+                match (a, b) {
+                    (Some(a), Some(b)) => !is_one_surface(a, b),
+                    (a, b) => a.is_some() != b.is_some(),
+                }
+            };
+            own.iter().any(|f| differs(*f))
+        };
+        let pixels = seen.chunks_exact(self.step.first as usize);
+        let mixed = pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64;
+        let times = MIXED_RAYS * mixed / more_pixels(self.size);
+        let times = times.clamp(1.0, MOST_TIMES).log2().round().exp2();
+        self.step.rays * times as u32
+    }
+
     /// The rays of a pixel with the facets that they leave, and what is smooth there.
     fn rays_of(
         &self,
         pixel: usize,
         seen: &[u32],
+        mixed: u32,
         settings: CellSettings,
     ) -> (Vec<(Landing, u32)>, Option<SmoothPixel>) {
         let first = self.step.first as usize;
         let own = &seen[pixel * first..(pixel + 1) * first];
         let is_one = own.iter().all(|f| *f == own[0]);
-        let rays = if is_one { 1 } else { 2 } * self.step.rays;
-        let mut out = Vec::with_capacity(rays as usize);
-        for ray in 0..rays {
+        let ray = |ray: u32| {
             let place = if is_one {
                 self.on_facet(pixel, ray, own[0])
             } else {
                 self.place(pixel, ray)
             };
             let Some(place) = place else {
-                out.push((Landing::NOWHERE, DARK));
-                continue;
+                return (Landing::NOWHERE, DARK);
             };
             let index = self.index(pixel).wrapping_add(ray);
             let normal = self.scene.surfaces.facets[place.facet as usize].normal;
             let way = cosine_direction(normal, point(index, SEED_WAY));
             let landing = settings.land(self.scene, place, way, point(index, SEED_CELL));
-            out.push((landing, place.facet));
-        }
+            (landing, place.facet)
+        };
+        let mut out: Vec<(Landing, u32)> = (0..self.step.rays).map(ray).collect();
         let places = (0..).zip(own).map(|(k, f)| self.on_facet(pixel, k, *f));
         let places: Option<Vec<SurfacePoint>> = places.collect();
         let smooth = places.and_then(|places| {
             let distances = out.iter().map(|(landing, _)| landing.distance);
             SmoothPixel::new(self.scene.surfaces, &places, distances, self.step.filter)
         });
+        if smooth.is_none() {
+            out.extend((self.step.rays..mixed).map(ray));
+        }
         (out, smooth)
     }
+}
+
+/// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
+/// finer pixels may be noisier, as the eye sees the mean of several.
+pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
+    ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
 }
 
 /// Rows from all over the picture one after the other: a cell is evaluated where its first rays
@@ -220,10 +282,13 @@ pub fn each_pixel<T: Send>(
     work: Work<'_>,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let row = |y: usize| {
+    let pixels = width * height;
+    let run = |run: usize| {
         work.check()?;
-        Ok((0..width).map(|x| of(y * width + x)).collect())
+        let end = pixels.min((run + 1) * RUN);
+        Ok((run * RUN..end).map(&of).collect())
     };
-    let rows: Result<Vec<Vec<T>>, Cancelled> = (0..height).into_par_iter().map(row).collect();
-    Ok(rows?.into_iter().flatten().collect())
+    let runs = (0..pixels.div_ceil(RUN)).into_par_iter();
+    let runs: Result<Vec<Vec<T>>, Cancelled> = runs.map(run).collect();
+    Ok(runs?.into_iter().flatten().collect())
 }

@@ -9,9 +9,10 @@ pub struct GatherStep {
     pub first: u32,
     /// And at most.
     pub most: u32,
-    /// Noise of direct light aimed at, as a share of the root mean square of a light's picture.
+    /// Noise of direct light aimed at, as a share of the root mean square of a light's picture of
+    /// 57,600 pixels or fewer.
     pub noise: f64,
-    /// Rays of a pixel that shows one smooth surface; twice as many of another.
+    /// Rays of a pixel that shows one smooth surface; up to eight times as many of another.
     pub rays: u32,
     /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
     /// after their first hit.
@@ -41,33 +42,33 @@ pub const STEPS: [GatherStep; 5] = [
         rays: 32,
         cells: [0.053, 0.106],
         points: 0.35,
-        filter: 0.10,
+        filter: 0.1,
     },
     GatherStep {
         first: 8,
-        most: 256,
-        noise: 0.015,
+        most: 1024,
+        noise: 0.011,
         rays: 64,
-        cells: [0.032, 0.128],
-        points: 0.4,
+        cells: [0.024, 0.096],
+        points: 0.7,
         filter: 0.08,
     },
     GatherStep {
         first: 8,
-        most: 512,
-        noise: 0.008,
-        rays: 128,
-        cells: [0.026, 0.105],
-        points: 0.7,
+        most: 1024,
+        noise: 0.007,
+        rays: 160,
+        cells: [0.017, 0.068],
+        points: 1.0,
         filter: 0.07,
     },
     GatherStep {
         first: 16,
-        most: 512,
+        most: 1024,
         noise: 0.005,
         rays: 256,
-        cells: [0.018, 0.074],
-        points: 0.7,
+        cells: [0.012, 0.05],
+        points: 1.0,
         filter: 0.05,
     },
 ];

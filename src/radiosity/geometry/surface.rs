@@ -25,8 +25,6 @@ const TOUCHING: f64 = 1e-6;
 pub struct Facet {
     /// Counter-clockwise seen from the front.
     pub vertices: Vec<Vec3>,
-    /// Its edges, in the same order.
-    pub rim: Vec<Edge>,
     /// Unit normal of the front.
     pub normal: Vec3,
     /// Square metres.
@@ -39,6 +37,23 @@ pub struct Facet {
     pub reflectance: [f64; 3],
     /// Range of its pieces in [`Surfaces::pieces`].
     pub pieces: std::ops::Range<usize>,
+}
+
+impl Facet {
+    /// Its edges, in the order of the vertices.
+    pub fn rim(&self) -> impl Iterator<Item = Edge> + '_ {
+        let next = self.vertices.iter().cycle().skip(1);
+        self.vertices.iter().zip(next).map(|(start, end)| {
+            let way = *end - *start;
+            let along = way.normalized();
+            Edge {
+                start: *start,
+                along,
+                inward: self.normal.cross(along),
+                length: way.length(),
+            }
+        })
+    }
 }
 
 /// An edge of a facet.
@@ -208,28 +223,18 @@ fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Fa
         return None;
     }
     let normal = doubled.normalized();
-    let edge = |(i, start): (usize, &Vec3)| {
-        let way = kept[(i + 1) % kept.len()] - *start;
-        let along = way.normalized();
-        Edge {
-            start: *start,
-            along,
-            inward: normal.cross(along),
-            length: way.length(),
-        }
-    };
-    let rim: Vec<Edge> = kept.iter().enumerate().map(edge).collect();
-    let longest = rim.iter().map(|e| e.length).fold(0.0, f64::max);
-    Some(Facet {
-        rim,
-        width: area / longest,
+    let mut facet = Facet {
+        width: 0.0,
         normal,
         vertices: kept,
         area,
         material,
         reflectance,
         pieces: 0..0,
-    })
+    };
+    let longest = facet.rim().map(|e| e.length).fold(0.0, f64::max);
+    facet.width = area / longest;
+    Some(facet)
 }
 
 /// How far `b` lies to the left of the line from `a` to `c`, seen against `normal`; positive at a

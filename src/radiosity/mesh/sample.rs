@@ -122,7 +122,7 @@ fn centroid(local: &[Vec3]) -> Vec3 {
 pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     let margin = (surfaces.size * INSET).min(0.2 * facet.width);
     let mut moved = p;
-    for edge in &facet.rim {
+    for edge in facet.rim() {
         let height = (moved - edge.start).dot(edge.inward);
         if height.abs() >= margin {
             continue;

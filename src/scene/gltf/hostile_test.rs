@@ -250,24 +250,24 @@ fn limits_hold() {
             r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#,
             &many(5000, primitive),
         );
-    assert!(said(import(&empty)).contains("more than 500000 triangles"));
+    assert!(said(import(&empty)).contains("more than 2000000 triangles"));
     // Instances that lie apart: each is a polygon of its own.
-    let instances: Vec<_> = (0..=POLYGON_LIMIT / 4)
+    let instances: Vec<_> = (0..=POLYGON_LIMIT / 40)
         .map(|i| format!(r#"{{"mesh":0,"translation":[{},0,0]}}"#, 2 * i))
         .collect();
     let json = described(&format!(
         r#""materials":[{{}}],"nodes":[{}]"#,
         instances.join(",")
     ));
-    let five = many(
-        5,
+    let twenty = many(
+        20,
         r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#,
     );
     let json = json.replace(
         r#"{"attributes":{"POSITION":0},"indices":1,"material":0}"#,
-        &five,
+        &twenty,
     );
-    assert!(said(import(&json)).contains("more than 500000 triangles"));
+    assert!(said(import(&json)).contains("more than 2000000 triangles"));
     let objects = described(&nodes(250_000));
     assert!(said(import(&objects)).contains("more than 200000 objects"));
     let values = described(&format!(r#""x":[{}],{NODE}"#, many(4_000_001, "1")));
