@@ -3,9 +3,9 @@
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::SurfacePoint;
 use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
-use crate::radiosity::final_gather::picture_rays::{PictureRays, more_pixels};
+use crate::radiosity::final_gather::picture_rays::PictureRays;
 use crate::radiosity::final_gather::sampling::point;
-use crate::radiosity::final_gather::step::GatherStep;
+use crate::radiosity::final_gather::step::{GatherStep, more_pixels};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f32::consts::PI;

@@ -25,13 +25,6 @@ const PIXEL_SAMPLES: u32 = 2048;
 const BAND: usize = 1 << 18;
 /// Pixels that one task works on.
 const RUN: usize = 64;
-/// Pixels of the picture that a step's noise is meant for, and how many times as many count.
-const PIXELS: f64 = 57_600.0;
-const MOST_PIXELS: f64 = 4.0;
-/// Where all pixels show more than one smooth surface, how many times the step's rays each has; and
-/// at most.
-const MIXED_RAYS: f64 = 16.0;
-const MOST_TIMES: f64 = 8.0;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
@@ -201,8 +194,7 @@ impl PictureRays<'_> {
         Ok(out)
     }
 
-    /// Rays of a pixel that shows more than one smooth surface. Nothing evens out their noise: they
-    /// are the more, the more of the picture such pixels are.
+    /// As [`GatherStep::rays_of_mixed`].
     fn rays_of_mixed(&self, seen: &[u32]) -> u32 {
         let facets = &self.scene.surfaces.facets;
         let is_mixed = |own: &&[u32]| {
@@ -217,9 +209,7 @@ impl PictureRays<'_> {
         };
         let pixels = seen.chunks_exact(self.step.first as usize);
         let mixed = pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64;
-        let times = MIXED_RAYS * mixed / more_pixels(self.size);
-        let times = times.clamp(1.0, MOST_TIMES).log2().round().exp2();
-        self.step.rays * times as u32
+        self.step.rays_of_mixed(mixed, self.size)
     }
 
     /// The rays of a pixel with the facets that they leave, and what is smooth there.
@@ -260,12 +250,6 @@ impl PictureRays<'_> {
         }
         (out, smooth)
     }
-}
-
-/// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
-/// finer pixels may be noisier, as the eye sees the mean of several.
-pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
-    ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
 }
 
 /// Rows from all over the picture one after the other: a cell is evaluated where its first rays

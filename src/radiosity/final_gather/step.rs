@@ -1,6 +1,11 @@
 //! The scale of quality of final gathering: the parameters of each step, and what it costs.
 
+use crate::radiosity::camera::fragment::camera;
+use crate::radiosity::final_gather::irradiance_filter::is_one_surface;
+use crate::radiosity::geometry::surface::Surfaces;
+use crate::radiosity::visibility::raster::ItemBuffer;
 use crate::renderer::{Cost, Quality, QualityParameter, Setup, TransportError};
+use crate::scene::View;
 
 /// What a step of quality spends.
 #[derive(Clone, Copy, Debug)]
@@ -73,6 +78,20 @@ pub const STEPS: [GatherStep; 5] = [
     },
 ];
 
+/// Pixels of the picture that a step's noise is meant for, and how many times as many count.
+const PIXELS: f64 = 57_600.0;
+const MOST_PIXELS: f64 = 4.0;
+/// Where all pixels show more than one smooth surface, how many times the step's rays each has; and
+/// at most.
+const MIXED_RAYS: f64 = 16.0;
+const MOST_TIMES: f64 = 8.0;
+
+/// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
+/// finer pixels may be noisier, as the eye sees the mean of several.
+pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
+    ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
+}
+
 impl GatherStep {
     /// The step of a quality.
     ///
@@ -82,6 +101,14 @@ impl GatherStep {
         let at = usize::from(quality.0).wrapping_sub(1);
         let step = STEPS.get(at).copied();
         step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
+    }
+
+    /// Rays of a pixel that shows more than one smooth surface, where a share of the picture's pixels
+    /// is `mixed`. Nothing evens out their noise: they are the more, the more of the picture such
+    /// pixels are.
+    pub fn rays_of_mixed(&self, mixed: f64, size: [usize; 2]) -> u32 {
+        let times = (MIXED_RAYS * mixed / more_pixels(size)).clamp(1.0, MOST_TIMES);
+        self.rays * times.log2().round().exp2() as u32
     }
 
     /// What the step sets on any scene.
@@ -96,32 +123,84 @@ impl GatherStep {
     }
 }
 
-/// Units of cost (see [`crate::radiosity::cost`]) of one ray for each doubling of the polygons.
-const RAY_COST: f64 = 1.2e-7;
+/// Units of cost (see [`crate::radiosity::cost`]) of one ray for each doubling of the polygons, cells
+/// and filter included.
+const RAY_COST: f64 = 1.9e-7;
+/// Of one sample of one light, in the same way.
+const SAMPLE_COST: f64 = 4e-8;
 /// Of one triangle in the hierarchy, for each doubling.
 const TRIANGLE_COST: f64 = 1e-7;
 /// Of one pixel of one light in a picture.
 const PIXEL_COST: f64 = 4e-9;
-/// Samples of a light in a pixel, in the mean, over the square root of one over the noise.
-const SAMPLES: f64 = 2.0;
+/// Square of the spread of one light's samples in a pixel that shows several surfaces, as a share of
+/// its picture's mean square.
+const SPREAD: f64 = 0.5;
 
 /// Predicted cost of a step on a scene.
 ///
 /// # Errors
-/// [`TransportError::Quality`] when there is no such step.
+/// [`TransportError`] for a setup that cannot be used or a step that there is not.
 pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let step = GatherStep::of(quality)?;
-    let pixels = (setup.view.width * setup.view.height) as f64;
-    let polygons = setup.scene.polygons.len() as f64;
+    let Setup { scene, rig, view } = setup;
+    let size = [view.width, view.height];
+    let pixels = (view.width * view.height) as f64;
+    let polygons = scene.polygons.len() as f64;
     let depth = (2.0 + polygons).log2();
-    let lights = setup.rig.lights.len() as f64;
-    let share = lights / setup.rig.sources.len().max(1) as f64;
-    let rays = pixels * (f64::from(step.first) + 1.5 * f64::from(step.rays));
-    let samples = pixels * (f64::from(step.first) + SAMPLES / step.noise.sqrt());
+    let lights = rig.lights.len() as f64;
+    let share = lights / rig.sources.len().max(1) as f64;
+    let mixed = mixed_share(&Surfaces::new(scene)?, view)?;
+    let first = f64::from(step.first);
+    let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
+    let rays = first + smooth * (1.0 - mixed) + several * mixed;
+    let noise = step.noise * more_pixels(size).sqrt();
+    // As direct light allots them: stratified samples do better than their number's root.
+    let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
+    let samples = samples.min(f64::from(step.most));
+    let samples = first + mixed * samples;
     Ok(Cost {
-        prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * rays),
-        per_source: share * RAY_COST * depth * samples,
+        prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * pixels * rays),
+        per_source: share * SAMPLE_COST * depth * pixels * samples,
         per_image: PIXEL_COST * pixels * lights,
         per_lone: PIXEL_COST * pixels * share,
     })
+}
+
+/// Which share of the view's pixels shows more than one surface, counted at one sample a pixel of a
+/// small picture.
+fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
+    let times = more_pixels([view.width, view.height]).sqrt();
+    let side = |n: usize| ((n as f64 / times) as usize).max(1);
+    let small = View {
+        width: side(view.width),
+        height: side(view.height),
+        ..view.clone()
+    };
+    let camera = camera(&small)?;
+    let mut buffer = ItemBuffer::new(small.width, small.height);
+    for piece in &surfaces.pieces {
+        buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+    }
+    let facet = |item: &u32| surfaces.facets.get(*item as usize);
+    let differ = |a: &u32, b: &u32| match (facet(a), facet(b)) {
+        (Some(a), Some(b)) => !is_one_surface(a, b),
+        (a, b) => a.is_some() != b.is_some(),
+    };
+    let rows = buffer.items().chunks_exact(small.width);
+    let next = rows.clone().skip(1);
+    let across = rows
+        .clone()
+        .flat_map(|row| row.iter().zip(row.iter().skip(1)));
+    let down = rows.zip(next).flat_map(|(row, next)| row.iter().zip(next));
+    let share = |pairs: &mut dyn Iterator<Item = (&u32, &u32)>| {
+        let (mut all, mut different) = (0.0_f64, 0.0);
+        for (a, b) in pairs {
+            all += 1.0;
+            different += f64::from(u8::from(differ(a, b)));
+        }
+        different / all.max(1.0)
+    };
+    // A border of any direction is crossed across or down.
+    let (mut across, mut down) = (across, down);
+    Ok((share(&mut across) + share(&mut down)).min(1.0))
 }
