@@ -163,6 +163,12 @@ fn show_comes_first(show: &Path, call: &Call) -> Result<(), Error> {
     }
 }
 
+/// The largest file that a show may name, in bytes: a stage may be larger than any text, but takes
+/// some eight times its file when it is read.
+fn file_limit(memory: usize) -> u64 {
+    TEXT_LIMIT.max(memory as u64 / 8)
+}
+
 /// The terminal's means, for the show at `path` (`-`: standard input; none: an empty show).
 fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != Path::new("-"));
@@ -179,7 +185,7 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
     };
     Host {
         renderer,
-        files: Box::new(Folder::new(folder, TEXT_LIMIT)),
+        files: Box::new(Folder::new(folder, file_limit(settings.memory()))),
         store: Box::new(Disk),
         clock: Box::new(Monotonic::default()),
         progress: screen.progress(),

@@ -29,6 +29,16 @@ pub fn peak_memory() -> Option<f64> {
     Some(kilobytes / 1024.0)
 }
 
+/// Processor seconds of the process so far; `None` where the system does not tell.
+pub fn processor_seconds() -> Option<f64> {
+    let text = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // Behind the name, which may hold anything, in brackets; 100 ticks a second.
+    let (_, rest) = text.rsplit_once(')')?;
+    let mut ticks = rest.split_whitespace().skip(11);
+    let [user, system] = [ticks.next()?, ticks.next()?].map(|t| t.parse::<f64>().ok());
+    Some((user? + system?) / 100.0)
+}
+
 /// Prints the slopes on logs of each quantity against the first, along the series of one way to
 /// grow: from end to end, and of the last step.
 pub fn exponents(record: &Record, way: &str) {

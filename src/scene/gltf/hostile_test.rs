@@ -116,12 +116,12 @@ fn claims_are_held_against_the_bytes() {
         (
             r#""count":4,"#,
             r#""count":4000000000000,"#,
-            "more than 1000000 vertices",
+            "more than 8000000 vertices",
         ),
         (
             r#""count":6"#,
             r#""count":18446744073709551615"#,
-            "more than 1500000 corners",
+            "more than 6000000 corners",
         ),
         (
             r#""bufferView":0,"#,
@@ -279,7 +279,7 @@ fn limits_hold() {
     );
     let deep = described(NODE).replacen(r#""count":4,"#, &nested, 1);
     assert!(said(import(&deep)).contains("recursion"));
-    // A million vertices over no bytes, again and again.
+    // Millions of vertices over no bytes, again and again.
     let accessor = r#"{"componentType":5126,"count":1000000,"type":"VEC3"}"#;
     let primitives: Vec<_> = (2..50)
         .map(|i| format!(r#"{{"attributes":{{"POSITION":{i}}}}}"#))
