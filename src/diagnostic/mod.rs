@@ -126,7 +126,7 @@ pub(crate) fn leave_out(list: &mut Vec<Diagnostic>) -> usize {
 pub struct Diagnostics {
     /// In the order of their places.
     pub list: Vec<Diagnostic>,
-    /// How many warnings there are beside those of the list, which holds the first [`WARNINGS`].
+    /// How many warnings there are beside those of the list, which holds the first 1,000.
     pub left_out: usize,
     /// The texts.
     pub sources: Sources,
