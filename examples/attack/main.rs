@@ -3,9 +3,9 @@
 //! `stop` sends every verb a signal at some moments on large shows, and prints the longest time to
 //! the end; `fuzz` gives every reader damaged files; `kill` kills runs and compares the keys of the
 //! next with those of a run that was left alone. One of these words does only that. `--trials N` says
-//! how often `stop` does so for each verb and show (default 10) and `kill` in all (default 40),
+//! how often `stop` does so for each verb and show (default 30) and `kill` in all (default 40),
 //! `--seconds N` (default 60) how long `fuzz` goes on, `--seed S` (default 1) is for all. All of it
-//! takes about ten minutes on two cores. Exits with 1 where something failed.
+//! takes about twenty minutes on two cores. Exits with 1 where something failed.
 
 #![allow(
     clippy::unwrap_used,
@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     let mut well = true;
     #[cfg(unix)]
     if is_wanted("stop") {
-        well &= stop::all(seed, trials(10));
+        well &= stop::all(seed, trials(30));
     }
     #[cfg(unix)]
     if is_wanted("kill") {
