@@ -61,7 +61,7 @@ use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use std::sync::Arc;
 use step::{STEPS, Step};
-use unit_lights::{UnitLights, first_equal, render};
+use unit_lights::{Composed, UnitLights};
 use visibility::interior::seeds;
 
 /// Radiosity with hemicubes, five steps of quality.
@@ -90,11 +90,12 @@ impl Transport for Radiosity {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         if is_final_gather(setup) {
-            return Ok(Box::new(FinalGather::new(setup, quality, work)?));
+            let operator = FinalGather::new(setup, quality, work)?;
+            return Ok(Box::new(Composed::new(operator, &setup.rig)));
         }
         let step = Step::of(quality)?;
         let operator = Threads::new(work)?.install(|| Operator::new(setup, step, work))?;
-        Ok(Box::new(operator))
+        Ok(Box::new(Composed::new(operator, &setup.rig)))
     }
 
     fn least_bytes(&self, setup: &Setup) -> usize {
@@ -189,8 +190,6 @@ struct Operator {
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
     /// For each light the first that is equal at unit strength: itself, or another panel of the
-    /// same surfaces.
-    first_equal: Vec<usize>,
     /// For each light its image, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,
@@ -291,7 +290,6 @@ impl Operator {
             vertices,
             hierarchy,
             lights,
-            first_equal: first_equal(&rig.lights),
             projectors: rig.lights.iter().map(projector).collect(),
             mesh,
             seeds,
@@ -308,39 +306,21 @@ impl Operator {
     }
 }
 
-impl Prepared for Operator {
-    fn render(
-        &mut self,
-        settings: &[Vec<f64>],
-        work: Work<'_>,
-    ) -> Result<Vec<Image>, TransportError> {
-        render(self, settings, work)
-    }
-
+impl UnitLights for Operator {
     fn bytes(&self) -> usize {
         self.held
-    }
-}
-
-impl UnitLights for Operator {
-    fn rig(&self) -> &Rig {
-        &self.rig
-    }
-
-    fn first_equal(&self) -> &[usize] {
-        &self.first_equal
     }
 
     fn pixels(&self) -> usize {
         self.width * self.height
     }
 
-    fn light(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
-        self.solve(wanted, work)
+    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        self.solve_lights(wanted, work)
     }
 
-    fn compose(&self, strengths: &[[f64; 3]]) -> Image {
-        self.picture(strengths)
+    fn picture(&self, strengths: &[[f64; 3]]) -> Image {
+        self.compose(strengths)
     }
 }
 

@@ -79,7 +79,7 @@ impl Report {
     }
 }
 
-/// Says that there are more errors than are told.
+/// Says that there are more errors than are shown.
 pub fn too_many() -> Diagnostic {
     let message = format!("stopped after {} errors", limits::ERRORS);
     Diagnostic::error(codes::TOO_MANY, message)

@@ -35,7 +35,7 @@ pub fn gather_weights(
 
 impl Operator {
     /// The picture of lights of given strengths, all of which are solved.
-    pub(super) fn picture(&self, strengths: &[[f64; 3]]) -> Image {
+    pub(super) fn compose(&self, strengths: &[[f64; 3]]) -> Image {
         let lit: Vec<(&Solution, [f64; 3])> = self
             .solutions
             .iter()

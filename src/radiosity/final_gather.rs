@@ -33,16 +33,14 @@ use crate::radiosity::final_gather::picture_rays::{Gathered, PictureRays};
 use crate::radiosity::final_gather::sampling::{hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::memory::MemoryBudget;
-use crate::radiosity::unit_lights::{UnitLights, first_equal, render};
+use crate::radiosity::unit_lights::UnitLights;
 use crate::radiosity::visibility::raster::Camera;
 use crate::radiosity::{FACET_BYTES, Threads, projector};
 use crate::renderer::contract::check_memory;
-use crate::renderer::{Prepared, Quality, Setup, TransportError};
-use crate::scene::Rig;
+use crate::renderer::{Quality, Setup, TransportError};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 /// Lights that are solved at once.
 const BLOCK: usize = 8;
@@ -55,7 +53,6 @@ const SEED_CELL_LIGHT: u32 = 0x777;
 
 /// G for one setup and step.
 pub struct FinalGather {
-    rig: Arc<Rig>,
     step: GatherStep,
     width: usize,
     height: usize,
@@ -65,7 +62,6 @@ pub struct FinalGather {
     /// How far rays keep from surfaces, metres.
     offset: f64,
     lights: Vec<Luminaire>,
-    first_equal: Vec<usize>,
     projectors: Vec<Option<Projector>>,
     /// Facets of the first samples of each pixel.
     seen: Vec<u32>,
@@ -128,14 +124,12 @@ impl FinalGather {
         budget.take("the radiosity cache", cells.bytes())?;
         let bounces = bounces(&cells, work)?;
         Ok(FinalGather {
-            rig: Arc::clone(rig),
             step,
             width: view.width,
             height: view.height,
             camera,
             offset,
             lights,
-            first_equal: first_equal(&rig.lights),
             projectors: rig.lights.iter().map(projector).collect(),
             seen,
             gathered,
@@ -163,37 +157,6 @@ impl FinalGather {
             size: [self.width, self.height],
             step: self.step,
         }
-    }
-
-    /// Makes the pictures of these lights, those that are not made yet.
-    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
-        let is_new = |l: &usize| self.pictures[*l].is_none();
-        let new: Vec<usize> = wanted.iter().copied().filter(is_new).collect();
-        let pixels = self.width * self.height;
-        let each = 12 * pixels;
-        check_memory("the lights", new.len() * each, work.memory)?;
-        let mut done = 0;
-        for block in new.chunks(BLOCK) {
-            let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
-            let held = block.len() * (28 * self.cells.count() + pixel * pixels);
-            check_memory("light in the cache", held, work.memory)?;
-            let mut found = self.indirect(block, work)?;
-            work.progress.report("direct light", done, new.len());
-            let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
-            let direct = DirectLight {
-                rays: self.rays(),
-                seen: &self.seen,
-                emitters: &emitters,
-            };
-            direct.add_to(&mut found, work)?;
-            done += block.len();
-            for (light, picture) in block.iter().zip(found) {
-                self.pictures[*light] = Some(picture);
-                self.held += each;
-            }
-        }
-        work.progress.report("direct light", done, new.len());
-        Ok(())
     }
 
     fn emitter(&self, light: usize) -> Emitter<'_> {
@@ -287,38 +250,46 @@ impl FinalGather {
     }
 }
 
-impl Prepared for FinalGather {
-    fn render(
-        &mut self,
-        settings: &[Vec<f64>],
-        work: Work<'_>,
-    ) -> Result<Vec<Image>, TransportError> {
-        render(self, settings, work)
-    }
-
+impl UnitLights for FinalGather {
     fn bytes(&self) -> usize {
         self.held
-    }
-}
-
-impl UnitLights for FinalGather {
-    fn rig(&self) -> &Rig {
-        &self.rig
-    }
-
-    fn first_equal(&self) -> &[usize] {
-        &self.first_equal
     }
 
     fn pixels(&self) -> usize {
         self.width * self.height
     }
 
-    fn light(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
-        self.solve(wanted, work)
+    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        let is_new = |l: &usize| self.pictures[*l].is_none();
+        let new: Vec<usize> = wanted.iter().copied().filter(is_new).collect();
+        let pixels = self.pixels();
+        let each = 12 * pixels;
+        check_memory("the lights", new.len() * each, work.memory)?;
+        let mut done = 0;
+        for block in new.chunks(BLOCK) {
+            let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
+            let held = block.len() * (28 * self.cells.count() + pixel * pixels);
+            check_memory("light in the cache", held, work.memory)?;
+            let mut found = self.indirect(block, work)?;
+            work.progress.report("direct light", done, new.len());
+            let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
+            let direct = DirectLight {
+                rays: self.rays(),
+                seen: &self.seen,
+                emitters: &emitters,
+            };
+            direct.add_to(&mut found, work)?;
+            done += block.len();
+            for (light, picture) in block.iter().zip(found) {
+                self.pictures[*light] = Some(picture);
+                self.held += each;
+            }
+        }
+        work.progress.report("direct light", done, new.len());
+        Ok(())
     }
 
-    fn compose(&self, strengths: &[[f64; 3]]) -> Image {
+    fn picture(&self, strengths: &[[f64; 3]]) -> Image {
         let lit: Vec<(&Vec<f32>, [f64; 3])> = self
             .pictures
             .iter()

@@ -7,14 +7,12 @@ use crate::renderer::contract::{check_memory, check_settings};
 use crate::renderer::{Prepared, TransportError};
 use crate::scene::{Light, Rig};
 use crate::work::Work;
+use std::sync::Arc;
 
-/// A prepared method that keeps its lights at unit strength.
-pub trait UnitLights: Prepared {
-    /// The lights and the sources that they are emitters of.
-    fn rig(&self) -> &Rig;
-
-    /// As [`first_equal`] of the rig's lights.
-    fn first_equal(&self) -> &[usize];
+/// A method that keeps its lights at unit strength.
+pub trait UnitLights: Send {
+    /// Bytes held.
+    fn bytes(&self) -> usize;
 
     /// Pixels of a picture.
     fn pixels(&self) -> usize;
@@ -23,42 +21,63 @@ pub trait UnitLights: Prepared {
     ///
     /// # Errors
     /// [`TransportError`] for a budget too small, or on cancel.
-    fn light(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError>;
+    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError>;
 
     /// The picture of lights of given strengths, all of which are solved.
-    fn compose(&self, strengths: &[[f64; 3]]) -> Image;
+    fn picture(&self, strengths: &[[f64; 3]]) -> Image;
 }
 
-/// As [`Prepared::render`].
-///
-/// # Errors
-/// As [`Prepared::render`].
-pub fn render<M: UnitLights>(
-    method: &mut M,
-    settings: &[Vec<f64>],
-    work: Work<'_>,
-) -> Result<Vec<Image>, TransportError> {
-    check_settings(settings, method.rig().sources.len())?;
-    let strengths = settings.iter();
-    let strengths = strengths.map(|s| strengths_of(method.rig(), method.first_equal(), s));
-    let strengths: Vec<Vec<[f64; 3]>> = strengths.collect();
-    let is_lit = |l: &usize| strengths.iter().any(|s| s[*l].iter().any(|x| *x != 0.0));
-    let wanted: Vec<usize> = (0..method.rig().lights.len()).filter(is_lit).collect();
-    let work = work.holding(method.bytes());
-    let needed = settings.len() * method.pixels() * size_of::<[f32; 3]>();
-    check_memory("the pictures", needed, work.memory)?;
-    Threads::new(work)?.install(|| {
-        method.light(&wanted, work)?;
-        let mut images = Vec::with_capacity(settings.len());
-        for (done, strengths) in strengths.iter().enumerate() {
-            work.check()?;
-            work.progress.report("pictures", done, settings.len());
-            images.push(method.compose(strengths));
+/// A method prepared for the settings of a rig.
+pub struct Composed<M> {
+    method: M,
+    rig: Arc<Rig>,
+    first_equal: Vec<usize>,
+}
+
+impl<M: UnitLights> Composed<M> {
+    /// Of the lights of a rig.
+    pub fn new(method: M, rig: &Arc<Rig>) -> Composed<M> {
+        Composed {
+            method,
+            rig: Arc::clone(rig),
+            first_equal: first_equal(&rig.lights),
         }
-        work.progress
-            .report("pictures", settings.len(), settings.len());
-        Ok(images)
-    })
+    }
+}
+
+impl<M: UnitLights> Prepared for Composed<M> {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        check_settings(settings, self.rig.sources.len())?;
+        let strengths = settings.iter();
+        let strengths = strengths.map(|s| strengths_of(&self.rig, &self.first_equal, s));
+        let strengths: Vec<Vec<[f64; 3]>> = strengths.collect();
+        let is_lit = |l: &usize| strengths.iter().any(|s| s[*l].iter().any(|x| *x != 0.0));
+        let wanted: Vec<usize> = (0..self.rig.lights.len()).filter(is_lit).collect();
+        let method = &mut self.method;
+        let work = work.holding(method.bytes());
+        let needed = settings.len() * method.pixels() * size_of::<[f32; 3]>();
+        check_memory("the pictures", needed, work.memory)?;
+        Threads::new(work)?.install(|| {
+            method.solve(&wanted, work)?;
+            let mut images = Vec::with_capacity(settings.len());
+            for (done, strengths) in strengths.iter().enumerate() {
+                work.check()?;
+                work.progress.report("pictures", done, settings.len());
+                images.push(method.picture(strengths));
+            }
+            work.progress
+                .report("pictures", settings.len(), settings.len());
+            Ok(images)
+        })
+    }
+
+    fn bytes(&self) -> usize {
+        self.method.bytes()
+    }
 }
 
 /// Strength of each light in each channel under a setting; that of equal lights is added to the
@@ -78,7 +97,7 @@ fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 
 }
 
 /// For each light the first that is a panel of the same material, or itself.
-pub fn first_equal(lights: &[Light]) -> Vec<usize> {
+fn first_equal(lights: &[Light]) -> Vec<usize> {
     let material = |light: &Light| match light {
         Light::Panel { material, .. } => Some(*material),
         _ => None,

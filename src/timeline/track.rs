@@ -65,7 +65,7 @@ const MOVE_BYTES: usize = (size_of::<Moved<'_>>()
     / 2;
 /// Bytes of a cue besides, about: its times, and the list of its moves.
 const CUE_BYTES: usize = (size_of::<CueTime>() + size_of::<Vec<Moved<'_>>>()) * 3 / 2;
-/// Bytes of a warning, about: itself, and its key where it is told once.
+/// Bytes of a warning, about: itself, and its key where it is reported once.
 const WARNING_BYTES: usize = size_of::<Warning>() * 3 / 2 + 2 * size_of::<[NodeId; 3]>();
 /// Bytes of a piece, about.
 const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;

@@ -1,7 +1,6 @@
 //! Direct light in the pixels of one light: more samples where the first ones differ.
 
 use crate::radiosity::direct::projector::pixel as footprint;
-use crate::radiosity::final_gather::cells::SurfacePoint;
 use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
 use crate::radiosity::final_gather::picture_rays::PictureRays;
 use crate::radiosity::final_gather::sampling::point;
@@ -9,12 +8,11 @@ use crate::radiosity::final_gather::step::{GatherStep, more_pixels};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f32::consts::PI;
-use std::ops::Range;
 
 /// Of the spread of a pixel's samples, what its neighbours are taken to have at least: the first
 /// samples may all miss an edge.
 const SPREAD: f32 = 0.5;
-/// Spreads are told apart over so many octaves below a light's mean level and as many above it, in
+/// Spreads are distinguished over so many octaves below a light's mean level and as many above it, in
 /// so many parts each.
 const OCTAVES: u32 = 24;
 const PER_OCTAVE: usize = 16;
@@ -44,15 +42,15 @@ impl DirectLight<'_> {
         let lights = self.emitters.len();
         let [width, height] = self.rays.size;
         let mut sums = vec![PixelSums::default(); width * height * lights];
-        self.sample(&mut sums, &|_| 0..first, work)?;
         let mut samples = vec![first; sums.len()];
+        self.sample(&mut sums, 0, &samples, work)?;
         for (light, picture) in pictures.iter().enumerate() {
             let own = sums.iter().skip(light).step_by(lights);
             let allotted = allot(&self.rays, own, picture);
             let places = samples.iter_mut().skip(light).step_by(lights);
             places.zip(allotted).for_each(|(to, from)| *to = from);
         }
-        self.sample(&mut sums, &|at| first..samples[at], work)?;
+        self.sample(&mut sums, first, &samples, work)?;
         for (light, picture) in pictures.iter_mut().enumerate() {
             let own = (light..sums.len()).step_by(lights);
             for (pixel, at) in picture.chunks_exact_mut(3).zip(own) {
@@ -63,55 +61,49 @@ impl DirectLight<'_> {
         Ok(())
     }
 
-    /// Adds samples to the sums of all pixels and lights: `range` returns which, by the place among
-    /// the sums.
+    /// Adds samples to the sums of all pixels and lights, from the one of number `start` up to as many
+    /// as each takes.
     fn sample(
         &self,
         sums: &mut [PixelSums],
-        range: &(impl Fn(usize) -> Range<u16> + Sync),
+        start: u16,
+        samples: &[u16],
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
         let lights = self.emitters.len();
-        let width = self.rays.size[0];
-        let rows = sums.par_chunks_mut(width * lights).enumerate();
-        rows.try_for_each(|(y, row)| {
+        let row = self.rays.size[0] * lights;
+        let rows = sums.par_chunks_mut(row).zip(samples.par_chunks(row));
+        rows.enumerate().try_for_each(|(y, (sums, samples))| {
             work.check()?;
-            for (x, sums) in row.chunks_exact_mut(lights).enumerate() {
-                let pixel = y * width + x;
-                let range = |light| range(pixel * lights + light);
-                let start = range(0).start;
-                let end = (0..lights).map(|l| range(l).end).max().unwrap_or(start);
-                for k in start..end {
-                    self.sample_pixel(pixel, u32::from(k), sums, |light| k < range(light).end);
-                }
+            let pixels = sums.chunks_exact_mut(lights);
+            for (x, (sums, ends)) in pixels.zip(samples.chunks_exact(lights)).enumerate() {
+                let pixel = y * self.rays.size[0] + x;
+                let end = ends.iter().copied().max().unwrap_or(start);
+                (start..end).for_each(|k| self.sample_pixel(pixel, k, sums, ends));
             }
             Ok(())
         })
     }
 
-    /// Adds one sample of a pixel to the sums of those lights that it `counts` for.
-    fn sample_pixel(
-        &self,
-        pixel: usize,
-        k: u32,
-        sums: &mut [PixelSums],
-        counts: impl Fn(usize) -> bool,
-    ) {
+    /// Adds sample `k` of a pixel to the sums of those lights that take so many.
+    fn sample_pixel(&self, pixel: usize, k: u16, sums: &mut [PixelSums], ends: &[u16]) {
         let scene = self.rays.scene;
-        let Some(place) = self.place(pixel, k) else {
+        let Some(place) = self.rays.sample(self.seen, pixel, u32::from(k)) else {
             return;
         };
         let facet = &scene.surfaces.facets[place.facet as usize];
         let reflectance = facet.reflectance.map(|r| r as f32);
         let highest = facet.highest_reflectance() as f32;
         let here = (place.point, facet.normal);
-        let random = point(self.rays.index(pixel) + k, SEED);
+        let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         let footprint = || {
             let weight = 1.0 / f64::from(self.rays.step.first);
             footprint(self.rays.camera, place.point, facet.normal, weight)
         };
-        let all = self.emitters.iter().zip(sums).enumerate();
-        for (_, (emitter, sums)) in all.filter(|(light, _)| counts(*light)) {
+        for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {
+            if k >= *end {
+                continue;
+            }
             let mut level = 0.0;
             if emitter.is_of(facet.material) {
                 sums.shining += 1.0;
@@ -129,15 +121,6 @@ impl DirectLight<'_> {
             sums.level += level;
             sums.square += level * level;
         }
-    }
-
-    fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
-        let first = self.rays.step.first;
-        if k >= first {
-            return self.rays.place(pixel, k);
-        }
-        let facet = self.seen[pixel * first as usize + k as usize];
-        self.rays.on_facet(pixel, k, facet)
     }
 }
 

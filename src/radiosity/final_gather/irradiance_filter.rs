@@ -19,8 +19,16 @@ const ALIKE: f64 = 0.9;
 /// Rays shorter than this count as so long, metres.
 const LEAST: f64 = 1e-3;
 
+/// Do two of a view's items, facets or what is none, belong to different surfaces?
+pub fn differ(surfaces: &Surfaces, [a, b]: [u32; 2]) -> bool {
+    match [a, b].map(|item| surfaces.facets.get(item as usize)) {
+        [Some(a), Some(b)] => !is_one_surface(a, b),
+        [a, b] => a.is_some() != b.is_some(),
+    }
+}
+
 /// Are two facets of one material and about one direction?
-pub fn is_one_surface(a: &Facet, b: &Facet) -> bool {
+fn is_one_surface(a: &Facet, b: &Facet) -> bool {
     a.material == b.material && a.normal.dot(b.normal) >= ALIKE
 }
 

@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::radiosity::final_gather::cells::{
     CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
 };
-use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, is_one_surface};
+use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
@@ -85,14 +85,22 @@ impl PictureRays<'_> {
         self.camera.ray(x + u, y + v)
     }
 
-    /// What sample `k` of a pixel shows, if it is a front.
-    pub fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
+    /// What sample `k` of a pixel shows, if it is a front; `seen` are the facets of the first ones.
+    pub fn sample(&self, seen: &[u32], pixel: usize, k: u32) -> Option<SurfacePoint> {
+        let first = self.step.first;
+        if k >= first {
+            return self.place(pixel, k);
+        }
+        self.on_facet(pixel, k, seen[pixel * first as usize + k as usize])
+    }
+
+    fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
         let (place, _) = self.scene.look(self.camera.origin, self.way(pixel, k));
         (place.facet != DARK).then_some(place)
     }
 
     /// The same where the facet is known.
-    pub fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> Option<SurfacePoint> {
+    fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> Option<SurfacePoint> {
         if facet == DARK {
             return None;
         }
@@ -196,17 +204,8 @@ impl PictureRays<'_> {
 
     /// As [`GatherStep::rays_of_mixed`].
     fn rays_of_mixed(&self, seen: &[u32]) -> u32 {
-        let facets = &self.scene.surfaces.facets;
-        let is_mixed = |own: &&[u32]| {
-            let differs = |other: u32| {
-                let [a, b] = [own[0], other].map(|f| facets.get(f as usize));
-                match (a, b) {
-                    (Some(a), Some(b)) => !is_one_surface(a, b),
-                    (a, b) => a.is_some() != b.is_some(),
-                }
-            };
-            own.iter().any(|f| differs(*f))
-        };
+        let surfaces = self.scene.surfaces;
+        let is_mixed = |own: &&[u32]| own.iter().any(|f| differ(surfaces, [own[0], *f]));
         let pixels = seen.chunks_exact(self.step.first as usize);
         let mixed = pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64;
         self.step.rays_of_mixed(mixed, self.size)
@@ -227,7 +226,7 @@ impl PictureRays<'_> {
             let place = if is_one {
                 self.on_facet(pixel, ray, own[0])
             } else {
-                self.place(pixel, ray)
+                self.sample(seen, pixel, ray)
             };
             let Some(place) = place else {
                 return (Landing::NOWHERE, DARK);

@@ -1,7 +1,7 @@
 //! The scale of quality of final gathering: the parameters of each step, and what it costs.
 
 use crate::radiosity::camera::fragment::camera;
-use crate::radiosity::final_gather::irradiance_filter::is_one_surface;
+use crate::radiosity::final_gather::irradiance_filter::differ;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::visibility::raster::ItemBuffer;
 use crate::renderer::{Cost, Quality, QualityParameter, Setup, TransportError};
@@ -181,26 +181,20 @@ fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> 
     for piece in &surfaces.pieces {
         buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
     }
-    let facet = |item: &u32| surfaces.facets.get(*item as usize);
-    let differ = |a: &u32, b: &u32| match (facet(a), facet(b)) {
-        (Some(a), Some(b)) => !is_one_surface(a, b),
-        (a, b) => a.is_some() != b.is_some(),
-    };
     let rows = buffer.items().chunks_exact(small.width);
     let next = rows.clone().skip(1);
-    let across = rows
+    let mut across = rows
         .clone()
         .flat_map(|row| row.iter().zip(row.iter().skip(1)));
-    let down = rows.zip(next).flat_map(|(row, next)| row.iter().zip(next));
+    let mut down = rows.zip(next).flat_map(|(row, next)| row.iter().zip(next));
     let share = |pairs: &mut dyn Iterator<Item = (&u32, &u32)>| {
         let (mut all, mut different) = (0.0_f64, 0.0);
         for (a, b) in pairs {
             all += 1.0;
-            different += f64::from(u8::from(differ(a, b)));
+            different += f64::from(u8::from(differ(surfaces, [*a, *b])));
         }
         different / all.max(1.0)
     };
     // A border of any direction is crossed across or down.
-    let (mut across, mut down) = (across, down);
     Ok((share(&mut across) + share(&mut down)).min(1.0))
 }

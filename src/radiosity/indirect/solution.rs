@@ -21,7 +21,7 @@ type DirectLight = (Vec<f32>, Vec<f32>);
 impl Operator {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
     /// of the memory holds.
-    pub fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+    pub fn solve_lights(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         let missing: Vec<usize> = wanted
             .iter()
             .copied()
