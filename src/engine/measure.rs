@@ -15,9 +15,11 @@ pub mod tradeoff;
 pub mod trial;
 mod tune;
 pub mod tuner;
+pub mod wait;
 
 pub use comparison::{BankError, Comparison};
 pub use machine::{Machine, Origin};
 pub use reference::Reference;
 pub use trial::{Order, Shown, Trial};
 pub use tuner::{Candidate, Tuner};
+pub use wait::LongRun;

@@ -81,6 +81,7 @@ codes! {
     CUT_OFF = "W012" "a fade longer than it has time for";
     NO_CHANGE = "W013" "a cue that changes nothing";
     DARK_STRETCH = "W014" "a dark stretch";
+    LONG_RUN = "W030" "a run of minutes";
 }
 
 #[cfg(test)]

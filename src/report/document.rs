@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::words::{count, label};
-use crate::diagnostic::Style;
+use super::words::{count, label, seconds};
+use crate::diagnostic::{Diagnostic, Style};
+use crate::engine::measure::LongRun;
 use crate::engine::{Document, Edited, LiveControl};
-use crate::lang::{self, edit::Action};
+use crate::lang::{self, codes, edit::Action};
 use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
 use crate::units::percent;
@@ -22,9 +23,10 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any.
-pub fn check(document: &Document, style: Style) -> Printable {
-    let diagnostics = document.diagnostics();
+/// Warnings, and whether the show has any; a `long` run is one.
+pub fn check(document: &Document, long: Option<LongRun>, style: Style) -> Printable {
+    let mut diagnostics = document.diagnostics().clone();
+    diagnostics.list.extend(long.map(long_run));
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {
         return text;
@@ -35,6 +37,26 @@ pub fn check(document: &Document, style: Style) -> Printable {
         n => format!("no errors, {}", count(n, "warning")),
     });
     text
+}
+
+/// The warning of a run of minutes.
+fn long_run(run: LongRun) -> Diagnostic {
+    let message = format!(
+        "from nothing stored, `run` takes about {} on this machine until its first refined picture",
+        seconds(run.seconds)
+    );
+    let warning = Diagnostic::warning(codes::LONG_RUN, message);
+    match run.instead {
+        Some((coarse, refined, less)) => warning.help(format!(
+            "`preview {{ coarse {coarse}  refined {refined} }}` takes about {}; `footlight quality` \
+             tells of every step",
+            seconds(less)
+        )),
+        None => warning.help(
+            "every step of quality takes long: a view of a smaller size takes a share of it; \
+             `footlight quality` tells of every step",
+        ),
+    }
 }
 
 /// Banks, and cues with their times.

@@ -32,12 +32,12 @@ pub fn figure(share: f64) -> String {
     }
 }
 
-/// Seconds with the unit that suits them: `12 ms`, `3.40 s`, `1:30`.
+/// Seconds with the unit that suits them: `12 ms`, `3.40 s`; from a minute on whole ones, `1:30`.
 pub fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
         s if s < 60.0 => format!("{s:.2} s"),
-        s => Time::from_seconds(s).map_or(format!("{s:.0} s"), |t| t.to_string()),
+        s => Time::from_seconds(s.round()).map_or(format!("{s:.0} s"), |t| t.to_string()),
     }
 }
 

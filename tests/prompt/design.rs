@@ -49,6 +49,32 @@ fn first(cost: Cost) -> (Repl, MemoryStore) {
     (show, store)
 }
 
+#[test]
+fn check_warns_of_a_run_of_minutes() {
+    let warned = |prepare| {
+        let cost = Cost {
+            prepare,
+            ..Cost::default()
+        };
+        first(cost).0.execute("check").unwrap().text
+    };
+    // Two coarse steps and the refined one, of a unit that takes a second.
+    let long = warned(100.0);
+    assert!(long.contains("[W030]"), "{long}");
+    assert!(
+        long.contains("`run` takes about 5:00 on this machine"),
+        "{long}"
+    );
+    assert!(long.contains("every step of quality takes long"), "{long}");
+    let less = warned(25.0);
+    assert!(less.contains("takes about 1:15"), "{less}");
+    assert!(
+        less.contains("`preview { coarse 1  refined 2 }` takes about 50.00 s"),
+        "{less}"
+    );
+    assert!(!warned(15.0).contains("warning"));
+}
+
 const COMMANDS: &str = "// on coarse pictures\n\
     cue 2 \"Lamp lit\" at 0:02 { lamp 60  time 1.5 }\n\n\
     refine   // one\n\

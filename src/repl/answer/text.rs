@@ -16,7 +16,9 @@ use crate::work::Cancelled;
 
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
-    Ok(Reply::text(document::check(repl.engine.document(), style)))
+    let long = repl.engine.long_run()?;
+    let document = repl.engine.document();
+    Ok(Reply::text(document::check(document, long, style)))
 }
 
 pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
