@@ -1,40 +1,113 @@
-"""Footlight beside Mitsuba 3: seconds to render every bank alone, at equal error.
+"""Footlight beside Mitsuba 3, raw and denoised by OpenImageDenoise: processor seconds to render every
+bank alone, at equal error.
 
     python3 tests/peers/mitsuba_banks.py REFS [--scenes stage cornell] [--samples 4 16 64]
+    python3 tests/peers/mitsuba_banks.py ROOMS --scenes box1000 box5000
 
-REFS holds a folder for each scene with the references BANK_A.exr and BANK_B.exr. Needs the
-packages `mitsuba` (3.9.1) and `numpy`, and `target/release/footlight`. `llvm_ad_rgb` needs LLVM 17
-or newer (DRJIT_LIBLLVM_PATH names it); without it `scalar_rgb` is used, and said so. Nothing of
-this is needed to build or test Footlight.
+REFS holds a folder for each scene with the references BANK_A.exr and BANK_B.exr; ROOMS holds
+NAME.obj and NAME.lxq as well. Needs the packages `mitsuba` (3.9.1), `pyoidn` (2.5.1) and `numpy`, and
+`target/release/footlight`. `llvm_ad_rgb` needs LLVM 17 or newer (DRJIT_LIBLLVM_PATH names it); without
+it `scalar_rgb` is used, and said so. Nothing of this is needed to build or test Footlight.
 
-Both are measured in the same run on the same machine, by the same measure: relative RMSE of each
-bank without the references' noise, pixels beside a lamp left out, the mean over the banks. Mitsuba
-is timed without loading and compiling (each scene is rendered once before), Footlight from nothing
-prepared. Where Mitsuba did not reach an error, its time is extrapolated by error ~ 1/sqrt(samples).
+All are measured in the same run on the same machine, by the same measure: relative RMSE of each
+bank without the references' noise, pixels beside a lamp left out, the mean over the banks. Seconds
+are processor seconds of all threads. Mitsuba's are without loading and compiling (each scene is
+rendered once before), those of its denoised pictures with the albedo and normals that the denoiser
+is given (once for all banks) and the denoiser. Footlight's are those of the whole program, which also
+reads the show and the references. Between two measured errors the seconds are interpolated, beyond the
+last one raw pictures are extrapolated by error ~ 1/sqrt(samples); denoised ones are not, they stop
+falling.
 """
 
 import argparse
 import json
 import math
+import re
+import resource
 import subprocess
 import time
 from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
+from pyoidn import denoise
 
 ROOT = Path(__file__).resolve().parents[2]
-# Camera of each scene: eye, target, vertical field in degrees, width, height (Y up, as its OBJ).
+# Camera of each scene: eye, target, up, vertical field in degrees, width, height.
 VIEWS = {
-    "stage": ([0, 1.9, 13.5], [0, 2.15, 0], 25.0, 320, 180),
-    "cornell": ([2.78, 2.73, -8.0], [2.78, 2.73, 0.0], 39.3077, 256, 256),
+    "stage": ([0, 1.9, 13.5], [0, 2.15, 0], [0, 1, 0], 25.0, 320, 180),
+    "cornell": ([2.78, 2.73, -8.0], [2.78, 2.73, 0.0], [0, 1, 0], 39.3077, 256, 256),
 }
-BRIGHTER_THAN_ANY_LIT_SURFACE = 2.9
+ROOM = ([0, -4.8, 2.6], [0, 1, 1.4], [0, 0, 1], 62.0, 320, 180)
+# Samples of albedo and normals, which are the same for all banks.
+GUIDE_SAMPLES = 16
+WANTED = (0.05, 0.03, 0.02, 0.015, 0.01, 0.007, 0.004)
 
 
-def materials(folder):
+class Scene:
+    """Where a scene's files are, its camera, and the emitted radiance of each bank's material."""
+
+    def __init__(self, references, name):
+        self.references = references / name
+        self.banks = sorted(p.name[:-6] for p in self.references.glob("*_A.exr") if p.name != "mix_A.exr")
+        if name in VIEWS:
+            folder = ROOT / "examples/reference" / name
+            self.obj, self.mtl, self.show = folder / "scene.obj", folder / "scene.mtl", folder / f"{name}.lxq"
+            self.view = VIEWS[name]
+            self.emission = {b: (f"bank_{b}", materials(self.mtl)[f"bank_{b}"]["Ke"]) for b in self.banks}
+            self.brightest = 2.9
+        else:
+            self.obj, self.mtl = references / f"{name}.obj", references / "rooms.mtl"
+            self.show = references / f"{name}.lxq"
+            self.view = ROOM
+            lights = r"light \w+ panel (\w+) (\d+) cd/m2"
+            found = re.findall(lights, self.show.read_text())
+            self.emission = {material: (material, [float(radiance)] * 3) for material, radiance in found}
+            self.brightest = 0.99 * min(r[0] for _, r in self.emission.values())
+        self.halves = [[read(self.references / f"{b}_{half}.exr") for half in "AB"] for b in self.banks]
+        self.mask = self.counted()
+
+    def counted(self):
+        """Pixels whose 3 x 3 neighbourhood shows no lamp of any bank."""
+        lamp = np.any([h.max(axis=2) > self.brightest for pair in self.halves for h in pair], axis=0)
+        wide = np.pad(lamp, 1)
+        h, w = lamp.shape
+        near = np.any([wide[j : j + h, i : i + w] for j in range(3) for i in range(3)], axis=0)
+        return ~near
+
+    def load(self, bank):
+        """The scene with one bank at full."""
+        eye, target, up, field, width, height = self.view
+        scene = {
+            "type": "scene",
+            "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8},
+            "sensor": {
+                "type": "perspective",
+                "fov": field,
+                "fov_axis": "y",
+                "to_world": mi.ScalarTransform4f().look_at(eye, target, up),
+                "film": {
+                    "type": "hdrfilm",
+                    "width": width,
+                    "height": height,
+                    "pixel_format": "rgb",
+                    "component_format": "float32",
+                    "rfilter": {"type": "box"},
+                },
+                "sampler": {"type": "multijitter"},
+            },
+        }
+        stuff = materials(self.mtl)
+        lit, radiance = self.emission[bank]
+        for material, polygons in faces(self.obj).items():
+            emitted = radiance if material == lit else [0, 0, 0]
+            scene[material] = mesh(polygons, stuff[material]["Kd"], emitted)
+        return mi.load_dict(scene)
+
+
+def materials(path):
     out, name = {}, None
-    for line in (folder / "scene.mtl").read_text().splitlines():
+    for line in path.read_text().splitlines():
         words = line.split()
         if words[:1] == ["newmtl"]:
             name = words[1]
@@ -44,10 +117,10 @@ def materials(folder):
     return out
 
 
-def quads(folder):
+def faces(path):
     """Polygons of each material."""
     vertices, out, name = [], {}, None
-    for line in (folder / "scene.obj").read_text().splitlines():
+    for line in path.read_text().splitlines():
         words = line.split()
         if words[:1] == ["v"]:
             vertices.append([float(w) for w in words[1:4]])
@@ -82,47 +155,8 @@ def mesh(polygons, reflectance, radiance):
     return out
 
 
-def load(name, bank):
-    folder = ROOT / "examples/reference" / name
-    eye, target, field, width, height = VIEWS[name]
-    scene = {
-        "type": "scene",
-        "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8},
-        "sensor": {
-            "type": "perspective",
-            "fov": field,
-            "fov_axis": "y",
-            "to_world": mi.ScalarTransform4f().look_at(eye, target, [0, 1, 0]),
-            "film": {
-                "type": "hdrfilm",
-                "width": width,
-                "height": height,
-                "pixel_format": "rgb",
-                "component_format": "float32",
-                "rfilter": {"type": "box"},
-            },
-            "sampler": {"type": "multijitter"},
-        },
-    }
-    stuff = materials(folder)
-    for material, polygons in quads(folder).items():
-        lit = material == f"bank_{bank}"
-        radiance = stuff[material]["Ke"] if lit else [0, 0, 0]
-        scene[material] = mesh(polygons, stuff[material]["Kd"], radiance)
-    return mi.load_dict(scene)
-
-
 def read(path):
     return np.array(mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32))
-
-
-def counted(halves):
-    """Pixels whose 3 x 3 neighbourhood shows no lamp of any bank."""
-    lamp = np.any([h.max(axis=2) > BRIGHTER_THAN_ANY_LIT_SURFACE for pair in halves for h in pair], axis=0)
-    wide = np.pad(lamp, 1)
-    h, w = lamp.shape
-    near = np.any([wide[j : j + h, i : i + w] for j in range(3) for i in range(3)], axis=0)
-    return ~near
 
 
 def error(image, halves, mask):
@@ -132,41 +166,76 @@ def error(image, halves, mask):
     return math.sqrt(max(fair, 0.0))
 
 
-def mitsuba(name, banks, halves, mask, samples):
-    """(seconds for all banks, mean error) for each number of samples."""
-    scenes = {bank: load(name, bank) for bank in banks}
-    out = []
+def guides(scene):
+    """Albedo and normals, without light."""
+    integrator = mi.load_dict({"type": "aov", "aovs": "albedo:albedo,normal:sh_normal"})
+    out = np.array(mi.render(scene, integrator=integrator, spp=GUIDE_SAMPLES, seed=3), np.float32)
+    return np.ascontiguousarray(out[:, :, -6:-3]), np.ascontiguousarray(out[:, :, -3:])
+
+
+def mitsuba(scene, samples):
+    """Points (processor seconds for all banks, mean error), raw and denoised, for each number of
+    samples."""
+    loaded = [scene.load(bank) for bank in scene.banks]
+    guides(loaded[0])
+    begin = time.process_time()
+    albedo, normal = guides(loaded[0])
+    guided = time.process_time() - begin
+    clean = lambda image: denoise(image, albedo=albedo, normal=normal, hdr=True, clean_aux=True, quality="high")
+    raw, denoised = [], []
     for spp in samples:
-        total, errors = 0.0, []
-        for bank, pair in zip(banks, halves):
-            np.array(mi.render(scenes[bank], spp=spp, seed=1))
-            begin = time.perf_counter()
-            image = np.array(mi.render(scenes[bank], spp=spp, seed=2))
-            total += time.perf_counter() - begin
-            errors.append(error(image, pair, mask))
-        out.append((total, float(np.mean(errors))))
-        print(f"  mitsuba   {spp:5} samples {total:9.3f} s {out[-1][1] * 100:7.2f} %", flush=True)
-    return out
+        seconds, cleaning, errors, better = 0.0, guided, [], []
+        for room, pair in zip(loaded, scene.halves):
+            clean(np.array(mi.render(room, spp=spp, seed=1), np.float32))
+            begin = time.process_time()
+            image = np.array(mi.render(room, spp=spp, seed=2), np.float32)
+            seconds += time.process_time() - begin
+            begin = time.process_time()
+            smooth = clean(image)
+            cleaning += time.process_time() - begin
+            errors.append(error(image, pair, scene.mask))
+            better.append(error(smooth, pair, scene.mask))
+        raw.append((seconds, float(np.mean(errors))))
+        denoised.append((seconds + cleaning, float(np.mean(better))))
+        print(
+            f"  mitsuba {spp:5} samples {raw[-1][0]:9.3f} s {raw[-1][1] * 100:7.2f} %"
+            f"   denoised {denoised[-1][0]:9.3f} s {denoised[-1][1] * 100:7.2f} %",
+            flush=True,
+        )
+    return raw, denoised
 
 
-def footlight(name, folder):
-    """(seconds for all banks, mean error) for each step of quality."""
-    show = ROOT / "examples/reference" / name / f"{name}.lxq"
+def footlight(scene):
+    """Points (processor seconds of the whole program, mean error) for each step of quality."""
     out = []
     for quality in range(1, 6):
-        command = [ROOT / "target/release/footlight", "compare", show, "--reference", folder]
-        command += ["--quality", str(quality), "--json", "--quiet"]
+        command = [ROOT / "target/release/footlight", "compare", scene.show, "--pool", "off"]
+        command += ["--reference", scene.references, "--quality", str(quality), "--json", "--quiet"]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
         found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
         errors = [abs(b["rmse_noise_free_no_emitters"]) for b in found["banks"]]
-        out.append((found["seconds"], float(np.mean(errors))))
+        out.append((seconds, float(np.mean(errors))))
         print(f"  footlight quality {quality} {out[-1][0]:9.3f} s {out[-1][1] * 100:7.2f} %", flush=True)
     return out
 
 
-def seconds_at(wanted, points):
-    """Seconds at an error from points of falling error, and whether that was extrapolated."""
-    at, off = min(points, key=lambda p: abs(math.log(p[1] / wanted)))
-    return at * (off / wanted) ** 2, wanted < min(p[1] for p in points)
+def seconds_at(wanted, points, extrapolate):
+    """Seconds at an error by points of rising seconds, in words and as a number where there is one."""
+    points = sorted(points)
+    if points[0][1] <= wanted:
+        return f"at most {points[0][0]:.2f} s", points[0][0]
+    for (fast, rough), (slow, fine) in zip(points, points[1:]):
+        if fine <= wanted:
+            share = math.log(rough / wanted) / math.log(rough / fine)
+            seconds = fast * (slow / fast) ** share
+            return f"{seconds:.2f} s", seconds
+    slow, fine = points[-1]
+    if extrapolate:
+        seconds = slow * (fine / wanted) ** 2
+        return f"{seconds:.0f} s (extrapolated)", seconds
+    return f"not in {slow:.0f} s", None
 
 
 def main():
@@ -183,21 +252,22 @@ def main():
         mi.set_variant("scalar_rgb")
     print(f"Mitsuba {mi.__version__}, {mi.variant()}")
     for name in options.scenes:
-        folder = options.references / name
-        banks = sorted(p.name[:-6] for p in folder.glob("*_A.exr") if p.name != "mix_A.exr")
-        halves = [[read(folder / f"{bank}_{half}.exr") for half in "AB"] for bank in banks]
-        print(f"{name}, {len(banks)} banks")
-        ours = footlight(name, folder)
-        theirs = mitsuba(name, banks, halves, counted(halves), options.samples)
-        for wanted in (0.02, 0.01, 0.007, 0.004):
+        scene = Scene(options.references, name)
+        print(f"{name}, {len(scene.banks)} banks")
+        ours = footlight(scene)
+        raw, denoised = mitsuba(scene, options.samples)
+        for wanted in WANTED:
             reached = [t for t, off in ours if off <= wanted]
-            peer, beyond = seconds_at(wanted, theirs)
-            note = " (Mitsuba extrapolated)" if beyond else ""
-            if reached:
-                best = min(reached)
-                print(f"  at {wanted * 100:.1f} %: {peer:.2f} s against {best:.3f} s: {peer / best:.0f} times{note}")
-            else:
-                print(f"  at {wanted * 100:.1f} %: {peer:.2f} s{note}; no step of Footlight is that exact")
+            if not reached:
+                print(f"  at {wanted * 100:.1f} %: no step of Footlight is that exact")
+                continue
+            best = min(reached)
+            words = []
+            for what, points, extrapolate in (("raw", raw, True), ("denoised", denoised, False)):
+                said, seconds = seconds_at(wanted, points, extrapolate)
+                times = "" if seconds is None else f", {seconds / best:.1f} times"
+                words.append(f"{what} {said}{times}")
+            print(f"  at {wanted * 100:.1f} %: {best:.2f} s; {'; '.join(words)}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,114 @@
+//! How long a show makes one wait: the seconds of a whole run, predicted before anything is
+//! rendered.
+
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+use crate::engine::rendering::{coarse_steps, refined_step};
+use crate::engine::{Engine, Error};
+use crate::renderer::{Cost, Quality};
+
+/// Seconds from which a run is worth a warning.
+pub const LONG: f64 = 60.0;
+
+/// Units of cost that no machine takes [`LONG`] for: one of our operator's unit has a fifth of a
+/// second on two cores. Below, the machine's own pace is not measured.
+const SURELY_SHORT: f64 = 60.0;
+
+/// A run that takes longer than [`LONG`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LongRun {
+    /// Predicted seconds from nothing stored to the first refined picture.
+    pub seconds: f64,
+    /// Steps of quality of coarse and refined pictures that take no longer than [`LONG`], the finest
+    /// such, with their seconds; `None` where there are none.
+    pub instead: Option<(u8, u8, f64)>,
+}
+
+impl Engine {
+    /// The run of this show, where it takes long on this machine; `None` where it does not, or
+    /// where the show has nothing to render.
+    ///
+    /// # Errors
+    /// What rendering says; on cancel.
+    pub fn long_run(&self) -> Result<Option<LongRun>, Error> {
+        let Some(rendering) = &self.rendering else {
+            return Ok(None);
+        };
+        let sources = rendering.sources() as f64;
+        let mut costs = BTreeMap::new();
+        let mut units = |coarse, refined| -> Result<f64, Error> {
+            let steps = run_steps(coarse, refined, self.finest());
+            for step in steps {
+                if let Entry::Vacant(vacant) = costs.entry(step) {
+                    vacant.insert(self.cost(Quality(step))?);
+                }
+            }
+            Ok(run_cost(&costs, steps, sources))
+        };
+        let preview = &self.show().preview;
+        let whole = units(preview.coarse, preview.refined)?;
+        if whole < SURELY_SHORT {
+            return Ok(None);
+        }
+        let pace = self.measure_pace()?;
+        if whole * pace < LONG {
+            return Ok(None);
+        }
+        let mut instead = None;
+        for refined in (1..=preview.refined).rev() {
+            let coarse = preview.coarse.min(refined.saturating_sub(1).max(1));
+            let seconds = units(coarse, refined)? * pace;
+            if seconds < LONG {
+                instead = Some((coarse, refined, seconds));
+                break;
+            }
+        }
+        Ok(Some(LongRun {
+            seconds: whole * pace,
+            instead,
+        }))
+    }
+}
+
+/// The two steps of coarse pictures and that of refined ones.
+fn run_steps(coarse: u8, refined: u8, finest: Quality) -> [u8; 3] {
+    let [cheap, fine] = coarse_steps(coarse, finest);
+    [cheap, fine, refined_step(refined, finest)].map(|q| q.0)
+}
+
+/// Units of all sources alone at both coarse steps and one picture of all at the refined one, from
+/// nothing prepared; a step that serves twice is prepared once.
+fn run_cost(costs: &BTreeMap<u8, Cost>, [cheap, fine, refined]: [u8; 3], sources: f64) -> f64 {
+    let of = |step: u8| costs.get(&step).copied().unwrap_or_default();
+    let mut units = of(cheap).alone(sources);
+    if fine != cheap {
+        units += of(fine).alone(sources);
+    }
+    if refined != cheap && refined != fine {
+        units += of(refined).prepare + sources * of(refined).per_source + of(refined).per_image;
+    }
+    units
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_serves_twice_is_prepared_once() {
+        let cost = |prepare| Cost {
+            prepare,
+            per_source: 2.0,
+            per_image: 0.5,
+            per_lone: 0.25,
+        };
+        let costs = BTreeMap::from([(1, cost(10.0)), (2, cost(20.0)), (3, cost(40.0))]);
+        let all_steps = run_steps(1, 3, Quality(5));
+        assert_eq!(all_steps, [1, 2, 3]);
+        let coarse = (10.0 + 3.0 * 2.25) + (20.0 + 3.0 * 2.25);
+        assert_eq!(run_cost(&costs, all_steps, 3.0), coarse + 40.0 + 6.5);
+        assert_eq!(run_cost(&costs, run_steps(1, 2, Quality(5)), 3.0), coarse);
+        assert_eq!(run_cost(&costs, run_steps(1, 1, Quality(1)), 3.0), 16.75);
+    }
+}
