@@ -22,7 +22,7 @@ pub fn all(seed: u64, kills: usize) -> bool {
     }
     let run = |out: &str, pool: &str| {
         let mut program = program(&["run", "first.lxq", "--count", "2"]);
-        let where_to = ["--out", out, "--pool", pool, "--quiet"];
+        let where_to = ["-o", out, "--pool", pool, "--quiet"];
         program.current_dir(folder.path()).args(where_to);
         start(&mut program).unwrap()
     };

@@ -96,7 +96,8 @@ fn malformed(reason: impl ToString) -> PictureError {
     }
 }
 
-/// An encoder of 8-bit sRGB, small files first.
+/// An encoder of 8-bit sRGB. The fast compression takes a twentieth of the balanced one's time for
+/// files a tenth larger (the tavern's page: 0.2 s for 4.0, 12.1 MB for 10.9).
 pub(super) fn encoder<'w, W: std::io::Write>(
     to: W,
     width: usize,
@@ -115,7 +116,7 @@ pub(super) fn encoder<'w, W: std::io::Write>(
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-    encoder.set_compression(Compression::Balanced);
+    encoder.set_compression(Compression::Fast);
     encoder.set_filter(Filter::Adaptive);
     Ok(encoder)
 }

@@ -141,13 +141,13 @@ struct Data<'a> {
     pictures: Vec<Picture>,
 }
 
-/// Bytes that [`write`] takes at most, about: a picture as it is coded, and the file twice, which
-/// holds no more than all pictures uncompressed in base64.
-pub fn bytes(contents: &Contents<'_>, budget: usize) -> usize {
+/// Bytes that [`write`] takes at most, about: a picture as it is coded on each thread, and the file
+/// twice, which holds no more than all pictures uncompressed in base64.
+pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
     let pictures = contents.pictures.iter();
     let channels: usize = pictures.map(|image| image.data().len()).sum();
     let one = contents.pictures.first().map_or(0, |i| i.data().len());
-    one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
+    threads * one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
 }
 
 /// The page of a show in at most `budget` bytes. Pictures that would not fit are made smaller,
@@ -192,20 +192,43 @@ fn attempt(
     let total = contents.pictures.len();
     let mut pictures = Vec::with_capacity(total);
     let mut bytes = 0;
-    for (i, image) in contents.pictures.iter().enumerate() {
+    for together in contents.pictures.chunks(work.threads.max(1)) {
         work.check()?;
-        let picture = match image.size() == size {
-            true => coded(image, contents.tone)?,
-            false => coded(&shrink(image, size.0, size.1), contents.tone)?,
-        };
-        bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
-        pictures.push(picture);
-        if bytes > budget {
-            return Ok(Err(bytes * total / (i + 1)));
+        for picture in all_coded(together, size, contents.tone) {
+            let picture = picture?;
+            bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
+            pictures.push(picture);
         }
-        work.progress.report("page", i + 1, total);
+        if bytes > budget {
+            return Ok(Err(bytes * total / pictures.len()));
+        }
+        work.progress.report("page", pictures.len(), total);
     }
     Ok(Ok(pictures))
+}
+
+/// Some pictures in a size, each on a thread of its own.
+fn all_coded(
+    images: &[&Image],
+    size: (usize, usize),
+    tone: Tone,
+) -> Vec<Result<Picture, PictureError>> {
+    let one = |image: &Image| match image.size() == size {
+        true => coded(image, tone),
+        false => coded(&shrink(image, size.0, size.1), tone),
+    };
+    let mut pictures: Vec<_> = images.iter().map(|_| None).collect();
+    std::thread::scope(|scope| {
+        let mut places = images.iter().zip(&mut pictures);
+        let first = places.next();
+        for (image, place) in places {
+            scope.spawn(move || *place = Some(one(image)));
+        }
+        if let Some((image, place)) = first {
+            *place = Some(one(image));
+        }
+    });
+    pictures.into_iter().flatten().collect()
 }
 
 /// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display

@@ -50,7 +50,7 @@ pub enum Error {
     /// A result of a run would replace something that no run wrote, or that was changed since.
     #[error(
         "`{}` is not what an earlier run wrote and listed in `files.sha256`; nothing was written: move \
-         it away, or choose another folder with --out",
+         it away, or choose another folder with -o",
         .0.display()
     )]
     Foreign(PathBuf),

@@ -13,7 +13,8 @@ use sha2::{Digest as _, Sha256};
 
 use super::Error;
 use crate::engine::Engine;
-use crate::files::{FileError, Store};
+use crate::files::{Entry, FileError, Store};
+use crate::units::CueNumber;
 
 /// The manifest's own name.
 pub const MANIFEST: &str = "files.sha256";
@@ -25,17 +26,28 @@ const UNFINISHED: &str = "unfinished.txt";
 const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
                     of one run. The same `run` again makes it whole.\n";
 
-/// Results beside the key images.
-const RESULTS: [&str; 5] = [
+/// What every run leaves.
+const RESULTS: [&str; 7] = [
+    "show.html",
+    "cue-sheet.csv",
+    "track-sheet.csv",
     "plan.json",
     "curves.png",
     "error.png",
     "basis.png",
-    "sequence.png",
 ];
+
+/// What runs of other versions left.
+const FORMER: &str = "sequence.png";
 
 /// The folder of the key images.
 const KEYS: &str = "keys";
+
+/// The folder of the pictures of cues.
+const CUES: &str = "cues";
+
+/// Digits of a cue's number before its point, so that files are in the order of cues.
+const DIGITS: usize = 4;
 
 /// The largest manifest that is read, and the largest file that is held against it.
 const LIMITS: (u64, u64) = (1 << 22, 1 << 30);
@@ -57,14 +69,33 @@ pub fn key_name(index: usize) -> String {
     format!("{KEYS}/key{:03}.exr", index + 1)
 }
 
+/// The name of a cue's picture: `cues/0005.png`, `cues/0005_5.png`, which comes behind it where files
+/// are listed by name.
+pub fn cue_name(number: CueNumber) -> String {
+    let number = number.to_string();
+    let whole = number.split('.').next().map_or(0, str::len);
+    let zeros = "0".repeat(DIGITS.saturating_sub(whole));
+    format!("{CUES}/{zeros}{}.png", number.replace('.', "_"))
+}
+
+/// The name of a contact sheet, from 0.
+pub fn sheet_name(index: usize) -> String {
+    match index {
+        0 => "contact-sheet.png".to_owned(),
+        _ => format!("contact-sheet-{}.png", index + 1),
+    }
+}
+
 /// True for a name that runs give.
 fn is_given(name: &str) -> bool {
-    let number = |name: &str| {
-        let key = name.strip_prefix(KEYS)?.strip_prefix("/key")?;
-        key.strip_suffix(".exr")?.parse::<usize>().ok()
-    };
-    let key = number(name).and_then(|n| n.checked_sub(1));
-    RESULTS.contains(&name) || key.is_some_and(|index| key_name(index) == name)
+    let between = |from: &str, to: &str| name.strip_prefix(from)?.strip_suffix(to);
+    let index = |from, to| between(from, to)?.parse::<usize>().ok()?.checked_sub(1);
+    let key = index("keys/key", ".exr").is_some_and(|i| key_name(i) == name);
+    let sheet = index("contact-sheet-", ".png").is_some_and(|i| sheet_name(i) == name);
+    let cue = between("cues/", ".png").and_then(|n| CueNumber::parse(&n.replace('_', ".")));
+    let cue = cue.is_some_and(|number| cue_name(number) == name);
+    let fixed = RESULTS.contains(&name) || name == sheet_name(0) || name == FORMER;
+    fixed || key || sheet || cue
 }
 
 fn digest(bytes: &[u8]) -> String {
@@ -76,24 +107,29 @@ fn digest(bytes: &[u8]) -> String {
 }
 
 impl<'f> Results<'f> {
-    /// Takes the folder for a run that will write so many key images, and marks it as unfinished.
+    /// Takes the folder for a run that will write these files beside those of every run, and marks
+    /// it as unfinished.
     ///
     /// # Errors
     /// [`Error::ShowsFile`] and [`Error::Foreign`] where something else than an earlier run's file
     /// stands at a name that will be written; what the store says. Nothing was written then.
-    pub fn begin(engine: &Engine, folder: &'f Path, keys: usize) -> Result<Results<'f>, Error> {
+    pub fn begin(
+        engine: &Engine,
+        folder: &'f Path,
+        own: impl Iterator<Item = String>,
+    ) -> Result<Results<'f>, Error> {
         let store = engine.host().store.as_ref();
         let results = Results {
             folder,
             earlier: earlier(store, folder)?,
             written: BTreeSet::new(),
         };
-        let linked = |entry: &crate::files::Entry| entry.name == KEYS && !entry.folder;
-        if store.entries(folder)?.iter().any(linked) {
-            return Err(Error::Foreign(folder.join(KEYS)));
+        let linked = |e: &&Entry| [KEYS, CUES].iter().any(|n| e.name == *n) && !e.folder;
+        if let Some(entry) = store.entries(folder)?.iter().find(linked) {
+            return Err(Error::Foreign(folder.join(&entry.name)));
         }
         let names = RESULTS.iter().map(|name| (*name).to_owned());
-        for name in names.chain((0..keys).map(key_name)) {
+        for name in names.chain(own) {
             let path = folder.join(&name);
             if reads(engine, &path) {
                 return Err(Error::ShowsFile(path));
@@ -105,6 +141,7 @@ impl<'f> Results<'f> {
         results.mark(engine)?;
         store.sweep(folder);
         store.sweep(&folder.join(KEYS));
+        store.sweep(&folder.join(CUES));
         Ok(results)
     }
 

@@ -34,8 +34,8 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     };
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
     let held = playback.image_bytes() + bank_bytes;
-    let needed = page::bytes(&contents, page::BUDGET);
     let work = engine.work().holding(held);
+    let needed = page::bytes(&contents, page::BUDGET, work.threads);
     check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
     let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;

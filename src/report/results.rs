@@ -1,18 +1,22 @@
 //! What `run` leaves in its folder.
 
+use std::sync::Arc;
+
 use super::curves::{curves, moving};
-use super::film::{Animation, animate};
 use super::format::header;
-use super::manifest::{Results, key_name};
+use super::manifest::{Results, cue_name, key_name, sheet_name};
 use super::words::{percent, setting};
-use super::{Error, plan};
+use super::{Error, page, plan, sheet};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
-use crate::engine::{Engine, Step};
+use crate::engine::{self, Engine, Step};
 use crate::picture::exr::{self, Precision};
-use crate::picture::signed;
+use crate::picture::shrink::shrink;
+use crate::picture::tone::Tone;
+use crate::picture::{Image, png, signed};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
-use crate::playback::key::Format;
+use crate::renderer::TransportError;
+use crate::renderer::contract::check_memory;
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
@@ -20,19 +24,42 @@ pub const ROUNDING: f64 = 1e-7;
 /// What is ahead is drawn down to this share of the tolerance: further down is of no use.
 const FAR: f64 = 0.01;
 
-/// How playback did: how the animation was fitted, frames a second, and the format of keys.
-pub type Played = (Animation, f64, Format);
+/// Cues of a contact sheet; a show of more has several.
+const CUES: usize = 60;
 
-/// Writes everything that a run leaves behind, and measures playback on the way.
+/// Pixels a row of a picture on a contact sheet, at most.
+const TILE: usize = 400;
+
+/// What a run leaves beside its charts, sheets and page: their names.
+pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
+    let cues = &engine.show().cues;
+    let keys = match with_keys {
+        true => engine.document().keys().keys().len(),
+        false => 0,
+    };
+    let pictures = cues.iter().map(|cue| cue_name(cue.number));
+    let sheets = (0..cues.len().div_ceil(CUES)).map(sheet_name);
+    pictures
+        .chain(sheets)
+        .chain((0..keys).map(key_name))
+        .collect()
+}
+
+/// Writes everything that a run leaves behind; what could not be made, and why.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
-    playback: &std::sync::Arc<Playback>,
+    playback: &Arc<Playback>,
+    with_keys: bool,
     to: &mut Results<'_>,
-) -> Result<Played, Error> {
-    let document = engine.document();
+) -> Result<Option<String>, Error> {
+    let (document, tone) = (engine.document(), engine.tone_of(playback.images()));
     to.write(engine, "plan.json", plan::json(report)?.as_bytes())?;
-    write_keys(engine, playback, to)?;
+    write_cues(engine, playback, tone, to)?;
+    write_sheets(engine, to)?;
+    if with_keys {
+        write_keys(engine, playback, to)?;
+    }
     let curves = curves(document, &moving(document.show()), None, Theme::Dark);
     to.write(engine, "curves.png", &curves.png()?)?;
     let errors = error_chart(engine, report.tolerance, Theme::Light)?;
@@ -40,12 +67,81 @@ pub fn write(
     if let Some(sheet) = basis_sheet(engine, Theme::Dark)? {
         to.write(engine, "basis.png", &sheet.png()?)?;
     }
-    let tone = engine.tone_of(playback.images());
-    let player = engine.player_of(playback, tone, None)?;
-    let rate = engine.frame_rate(&player);
-    let (bytes, animation) = animate(engine, &player)?;
-    to.write(engine, "sequence.png", &bytes)?;
-    Ok((animation, rate, player.format()))
+    match page::page(engine, playback, tone) {
+        Ok((page, _)) => to.write(engine, "show.html", page.as_bytes())?,
+        // Its pictures can be too many for a page: all else is there.
+        Err(Error::Engine(
+            error @ (engine::Error::Picture(_)
+            | engine::Error::Render(TransportError::Memory { .. })),
+        )) => return Ok(Some(format!("no show.html: {error}"))),
+        Err(error) => return Err(error),
+    }
+    Ok(None)
+}
+
+/// Every cue as it is complete: a picture each, and all on contact sheets.
+fn write_cues(
+    engine: &Engine,
+    playback: &Arc<Playback>,
+    tone: Tone,
+    to: &mut Results<'_>,
+) -> Result<(), Error> {
+    let (host, player) = (engine.host(), engine.player_of(playback, tone, None)?);
+    let (show, timeline) = (engine.show(), engine.document().timeline());
+    let (width, height) = player.size();
+    let small = match width > TILE {
+        true => (TILE, (height * TILE).div_ceil(width)),
+        false => (width, height),
+    };
+    let mut light = Image::new(width, height);
+    let mut tiles = Vec::new();
+    let (mut done, total) = (0, show.cues.len());
+    for (cue, time) in show.cues.iter().zip(timeline.cues()) {
+        host.work().check()?;
+        player.light(time.completion, &mut light);
+        let bytes = png::encode(width, height, &tone.encode(&light))?;
+        to.write(engine, &cue_name(cue.number), &bytes)?;
+        tiles.push(chart::Tile {
+            size: small,
+            rgb: tone.encode(&shrink(&light, small.0, small.1)),
+            caption: format!(
+                "{} {} {}",
+                cue.number,
+                sheet::clock(time.completion.rounded()),
+                cue.label
+            ),
+        });
+        done += 1;
+        if tiles.len() == CUES || done == total {
+            let name = sheet_name((done - 1) / CUES);
+            let sheet = contact_sheet(engine, std::mem::take(&mut tiles))?;
+            to.write(engine, &name, &sheet.magnified(2.0).png()?)?;
+        }
+        host.progress.report("writing cues", done, total);
+    }
+    Ok(())
+}
+
+fn contact_sheet(engine: &Engine, tiles: Vec<chart::Tile>) -> Result<Drawing, Error> {
+    let sheet = chart::Sheet {
+        title: format!("{}: each cue when it is complete", engine.show().title),
+        tiles,
+        columns: None,
+        legend: String::new(),
+    };
+    Ok(chart::sheet(&sheet, Theme::Dark)?)
+}
+
+/// Cue sheet and track sheet.
+fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
+    let document = engine.document();
+    let cues = sheet::cue_sheet(document.show(), document.timeline());
+    to.write(engine, "cue-sheet.csv", cues.csv().as_bytes())?;
+    let tracks = sheet::track_sheet(document.show(), engine.host().work());
+    check_memory("the track sheet", tracks.bytes(), engine.work().memory)
+        .map_err(engine::Error::from)?;
+    let tracks = tracks.words().map_err(engine::Error::from)?;
+    to.write(engine, "track-sheet.csv", tracks.csv().as_bytes())
 }
 
 /// Key images as linear EXR, one file each, with the setting in the header.

@@ -5,14 +5,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::document::headline;
-use super::film::Animation;
 use super::manifest::Results;
 use super::words::{count, percent};
 use super::{Error, results};
 use crate::engine::{self, Ended, Engine, Goal, PlanOptions};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
-use crate::playback::key::Format;
 use crate::pool::image_cache::CacheStatistics;
 use crate::work::Cancelled;
 
@@ -27,12 +25,8 @@ pub struct Summary {
     pub seconds: [f64; 5],
     /// How its images were come by.
     pub statistics: CacheStatistics,
-    /// Frames a second of playback alone.
-    pub frame_rate: f64,
-    /// How its key images are kept.
-    pub format: Format,
-    /// What was done to the animated picture to keep it within its size.
-    pub animation: Animation,
+    /// What could not be made of its results, and why.
+    pub missing: Option<String>,
     /// The folder with the results.
     pub folder: PathBuf,
 }
@@ -47,18 +41,24 @@ struct Loop {
 }
 
 /// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images
-/// in all, key images, playback; the results go to `folder`: `plan.json`, `keys/*.exr`,
-/// `curves.png`, `error.png`, `basis.png`, `sequence.png`, and `files.sha256`, which lists them. Of
-/// what lies there only what an earlier run listed and is unchanged since is replaced or removed.
-/// While they are written, and where that is cut off, `unfinished.txt` says so.
+/// in all, key images; the results go to `folder`: `show.html`, `cues/*.png`, `contact-sheet.png`,
+/// `cue-sheet.csv`, `track-sheet.csv`, `plan.json`, `curves.png`, `error.png`, `basis.png`, with
+/// `with_keys` also `keys/*.exr`, and `files.sha256`, which lists them. Of what lies there only what
+/// an earlier run listed and is unchanged since is replaced or removed. While they are written, and
+/// where that is cut off, `unfinished.txt` says so.
 ///
 /// # Errors
 /// [`Error::ShowsFile`] and [`Error::Foreign`] before anything is rendered; what the engine, drawing
 /// and writing say; refined images finished before it stay in the pool.
-pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Error> {
+pub fn run(
+    engine: &mut Engine,
+    goal: Goal,
+    folder: &Path,
+    with_keys: bool,
+) -> Result<Summary, Error> {
     // Before anything is rendered: a folder that cannot be written to is refused at once.
-    let keys = engine.document().keys().keys().len();
-    let mut results = Results::begin(engine, folder, keys)?;
+    let own = results::names(engine, with_keys);
+    let mut results = Results::begin(engine, folder, own.into_iter())?;
     let before = engine.statistics();
     let done = match run_loop(engine, goal) {
         Ok(done) => done,
@@ -68,8 +68,7 @@ pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Er
             return Err(error);
         }
     };
-    let written = results::write(engine, &done.plan, &done.playback, &mut results);
-    let (animation, frame_rate, format) = written?;
+    let missing = results::write(engine, &done.plan, &done.playback, with_keys, &mut results)?;
     results.finish(engine)?;
     let end = engine.host().clock.seconds();
     let [a, b, c, d, e] = done.marks;
@@ -78,9 +77,7 @@ pub fn run(engine: &mut Engine, goal: Goal, folder: &Path) -> Result<Summary, Er
         ended: done.ended,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         statistics: engine.statistics().since(before),
-        frame_rate,
-        format,
-        animation,
+        missing,
         folder: folder.to_owned(),
     })
 }
@@ -155,20 +152,17 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         "pictures"
     );
     text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
-    let results = "results, most of it the animated sequence";
-    text += &line("write", results, write);
+    let cues = count(engine.show().cues.len(), "cue picture");
+    text += &line("write", &format!("page, {cues}, sheets, charts"), write);
+    if let Some(missing) = &done.missing {
+        let _ = writeln!(text, "  {missing}");
+    }
+    let folder = done.folder.display();
     let _ = writeln!(
         text,
-        "  playback reaches {:.0} frames/s, at most three blends a frame, keys in {}",
-        done.frame_rate,
-        done.format.name()
+        "  results in {folder}: show.html plays the show in a browser; cues/, contact-sheet.png,"
     );
-    let _ = writeln!(text, "  sequence.png: {}", done.animation.describe());
-    let _ = writeln!(
-        text,
-        "  results in {}: plan.json, keys/, curves.png, error.png, basis.png, sequence.png",
-        done.folder.display()
-    );
+    text += "  cue-sheet.csv, track-sheet.csv, plan.json, curves.png, error.png, basis.png\n";
     text
 }
 

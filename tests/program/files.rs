@@ -109,7 +109,7 @@ fn keys_of(folder: &Path) -> Vec<String> {
 fn a_run_removes_and_replaces_only_what_a_run_has_written() {
     let folder = place();
     let at = |name: &str| folder.path().join(name);
-    let run = split("run s.lxq --out .");
+    let run = split("run s.lxq --keys -o .");
     fs::write(at("keys/mine.exr"), "mine").unwrap();
     let before = content(folder.path());
     let (code, said) = told(folder.path(), &run);
@@ -153,10 +153,10 @@ fn a_run_removes_and_replaces_only_what_a_run_has_written() {
 #[test]
 fn a_run_is_refused_where_something_else_stands_in_its_way() {
     let foreign = "is not what an earlier run wrote and listed in `files.sha256`; nothing was written: \
-                   move it away, or choose another folder with --out";
+                   move it away, or choose another folder with -o";
     for (name, reason) in [
         ("plan.json", foreign),
-        ("sequence.png", foreign),
+        ("show.html", foreign),
         ("keys/key002.exr", foreign),
         ("unfinished.txt", foreign),
         ("files.sha256", foreign),
@@ -172,7 +172,7 @@ fn a_run_is_refused_where_something_else_stands_in_its_way() {
             fs::write(folder.path().join("s.lxq"), show).unwrap();
         }
         let before = content(folder.path());
-        let (code, said) = told(folder.path(), &split("run s.lxq --out ."));
+        let (code, said) = told(folder.path(), &split("run s.lxq --keys -o ."));
         assert_eq!(code, 2, "{name}: {said}");
         assert!(said.contains(name) && said.contains(reason), "{said}");
         assert!(content(folder.path()) == before, "{name}");
@@ -181,13 +181,13 @@ fn a_run_is_refused_where_something_else_stands_in_its_way() {
     let folder = place();
     fs::create_dir(folder.path().join("out")).unwrap();
     symlink("../keys", folder.path().join("out/keys")).unwrap();
-    let (code, said) = told(folder.path(), &split("run s.lxq --out out"));
+    let (code, said) = told(folder.path(), &split("run s.lxq --keys -o out"));
     assert!(code == 2 && said.contains(foreign), "{code} {said}");
     fs::remove_file(folder.path().join("out/keys")).unwrap();
     let digest = "0".repeat(64);
     let list = format!("{digest}  ../s.lxq\n");
     fs::write(folder.path().join("out/files.sha256"), list).unwrap();
-    let (code, said) = told(folder.path(), &split("run s.lxq --out out"));
+    let (code, said) = told(folder.path(), &split("run s.lxq --keys -o out"));
     assert!(code == 2 && said.contains(foreign), "{code} {said}");
 }
 
@@ -305,8 +305,8 @@ fn what_a_killed_run_left_half_written_is_removed_by_the_next() {
         path
     };
     for (line, name) in [
-        ("run s.lxq --out .", "keys/key001.exr"),
-        ("run s.lxq --out .", "sequence.png"),
+        ("run s.lxq --keys -o .", "keys/key001.exr"),
+        ("run s.lxq --keys -o .", "show.html"),
         ("picture s.lxq -o a.png", "film.y4m"),
         ("fmt s.lxq", "s.lxq"),
     ] {
@@ -441,8 +441,8 @@ fn names_of_files_need_not_be_text() {
         ("play s*.lxq -o film*.y4m", Some("film*.y4m")),
         ("play s*.lxq -o f*####.png", Some("f*0001.png")),
         ("plot s*.lxq -o c*.svg", Some("c*.svg")),
-        ("run s*.lxq --out o*", Some("o*/sequence.png")),
-        ("run s*.lxq", Some("out/s*/sequence.png")),
+        ("run s*.lxq -o o*", Some("o*/show.html")),
+        ("run s*.lxq", Some("out/s*/show.html")),
         ("session s*.lxq commands* -o d*.csv", Some("d*.csv")),
         ("repl s*.lxq -c save", None),
         ("watch s*.lxq --count 0 -o w*.png", Some("w*.png")),

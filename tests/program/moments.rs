@@ -17,7 +17,7 @@ pub const VERBS: [&[&str]; 16] = [
     &["picture", "SHOW", "-o", "p.png"],
     &["play", "SHOW", "-o", "film.y4m"],
     &["plot", "SHOW", "keys", "-o", "keys.svg"],
-    &["run", "SHOW", "--out", "results"],
+    &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],
     &["chart", "transport", "SHOW", "-o", "chart.png"],
     &["tune", "SHOW"],

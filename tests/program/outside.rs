@@ -136,7 +136,7 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     );
     assert!(show.execute("plan").unwrap().notes.is_empty());
 
-    let ran = show.execute("run --until 0.1% --out out").unwrap();
+    let ran = show.execute("run --until 0.1% -o out").unwrap();
     assert!(ran.text.contains("at quality 3"), "{}", ran.text);
     assert!(ran.notes.is_empty(), "{:?}", ran.notes);
     let engine = show.engine_mut();
@@ -253,11 +253,11 @@ fn the_command_line_takes_a_renderer() {
         let program = program.display();
         format!("'{program}' --nocapture --exact {RENDERER} mode={mode} {{settings}} {{output}}")
     };
-    let run = ["run", "show.lxq", "--out", "out", "--renderer"];
+    let run = ["run", "show.lxq", "-o", "out", "--renderer"];
     let (code, said) = footlight(folder.path(), &[&run[..], &[&line("bias")]].concat());
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("nothing left to refine") && said.contains("note: the outside renderer"));
-    assert!(folder.path().join("out/sequence.png").exists());
+    assert!(folder.path().join("out/show.html").exists());
     let (code, said) = footlight(folder.path(), &[&run[..], &[&line("exit")]].concat());
     assert!(code == 3 && said.contains("no licence"), "{code} {said}");
     let (code, said) = footlight(folder.path(), &[&run[..], &["render {settings}"]].concat());

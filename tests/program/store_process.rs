@@ -29,7 +29,9 @@ fn show(folder: &Path) {
 
 fn start(folder: &Path, out: &str, pool: &str) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_footlight"));
-    let arguments = ["run", "s.lxq", "--count", "2", "--out", out, "--pool", pool];
+    let arguments = [
+        "run", "s.lxq", "--count", "2", "--keys", "-o", out, "--pool", pool,
+    ];
     command.current_dir(folder).args(arguments);
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     command.spawn().unwrap()

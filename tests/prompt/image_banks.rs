@@ -84,7 +84,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     assert_eq!(show.engine().refined(), 0);
 
     // The whole loop, and a step of quality that there is not.
-    let ran = show.execute("run --out out").unwrap().text;
+    let ran = show.execute("run --keys -o out").unwrap().text;
     assert!(ran.contains("nothing left to refine"), "{ran}");
     for verb in [
         "check",
@@ -169,7 +169,7 @@ fn images_add_to_lights_on_a_stage() {
         forecasts[0] > 0.0 && forecasts[1] < 1e-5 * forecasts[0],
         "{forecasts:?}"
     );
-    both.execute("run --out out").unwrap();
+    both.execute("run --keys -o out").unwrap();
 }
 
 /// The message about a show that cannot be used.
@@ -255,7 +255,7 @@ fn the_example_runs() {
     let text = std::fs::read(folder.join("images.lxq")).unwrap();
     let mut show = prompt("images.lxq", &text, host).unwrap();
     assert!(show.engine().is_final() && show.engine().document().diagnostics().list.is_empty());
-    show.execute("run --out out").unwrap();
+    show.execute("run --keys -o out").unwrap();
 }
 
 /// A multi-layer file as a renderer writes it: eight light groups of the reference stage by

@@ -251,7 +251,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         let path = Path::new("o").join(name);
         store.write(&path, content.as_bytes()).unwrap();
     }
-    let reply = show.execute("run --count 1 --out o").unwrap();
+    let reply = show.execute("run --count 1 --keys -o o").unwrap();
     let keys = show.engine().document().keys().keys().len();
     let names: Vec<String> = store
         .paths()
@@ -263,7 +263,11 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         "o/curves.png",
         "o/error.png",
         "o/basis.png",
-        "o/sequence.png",
+        "o/show.html",
+        "o/cue-sheet.csv",
+        "o/track-sheet.csv",
+        "o/contact-sheet.png",
+        "o/cues/0001.png",
     ] {
         assert!(
             names.iter().any(|n| n == name),
@@ -277,13 +281,14 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     assert_eq!(in_keys, keys + 3, "{names:?}");
     let manifest = store.read(Path::new("o/files.sha256"), 1 << 20).unwrap();
     let manifest = String::from_utf8(manifest).unwrap();
-    assert_eq!(manifest.lines().count(), keys + 5, "{manifest}");
+    let cues = show.engine().show().cues.len();
+    assert_eq!(manifest.lines().count(), keys + cues + 8, "{manifest}");
     for line in manifest.lines() {
         let (digest, name) = line.split_once("  ").unwrap();
         let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();
         assert_eq!(digest, sha256(&content), "{name}");
     }
-    for word in ["3 banks", "1 picture at quality 3", "rank", "frames/s"] {
+    for word in ["3 banks", "1 picture at quality 3", "rank", "cue pictures"] {
         assert!(
             reply.text.contains(word),
             "`{word}` is missing from:\n{}",
@@ -593,7 +598,7 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
         let (mut show, _) = open();
         show.engine_mut().coarse().unwrap();
         let goal = Goal::until(share * show.engine().predicted_error().unwrap());
-        let ran = report::run::run(show.engine_mut(), goal, Path::new("out"));
+        let ran = report::run::run(show.engine_mut(), goal, Path::new("out"), false);
         let ended = ran.unwrap().ended;
         assert!(ended == Ended::Reached, "{share}: {ended:?}");
         show.engine().refined()

@@ -132,7 +132,7 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
         let mut session = Session::open(SHOW, store.clone(), limit);
         let reply = session
             .show
-            .execute(&format!("run --count 2 --out {out}"))
+            .execute(&format!("run --count 2 --keys -o {out}"))
             .unwrap();
         (session.rendered(), reply)
     };

@@ -152,10 +152,10 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if goal == Goal::default() {
         goal.until = Some(repl.engine.show().preview.tolerance);
     }
-    let folder = call.path("out").map(Path::to_owned);
+    let folder = call.path("output").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
     repl.engine.idle()?;
-    let summary = whole_loop::run(&mut repl.engine, goal, &folder)?;
+    let summary = whole_loop::run(&mut repl.engine, goal, &folder, call.has("keys"))?;
     Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
 }
 

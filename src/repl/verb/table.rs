@@ -270,7 +270,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "run",
         render::run,
-        "the whole loop: coarse pictures, plan, refined ones, keys, film",
+        "the whole loop: pictures, plan, refined ones; then page, cues, sheets, charts",
         "run --until 2%",
     )
     .options(&[
@@ -287,11 +287,11 @@ pub const VERBS: &[VerbSpec] = &[
         value("budget", "TIME", "stop refining when this time is used up"),
         VIEW,
         METRIC,
-        value(
-            "out",
-            "DIR",
-            "where the results go (default: out/ and the show's file name)",
-        ),
+        switch("keys", "write the key images too, as linear .exr"),
+        OptionSpec {
+            value: Some("DIR"),
+            ..output("where the results go (default: out/ and the show's file name)")
+        },
     ])
     .command(),
     verb(
