@@ -222,6 +222,7 @@ fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error>
         pipe: pipe(),
         canvas: screen.canvas(),
     };
+    files::return_freed_memory();
     Ok(Repl::new(engine?, console))
 }
 

@@ -25,7 +25,9 @@ use std::path::Path;
 
 use self::open::{Opened, Refusal};
 
-pub use self::address_space::{address_space, is_limited, return_large_blocks};
+pub use self::address_space::{
+    address_space, is_limited, return_freed_memory, return_large_blocks,
+};
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 pub use self::folder::{Files, Folder, Memory, Stamp};

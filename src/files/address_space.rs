@@ -43,3 +43,14 @@ pub fn return_large_blocks() {
         }
     }
 }
+
+/// Gives what was freed back to the system: reading a large stage leaves as much between its
+/// polygons as they take.
+pub fn return_freed_memory() {
+    #[cfg(all(feature = "cli", target_os = "linux", target_env = "gnu"))]
+    #[allow(unsafe_code, reason = "the C library has no other door to this")]
+    // SAFETY: only looks after free memory, and takes the allocator's own locks.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
