@@ -6,6 +6,7 @@
 mod argument;
 mod drawing;
 mod editor;
+mod encoder;
 mod prompt;
 mod reports;
 mod screen;
@@ -27,9 +28,10 @@ use crate::renderer::Transport;
 use crate::renderer::outside::{self, Outside};
 use crate::repl::{Call, Console, Error, Repl};
 use crate::report::explain::explain;
-use crate::report::film::Pipe;
+use crate::report::film::{Outlets, Pipe};
 
 use self::argument::{OwnCommand, Settings, Task};
+use self::encoder::Ffmpeg;
 use self::prompt::Threads;
 use self::reports::Versions;
 use self::screen::Screen;
@@ -219,7 +221,10 @@ fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error>
     };
     let console = Console {
         style: screen.style(),
-        pipe: pipe(),
+        outlets: Outlets {
+            pipe: pipe(),
+            encoder: Some(Box::new(Ffmpeg)),
+        },
         canvas: screen.canvas(),
     };
     files::return_freed_memory();

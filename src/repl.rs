@@ -22,7 +22,7 @@ use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::files::is_same;
 use crate::lang;
 use crate::printable::{self, Printable};
-use crate::report::film::{Canvas, Pipe, Shown};
+use crate::report::film::{Canvas, Outlets, Shown};
 use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
 
@@ -35,18 +35,18 @@ pub use self::vocabulary::{Completion, Vocabulary};
 pub struct Console {
     /// How diagnostics are written into replies.
     pub style: Style,
-    /// Opens what `-o -` writes to, such as standard output; without it that is refused.
-    pub pipe: Option<Pipe>,
+    /// What `-o -` writes to, such as standard output, and what encodes films.
+    pub outlets: Outlets,
     /// Shows frames as `play` makes them; without it `play` only reports how fast it is.
     pub canvas: Option<Box<dyn Canvas>>,
 }
 
 impl Default for Console {
-    /// Plain text, no pipe, no canvas.
+    /// Plain text, no outlets, no canvas.
     fn default() -> Console {
         Console {
             style: Style::Plain,
-            pipe: None,
+            outlets: Outlets::default(),
             canvas: None,
         }
     }

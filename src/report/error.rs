@@ -41,6 +41,13 @@ pub enum Error {
     /// Nothing takes files down a pipe here.
     #[error("`-` needs a reader at standard output")]
     NoPipe,
+    /// Nothing encodes films here.
+    #[error(
+        "`{}` is encoded by ffmpeg, which is not installed here: `apt install ffmpeg`, `brew install \
+         ffmpeg` or `winget install ffmpeg`; a .html plays in any browser without it",
+        .0.display()
+    )]
+    NoEncoder(PathBuf),
     /// A result would replace a file that the show is read from.
     #[error(
         "`{}` belongs to the show and was not written; choose another name or folder",

@@ -70,6 +70,27 @@ pub trait Canvas: Send {
 /// Opens what `-o -` writes to, such as standard output.
 pub type Pipe = Box<dyn Fn() -> Box<dyn Write> + Send>;
 
+/// Makes films that players take out of YUV4MPEG2.
+pub trait Encoder: Send {
+    /// Whether it is installed.
+    fn is_there(&self) -> bool;
+
+    /// What encodes the frames that it is given into a file of this name, `.mp4` or `.webm`.
+    ///
+    /// # Errors
+    /// [`FileError`] when it cannot be started.
+    fn begin(&self, path: &Path) -> Result<Box<dyn AtomicWriter>, FileError>;
+}
+
+/// Where sequences go besides files that the store takes.
+#[derive(Default)]
+pub struct Outlets {
+    /// What `-o -` writes to; without it that is refused.
+    pub pipe: Option<Pipe>,
+    /// What encodes films; without it they are refused.
+    pub encoder: Option<Box<dyn Encoder>>,
+}
+
 /// The sequence as an animated PNG, and how it was fitted; a show that takes no time is one picture.
 pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation), Error> {
     let document = engine.document();

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::film::{Pipe, Piped};
+use super::film::{Encoder, Outlets, Piped};
 use super::format::{ending, unknown};
 use super::{Error, film, layers, page};
 use crate::engine::Engine;
@@ -18,8 +18,8 @@ use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
 
 /// What `play` can write, as its errors say it.
-const KNOWN: &str = "a .png or .apng (animated), a .y4m or `-` (video), a .html (a \
-    page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
+const KNOWN: &str = "a .mp4 or .webm (film), a .png or .apng (animated), a .y4m or `-` (raw video), \
+    a .html (a page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
 
 /// What `play` writes.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +28,8 @@ pub enum Target {
     Animation(PathBuf),
     /// Video; `None` goes down the host's pipe.
     Video(Option<PathBuf>, Chroma),
+    /// A film that players take, made by an encoder.
+    Film(PathBuf),
     /// A page that plays the show.
     Page(PathBuf),
     /// A picture for each frame.
@@ -82,6 +84,7 @@ impl Target {
             ("exr", Some(numbered)) => Target::Numbered(numbered, Kind::Exr(precision)),
             ("png" | "apng", _) => Target::Animation(place),
             ("y4m", _) => Target::Video(Some(place), chroma),
+            ("mp4" | "webm", _) => Target::Film(place),
             ("html" | "htm", _) => Target::Page(place),
             ("exr", _) => Target::Layers(place, options.layers.unwrap_or(Layers::Keys), precision),
             _ if path == Path::new("-") => Target::Video(None, chroma),
@@ -133,8 +136,8 @@ impl Sequence<'_> {
 
 impl Target {
     /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
-    /// replace files of the show, and a pipe that is none.
-    pub fn check(&self, engine: &Engine, pipe: Option<&Pipe>) -> Result<(), Error> {
+    /// replace files of the show, a pipe that is none, and a film that nothing encodes.
+    pub fn check(&self, engine: &Engine, outlets: &Outlets) -> Result<(), Error> {
         match self {
             Target::Numbered(names, _) => {
                 let (document, files) = (engine.document(), engine.host().files.as_ref());
@@ -142,7 +145,8 @@ impl Target {
                 let own = paths.find(|path| document.reads(path, files));
                 own.map_or(Ok(()), |path| Err(Error::ShowsFile(path)))
             }
-            Target::Video(None, _) if pipe.is_none() => Err(Error::NoPipe),
+            Target::Video(None, _) if outlets.pipe.is_none() => Err(Error::NoPipe),
+            Target::Film(path) => encoder(path, outlets).map(drop),
             _ => Ok(()),
         }
     }
@@ -151,7 +155,7 @@ impl Target {
     pub fn write(
         &self,
         sequence: &Sequence<'_>,
-        pipe: Option<&Pipe>,
+        outlets: &Outlets,
     ) -> Result<(String, bool), Error> {
         let Sequence {
             engine,
@@ -173,8 +177,13 @@ impl Target {
                 let file = store.begin(path)?;
                 film::video(engine, &sequence.player()?, *chroma, file, path)?
             }
+            Target::Film(path) => {
+                let player = sequence.player()?;
+                let file = encoder(path, outlets)?.begin(path)?;
+                film::video(engine, &player, Chroma::Quarter, file, path)?
+            }
             Target::Video(None, chroma) => {
-                let pipe = pipe.ok_or(Error::NoPipe)?;
+                let pipe = outlets.pipe.as_ref().ok_or(Error::NoPipe)?;
                 let place = Path::new("standard output");
                 let player = sequence.player()?;
                 let file = Box::new(Piped(pipe()));
@@ -199,6 +208,12 @@ impl Target {
         };
         Ok((text, false))
     }
+}
+
+/// What encodes a film.
+fn encoder<'o>(path: &Path, outlets: &'o Outlets) -> Result<&'o dyn Encoder, Error> {
+    let found = outlets.encoder.as_deref().filter(|e| e.is_there());
+    found.ok_or_else(|| Error::NoEncoder(path.to_owned()))
 }
 
 /// A file name with a place for a number: `####`, `%d` or `%04d`, the last in the name.

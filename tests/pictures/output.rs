@@ -12,7 +12,7 @@ use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision, layer};
 use footlight::picture::{Image, png};
 use footlight::repl::{Console, Repl};
-use footlight::report::film::{Canvas, Pipe, Shown};
+use footlight::report::film::{Canvas, Outlets, Pipe, Shown};
 
 const WIDTH: usize = 32;
 const HEIGHT: usize = 18;
@@ -69,7 +69,10 @@ fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, MemoryStore) {
         ..Host::default()
     };
     let console = Console {
-        pipe,
+        outlets: Outlets {
+            pipe,
+            encoder: None,
+        },
         ..Console::default()
     };
     let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();

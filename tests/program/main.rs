@@ -10,6 +10,7 @@
 )]
 
 mod files;
+mod film;
 mod help;
 mod hints;
 mod lost;

@@ -12,7 +12,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
     if let Some(target) = &target {
-        target.check(&repl.engine, repl.console.pipe.as_ref())?;
+        target.check(&repl.engine, &repl.console.outlets)?;
     }
     let playback = repl.engine.playback()?;
     let (engine, console) = (&repl.engine, &repl.console);
@@ -23,7 +23,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         keys: call.option("keys").map(key_format).transpose()?,
     };
     if let Some(target) = target {
-        let (text, piped) = target.write(&sequence, console.pipe.as_ref())?;
+        let (text, piped) = target.write(&sequence, &console.outlets)?;
         return Ok(Reply {
             beside: piped,
             ..Reply::text(text)
@@ -66,6 +66,7 @@ mod tests {
     #[test]
     fn endings_and_options_choose() {
         assert!(matches!(of("-o a.PNG"), Ok(Target::Animation(_))));
+        assert!(matches!(of("-o a.webm"), Ok(Target::Film(_))));
         assert!(matches!(
             of("-o -"),
             Ok(Target::Video(None, Chroma::Quarter))
@@ -83,7 +84,7 @@ mod tests {
             Ok(Target::Layers(_, Layers::Banks, Precision::Half))
         ));
         for (words, said) in [
-            ("-o a.mp4", "use a .png or .apng (animated), a .y4m"),
+            ("-o a.avi", "use a .mp4 or .webm (film), a .png or .apng"),
             ("-o a", "numbered pictures"),
             ("-o a.png --layers keys", "`--layers` is for an .exr"),
             ("-o a.exr --chroma 444", "`--chroma` is for a .y4m"),

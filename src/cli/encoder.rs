@@ -1,0 +1,171 @@
+//! Films as players take them: an `ffmpeg` that is installed encodes what it is given.
+//!
+//! Invariant: the film stands at its place only once it is whole; the encoder writes elsewhere,
+//! because its container wants to go back and fill in its index.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
+
+use crate::files::{AtomicWriter, Disk, FileError, Store as _};
+use crate::report::film::Encoder;
+use crate::report::format::ending;
+
+/// The program.
+const PROGRAM: &str = "ffmpeg";
+
+/// What it is told of every film: its frames are those of [`crate::picture::y4m`], coded for a
+/// display by sRGB's curve; colour is shared by four pixels, so sides are made even.
+const ALWAYS: &str = "-hide_banner -loglevel error -y -f yuv4mpegpipe -i pipe:0 -pix_fmt yuv420p \
+    -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -colorspace bt709 -color_primaries bt709 \
+    -color_trc iec61966-2-1 -color_range tv";
+
+/// And of one of H.264 that a browser can play while it loads.
+const MP4: &str = "-c:v libx264 -preset medium -crf 18 -movflags +faststart -f mp4";
+
+/// And of one of VP9.
+const WEBM: &str = "-c:v libvpx-vp9 -crf 24 -b:v 0 -row-mt 1 -deadline good -cpu-used 4 -f webm";
+
+/// Bytes of its complaints that are shown.
+const COMPLAINT: u64 = 2000;
+
+/// The `ffmpeg` of the search path.
+pub struct Ffmpeg;
+
+impl Encoder for Ffmpeg {
+    fn is_there(&self) -> bool {
+        let folders = std::env::var_os("PATH").unwrap_or_default();
+        let named = |folder: PathBuf| {
+            folder
+                .join(PROGRAM)
+                .with_extension(std::env::consts::EXE_EXTENSION)
+        };
+        std::env::split_paths(&folders).any(|folder| named(folder).is_file())
+    }
+
+    fn begin(&self, path: &Path) -> Result<Box<dyn AtomicWriter>, FileError> {
+        let encoding = Encoding::new(path).map_err(|e| failed(path, e))?;
+        Ok(Box::new(encoding))
+    }
+}
+
+fn failed(path: &Path, source: io::Error) -> FileError {
+    FileError::Io {
+        path: path.display().to_string(),
+        source,
+    }
+}
+
+/// A film that is being encoded.
+struct Encoding {
+    path: PathBuf,
+    /// Where the encoder writes.
+    draft: PathBuf,
+    child: Child,
+    /// What it complains of.
+    complaint: Option<JoinHandle<String>>,
+}
+
+impl Encoding {
+    fn new(path: &Path) -> io::Result<Encoding> {
+        let ending = ending(path);
+        let draft = draft(&ending)?;
+        let codec = if ending == "webm" { WEBM } else { MP4 };
+        let mut command = Command::new(PROGRAM);
+        command.args(ALWAYS.split_whitespace().chain(codec.split_whitespace()));
+        command.arg(&draft).stdin(Stdio::piped());
+        command.stdout(Stdio::null()).stderr(Stdio::piped());
+        let started = command.spawn();
+        let mut child = started.inspect_err(|_| drop(fs::remove_file(&draft)))?;
+        let said = child.stderr.take();
+        Ok(Encoding {
+            path: path.to_owned(),
+            draft,
+            child,
+            complaint: said.map(|said| std::thread::spawn(move || read(said))),
+        })
+    }
+
+    /// The encoder's own words for its failure.
+    fn complaint(&mut self) -> io::Error {
+        let said = self.complaint.take().and_then(|said| said.join().ok());
+        io::Error::other(match said.as_deref().map(str::trim) {
+            None | Some("") => format!("{PROGRAM} failed"),
+            Some(said) => format!("{PROGRAM} failed: {said}"),
+        })
+    }
+
+    /// Lets the encoder end, and copies its film to its place.
+    fn deliver(&mut self) -> Result<(), FileError> {
+        drop(self.child.stdin.take());
+        let ended = self.child.wait();
+        if !ended.is_ok_and(|status| status.success()) {
+            let complaint = self.complaint();
+            return Err(failed(&self.path, complaint));
+        }
+        let mut film = File::open(&self.draft).map_err(|e| failed(&self.draft, e))?;
+        let mut place = Disk.begin(&self.path)?;
+        io::copy(&mut film, &mut place).map_err(|e| failed(&self.path, e))?;
+        place.finish()
+    }
+}
+
+/// The start of what is said; the rest is read and dropped, so that nobody waits.
+fn read(mut said: impl Read) -> String {
+    let mut text = Vec::new();
+    let _ = said.by_ref().take(COMPLAINT).read_to_end(&mut text);
+    let _ = io::copy(&mut said, &mut io::sink());
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+/// A new file in the system's folder for such, which nobody else can read.
+fn draft(ending: &str) -> io::Result<PathBuf> {
+    let mut options = fs::OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let own = std::process::id();
+    let mut number = 0;
+    loop {
+        let name = format!("footlight-{own}-{number}.{ending}");
+        let path = std::env::temp_dir().join(name);
+        match options.open(&path) {
+            Ok(_) => return Ok(path),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && number < 1000 => number += 1,
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+impl Write for Encoding {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.child.stdin.as_mut().map(|to| to.write(bytes));
+        match written {
+            // An encoder that is gone is no reader that has seen enough.
+            None => Err(self.complaint()),
+            Some(Err(e)) if e.kind() == io::ErrorKind::BrokenPipe => Err(self.complaint()),
+            Some(written) => written,
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl AtomicWriter for Encoding {
+    fn finish(mut self: Box<Self>) -> Result<(), FileError> {
+        self.deliver()
+    }
+}
+
+impl Drop for Encoding {
+    /// Nothing is left of a film that is given up.
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = fs::remove_file(&self.draft);
+    }
+}
