@@ -295,18 +295,52 @@ impl Pool {
         Ok(out)
     }
 
+    /// Estimated error of the preview of each of some settings, relative to its light; `None` for
+    /// what is darker than `dark` times the brightest of them.
+    ///
+    /// # Errors
+    /// [`PlanError`] for settings of another number of coordinates.
+    pub fn estimated_errors(
+        &self,
+        settings: &[Vec<f64>],
+        dark: f64,
+    ) -> Result<Vec<Option<f64>>, PlanError> {
+        let of_refined = plan::projection(&self.settings(), &self.weighting, settings)?;
+        let light = |setting: &Vec<f64>| {
+            let (gram, s) = (&self.gram, setting);
+            let row = |i: usize| (0..s.len()).map(move |j| s[i] * gram[(i, j)] * s[j]);
+            (0..s.len()).flat_map(row).sum::<f64>().max(0.0).sqrt()
+        };
+        let lights: Vec<f64> = settings.iter().map(light).collect();
+        let least = dark * lights.iter().copied().fold(0.0, f64::max);
+        let error = |(c, setting): (&Vec<f64>, &Vec<f64>)| {
+            let rest = self.rest(setting, c);
+            let weighted = rest.iter().zip(self.weighting.weights());
+            self.calibration() * weighted.map(|(x, w)| (x * w).powi(2)).sum::<f64>().sqrt()
+        };
+        let errors = of_refined.iter().zip(settings).map(error);
+        let relative = |(error, light): (f64, &f64)| (*light > least).then(|| error / light);
+        Ok(errors.zip(&lights).map(relative).collect())
+    }
+
     /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the
     /// coarse ones.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
         let c = plan::projection(&self.settings(), &self.weighting, &looks)?.concat();
+        let rest = self.rest(setting, &c);
+        Ok((c, rest))
+    }
+
+    /// L - S·c.
+    fn rest(&self, setting: &[f64], c: &[f64]) -> Vec<f64> {
         let mut rest = setting.to_vec();
-        for (refined, c) in self.refined.iter().zip(&c) {
+        for (refined, c) in self.refined.iter().zip(c) {
             for (r, s) in rest.iter_mut().zip(&refined.setting) {
                 *r -= c * s;
             }
         }
-        Ok((c, rest))
+        rest
     }
 }
 
@@ -397,6 +431,25 @@ mod tests {
             "{}",
             distance(&ours, &truth)
         );
+    }
+
+    #[test]
+    fn errors_are_relative_to_the_light_of_each_moment() {
+        let mut two = Two::new();
+        let moments = [[1.0, 0.0], [0.0, 1.0], [1e-4, 0.0]].map(|m| m.to_vec());
+        let errors = |pool: &Pool| pool.estimated_errors(&moments, 0.01).unwrap();
+        let coarse = errors(&two.pool);
+        // The lights' coarse pictures are 5 and sqrt(50), off by 0.01 and 1.
+        assert!((coarse[0].unwrap() - 0.01 / 5.0).abs() < 1e-5);
+        assert!((coarse[1].unwrap() - 1.0 / 50.0_f64.sqrt()).abs() < 1e-5);
+        assert_eq!(coarse[2], None);
+        let refined = two.rendered([0.0, 1.0]);
+        assert!(
+            two.pool
+                .add(vec![0.0, 1.0], refined, Quality(4), Work::silent())
+        );
+        assert!(errors(&two.pool)[1].unwrap() < 1e-9);
+        assert!(two.pool.estimated_errors(&[vec![1.0]], 0.01).is_err());
     }
 
     #[test]

@@ -5,6 +5,8 @@ use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::forecast as predicted_error;
 use crate::pool::is_within;
+use crate::timeline::CueTime;
+use crate::units::Time;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,6 +58,20 @@ pub struct Step {
     /// The same before it was calibrated by known corrections; it never rises.
     pub forecast: f64,
 }
+
+/// The moment that is predicted to be furthest off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorstMoment {
+    /// Which cue runs or is complete then.
+    pub cue: usize,
+    /// When.
+    pub time: Time,
+    /// Predicted error, relative to the light of the moment.
+    pub error: f64,
+}
+
+/// Less light than this part of the brightest moment's is nearly out.
+const NEARLY_OUT: f64 = 0.05;
 
 /// Why refinement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -265,6 +281,37 @@ impl Engine {
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn predicted_error(&self) -> Result<f64, Error> {
         Ok(self.uncalibrated_error()? * self.calibration())
+    }
+
+    /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
+    /// fade; `None` where no error is known. Relative to the light there, unlike the error of the
+    /// sequence: a dark cue counts as much as a bright one, but for what is nearly out.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered.
+    pub fn worst_moment(&self) -> Result<Option<WorstMoment>, Error> {
+        let (pool, timeline) = (self.rendered()?, self.document.timeline());
+        if self.is_final() || pool.coarser().is_empty() || pool.has_no_estimated_error() {
+            return Ok(None);
+        }
+        let fades = timeline.cues().iter().enumerate();
+        let both = |(cue, fade): (usize, &CueTime)| {
+            let half = (fade.completion - fade.go).scaled(0.5);
+            [(cue, fade.go + half), (cue, fade.completion)]
+        };
+        let moments: Vec<(usize, Time)> = fades.flat_map(both).collect();
+        let lit = moments.iter().map(|(_, time)| timeline.evaluate(*time));
+        let settings: Vec<Vec<f64>> = lit.collect();
+        let errors = pool.estimated_errors(&settings, NEARLY_OUT)?;
+        let known = moments.iter().zip(errors);
+        let known = known.filter_map(|((cue, time), error)| {
+            Some(WorstMoment {
+                cue: *cue,
+                time: *time,
+                error: error?,
+            })
+        });
+        Ok(known.max_by(|a, b| a.error.total_cmp(&b.error)))
     }
 
     fn uncalibrated_error(&self) -> Result<f64, Error> {

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::document::headline;
 use super::manifest::Results;
 use super::words::{count, percent};
-use super::{Error, results};
-use crate::engine::{self, Ended, Engine, Goal, PlanOptions};
+use super::{Error, results, sheet};
+use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WorstMoment};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::pool::image_cache::CacheStatistics;
@@ -21,6 +21,8 @@ pub struct Summary {
     pub plan: PlanReport,
     /// Why refinement ended.
     pub ended: Ended,
+    /// Where the sequence is predicted to be worst.
+    pub worst: Option<WorstMoment>,
     /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
     /// How its images were come by.
@@ -75,6 +77,7 @@ pub fn run(
     Ok(Summary {
         plan: done.plan,
         ended: done.ended,
+        worst: engine.worst_moment()?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         statistics: engine.statistics().since(before),
         missing,
@@ -138,6 +141,16 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     );
     text += &line("plan", &plan_words, plan);
     text += &line("refine", &refinement(engine, done.ended), refine);
+    if let Some(worst) = done.worst {
+        let cue = engine.show().cues.get(worst.cue);
+        let number = cue.map_or(String::new(), |cue| cue.number.to_string());
+        let (time, error) = (sheet::clock(worst.time.rounded()), percent(worst.error));
+        let _ = writeln!(
+            text,
+            "  {:<9} cue {number} at {time}: {error} % of the light there, predicted",
+            "worst"
+        );
+    }
     let CacheStatistics {
         rendered, summed, ..
     } = done.statistics;
