@@ -3,7 +3,7 @@
 //! `lang` lowers text to a [`Show`]; `timeline` turns it into curves. Names are resolved to
 //! indices; each statement that can be wrong later carries an opaque [`NodeId`], which `lang`'s
 //! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
-//! are valid; cues are sorted by number, numbers unique; a coordinate is moved at most once in a
+//! are valid; cues are sorted by number, numbers unique; a parameter is moved at most once in a
 //! cue; levels are fractions of full, those of fades and knots within 0 to 1; path knots start at
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
@@ -139,7 +139,7 @@ pub struct View {
     pub camera: scene::View,
 }
 
-/// Lights that always vary in unison: one coordinate, or three when `rgb`.
+/// Lights that always vary in unison: one coordinate, or three when `rgb`, which share a level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bank {
     /// The statement.
@@ -198,7 +198,7 @@ pub struct Look {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// Coordinate and level (0 to 1), in order of coordinates, each once.
+    /// Parameter and level (0 to 1), in order of parameters, each once.
     pub levels: Vec<(usize, f64)>,
 }
 
@@ -330,24 +330,24 @@ pub struct Part {
     pub down: Time,
     /// Shape of the fades.
     pub curve: Fade,
-    /// What moves, in order of coordinates, each once in the whole cue.
+    /// What moves, in order of parameters, each once in the whole cue.
     pub moves: Vec<Move>,
 }
 
-/// One coordinate's motion.
+/// One parameter's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
     /// The text that says so.
     pub id: NodeId,
-    /// Index into [`Show::coordinates`].
-    pub coordinate: usize,
+    /// Index into [`Show::parameters`].
+    pub parameter: usize,
     /// What it does.
     pub motion: Motion,
     /// How many times over, at least 1; each pass of a fade starts from the first pass's start.
     pub repeat: u32,
 }
 
-/// A fade from where the coordinate is, or a path of absolute levels.
+/// A fade from where the parameter is, or a path of absolute levels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// To a level, 0 to 1, in the part's up or down time (`up` when the level stays the same).
@@ -366,14 +366,14 @@ impl Motion {
     }
 }
 
-/// One dimension of a setting.
+/// One dimension of a setting, or one thing that cues move.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
     /// `lamps`, `sky.r`, or `fixed`.
     pub name: String,
     /// The bank it belongs to; `None` for the fixed lights.
     pub bank: Option<usize>,
-    /// Which of an rgb bank's three emitters.
+    /// Which of an rgb bank's three emitters; `None` for a level.
     pub channel: Option<usize>,
 }
 
@@ -398,6 +398,35 @@ impl Show {
                 bank: None,
                 channel: None,
             });
+        }
+        out
+    }
+
+    /// What cues move, each 0 to 1: the level of each bank, and behind that of an rgb bank its colour
+    /// (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full. Last
+    /// come the fixed lights if there are any, which nothing moves.
+    pub fn parameters(&self) -> Vec<Coordinate> {
+        let mut out = Vec::new();
+        for coordinate in self.coordinates() {
+            if coordinate.channel == Some(0) {
+                let bank = coordinate.bank.and_then(|b| self.banks.get(b));
+                out.push(Coordinate {
+                    name: bank.map_or_else(String::new, |b| b.name.clone()),
+                    channel: None,
+                    ..coordinate.clone()
+                });
+            }
+            out.push(coordinate);
+        }
+        out
+    }
+
+    /// Where each bank's parameters begin, and after the last bank where those of banks end.
+    pub fn first_parameters(&self) -> Vec<usize> {
+        let mut out = vec![0];
+        for bank in &self.banks {
+            let next = out.last().copied().unwrap_or(0);
+            out.push(next + if bank.rgb { 4 } else { 1 });
         }
         out
     }

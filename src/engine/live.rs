@@ -1,6 +1,8 @@
 //! Live control, as at a desk: go, back, goto; levels that are tried, recorded or released; blind
 //! edits. Nothing of it touches the text until something is recorded.
 
+use std::collections::BTreeSet;
+
 use super::{Document, Edited, Engine, Error};
 use crate::diagnostic::Diagnostics;
 use crate::files::Files;
@@ -10,12 +12,12 @@ use crate::show::Show;
 use crate::timeline::{self, CueTime};
 use crate::units::{CueNumber, Time};
 
-/// Levels for some coordinates, as `lamps 40  sky #203060` sets them.
+/// Levels for some parameters, as `lamps 40  sky #203060` sets them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moves {
     text: String,
     levels: Vec<SetLevel>,
-    /// The document's, whose coordinates these are.
+    /// The document's, whose parameters these are.
     revision: u64,
 }
 
@@ -43,20 +45,10 @@ impl Moves {
         &self.text
     }
 
-    /// The coordinates that they set, with levels as fractions of full.
+    /// The parameters that they set, with levels as fractions of full.
     pub fn levels(&self) -> &[SetLevel] {
         &self.levels
     }
-}
-
-/// A coordinate that is being tried.
-#[derive(Clone, Copy, Debug)]
-struct Tried {
-    coordinate: usize,
-    /// Fraction of full, before the dimmer.
-    level: f64,
-    /// Light relative to full, behind the dimmer.
-    light: f64,
 }
 
 /// The moment that is looked at, the levels being tried on top of it, and blind edits.
@@ -80,10 +72,10 @@ struct Tried {
 #[derive(Debug, Default)]
 pub struct LiveControl {
     now: Time,
-    tried: Vec<(String, Vec<Tried>)>,
+    tried: Vec<(String, Vec<SetLevel>)>,
     /// The text before the blind edits.
     blind: Option<String>,
-    /// The document's, as the levels being tried are known by its coordinates.
+    /// The document's, as the levels being tried are known by its parameters.
     revision: u64,
 }
 
@@ -188,19 +180,10 @@ impl LiveControl {
             return Err(Error::StaleMoves);
         }
         self.follow(document);
-        let show = document.show();
-        let tried: Vec<Tried> = moves
-            .levels
-            .iter()
-            .map(|set| Tried {
-                coordinate: set.coordinate,
-                level: set.level,
-                light: light(show, *set),
-            })
-            .collect();
-        let again = |(_, old): &(String, Vec<Tried>)| {
+        let tried = self.brightened(document, moves.levels);
+        let again = |(_, old): &(String, Vec<SetLevel>)| {
             old.iter()
-                .all(|old| tried.iter().any(|new| new.coordinate == old.coordinate))
+                .all(|old| tried.iter().any(|new| new.parameter == old.parameter))
         };
         self.tried.retain(|tried| !again(tried));
         self.tried.push((moves.text, tried));
@@ -208,7 +191,7 @@ impl LiveControl {
     }
 
     /// What is being tried in a show of this meaning.
-    fn trying(&self, document: &Document) -> impl Iterator<Item = &Tried> {
+    fn trying(&self, document: &Document) -> impl Iterator<Item = &SetLevel> {
         let same = self.revision == document.revision();
         let tried = self.tried.iter().filter(move |_| same);
         tried.flat_map(|(_, tried)| tried)
@@ -231,23 +214,54 @@ impl LiveControl {
         self.tried.iter().map(|(text, _)| text.as_str()).collect()
     }
 
+    /// Levels with what a colour alone on a bank that is out implies, as in a cue: its level at full,
+    /// emitters that are not said dark.
+    fn brightened(&self, document: &Document, mut set: Vec<SetLevel>) -> Vec<SetLevel> {
+        let (show, now) = (document.show(), self.levels(document));
+        for (bank, first) in show.banks.iter().zip(show.first_parameters()) {
+            let moves = |parameter: usize| set.iter().any(|s| s.parameter == parameter);
+            let emitters = first + 1..first + 4;
+            let out = now.get(first).is_none_or(|level| *level == 0.0);
+            if !bank.rgb || !out || moves(first) || !emitters.clone().any(moves) {
+                continue;
+            }
+            let dark: Vec<usize> = emitters.filter(|e| !moves(*e)).collect();
+            let to = |parameter, level| SetLevel { parameter, level };
+            set.push(to(first, 1.0));
+            set.extend(dark.into_iter().map(|emitter| to(emitter, 0.0)));
+        }
+        set
+    }
+
     /// The light of each coordinate at this moment, relative to full, with the levels being tried.
     pub fn setting(&self, document: &Document) -> Vec<f64> {
+        let show = document.show();
         let mut setting = document.timeline().evaluate(self.now);
-        for tried in self.trying(document) {
-            if let Some(slot) = setting.get_mut(tried.coordinate) {
-                *slot = tried.light;
+        let tried: BTreeSet<usize> = self.trying(document).map(|t| t.parameter).collect();
+        if tried.is_empty() {
+            return setting;
+        }
+        let lights = timeline::lights(show, &self.levels(document));
+        let firsts = show.first_parameters();
+        let moved = |bank: usize| match firsts.get(bank..bank + 2) {
+            Some(&[first, end]) => tried.range(first..end).next().is_some(),
+            _ => false,
+        };
+        let slots = setting.iter_mut().zip(lights).zip(show.coordinates());
+        for ((slot, light), coordinate) in slots {
+            if coordinate.bank.is_some_and(moved) {
+                *slot = light;
             }
         }
         setting
     }
 
-    /// The level of each coordinate at this moment, before its dimmer, as a fraction of full, with
-    /// the levels being tried.
+    /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a
+    /// fraction of full, with the levels being tried.
     pub fn levels(&self, document: &Document) -> Vec<f64> {
         let mut levels = document.timeline().levels(self.now);
         for tried in self.trying(document) {
-            if let Some(slot) = levels.get_mut(tried.coordinate) {
+            if let Some(slot) = levels.get_mut(tried.parameter) {
                 *slot = tried.level;
             }
         }
@@ -324,16 +338,6 @@ impl LiveControl {
         self.follow(engine.document());
         Ok(())
     }
-}
-
-/// Light relative to full behind the dimmer of a coordinate's bank.
-fn light(show: &Show, set: SetLevel) -> f64 {
-    let coordinates = show.coordinates();
-    let bank = coordinates.get(set.coordinate).and_then(|c| c.bank);
-    let bank = bank.and_then(|b| show.banks.get(b));
-    let lights = bank.map(|b| timeline::settings(b.dimmer, &show.curves, &[set.level]));
-    let first = lights.and_then(|l| l.first().copied());
-    first.unwrap_or(set.level)
 }
 
 fn index_of(document: &Document, number: CueNumber) -> Result<usize, Error> {

@@ -53,6 +53,8 @@ pub enum Declaration<'a> {
     Preview(Vec<(Word<'a>, Word<'a>)>),
     /// `include "…"`, whose file is known by the place of this.
     Include,
+    /// `gels "…"`, whose file is known by the place of this.
+    Gels,
     /// `let NAME = …`
     Let {
         name: Word<'a>,
@@ -190,6 +192,8 @@ pub struct Level<'a> {
     pub target: Target<'a>,
     /// A quantity, `full`, `out` or a colour.
     pub value: Word<'a>,
+    /// A colour behind a level, or a level behind a colour.
+    pub second: Option<Word<'a>>,
 }
 
 /// A function of time or of a fraction.
@@ -233,6 +237,21 @@ pub enum TimingKind {
     Curve,
     /// `repeat 3`
     Repeat,
+}
+
+impl TimingKind {
+    /// As written.
+    pub fn word(self) -> &'static str {
+        match self {
+            TimingKind::Time => "time",
+            TimingKind::Up => "up",
+            TimingKind::Down => "down",
+            TimingKind::Delay => "delay",
+            TimingKind::Snap => "snap",
+            TimingKind::Curve => "curve",
+            TimingKind::Repeat => "repeat",
+        }
+    }
 }
 
 /// A timing word with its values.
@@ -305,6 +324,8 @@ pub struct Move<'a> {
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,
+    /// The move before it on its line, where that has no timing of its own.
+    pub beside: Option<Span>,
 }
 
 /// Where a move goes.
@@ -312,8 +333,8 @@ pub struct Move<'a> {
 pub enum Motion<'a> {
     /// Nothing said: a look as it is, or `blackout`.
     Bare,
-    /// To a level or a colour.
-    To(Word<'a>),
+    /// To a level or a colour, or to one of each.
+    To(Word<'a>, Option<Word<'a>>),
     /// Along a path.
     Path(Path<'a>),
     /// The target, a look, with these on top.

@@ -36,6 +36,7 @@ impl<'a> Builder<'a> {
             Rule::show_statement => Declaration::Show(self.next(&mut inner)?),
             Rule::preview_statement => self.preview(inner)?,
             Rule::include_statement => Declaration::Include,
+            Rule::gels_statement => Declaration::Gels,
             Rule::let_statement => {
                 let name = self.next(&mut inner)?;
                 let value = inner.find(|p| p.as_rule() == Rule::let_value)?;
@@ -65,7 +66,7 @@ impl<'a> Builder<'a> {
         Some(Statement { span, text, item })
     }
 
-    /// The path of an `include`.
+    /// The path of an `include` or of `gels`.
     pub fn included(self, mut pairs: Pairs<'_, Rule>) -> Option<Word<'a>> {
         let mut inner = pairs.next()?.into_inner();
         inner
@@ -104,7 +105,7 @@ impl<'a> Builder<'a> {
         Word { text, span }
     }
 
-    fn next(&self, pairs: &mut Pairs<'_, Rule>) -> Option<Word<'a>> {
+    fn next<'p>(&self, pairs: &mut impl Iterator<Item = Pair<'p, Rule>>) -> Option<Word<'a>> {
         pairs.next().map(|p| self.word(&p))
     }
 
@@ -294,6 +295,7 @@ impl<'a> Builder<'a> {
             Some(Level {
                 target: self.target(pieces.next()?)?,
                 value: self.word(&pieces.next()?),
+                second: self.next(&mut pieces),
             })
         };
         levels.map(level).collect()
@@ -399,13 +401,22 @@ impl<'a> Builder<'a> {
             let span = self.trimmed(&item);
             match item.as_rule() {
                 Rule::part => body.parts.push(self.part(item, span)?),
-                Rule::movement => body.moves.push(self.movement(item, span)?),
-                Rule::blackout => body.moves.push(Move {
-                    target: None,
-                    motion: Motion::Bare,
-                    timing: Vec::new(),
-                    span,
-                }),
+                Rule::movement | Rule::blackout => {
+                    let mut made = match item.as_rule() {
+                        Rule::movement => self.movement(item, span)?,
+                        _ => Move {
+                            target: None,
+                            motion: Motion::Bare,
+                            timing: Vec::new(),
+                            span,
+                            beside: None,
+                        },
+                    };
+                    let before = body.moves.last().filter(|last| last.timing.is_empty());
+                    let before = before.filter(|last| self.beside(last, &body.parts, span));
+                    made.beside = before.map(|last| last.span);
+                    body.moves.push(made);
+                }
                 Rule::flag | Rule::follow | Rule::hang | Rule::at => {
                     let mark = mark(&item);
                     let value = item.into_inner().nth(1).map(|p| self.word(&p));
@@ -426,7 +437,7 @@ impl<'a> Builder<'a> {
         Some(body)
     }
 
-    /// Timing belongs to the move before it on its line.
+    /// Whether what stands at `span` is on the line of the move before it; timing there is the move's.
     fn beside(&self, last: &Move<'a>, parts: &[Part<'a>], span: Span) -> bool {
         let from = last.timing.last().map_or(last.span, |t| t.span).end as usize;
         let between = self.source.get(from..span.start as usize);
@@ -466,13 +477,17 @@ impl<'a> Builder<'a> {
                 }
                 Motion::Plus(terms)
             }
-            Some(_) => Motion::To(self.word(&rest.next()?)),
+            Some(_) => {
+                let first = self.word(&rest.next()?);
+                Motion::To(first, self.next(&mut rest))
+            }
         };
         Some(Move {
             target: Some(target),
             motion,
             timing: Vec::new(),
             span,
+            beside: None,
         })
     }
 }

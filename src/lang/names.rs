@@ -127,10 +127,10 @@ pub fn foreign(word: &str) -> Option<&'static str> {
 
 /// Words with a meaning where names stand, so that nothing can be named so.
 pub fn is_reserved(word: &str) -> bool {
-    const WORDS: [&str; 25] = [
+    const WORDS: [&str; 26] = [
         "assert", "at", "blackout", "block", "channel", "cueonly", "curve", "delay", "dimmer",
-        "down", "follow", "full", "hang", "level", "out", "part", "project", "repeat", "rgb",
-        "snap", "spline", "steps", "time", "to", "up",
+        "down", "follow", "full", "gel", "hang", "level", "out", "part", "project", "repeat",
+        "rgb", "snap", "spline", "steps", "time", "to", "up",
     ];
     WORDS.contains(&word)
         || STANDING_OFF.contains(&word)

@@ -12,9 +12,9 @@ use std::ops::Range;
 use super::limits;
 
 /// The words that begin statements.
-pub const STATEMENTS: [&str; 15] = [
-    "show", "preview", "include", "let", "stage", "surface", "view", "light", "bank", "fixed",
-    "group", "look", "default", "curve", "cue",
+pub const STATEMENTS: [&str; 16] = [
+    "show", "preview", "include", "gels", "let", "stage", "surface", "view", "light", "bank",
+    "fixed", "group", "look", "default", "curve", "cue",
 ];
 
 /// One statement, without the blanks and comments around it.

@@ -41,6 +41,7 @@ pub fn rule_of(word: &str) -> Option<Rule> {
         "show" => Rule::show_statement,
         "preview" => Rule::preview_statement,
         "include" => Rule::include_statement,
+        "gels" => Rule::gels_statement,
         "let" => Rule::let_statement,
         "stage" => Rule::stage_statement,
         "surface" => Rule::surface_statement,
@@ -109,7 +110,9 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
             continue;
         }
         let word = words(*rule);
-        let spoken_for = body && is_body(*rule);
+        // Behind a level a colour may stand, which goes without saying.
+        let second = *rule == Rule::value && !rules.contains(&Rule::kw_to);
+        let spoken_for = body && (second || is_body(*rule));
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
             out.push(word);
         }
@@ -254,6 +257,6 @@ pub fn is_inner_word(word: &str) -> bool {
 const INNER_WORDS: &str = "\
     aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay dimmer disc dither down exposure field filmic follow fov \
-    from full gap hang hermite image inside layer level like linear monotone natural off on \
+    from full gap gel hang hermite image inside layer level like linear monotone natural off on \
     one-sided out part plain quad radius rate refined reflectance repeat rgb sides size \
     slope snap spline square steps time to tolerance tone turn two-sided up via z";

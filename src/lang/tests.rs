@@ -1,4 +1,5 @@
 use super::*;
+use crate::report::sheet::hex;
 use crate::show::{Dimmer, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
 
@@ -90,7 +91,7 @@ fn the_sheet_of_the_design_parses() {
         (two.parts[1].number, two.parts[1].curve),
         (2, Fade::Curve(0))
     );
-    assert_eq!(two.parts[1].moves.len(), 3);
+    assert_eq!(two.parts[1].moves.len(), 1);
     assert_eq!(half.number, CueNumber::from_thousandths(2500).unwrap());
     let Motion::Path(path) = &half.parts[0].moves[0].motion else {
         panic!()
@@ -98,7 +99,7 @@ fn the_sheet_of_the_design_parses() {
     assert_eq!(path.interpolation, Interpolation::Monotone);
     assert_eq!(half.parts[1].up.seconds(), 8.0);
     assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 0.116_97).abs() < 1e-5));
-    assert_eq!(three.parts[0].moves.len(), 5);
+    assert_eq!(three.parts[0].moves.len(), 3);
 }
 
 const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  field 40  100 cd\n\
@@ -116,10 +117,10 @@ fn with(cues: &str) -> Show {
     parsed.show.unwrap()
 }
 
-/// Coordinates and their levels in percent.
+/// Parameters and their levels in percent.
 fn levels(part: &crate::show::Part) -> Vec<(usize, f64)> {
     let level = |m: &crate::show::Move| match m.motion {
-        Motion::To(level) => (m.coordinate, percent(level)),
+        Motion::To(level) => (m.parameter, percent(level)),
         Motion::Path(_) => panic!(),
     };
     part.moves.iter().map(level).collect()
@@ -166,23 +167,179 @@ fn groups_looks_and_blackout_are_written_out() {
     assert_eq!(found[0], [(0, 30.0), (1, 30.0)]);
     assert_eq!(found[1], [(0, 40.0), (1, 20.0)]);
     assert_eq!(found[2], [(0, 20.0), (1, 10.0)]);
-    assert_eq!(
-        found[3],
-        [(0, 1.0), (1, 20.0), (2, 10.0), (3, 10.0), (4, 10.0)]
-    );
-    assert_eq!(found[4], (0..5).map(|c| (c, 0.0)).collect::<Vec<_>>());
+    assert_eq!(found[3], [(0, 1.0), (1, 20.0), (2, 10.0)]);
+    assert_eq!(found[4], (0..3).map(|c| (c, 0.0)).collect::<Vec<_>>());
 }
 
 #[test]
-fn a_colour_is_light_so_that_the_dimmer_is_undone() {
-    let show =
-        with("cue 1 { c #ff0000  a 1 }\ncue 2 { c #808080 }\ncue 3 { c 3200 K }\ncue 4 { c.g 7 }");
+fn a_colour_is_light_and_no_level() {
+    let show = with(
+        "cue 1 { c #ff0000  a 1 }\ncue 2 { c 60 #808080 }\ncue 3 { c 3200 K full }\ncue 4 { c.g 7 }\ncue 5 { c 20 }",
+    );
     let found: Vec<_> = show.cues.iter().map(|c| levels(&c.parts[0])).collect();
-    assert_eq!(found[0][1..], [(2, 100.0), (3, 0.0), (4, 0.0)]);
-    // The square of the level is the linear value of sRGB 128, 0.2158605.
-    assert!(((found[1][0].1 / 100.0).powi(2) - 0.215_860_5).abs() < 1e-7);
-    assert!(found[2][0].1 == 100.0 && found[2][2].1 < found[2][1].1);
-    assert_eq!(found[3], [(3, 7.0)]);
+    assert_eq!(found[0][1..], [(3, 100.0), (4, 0.0), (5, 0.0)]);
+    // The linear value of sRGB 128 is 0.2158605, whatever the dimmer.
+    assert_eq!(found[1][0], (2, 60.0));
+    assert!((found[1][1].1 - 21.586_05).abs() < 1e-5);
+    assert_eq!(found[2][..2], [(2, 100.0), (3, 100.0)]);
+    assert!(found[2][3].1 < found[2][2].1);
+    assert_eq!(found[3], [(4, 7.0)]);
+    assert_eq!(found[4], [(2, 20.0)]);
+}
+
+/// Light of the three emitters, in percent of full, to a tenth.
+fn light(show: &Show, seconds: f64) -> Vec<f64> {
+    let timeline = crate::timeline::Timeline::new(show).unwrap();
+    let time = Time::from_micros((seconds * 1e6) as i64);
+    let setting = timeline.evaluate(time);
+    setting[2..5]
+        .iter()
+        .map(|s| (s * 1e3).round() / 10.0)
+        .collect()
+}
+
+#[test]
+fn a_bank_fades_in_its_colour_and_changes_colour_at_its_level() {
+    let linear = RIG.replace("rgb  dimmer square", "rgb");
+    let text = format!(
+        "{linear}cue 1 at 0:00 {{ snap c 60 #f00 }}\ncue 2 at 0:10 {{ time 4 c to #00f }}\n\
+         cue 3 at 0:20 {{ time 2 c 30 }}\ncue 4 at 0:30 {{ time 2 blackout }}\n\
+         cue 5 at 0:40 {{ time 4 c #0f0 }}\ncue 6 at 0:50 {{ snap c out }}\ncue 7 at 0:55 {{ time 2 c.r 50 }}\n"
+    );
+    let show = parsed(&text).show.unwrap();
+    for (seconds, wanted) in [
+        (5.0, [60.0, 0.0, 0.0]),
+        (12.0, [30.0, 0.0, 30.0]),
+        (21.0, [0.0, 0.0, 45.0]),
+        (25.0, [0.0, 0.0, 30.0]),
+        (31.0, [0.0, 0.0, 15.0]),
+        (35.0, [0.0, 0.0, 0.0]),
+        // From black to green, not by way of blue; a colour alone brings the bank to full.
+        (41.0, [0.0, 25.0, 0.0]),
+        (45.0, [0.0, 100.0, 0.0]),
+        (56.0, [25.0, 0.0, 0.0]),
+        (58.0, [50.0, 0.0, 0.0]),
+    ] {
+        assert_eq!(light(&show, seconds), wanted, "{seconds}");
+    }
+}
+
+#[test]
+fn a_look_with_a_colour_is_absolute_and_dims_in_it() {
+    let linear = RIG.replace("rgb  dimmer square", "rgb");
+    let text = format!(
+        "{linear}look red {{ c #f00 }}\nlook dim {{ c 40 #0f0 }}\ncue 1 at 0:00 {{ snap c 10 }}\n\
+         cue 2 at 0:10 {{ snap red }}\ncue 3 at 0:20 {{ snap red 50 }}\ncue 4 at 0:30 {{ snap dim 50 }}\n"
+    );
+    let show = parsed(&text).show.unwrap();
+    for (seconds, wanted) in [
+        (5.0, [10.0, 10.0, 10.0]),
+        (15.0, [100.0, 0.0, 0.0]),
+        (25.0, [50.0, 0.0, 0.0]),
+        (35.0, [0.0, 20.0, 0.0]),
+    ] {
+        assert_eq!(light(&show, seconds), wanted, "{seconds}");
+    }
+}
+
+#[test]
+fn a_bank_alone_overrides_what_takes_in_more() {
+    let show = with(
+        "cue 1 { blackout  ab 20  a full }\ncue 2 { low  part 2 { time 3 b 70 } }\ncue 3 { blackout  low  c.r 5 }",
+    );
+    let found = |cue: usize, part: usize| levels(&show.cues[cue].parts[part]);
+    assert_eq!(found(0, 0), [(0, 100.0), (1, 20.0), (2, 0.0)]);
+    assert_eq!(
+        (found(1, 0), found(1, 1)),
+        (vec![(0, 40.0)], vec![(1, 70.0)])
+    );
+    assert_eq!(found(2, 0), [(0, 40.0), (1, 20.0), (2, 0.0), (3, 5.0)]);
+    for twice in [
+        "a 5  ab 10",
+        "ab 5  low",
+        "a 5  a 6",
+        "low  blackout",
+        "c #f00  c.r 3",
+        "c 5 #fff  c 6",
+    ] {
+        let found = parsed(&format!("{RIG}cue 1 {{ {twice} }}")).diagnostics;
+        assert_eq!(found[0].code, codes::MOVED_TWICE, "{twice}");
+    }
+}
+
+#[test]
+fn timing_that_is_surely_not_meant_is_asked_about() {
+    let found = |cue: &str| {
+        let text = format!("{RIG}cue 1 {{ c 5  {cue} }}\n");
+        let text = text.replace("c 5  ", "c 5\n");
+        let found = parsed(&text).diagnostics.into_iter();
+        found.map(|d| d.code).collect::<Vec<_>>()
+    };
+    for (cue, code) in [
+        ("a 5  b 6  time 3", Some(codes::LAST_MOVE_TIMING)),
+        ("ab 5  b 6  snap", Some(codes::LAST_MOVE_TIMING)),
+        ("a 5\n b 6  time 3", None),
+        ("a 5 time 2  b 6 time 3", None),
+        ("time 3  a 5  b 6", None),
+        ("a 5  b linear 0 0, 1 5  repeat 3", None),
+        ("b 5\n a linear 0 0, 1 5  time 3", Some(codes::PATH_TIMING)),
+        (
+            "b 5\n a linear 0 0, 1 5  delay 1  curve ease",
+            Some(codes::PATH_TIMING),
+        ),
+        ("b 5\n a linear 0 0, 1 5  delay 1  repeat 2", None),
+    ] {
+        assert_eq!(found(cue), code.into_iter().collect::<Vec<_>>(), "{cue}");
+    }
+}
+
+#[test]
+fn colours_have_names_hues_and_gels() {
+    let gels = Memory::default().with("g.csv", "number,name,colour\nL201,Blue,#0000ff\n");
+    let colour = |written: &str| {
+        let text = format!(
+            "gels \"g.csv\"\nlet dusk = #red\nlet late = #dusk\n{RIG}cue 1 {{ c {written} }}"
+        );
+        let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
+        let parsed = parse_again(&mut cache, &gels, &mut sources, "a.lxq", &text);
+        let Some(show) = parsed.show else {
+            return Err(parsed.diagnostics[0].code);
+        };
+        let found = levels(&show.cues[0].parts[0])
+            .into_iter()
+            .map(|(_, level)| level / 100.0);
+        let found: Vec<f64> = found.collect();
+        Ok(hex(&found[found.len() - 3..]))
+    };
+    for (written, wanted) in [
+        ("#steelblue", "#4682b4"),
+        ("#amber", "#ffbf00"),
+        ("#late", "#ff0000"),
+        ("(dusk)", "#ff0000"),
+        ("60 hsb(60, 100%, 100%)", "#ffff00"),
+        ("hsb(210 50 80)", "#6699cc"),
+        ("gel L201 40", "#0000ff"),
+    ] {
+        assert_eq!(colour(written).as_deref(), Ok(wanted), "{written}");
+    }
+    for (written, code) in [
+        ("#stealblue", codes::BAD_COLOUR),
+        ("#transparent", codes::BAD_COLOUR),
+        ("hsb(400, 1, 1)", codes::BAD_COLOUR),
+        ("hsb(40)", codes::BAD_COLOUR),
+        ("gel 201", codes::UNKNOWN_NAME),
+        ("#f00 #0f0", codes::DOES_NOT_FIT),
+        ("40 50", codes::DOES_NOT_FIT),
+    ] {
+        assert_eq!(colour(written), Err(code), "{written}");
+    }
+    let circle = parsed("let a = #b\nlet b = #a\nlight l panel m\n").diagnostics;
+    assert_eq!(circle[0].code, codes::CYCLE);
+    let deep: String = (0..400)
+        .map(|i| format!("let a{i} = #a{}\n", i + 1))
+        .collect();
+    let found = parsed(&format!("{deep}let a400 = #fff\nlight l panel m\n")).diagnostics;
+    assert_eq!(found[0].code, codes::TOO_LARGE);
 }
 
 #[test]
@@ -299,6 +456,6 @@ fn a_known_cue_costs_what_it_did() {
         &text,
     );
     let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
-    assert_eq!(cue.map(|c| c.levels), Some(3));
+    assert_eq!(cue.map(|c| c.levels), Some(1));
     assert!(known.within("bank a = l").is_none());
 }

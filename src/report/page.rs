@@ -54,7 +54,7 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
 
 fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
     let bank = coordinate.bank.and_then(|b| show.banks.get(b));
-    let law = match bank.map_or(Dimmer::Linear, |b| b.dimmer) {
+    let law = match bank.filter(|b| !b.rgb).map_or(Dimmer::Linear, |b| b.dimmer) {
         Dimmer::Linear => Law::Power(1),
         Dimmer::Square => Law::Power(2),
         curve @ Dimmer::Curve(_) => {

@@ -59,7 +59,7 @@ pub fn update(
         _ => return Err(vec![unread(number)]),
     };
     let splice = match moved(cue.0, target) {
-        Some(Motion::To(word)) if is_level(*word, source, &scan) => Splice {
+        Some(Motion::To(word, None)) if is_level(*word, source, &scan) => Splice {
             range: word.span.range(),
             text: percent,
         },
@@ -89,7 +89,7 @@ fn unread(number: CueNumber) -> Diagnostic {
 fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic {
     let why = match motion {
         Motion::Bare => format!("`{target}` has no level in cue {number}"),
-        Motion::To(word) => format!("`{target}` goes to `{}` in cue {number}", word.text),
+        Motion::To(word, _) => format!("`{target}` goes to `{}` in cue {number}", word.text),
         Motion::Path(_) => format!("`{target}` follows a path in cue {number}"),
         Motion::Plus(_) => format!("`{target}` is a look with changes in cue {number}"),
     };

@@ -94,11 +94,11 @@ impl Lower<'_, '_> {
         let parts = self.show.cues.iter().flat_map(|cue| &cue.parts);
         let moved: BTreeSet<usize> = parts
             .flat_map(|part| &part.moves)
-            .map(|one| one.coordinate)
+            .map(|one| one.parameter)
             .collect();
-        let ends = self.first_coordinates.iter().skip(1);
-        let coordinates = self.first_coordinates.iter().zip(ends);
-        for (bank, (first, end)) in self.show.banks.iter().zip(coordinates) {
+        let ends = self.first_parameters.iter().skip(1);
+        let parameters = self.first_parameters.iter().zip(ends);
+        for (bank, (first, end)) in self.show.banks.iter().zip(parameters) {
             if moved.range(first..end).next().is_some() {
                 continue;
             }

@@ -6,6 +6,7 @@
 //! placeholders that stand for broken pieces never leave this module.
 
 mod calculation;
+mod colour;
 mod cues;
 mod curves;
 mod levels;
@@ -21,6 +22,7 @@ mod values;
 use std::collections::BTreeMap;
 
 use self::calculation::Named;
+pub(super) use self::colour::hex;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::lowering_cache::Lowered;
 use super::names::{self, Kind, Names};
@@ -30,6 +32,7 @@ use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Show};
+use crate::units::Rgb;
 
 /// What lowering made.
 pub struct Lowering<'a> {
@@ -53,11 +56,13 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
         spans: SpanMap::default(),
         show: Show::default(),
         values: Vec::new(),
-        first_coordinates: Vec::new(),
+        first_parameters: Vec::new(),
         most,
         budget: most,
         fresh: Vec::new(),
         names_lost: read.names_lost,
+        gels: &read.gels,
+        depth: 0,
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
@@ -92,8 +97,8 @@ struct Lower<'a, 'r> {
     show: Show,
     /// In the order of their statements.
     values: Vec<Named<'a>>,
-    /// The first coordinate of each bank, and after the last bank their number.
-    first_coordinates: Vec<usize>,
+    /// The first parameter of each bank, and after the last bank their number.
+    first_parameters: Vec<usize>,
     /// Levels that may be written out.
     most: usize,
     /// Those of them that still may.
@@ -102,6 +107,10 @@ struct Lower<'a, 'r> {
     fresh: Vec<(&'a str, Box<Lowered>)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
+    /// The colours of gels by their numbers.
+    gels: &'r BTreeMap<String, Rgb>,
+    /// How many values rest on each other where one is worked out.
+    depth: usize,
 }
 
 impl<'a> Lower<'a, '_> {

@@ -27,7 +27,7 @@ const fn of(usage: &'static str, about: &'static str, example: &'static str) -> 
 }
 
 /// All of them, in the order in which a show has them.
-pub const DECLARATIONS: [Declaration; 15] = [
+pub const DECLARATIONS: [Declaration; 16] = [
     of("show \"TITLE\"", "the title", "show \"First light\""),
     of(
         "preview { SETTING ... }",
@@ -38,6 +38,11 @@ pub const DECLARATIONS: [Declaration; 15] = [
         "include \"FILE.lxq\"",
         "another file's declarations, as if they stood here",
         "include \"rig.lxq\"",
+    ),
+    of(
+        "gels \"FILE.csv\"",
+        "a table of gels: number, name and colour in each line, for `gel L201`",
+        "gels \"lee.csv\"",
     ),
     of(
         "let NAME = VALUE",
@@ -124,7 +129,7 @@ mod tests {
             assert!(lang::is_declaration(d.example), "{}", d.example);
             let laid_out = lang::format(d.example).unwrap();
             assert_eq!(laid_out.trim_end(), d.example);
-            if d.word() != "include" {
+            if !["include", "gels"].contains(&d.word()) {
                 text += d.example;
                 text.push('\n');
             }

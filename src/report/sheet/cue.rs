@@ -1,6 +1,6 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
-use super::level::{by_bank, clock, first_coordinates, motion, time};
+use super::level::{by_bank, clock, motion, time};
 use crate::report::table::Table;
 use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
 use crate::timeline::{CueTime, Timeline};
@@ -104,7 +104,7 @@ fn fade(show: &Show, part: &Part) -> String {
 }
 
 fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
-    let first = first_coordinates(show);
+    let first = show.first_parameters();
     let mut words: Vec<String> = Vec::new();
     if head {
         let flags = [
