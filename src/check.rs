@@ -138,6 +138,12 @@ impl Words<'_> {
                     .place_of(id, self.spans, "here")
                     .help("repeat fewer times: every pass counts")
             }
+            TimelineError::TooManyEffects { id, limit } => {
+                let message = format!("effects make more than {limit} pieces");
+                Diagnostic::error(codes::TOO_LARGE, message)
+                    .place_of(id, self.spans, "the limit is reached here")
+                    .help("a lower `rate`, or an earlier `effect none`")
+            }
             TimelineError::Memory { cue, budget } => {
                 let budget = budget >> 20;
                 let message = format!("the curves take more than the {budget} MB left for them");

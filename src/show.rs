@@ -8,11 +8,13 @@
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
+mod effect;
 mod fade;
 mod imported_luminaire;
 mod light;
 mod rig;
 
+pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::imported_luminaire::ImportedLuminaire;
 pub use self::light::{Light, LightKind, Output, Strength};
@@ -51,6 +53,8 @@ pub struct Show {
     pub looks: Vec<Look>,
     /// Named curves (fades and dimmers refer to them).
     pub curves: Vec<Curve>,
+    /// What can be laid on levels (parts refer to them).
+    pub effects: Vec<Effect>,
     /// Lighting changes, sorted by number.
     pub cues: Vec<Cue>,
 }
@@ -299,6 +303,8 @@ pub struct Cue {
     pub number: CueNumber,
     /// Its label; may be empty.
     pub label: String,
+    /// For the operator; may be empty.
+    pub note: String,
     /// What starts it.
     pub trigger: Trigger,
     /// What it starts, with the node that says so.
@@ -332,6 +338,8 @@ pub struct Part {
     pub curve: Fade,
     /// What moves, in order of parameters, each once in the whole cue.
     pub moves: Vec<Move>,
+    /// Effects that begin or end when the moves start, each bank once in the whole cue.
+    pub effects: Vec<EffectChange>,
 }
 
 /// One parameter's motion.

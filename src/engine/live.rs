@@ -249,8 +249,8 @@ impl LiveControl {
         };
         let slots = setting.iter_mut().zip(lights).zip(show.coordinates());
         for ((slot, light), coordinate) in slots {
-            if coordinate.bank.is_some_and(moved) {
-                *slot = light;
+            if let Some(bank) = coordinate.bank.filter(|bank| moved(*bank)) {
+                *slot = light * document.timeline().factor(bank, self.now);
             }
         }
         setting

@@ -106,6 +106,13 @@ pub enum Declaration<'a> {
     Default(Timing<'a>),
     /// `curve NAME = …`
     Curve { name: Word<'a>, path: Path<'a> },
+    /// `effect NAME = …`
+    Effect {
+        name: Word<'a>,
+        /// `flicker` or `pulse`.
+        kind: Word<'a>,
+        clauses: Vec<Clause<'a>>,
+    },
     /// `cue NUMBER …`
     Cue(Cue<'a>),
     /// A cue that was lowered before.
@@ -286,6 +293,8 @@ pub struct Body<'a> {
     pub parts: Vec<Part<'a>>,
     /// `follow`, `hang`, `at`, `block`, `assert`, `cueonly`: the word, its value, all of it.
     pub marks: Vec<(Mark, Option<Word<'a>>, Span)>,
+    /// `note "…"`, each time it is written: the text, all of it.
+    pub notes: Vec<(Word<'a>, Span)>,
 }
 
 /// Words of a cue that are neither timing nor moves.
@@ -321,6 +330,8 @@ pub struct Move<'a> {
     /// What moves; `None` for `blackout`.
     pub target: Option<Target<'a>>,
     pub motion: Motion<'a>,
+    /// After `effect`.
+    pub effect: Option<Word<'a>>,
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,

@@ -59,6 +59,7 @@ impl<'a> Builder<'a> {
             Rule::look_statement => self.look(inner)?,
             Rule::default_statement => Declaration::Default(self.timing(inner.next()?)?),
             Rule::curve_statement => self.curve(inner)?,
+            Rule::effect_statement => self.effect(inner)?,
             Rule::cue_statement => Declaration::Cue(self.cue(inner)?),
             _ => return None,
         };
@@ -174,7 +175,12 @@ impl<'a> Builder<'a> {
     fn clauses<'p>(&self, inner: impl Iterator<Item = Pair<'p, Rule>>) -> Option<Vec<Clause<'a>>> {
         let mut out = Vec::new();
         for pair in inner {
-            let clause = [Rule::view_clause, Rule::light_clause, Rule::solid_clause];
+            let clause = [
+                Rule::view_clause,
+                Rule::light_clause,
+                Rule::solid_clause,
+                Rule::effect_clause,
+            ];
             if !clause.contains(&pair.as_rule()) {
                 continue;
             }
@@ -320,6 +326,16 @@ impl<'a> Builder<'a> {
         })
     }
 
+    fn effect(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
+        Some(Declaration::Effect {
+            name: self.next(&mut inner)?,
+            kind: inner
+                .find(|p| p.as_rule() == Rule::effect_kind)
+                .map(|p| self.word(&p))?,
+            clauses: self.clauses(inner)?,
+        })
+    }
+
     fn path(&self, pair: Pair<'_, Rule>) -> Option<Path<'a>> {
         let span = self.trimmed(&pair);
         let mut inner = pair.into_inner();
@@ -407,6 +423,7 @@ impl<'a> Builder<'a> {
                         _ => Move {
                             target: None,
                             motion: Motion::Bare,
+                            effect: None,
                             timing: Vec::new(),
                             span,
                             beside: None,
@@ -421,6 +438,10 @@ impl<'a> Builder<'a> {
                     let mark = mark(&item);
                     let value = item.into_inner().nth(1).map(|p| self.word(&p));
                     body.marks.push((mark, value, span));
+                }
+                Rule::note => {
+                    let text = item.into_inner().nth(1).map(|p| self.word(&p))?;
+                    body.notes.push((text, span));
                 }
                 Rule::open_brace | Rule::close_brace => {}
                 _ => {
@@ -466,7 +487,15 @@ impl<'a> Builder<'a> {
     fn movement(&self, pair: Pair<'_, Rule>, span: Span) -> Option<Move<'a>> {
         let mut inner = pair.into_inner();
         let target = self.target(inner.next()?)?;
-        let mut rest = inner.filter(|p| p.as_rule() != Rule::kw_to).peekable();
+        let mut effect = None;
+        let mut pieces = Vec::new();
+        for piece in inner.filter(|p| p.as_rule() != Rule::kw_to) {
+            match piece.as_rule() {
+                Rule::effect => effect = piece.into_inner().nth(1).map(|p| self.word(&p)),
+                _ => pieces.push(piece),
+            }
+        }
+        let mut rest = pieces.into_iter().peekable();
         let motion = match rest.peek().map(Pair::as_rule) {
             None => Motion::Bare,
             Some(Rule::path) => Motion::Path(self.path(rest.next()?)?),
@@ -485,6 +514,7 @@ impl<'a> Builder<'a> {
         Some(Move {
             target: Some(target),
             motion,
+            effect,
             timing: Vec::new(),
             span,
             beside: None,

@@ -1,6 +1,5 @@
 use super::*;
-use crate::report::sheet::hex;
-use crate::show::{Dimmer, Fade, Interpolation, LightKind, Link, Motion, Trigger};
+use crate::show::{Dimmer, EffectKind, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
 
 /// The sheet of the design, apart from the projection.
@@ -187,61 +186,6 @@ fn a_colour_is_light_and_no_level() {
     assert_eq!(found[4], [(2, 20.0)]);
 }
 
-/// Light of the three emitters, in percent of full, to a tenth.
-fn light(show: &Show, seconds: f64) -> Vec<f64> {
-    let timeline = crate::timeline::Timeline::new(show).unwrap();
-    let time = Time::from_micros((seconds * 1e6) as i64);
-    let setting = timeline.evaluate(time);
-    setting[2..5]
-        .iter()
-        .map(|s| (s * 1e3).round() / 10.0)
-        .collect()
-}
-
-#[test]
-fn a_bank_fades_in_its_colour_and_changes_colour_at_its_level() {
-    let linear = RIG.replace("rgb  dimmer square", "rgb");
-    let text = format!(
-        "{linear}cue 1 at 0:00 {{ snap c 60 #f00 }}\ncue 2 at 0:10 {{ time 4 c to #00f }}\n\
-         cue 3 at 0:20 {{ time 2 c 30 }}\ncue 4 at 0:30 {{ time 2 blackout }}\n\
-         cue 5 at 0:40 {{ time 4 c #0f0 }}\ncue 6 at 0:50 {{ snap c out }}\ncue 7 at 0:55 {{ time 2 c.r 50 }}\n"
-    );
-    let show = parsed(&text).show.unwrap();
-    for (seconds, wanted) in [
-        (5.0, [60.0, 0.0, 0.0]),
-        (12.0, [30.0, 0.0, 30.0]),
-        (21.0, [0.0, 0.0, 45.0]),
-        (25.0, [0.0, 0.0, 30.0]),
-        (31.0, [0.0, 0.0, 15.0]),
-        (35.0, [0.0, 0.0, 0.0]),
-        // From black to green, not by way of blue; a colour alone brings the bank to full.
-        (41.0, [0.0, 25.0, 0.0]),
-        (45.0, [0.0, 100.0, 0.0]),
-        (56.0, [25.0, 0.0, 0.0]),
-        (58.0, [50.0, 0.0, 0.0]),
-    ] {
-        assert_eq!(light(&show, seconds), wanted, "{seconds}");
-    }
-}
-
-#[test]
-fn a_look_with_a_colour_is_absolute_and_dims_in_it() {
-    let linear = RIG.replace("rgb  dimmer square", "rgb");
-    let text = format!(
-        "{linear}look red {{ c #f00 }}\nlook dim {{ c 40 #0f0 }}\ncue 1 at 0:00 {{ snap c 10 }}\n\
-         cue 2 at 0:10 {{ snap red }}\ncue 3 at 0:20 {{ snap red 50 }}\ncue 4 at 0:30 {{ snap dim 50 }}\n"
-    );
-    let show = parsed(&text).show.unwrap();
-    for (seconds, wanted) in [
-        (5.0, [10.0, 10.0, 10.0]),
-        (15.0, [100.0, 0.0, 0.0]),
-        (25.0, [50.0, 0.0, 0.0]),
-        (35.0, [0.0, 20.0, 0.0]),
-    ] {
-        assert_eq!(light(&show, seconds), wanted, "{seconds}");
-    }
-}
-
 #[test]
 fn a_bank_alone_overrides_what_takes_in_more() {
     let show = with(
@@ -294,45 +238,7 @@ fn timing_that_is_surely_not_meant_is_asked_about() {
 }
 
 #[test]
-fn colours_have_names_hues_and_gels() {
-    let gels = Memory::default().with("g.csv", "number,name,colour\nL201,Blue,#0000ff\n");
-    let colour = |written: &str| {
-        let text = format!(
-            "gels \"g.csv\"\nlet dusk = #red\nlet late = #dusk\n{RIG}cue 1 {{ c {written} }}"
-        );
-        let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
-        let parsed = parse_again(&mut cache, &gels, &mut sources, "a.lxq", &text);
-        let Some(show) = parsed.show else {
-            return Err(parsed.diagnostics[0].code);
-        };
-        let found = levels(&show.cues[0].parts[0])
-            .into_iter()
-            .map(|(_, level)| level / 100.0);
-        let found: Vec<f64> = found.collect();
-        Ok(hex(&found[found.len() - 3..]))
-    };
-    for (written, wanted) in [
-        ("#steelblue", "#4682b4"),
-        ("#amber", "#ffbf00"),
-        ("#late", "#ff0000"),
-        ("(dusk)", "#ff0000"),
-        ("60 hsb(60, 100%, 100%)", "#ffff00"),
-        ("hsb(210 50 80)", "#6699cc"),
-        ("gel L201 40", "#0000ff"),
-    ] {
-        assert_eq!(colour(written).as_deref(), Ok(wanted), "{written}");
-    }
-    for (written, code) in [
-        ("#stealblue", codes::BAD_COLOUR),
-        ("#transparent", codes::BAD_COLOUR),
-        ("hsb(400, 1, 1)", codes::BAD_COLOUR),
-        ("hsb(40)", codes::BAD_COLOUR),
-        ("gel 201", codes::UNKNOWN_NAME),
-        ("#f00 #0f0", codes::DOES_NOT_FIT),
-        ("40 50", codes::DOES_NOT_FIT),
-    ] {
-        assert_eq!(colour(written), Err(code), "{written}");
-    }
+fn colours_by_name_may_not_rest_on_themselves() {
     let circle = parsed("let a = #b\nlet b = #a\nlight l panel m\n").diagnostics;
     assert_eq!(circle[0].code, codes::CYCLE);
     let deep: String = (0..400)
@@ -458,4 +364,39 @@ fn a_known_cue_costs_what_it_did() {
     let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
     assert_eq!(cue.map(|c| c.levels), Some(1));
     assert!(known.within("bank a = l").is_none());
+}
+
+#[test]
+fn effects_are_begun_and_ended_by_moves() {
+    let show = with(
+        "effect e = flicker  rate 4  depth 20%  seed 9\neffect f = pulse\n\
+         cue 1 { a 50 effect e  note \"softly\" }\ncue 2 { ab effect f delay 2 }\ncue 3 { c #f00 effect none }",
+    );
+    let [e, f] = show.effects.as_slice() else {
+        panic!()
+    };
+    assert_eq!(
+        (e.kind, e.rate, e.depth),
+        (EffectKind::Flicker(9), 4.0, 0.2)
+    );
+    assert_eq!((f.kind, f.rate, f.depth), (EffectKind::Pulse, 1.0, 0.5));
+    assert_eq!(show.cues[0].note, "softly");
+    let changes = |cue: usize, part: usize| {
+        let found = show.cues[cue].parts[part].effects.iter();
+        found.map(|e| (e.bank, e.effect)).collect::<Vec<_>>()
+    };
+    assert_eq!(changes(0, 0), [(0, Some(0))]);
+    assert_eq!(changes(1, 1), [(0, Some(1)), (1, Some(1))]);
+    assert_eq!(show.cues[1].parts[1].delay.seconds(), 2.0);
+    assert_eq!(changes(2, 0), [(2, None)]);
+    for (text, code) in [
+        ("cue 1 { a effect none  b effect x }", codes::UNKNOWN_NAME),
+        ("cue 1 { c.r 5 effect none }", codes::DOES_NOT_FIT),
+        ("effect e = pulse seed 3\n", codes::DOES_NOT_FIT),
+        ("effect e = flicker rate 100\n", codes::RANGE),
+        ("cue 1 { note \"a\" note \"b\" a 5 }", codes::SAID_TWICE),
+    ] {
+        let found = parsed(&format!("{RIG}{text}")).diagnostics;
+        assert_eq!(found[0].code, code, "{text}");
+    }
 }

@@ -50,6 +50,14 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
+    /// Effects make more pieces than a show may have of them.
+    #[error("effects would make more than {limit} pieces")]
+    TooManyEffects {
+        /// The move that goes over the limit.
+        id: NodeId,
+        /// The limit.
+        limit: usize,
+    },
     /// The curves need more memory than allowed.
     #[error("the curves need more than {budget} bytes")]
     Memory {

@@ -126,6 +126,7 @@ impl Watch {
             !**changed
                 && !cue.block
                 && !cue.assert
+                && cue.parts.iter().all(|part| part.effects.is_empty())
                 && moves.any(|m| !matches!(m.motion, Motion::To(to) if to == 0.0))
         });
         let found = still.map(|(cue, _)| Warning::Still { cue: cue.id });

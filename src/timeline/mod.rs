@@ -11,6 +11,7 @@ mod blend;
 mod clock;
 mod curve;
 mod dimmer;
+mod effect;
 mod error;
 mod key;
 mod lint;
@@ -51,6 +52,8 @@ pub struct Timeline {
     parameters: BTreeMap<usize, Levels>,
     /// By parameter, the coordinate whose setting it is.
     own: Vec<Option<usize>>,
+    /// By bank, the factor of its effects; no pieces without any.
+    factors: Vec<Vec<Piece>>,
     warnings: Vec<Warning>,
     joined: usize,
 }
@@ -96,6 +99,7 @@ impl Timeline {
             return Err(errors);
         }
         warnings.extend(lint::dark(show, &tracks, start, end));
+        let factors = effect::factors(show, &cues, (start, end)).map_err(|error| vec![error])?;
         let mut out = Timeline {
             start,
             end,
@@ -105,15 +109,17 @@ impl Timeline {
             last: Vec::new(),
             parameters: BTreeMap::new(),
             own: Vec::new(),
+            factors: Vec::new(),
             warnings,
             joined: 0,
         };
         let mut first = 0;
-        for bank in &show.banks {
+        for (bank, factor) in show.banks.iter().zip(factors) {
             let law = Law::new(bank.dimmer, &show.curves);
             let count = if bank.rgb { 4 } else { 1 };
             let tracks = tracks.get(first..first + count).unwrap_or_default();
-            out.add_bank(&law, first, tracks);
+            out.add_bank(&law, first, tracks, &factor);
+            out.factors.push(factor);
             first += count;
         }
         if !show.fixed.is_empty() {
@@ -126,14 +132,18 @@ impl Timeline {
     }
 
     /// Adds the coordinates of a bank by the tracks of its level and, if it has one, its colour.
-    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track]) {
+    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track], factor: &[Piece]) {
         let Some((level, colour)) = tracks.split_first() else {
             return;
         };
         let levels = track::trimmed(level, self.start, self.end);
-        let light = law.applied(&levels);
-        let last = law.value(track::level_at(level, self.end));
-        let own = colour.is_empty() && matches!(law, Law::Linear);
+        let mut light = law.applied(&levels);
+        let mut last = law.value(track::level_at(level, self.end));
+        if let Some(end) = factor.last() {
+            light = product::product(&light, factor);
+            last *= end.polynomial.last();
+        }
+        let own = colour.is_empty() && matches!(law, Law::Linear) && factor.is_empty();
         self.own.push(own.then_some(self.curves.len()));
         if !own {
             self.keep(first, level, levels);
@@ -242,6 +252,14 @@ impl Timeline {
             }
         };
         parameters.map(level).collect()
+    }
+
+    /// What the effects of a bank leave of its light at a time, 0 to 1.
+    pub fn factor(&self, bank: usize, time: Time) -> f64 {
+        match self.factors.get(bank).map(|pieces| (pieces, pieces.last())) {
+            Some((pieces, Some(last))) => self.value(pieces, last.polynomial.last(), time),
+            _ => 1.0,
+        }
     }
 
     fn value(&self, pieces: &[Piece], last: f64, time: Time) -> f64 {

@@ -431,3 +431,98 @@ fn endless_repeats_are_refused() {
     let errors = Timeline::new(&show).unwrap_err();
     assert!(matches!(errors[0], TimelineError::TooLong { .. }));
 }
+
+fn with_effect(kind: EffectKind, rate: f64, level: Move, cues: usize) -> Show {
+    let mut show = empty(1);
+    let (id, name, depth) = (NodeId(7), "e".to_owned(), 0.4);
+    show.effects.push(Effect {
+        id,
+        name,
+        kind,
+        rate,
+        depth,
+    });
+    for i in 0..cues {
+        let moves = if i == 0 {
+            vec![level.clone()]
+        } else {
+            Vec::new()
+        };
+        let mut next = cue(i as u32 + 1, go(10.0 * i as f64), 5.0, moves);
+        let change = |effect| EffectChange {
+            id: NodeId(9),
+            bank: 0,
+            effect,
+        };
+        next.parts[0].effects.push(change((i == 0).then_some(0)));
+        show.cues.push(next);
+    }
+    show
+}
+
+#[test]
+fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
+    let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (1., 80.)]));
+    let show = with_effect(EffectKind::Pulse, 2.0, hold, 2);
+    let timeline = Timeline::new(&show).unwrap();
+    assert_eq!(timeline.end(), seconds(15.0));
+    let ease = |u: f64| u * u * (3.0 - 2.0 * u);
+    for (t, cycle) in [
+        (0.0, 0.0),
+        (0.1, 0.4),
+        (0.25, 1.0),
+        (0.375, 0.5),
+        (0.5, 0.0),
+        (9.7, 0.8),
+    ] {
+        let want = 0.8 * (1.0 - 0.4 * ease(cycle));
+        let found = timeline.evaluate(seconds(t))[0];
+        assert!((found - want).abs() < 1e-12, "{t}: {found} for {want}");
+    }
+    // Cue 2 ends it at the top of a cycle; then the light stands.
+    assert_eq!(timeline.evaluate(seconds(12.0)), [0.8]);
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(keys.segments().len(), 41);
+    assert_eq!(keys.keys().len(), 2);
+}
+
+#[test]
+fn a_flicker_is_the_same_in_every_run_and_within_its_depth() {
+    let fade = to(0, 100.0);
+    let light = |seed: u32| {
+        let show = with_effect(EffectKind::Flicker(seed), 6.0, fade.clone(), 2);
+        let timeline = Timeline::new(&show).unwrap();
+        let times = (0..200).map(|i| 0.05 * f64::from(i));
+        times
+            .map(|t| timeline.evaluate(seconds(t))[0])
+            .collect::<Vec<_>>()
+    };
+    let found = light(3);
+    assert_eq!(found, light(3));
+    assert_ne!(found, light(4));
+    for (i, light) in found.iter().enumerate() {
+        let level = (0.05 * i as f64 / 5.0).min(1.0);
+        assert!(
+            (0.6 * level - 1e-12..=level + 1e-12).contains(light),
+            "{i}: {light}"
+        );
+    }
+    let (least, most) = found[100..]
+        .iter()
+        .fold((1.0f64, 0.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    assert!(least < 0.65 && most > 0.9, "{least} {most}");
+}
+
+#[test]
+fn endless_effects_are_refused() {
+    let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (3600., 80.)]));
+    let show = with_effect(EffectKind::Pulse, 10.0, hold, 1);
+    let found = Timeline::new(&show).unwrap_err();
+    assert!(
+        matches!(
+            found[..],
+            [TimelineError::TooManyEffects { limit: 10_000, .. }]
+        ),
+        "{found:?}"
+    );
+}

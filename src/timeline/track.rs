@@ -183,7 +183,10 @@ fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn
     let mut coloured = BTreeMap::new();
     for m in all.iter() {
         if let Some(emitter) = parameters[m.parameter].channel {
-            coloured.entry(m.parameter - emitter).or_insert(m);
+            let first = coloured.entry(m.parameter - emitter).or_insert(m);
+            if m.parameter < first.parameter {
+                *first = m;
+            }
         }
     }
     let mut implied = Vec::new();

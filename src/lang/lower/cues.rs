@@ -144,6 +144,7 @@ impl<'a> Lower<'a, '_> {
             id,
             number: number?,
             label: cue.label.map(unquoted).unwrap_or_default(),
+            note: self.note(&cue.body),
             trigger,
             link,
             block: has(Mark::Block),
@@ -151,6 +152,15 @@ impl<'a> Lower<'a, '_> {
             cueonly: has(Mark::Cueonly),
             parts,
         })
+    }
+
+    /// What is noted for the operator.
+    fn note(&mut self, body: &Body<'a>) -> String {
+        if let [(_, first), (_, second), ..] = body.notes.as_slice() {
+            self.once(&mut Some(*first), "note", *second);
+        }
+        let first = body.notes.first();
+        first.map(|(text, _)| unquoted(*text)).unwrap_or_default()
     }
 
     /// `follow` or `hang`, after a look at all marks of the body.
@@ -201,7 +211,7 @@ impl<'a> Lower<'a, '_> {
         let times = self.times(&cue.body.timing, standard);
         let mut alone = Vec::new();
         let mut first = part(id, 1, String::new(), times);
-        first.moves = self.moves(&cue.body, times, &mut moved, &mut alone);
+        self.moves(&cue.body, (times, &mut first), &mut moved, &mut alone);
         let mut parts = vec![first];
         let mut seen: BTreeMap<u32, Span> = BTreeMap::new();
         for written in &cue.body.parts {
@@ -235,6 +245,7 @@ impl<'a> Lower<'a, '_> {
             });
             // A list that grows begins with four; most cues of a large show move one bank.
             part.moves.shrink_to_fit();
+            part.effects.shrink_to_fit();
         }
         parts
     }
@@ -260,7 +271,13 @@ impl<'a> Lower<'a, '_> {
         let times = self.times(&written.body.timing, standard);
         let label = written.label.map(unquoted).unwrap_or_default();
         let mut made = part(id, number, label, times);
-        made.moves = self.moves(&written.body, times, moved, alone);
+        self.moves(&written.body, (times, &mut made), moved, alone);
+        for (_, span) in &written.body.notes {
+            let message = "`note` stands in the cue, not in a part";
+            let help = "put it after the part's closing brace";
+            self.report
+                .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
+        }
         for (mark, _, span) in &written.body.marks {
             let word = word_of(*mark);
             let message = format!("`{word}` stands in the cue, not in a part");
@@ -334,15 +351,15 @@ impl<'a> Lower<'a, '_> {
 
     // ---- moves ------------------------------------------------------------------------------
 
-    /// The moves of a body; those with timing of their own become parts of their own.
+    /// Adds the moves of a body to its part; those with timing of their own become parts of their
+    /// own.
     fn moves(
         &mut self,
         body: &Body<'a>,
-        times: Times,
+        (times, part_of): (Times, &mut Part),
         moved: &mut Moved,
         alone: &mut Vec<Part>,
-    ) -> Vec<Move> {
-        let mut out = Vec::new();
+    ) {
         if let Some(timing) = body.timing.iter().find(|t| t.kind == TimingKind::Repeat) {
             let help = "write it after what is repeated, on the same line: `lamps linear 0 0, 1 50 repeat 3`";
             let at = (timing.span, "of what?");
@@ -382,17 +399,19 @@ impl<'a> Lower<'a, '_> {
             let span = written.span;
             let claim = Claim { id, span, breadth };
             moved.extend(moves.iter().map(|m| (m.parameter, claim)));
+            let effects = self.effect_changes(written, id);
             if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
                 let mut single = part(id, 0, String::new(), own);
                 moves.sort_by_key(|m| m.parameter);
                 single.moves = moves;
+                single.effects = effects;
                 alone.push(single);
             } else {
-                out.extend(moves);
+                part_of.moves.extend(moves);
+                part_of.effects.extend(effects);
             }
         }
-        out.sort_by_key(|m| m.parameter);
-        out
+        part_of.moves.sort_by_key(|m| m.parameter);
     }
 }
 
@@ -457,6 +476,7 @@ fn part(id: NodeId, number: u32, label: String, times: Times) -> Part {
         down: times.down,
         curve: times.curve,
         moves: Vec::new(),
+        effects: Vec::new(),
     }
 }
 

@@ -6,7 +6,7 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::report::Place;
-use crate::show::{Bank, NodeId};
+use crate::show::{Bank, NodeId, Part};
 
 impl Lower<'_, '_> {
     /// Looks for all of it.
@@ -76,7 +76,8 @@ impl Lower<'_, '_> {
 
     fn still_cues(&mut self) {
         for cue in &self.show.cues {
-            if cue.parts.iter().any(|part| !part.moves.is_empty()) {
+            let acts = |part: &Part| !(part.moves.is_empty() && part.effects.is_empty());
+            if cue.parts.iter().any(acts) {
                 continue;
             }
             let message = format!("cue {} moves nothing", cue.number);

@@ -9,6 +9,7 @@ mod calculation;
 mod colour;
 mod cues;
 mod curves;
+mod effects;
 mod levels;
 pub(super) mod light;
 mod lint;
@@ -73,6 +74,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
     lower.preview(statements);
     lower.rig(statements);
     lower.curves(statements);
+    lower.effects(statements);
     lower.lower_looks(statements);
     lower.cues(statements);
     if !read.cue_lost {
@@ -125,6 +127,7 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Group { name, .. } => (name, Kind::Group),
                 Declaration::Look { name, .. } => (name, Kind::Look),
                 Declaration::Curve { name, .. } => (name, Kind::Curve),
+                Declaration::Effect { name, .. } => (name, Kind::Effect),
                 Declaration::Let { name, .. } => (name, Kind::Value),
                 _ => continue,
             };

@@ -49,7 +49,9 @@ impl<'a> Lower<'a, '_> {
                 self.scaled_look(target, share)
             }
             (Written::Bare, _) => {
-                self.no_level(target);
+                if written.effect.is_none() {
+                    self.no_level(target);
+                }
                 Vec::new()
             }
             (Written::To(word, second), _) => {
@@ -117,7 +119,9 @@ impl<'a> Lower<'a, '_> {
         };
         let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare);
         // Most moves have a level, and are through here.
-        if !(bare(written) && bare(next) && written.timing.is_empty()) || self.names_lost {
+        if !(bare(written) && bare(next) && written.timing.is_empty() && written.effect.is_none())
+            || self.names_lost
+        {
             return false;
         }
         let entry = self.names.get(target.name.text);

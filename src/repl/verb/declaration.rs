@@ -27,7 +27,7 @@ const fn of(usage: &'static str, about: &'static str, example: &'static str) -> 
 }
 
 /// All of them, in the order in which a show has them.
-pub const DECLARATIONS: [Declaration; 16] = [
+pub const DECLARATIONS: [Declaration; 17] = [
     of("show \"TITLE\"", "the title", "show \"First light\""),
     of(
         "preview { SETTING ... }",
@@ -98,6 +98,11 @@ pub const DECLARATIONS: [Declaration; 16] = [
         "curve NAME = spline 0 0, SHARE LEVEL, ..., 1 100",
         "how a fade goes, for cues that name it",
         "curve dawn = spline 0 0, 0.5 20, 1 100",
+    ),
+    of(
+        "effect NAME = flicker|pulse rate TIMES depth SHARE seed N",
+        "what runs on top of a level: `fire 60 effect candle`, until `fire effect none`",
+        "effect candle = flicker  rate 6  depth 35%  seed 3",
     ),
     of(
         "cue NUMBER \"LABEL\" at TIME { BANK LEVEL ... time SECONDS }",

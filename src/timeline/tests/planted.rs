@@ -74,6 +74,7 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
         id: NodeId(1000 * number),
         number: CueNumber::from_thousandths(1000 * number).unwrap(),
         label: String::new(),
+        note: String::new(),
         trigger,
         link: None,
         block: false,
@@ -88,6 +89,7 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
             down: seconds(up),
             curve: Fade::LINEAR,
             moves,
+            effects: Vec::new(),
         }],
     }
 }
@@ -354,6 +356,7 @@ fn parts(random: &mut Random, cue: u32, parameters: usize) -> Vec<Part> {
             down: duration(random),
             curve: random.pick(&fades),
             moves,
+            effects: Vec::new(),
         });
     }
     out
