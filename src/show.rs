@@ -70,6 +70,10 @@ pub struct Preview {
     pub rate: f64,
     /// Exposure in stops; `None` = automatic over the whole sequence.
     pub exposure: Option<f64>,
+    /// Stops that are added to an automatic exposure.
+    pub bias: f64,
+    /// The colour temperature that shows as white, kelvin; `None`: light as it is.
+    pub white: Option<f64>,
     /// How light becomes a displayed brightness.
     pub tone: ToneCurve,
     /// Whether light between two steps of the display shows as a pattern of both.
@@ -87,6 +91,8 @@ impl Default for Preview {
             gap: Time::from_micros(5_000_000),
             rate: 25.0,
             exposure: None,
+            bias: 0.0,
+            white: None,
             tone: ToneCurve::default(),
             dither: false,
             coarse: 1,

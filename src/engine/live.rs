@@ -72,6 +72,8 @@ impl Moves {
 #[derive(Debug, Default)]
 pub struct LiveControl {
     now: Time,
+    /// The next cue starts now, and the moment is the one before it.
+    before: bool,
     tried: Vec<(String, Vec<SetLevel>)>,
     /// The text before the blind edits.
     blind: Option<String>,
@@ -93,7 +95,9 @@ impl LiveControl {
     /// show of other meaning are let go of.
     pub fn follow(&mut self, document: &Document) {
         let (start, end) = (document.timeline().start(), document.timeline().end());
-        self.now = self.now.clamp(start, end);
+        let now = self.now.clamp(start, end);
+        self.before &= now == self.now;
+        self.now = now;
         if self.revision != document.revision() {
             self.revision = document.revision();
             self.tried.clear();
@@ -105,10 +109,19 @@ impl LiveControl {
         self.now
     }
 
+    /// What is looked at: a microsecond before a cue that starts now it has not begun.
+    fn instant(&self) -> Time {
+        match self.before {
+            true => self.now - Time::from_micros(1),
+            false => self.now,
+        }
+    }
+
     /// The cue that has started last, as an index into the show's cues.
     pub fn cue(&self, document: &Document) -> Option<usize> {
         let cues = document.timeline().cues();
-        cues.iter().rposition(|cue| cue.go <= self.now)
+        let now = self.instant();
+        cues.iter().rposition(|cue| cue.go <= now)
     }
 
     /// Moves to a time within the show; the levels that were tried, as they were written, which are
@@ -118,11 +131,11 @@ impl LiveControl {
     /// [`Error::OutsideShow`].
     pub fn move_to(&mut self, document: &Document, time: Time) -> Result<Vec<String>, Error> {
         document.check_time(time)?;
-        Ok(self.go_to(time))
+        Ok(self.go_to((time, false)))
     }
 
-    fn go_to(&mut self, time: Time) -> Vec<String> {
-        self.now = time;
+    fn go_to(&mut self, (time, before): (Time, bool)) -> Vec<String> {
+        (self.now, self.before) = (time, before);
         let tried = std::mem::take(&mut self.tried);
         tried.into_iter().map(|(text, _)| text).collect()
     }
@@ -164,7 +177,7 @@ impl LiveControl {
     ) -> Result<Vec<String>, Error> {
         let index = index_of(document, cue)?;
         let time = match (document.timeline().cues().get(index), share) {
-            (Some(cue), Some(share)) => Some(part_of(cue, share.clamp(0.0, 1.0))),
+            (Some(cue), Some(share)) => Some((part_of(cue, share.clamp(0.0, 1.0)), false)),
             _ => settled(document, index),
         };
         Ok(self.go_to(time.ok_or(Error::NoSuchCue(cue))?))
@@ -236,7 +249,7 @@ impl LiveControl {
     /// The light of each coordinate at this moment, relative to full, with the levels being tried.
     pub fn setting(&self, document: &Document) -> Vec<f64> {
         let show = document.show();
-        let mut setting = document.timeline().evaluate(self.now);
+        let mut setting = document.timeline().evaluate(self.instant());
         let tried: BTreeSet<usize> = self.trying(document).map(|t| t.parameter).collect();
         if tried.is_empty() {
             return setting;
@@ -250,7 +263,7 @@ impl LiveControl {
         let slots = setting.iter_mut().zip(lights).zip(show.coordinates());
         for ((slot, light), coordinate) in slots {
             if let Some(bank) = coordinate.bank.filter(|bank| moved(*bank)) {
-                *slot = light * document.timeline().factor(bank, self.now);
+                *slot = light * document.timeline().factor(bank, self.instant());
             }
         }
         setting
@@ -259,7 +272,7 @@ impl LiveControl {
     /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a
     /// fraction of full, with the levels being tried.
     pub fn levels(&self, document: &Document) -> Vec<f64> {
-        let mut levels = document.timeline().levels(self.now);
+        let mut levels = document.timeline().levels(self.instant());
         for tried in self.trying(document) {
             if let Some(slot) = levels.get_mut(tried.parameter) {
                 *slot = tried.level;
@@ -305,6 +318,55 @@ impl LiveControl {
         Ok(edited)
     }
 
+    /// Writes the levels being tried into the cue that has started last, in place of what it says of
+    /// them, and goes to its end.
+    ///
+    /// # Errors
+    /// [`Error::NothingTried`], [`Error::NoCues`], else as [`Engine::edit`]; the levels are then tried
+    /// on.
+    pub fn update(&mut self, engine: &mut Engine) -> Result<Edited, Error> {
+        if !self.is_trying() {
+            return Err(Error::NothingTried);
+        }
+        let document = engine.document();
+        let index = self.cue(document).ok_or(Error::NoCues)?;
+        let cue = document.show().cues.get(index).map(|cue| cue.number);
+        let edit = Edit::UpdateMoves {
+            cue: cue.ok_or(Error::NoCues)?,
+            moves: self.tried().join("  "),
+        };
+        let edited = engine.edit(&edit)?;
+        let document = engine.document();
+        self.follow(document);
+        if let Some(time) = settled(document, index) {
+            self.go_to(time);
+        }
+        Ok(edited)
+    }
+
+    /// A moment of a cue: complete, or so long after its GO.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchCue`], [`Error::OutsideShow`].
+    pub fn moment_of(
+        document: &Document,
+        cue: CueNumber,
+        after: Option<Time>,
+    ) -> Result<Time, Error> {
+        let index = index_of(document, cue)?;
+        let times = document.timeline().cues().get(index);
+        let time = match after {
+            Some(after) => times.map(|cue| cue.go + after),
+            None => settled(document, index).map(|(time, before)| match before {
+                true => time - Time::from_micros(1),
+                false => time,
+            }),
+        };
+        let time = time.ok_or(Error::NoSuchCue(cue))?;
+        document.check_time(time)?;
+        Ok(time)
+    }
+
     /// True while edits are shown that are yet to be kept.
     pub fn is_blind(&self) -> bool {
         self.blind.is_some()
@@ -346,14 +408,17 @@ fn index_of(document: &Document, number: CueNumber) -> Result<usize, Error> {
     found.ok_or(Error::NoSuchCue(number))
 }
 
-/// The moment at which a cue is complete, or at which the next one takes over.
-fn settled(document: &Document, index: usize) -> Option<Time> {
+/// The moment at which a cue is complete, or at which the next one takes over; and whether that one
+/// starts at it, so that the moment is the one before.
+fn settled(document: &Document, index: usize) -> Option<(Time, bool)> {
     let cues = document.timeline().cues();
     let cue = cues.get(index)?;
-    // A microsecond before its GO the next cue has not begun.
-    let until = cues.get(index + 1).map(|n| n.go - Time::from_micros(1));
-    let end = until.map_or(cue.completion, |until| cue.completion.min(until));
-    Some(end.max(cue.go))
+    let next = cues.get(index + 1).map(|next| next.go);
+    Some(match next.filter(|go| *go <= cue.completion) {
+        Some(go) if go > cue.go => (go, true),
+        Some(_) => (cue.go, false),
+        None => (cue.completion, false),
+    })
 }
 
 /// The last of the cues that follow this one by themselves; the cue itself where none does.

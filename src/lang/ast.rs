@@ -49,8 +49,8 @@ pub struct Statement<'a> {
 pub enum Declaration<'a> {
     /// `show "…"`
     Show(Word<'a>),
-    /// `preview { … }`: key and value.
-    Preview(Vec<(Word<'a>, Word<'a>)>),
+    /// `preview { … }`: key, value, and the stops behind `auto`.
+    Preview(Vec<(Word<'a>, Word<'a>, Option<Word<'a>>)>),
     /// `include "…"`, whose file is known by the place of this.
     Include,
     /// `gels "…"`, whose file is known by the place of this.

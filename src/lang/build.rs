@@ -119,7 +119,8 @@ impl<'a> Builder<'a> {
         let mut entries = Vec::new();
         for entry in inner.filter(|p| p.as_rule() == Rule::preview_entry) {
             let mut pieces = entry.into_inner();
-            entries.push((self.next(&mut pieces)?, self.next(&mut pieces)?));
+            let (key, value) = (self.next(&mut pieces)?, self.next(&mut pieces)?);
+            entries.push((key, value, self.next(&mut pieces)));
         }
         Some(Declaration::Preview(entries))
     }

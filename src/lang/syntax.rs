@@ -190,6 +190,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::slash => "`/`",
         Rule::tone_curve => "`filmic` or `plain`",
         Rule::switch => "`on` or `off`",
+        Rule::stops => "stops (like `+1`)",
         Rule::preview_entry | Rule::preview_key => "a setting (like `tolerance 2%`)",
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
@@ -266,4 +267,4 @@ const INNER_WORDS: &str = "\
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker follow fov \
     from full gap gel hang hermite image inside layer level like linear monotone natural note off on \
     one-sided out part plain pulse quad radius rate refined reflectance repeat rgb seed sides size \
-    slope snap spline square steps time to tolerance tone turn two-sided up via z";
+    slope snap spline square steps time to tolerance tone turn two-sided up via white z";
