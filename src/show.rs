@@ -371,6 +371,14 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The highest level that it is written with, 0 to 1.
+    pub fn brightest(&self) -> f64 {
+        match self {
+            Motion::To(level) => *level,
+            Motion::Path(path) => path.knots.iter().map(|k| k.level).fold(0.0, f64::max),
+        }
+    }
+
     /// The level it arrives at, 0 to 1.
     pub fn target(&self) -> f64 {
         match self {

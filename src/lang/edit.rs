@@ -72,7 +72,8 @@ pub enum Edit {
     },
     /// Takes a cue out.
     DeleteCue(CueNumber),
-    /// The text of a cue once more under another number, at its place in the order.
+    /// The text of a cue once more under another number, at its place in the order; without the
+    /// clock time, which is the first one's.
     CopyCue {
         /// A cue of the text.
         from: CueNumber,

@@ -124,6 +124,11 @@ pub fn foreign(word: &str) -> Option<&'static str> {
         "off" | "black" => "a bank goes `out`; everything out is `blackout`",
         "on" => "a bank goes to `full`, or to a level: `lamps 85`",
         "all" | "everything" => "a `group` names several banks; everything out is `blackout`",
+        "thru" | "through" => "several banks have one name as a group: `group warm = lamps wash`",
+        "link" | "autofollow" | "auto" => {
+            "what starts the next cue stands in this one: `follow 5` after its GO, `hang 2` after its end"
+        }
+        "chan" | "ch" => "a bank is moved by its name: `lamps 50`; the cue sheet has no channels",
         "then" | "and" => "what a cue does stands side by side, a line each reads best",
         _ => return None,
     })

@@ -202,6 +202,7 @@ impl<'a> Reader<'a, '_> {
         };
         let span = self.span(start, start + shown.len());
         let help = match nearest(word, STATEMENTS.into_iter()) {
+            _ if shown == "#" => "a comment begins with `//`".to_owned(),
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("a statement begins with one of: {}", STATEMENTS.join(", ")),
         };
@@ -361,12 +362,14 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     }
     let image = before.trim_end().ends_with("image") && before.contains('=');
     let help = match found.chars().next()? {
+        '\'' | '’' | '"' if before.ends_with(is_digit) => "feet are written `7ft`, inches `6in`",
         '“' | '”' | '„' | '‘' | '’' | '\'' => {
             "write texts in straight double quotes: \"Evening\""
         }
         c if c.is_whitespace() => "this is no ordinary space: delete it and type it again",
         '"' if image => "an image stands without `=`: `bank front image \"front.exr\"`",
         '"' if only("a name") => "a name stands without quotes",
+        '#' if found == "#" => "a comment begins with `//`",
         ',' if failure.between_items => "what a cue does stands side by side, without commas",
         ',' | '+' if failure.expected.contains(&"a name") => {
             "names stand side by side: `bank lamps = lamp1 lamp2`"

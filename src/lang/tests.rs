@@ -225,13 +225,13 @@ fn timing_that_is_surely_not_meant_is_asked_about() {
         ("a 5\n b 6  time 3", None),
         ("a 5 time 2  b 6 time 3", None),
         ("time 3  a 5  b 6", None),
-        ("a 5  b linear 0 0, 1 5  repeat 3", None),
+        ("a 5  b linear 0 5, 1 5  repeat 3", None),
         ("b 5\n a linear 0 0, 1 5  time 3", Some(codes::PATH_TIMING)),
         (
             "b 5\n a linear 0 0, 1 5  delay 1  curve ease",
             Some(codes::PATH_TIMING),
         ),
-        ("b 5\n a linear 0 0, 1 5  delay 1  repeat 2", None),
+        ("b 5\n a linear 0 5, 1 5  delay 1  repeat 2", None),
     ] {
         assert_eq!(found(cue), code.into_iter().collect::<Vec<_>>(), "{cue}");
     }

@@ -115,9 +115,12 @@ pub fn edited(
         text.append(&edited.warnings.render(style));
     }
     for change in &edited.changes {
-        let done = match change.action {
-            Action::Added => "added",
-            _ => "replaced as a whole",
+        let done = match &change.action {
+            Action::Added => "added".to_owned(),
+            Action::Removed => "removed".to_owned(),
+            Action::Updated => "changed".to_owned(),
+            Action::Renamed(name) => format!("renamed to {name}"),
+            Action::Replaced => "replaced as a whole".to_owned(),
         };
         let what = change.what();
         let _ = writeln!(text, "{what}: {done}");

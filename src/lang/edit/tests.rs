@@ -307,7 +307,7 @@ fn a_copy_has_the_text_of_its_cue() {
         SHOW.replace(lines, &format!("{lines}{copied}"))
     );
     let label = "cue /* n */ 1.50 \"1.50\" at 0:01 { a 1.50 }";
-    let after = "cue /* n */ 7 \"1.50\" at 0:01 { a 1.50 }";
+    let after = "cue /* n */ 7 \"1.50\" { a 1.50 }";
     assert_eq!(copy(label, "1.5", "7"), format!("{label}\n{after}"));
     let copy = |from: &str, to: &str| Edit::CopyCue {
         from: number(from),

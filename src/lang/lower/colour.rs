@@ -52,6 +52,9 @@ impl Lower<'_, '_> {
         let message = format!("`{}` is not a colour", word.text);
         let near = nearest(name, self.names.of(&[Kind::Value]).chain(COMMON));
         let help = match near {
+            _ if name.is_empty() => {
+                "a comment begins with `//`; a colour is written `#ffb36b`".to_owned()
+            }
             Some(near) => format!("did you mean `#{near}`?"),
             None => {
                 "write a colour as `#ffb36b`, `#fb6`, `#orange` or `hsb(30, 60%, 100%)`".to_owned()

@@ -263,6 +263,7 @@ fn one_of(kinds: &[Kind]) -> String {
 
 fn bare(phrase: &str) -> String {
     phrase
+        .trim_start_matches("an ")
         .trim_start_matches("a ")
         .replace(", a ", ", ")
         .replace(" or a ", " or ")

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::{Lower, colour};
-use crate::lang::ast::{self, Motion as Written, Target};
+use crate::lang::ast::{self, Motion as Written, Target, Word};
 use crate::lang::codes;
-use crate::lang::names::{Kind, nearest};
+use crate::lang::names::{self, Kind, nearest};
 use crate::show::{Knot, Motion, Path};
 use crate::units::{fraction, percent};
 
@@ -54,6 +54,10 @@ impl<'a> Lower<'a, '_> {
                 }
                 Vec::new()
             }
+            (Written::To(word, _), None) if is_channel(target.name.text) => {
+                self.channel_moved(target, *word);
+                Vec::new()
+            }
             (Written::To(word, second), _) => {
                 let setting = self.settings(*word, *second);
                 let banks = self.moving(target);
@@ -100,6 +104,29 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
+    /// Reports `channel 1 at 50`, with the bank that the channel is.
+    fn channel_moved(&mut self, target: Target<'a>, number: Word<'a>) {
+        let channel = number.text.parse::<u32>().ok();
+        let bank = self.show.banks.iter();
+        let bank = bank
+            .filter(|_| channel.is_some())
+            .find(|b| b.channel == channel);
+        let help = match bank {
+            Some(bank) => format!(
+                "channel {} is the bank `{}`: write `{1} 50`",
+                number.text, bank.name
+            ),
+            None => {
+                "a channel is given to a bank: `bank lamps = lamp1  channel 1`, then `lamps 50`"
+                    .to_owned()
+            }
+        };
+        let message = "a cue moves banks by their names, not channels";
+        let at = (target.span, "not a bank");
+        self.report
+            .error::<()>(codes::UNKNOWN_NAME, message, at, help);
+    }
+
     fn no_level(&mut self, target: Target<'a>) {
         if self.moving(target).is_empty() {
             return;
@@ -139,6 +166,10 @@ impl<'a> Lower<'a, '_> {
             .is_some_and(|b| b.rgb);
         let (bank, word) = (target.name.text, level.name.text);
         let help = match kind(level) {
+            None if names::foreign(word).is_some() => {
+                names::foreign(word).unwrap_or_default().to_owned()
+            }
+            None if is_gel(word) => format!("a gel is written `gel {word}`: `{bank} gel {word}`"),
             Some(Kind::Value) => format!("a value is used in round brackets: `{bank} ({word})`"),
             Some(Kind::Curve) => format!("a curve stands behind a level: `{bank} 85 curve {word}`"),
             _ => match nearest(word, ["full", "out"].into_iter()) {
@@ -201,6 +232,18 @@ impl<'a> Lower<'a, '_> {
         }
         out
     }
+}
+
+fn is_channel(word: &str) -> bool {
+    matches!(word, "channel" | "chan" | "ch")
+}
+
+/// `L201`, `R80`: a letter or two and a number.
+fn is_gel(word: &str) -> bool {
+    let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    (1..=2).contains(&(word.len() - digits.len()))
+        && !digits.is_empty()
+        && digits.chars().all(|c| c.is_ascii_digit())
 }
 
 /// What to type for `word` behind an rgb bank.

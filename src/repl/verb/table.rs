@@ -479,7 +479,7 @@ pub const VERBS: &[VerbSpec] = &[
         "delete",
         edit::delete,
         "take a cue or another declaration out",
-        "delete cue 2",
+        "delete cue 3",
     )
     .words("WORD NAME", Complete::Cues(&["cue"])),
     verb(
@@ -493,7 +493,7 @@ pub const VERBS: &[VerbSpec] = &[
         "rename",
         edit::rename,
         "call something otherwise, wherever the show names it",
-        "rename lamp to practical",
+        "rename lamps to practicals",
     )
     .words("NAME to NAME", Complete::Names),
     verb(
