@@ -400,3 +400,27 @@ fn effects_are_begun_and_ended_by_moves() {
         assert_eq!(found[0].code, code, "{text}");
     }
 }
+
+#[test]
+fn previews_have_a_white_and_stops_beyond_automatic() {
+    let preview = |entries: &str| {
+        let parsed = parsed(&format!("{RIG}preview {{ {entries} }}"));
+        parsed
+            .show
+            .map(|show| show.preview)
+            .ok_or(parsed.diagnostics[0].code)
+    };
+    let found = preview("exposure auto +1.5  white 3200 K").unwrap();
+    assert_eq!(
+        (found.exposure, found.bias, found.white),
+        (None, 1.5, Some(3200.0))
+    );
+    assert_eq!(preview("exposure auto -1").unwrap().bias, -1.0);
+    let again = preview_statement(&found);
+    assert_eq!(
+        parsed(&format!("{RIG}{again}")).show.unwrap().preview,
+        found
+    );
+    assert_eq!(preview("white 3"), Err(codes::DOES_NOT_FIT));
+    assert_eq!(preview("white 1000 K"), Err(codes::RANGE));
+}

@@ -151,7 +151,8 @@ impl Show {
     fn emitters(&self, coordinate: &Coordinate, starts: &[usize]) -> Vec<scene::Emitter> {
         let white = self.white();
         let emitter = |light: usize, filter: Rgb| {
-            let filter = Rgb([0, 1, 2].map(|c| filter.0[c] * white.0[c]));
+            let (Rgb([r, g, b]), Rgb([red, green, blue])) = (filter, white);
+            let filter = Rgb([r * red, g * green, b * blue]);
             let start = |i: usize| starts.get(i).copied().unwrap_or(0);
             let all = start(light)..start(light + 1);
             all.map(move |light| scene::Emitter { light, filter })
