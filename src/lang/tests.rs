@@ -408,7 +408,7 @@ fn previews_have_a_white_and_stops_beyond_automatic() {
         parsed
             .show
             .map(|show| show.preview)
-            .ok_or(parsed.diagnostics[0].code)
+            .ok_or_else(|| parsed.diagnostics[0].code)
     };
     let found = preview("exposure auto +1.5  white 3200 K").unwrap();
     assert_eq!(

@@ -216,6 +216,9 @@ fn recorded(
     if repl.live.is_blind() {
         // What is recorded is kept, and it stands on the edits before it.
         repl.live.keep_blind()?;
+        if !recorded.ends_with("\n") {
+            recorded.push("\n");
+        }
         recorded.push("the blind edits before it are recorded with it\n");
     }
     Ok(Reply::text(recorded))
