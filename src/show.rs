@@ -332,6 +332,9 @@ pub struct Part {
     pub id: NodeId,
     /// Its number within the cue, from 1.
     pub number: u32,
+    /// The text has it as a part, or as what stands directly in the cue; else it is a move with
+    /// timing of its own.
+    pub written: bool,
     /// Its label; may be empty.
     pub label: String,
     /// Wait after the cue's GO.

@@ -470,6 +470,7 @@ fn part(id: NodeId, number: u32, label: String, times: Times) -> Part {
     Part {
         id,
         number,
+        written: number > 0,
         label,
         delay: times.delay,
         up: times.up,

@@ -36,6 +36,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
     let blank = Part {
         id: cue.id,
         number: 1,
+        written: true,
         label: String::new(),
         delay: crate::units::Time::ZERO,
         up: crate::units::Time::ZERO,
@@ -54,7 +55,10 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
     for (i, part) in std::iter::once(first).chain(parts().skip(1)).enumerate() {
         let head = i == 0;
         let only = |text: String| if head { text } else { String::new() };
-        let number = if part.number > 1 {
+        let number = if !part.written && !head {
+            // A move with timing of its own: nobody wrote a part.
+            String::new()
+        } else if part.written && part.number > 1 {
             format!("{} part {}", cue.number, part.number)
         } else {
             cue.number.to_string()

@@ -287,7 +287,12 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
         out.push(format!("{words} removed"));
     }
     for part in &now.parts {
-        if let Some(was) = was.parts.iter().find(|p| p.number == part.number) {
+        let moved = |p: &Part| p.moves.first().map(|m| m.parameter);
+        let same = |p: &&Part| match part.written {
+            true => p.written && p.number == part.number,
+            false => !p.written && moved(p) == moved(part),
+        };
+        if let Some(was) = was.parts.iter().find(same) {
             out.extend(timing(old, was, new, part));
         }
     }
@@ -309,7 +314,11 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, Strin
 }
 
 fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
-    let which = if now.number > 1 {
+    let which = if !now.written {
+        let bank = by_bank(new, &now.moves).first().map(|(bank, _)| *bank);
+        let bank = bank.and_then(|bank| new.banks.get(bank));
+        bank.map_or_else(String::new, |bank| format!("{} ", bank.name))
+    } else if now.number > 1 {
         format!("part {} ", now.number)
     } else {
         String::new()

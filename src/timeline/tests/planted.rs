@@ -83,6 +83,7 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
         parts: vec![Part {
             id: NodeId(1000 * number + 1),
             number: 1,
+            written: true,
             label: String::new(),
             delay: Time::ZERO,
             up: seconds(up),
@@ -346,6 +347,7 @@ fn parts(random: &mut Random, cue: u32, parameters: usize) -> Vec<Part> {
         out.push(Part {
             id: NodeId(1000 * cue + number),
             number,
+            written: true,
             label: String::new(),
             delay: if random.chance(0.5) {
                 duration(random)
