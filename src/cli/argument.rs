@@ -297,7 +297,7 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
     for option in spec.options {
         let mut arg = Arg::new(option.name)
             .long(option.name)
-            .allow_negative_numbers(true)
+            .allow_negative_numbers(option.value.is_some())
             .help(option.about);
         if let Some(letter) = option.letter {
             arg = arg.short(letter);
