@@ -69,7 +69,7 @@ fn answer(engine: &mut Engine, request: &mut Request) -> Reply {
             Ok(Response::from_data(png).with_header(kind))
         }
         "/levels" => {
-            let names = engine.show().coordinates().into_iter().map(|it| it.name);
+            let names = engine.show().parameters().into_iter().map(|it| it.name);
             let levels: BTreeMap<_, _> = names.zip(engine.levels(time)).collect();
             Ok(Response::from_string(serde_json::to_string(&levels)?))
         }

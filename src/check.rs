@@ -2,7 +2,7 @@
 //!
 //! `timeline` finds it without the text; this module turns its findings into diagnostics with
 //! places, numbers and help. Invariants: every finding of `timeline` becomes exactly one
-//! diagnostic, except that a move of several coordinates is complained of once; findings keep
+//! diagnostic, except that a move of several parameters is complained of once; findings keep
 //! their order. It must not compute curves of its own.
 
 use std::collections::BTreeSet;
@@ -138,6 +138,12 @@ impl Words<'_> {
                     .place_of(id, self.spans, "here")
                     .help("repeat fewer times: every pass counts")
             }
+            TimelineError::TooManyEffects { id, limit } => {
+                let message = format!("effects make more than {limit} pieces");
+                Diagnostic::error(codes::TOO_LARGE, message)
+                    .place_of(id, self.spans, "the limit is reached here")
+                    .help("a lower `rate`, or an earlier `effect none`")
+            }
             TimelineError::Memory { cue, budget } => {
                 let budget = budget >> 20;
                 let message = format!("the curves take more than the {budget} MB left for them");
@@ -150,10 +156,10 @@ impl Words<'_> {
             }
             TimelineError::Level {
                 id,
-                coordinate,
+                parameter,
                 time,
                 level,
-            } => self.level(id, coordinate, time, level),
+            } => self.level(id, parameter, time, level),
             TimelineError::Dimmer { id, at, value } => {
                 let (at, light) = (rounded(at), rounded(value));
                 let message = format!("this dimmer gives {light} % of the light at level {at}");
@@ -164,10 +170,10 @@ impl Words<'_> {
         }
     }
 
-    fn level(&self, id: NodeId, coordinate: usize, time: Time, level: f64) -> Diagnostic {
-        let (name, reached) = (self.coordinate(coordinate), rounded(level));
+    fn level(&self, id: NodeId, parameter: usize, time: Time, level: f64) -> Diagnostic {
+        let (name, reached) = (self.parameter(parameter), rounded(level));
         let message = format!("`{name}` reaches {reached} at {time}: levels are 0 to 100");
-        let help = match self.find(id, coordinate).map(|m| &m.motion) {
+        let help = match self.find(id, parameter).map(|m| &m.motion) {
             Some(Motion::Path(path)) => match path.interpolation {
                 Interpolation::Hermite => {
                     "make a slope smaller, or take `monotone`, which stays between its knots"
@@ -192,12 +198,12 @@ impl Words<'_> {
         match *warning {
             Warning::Jump {
                 id,
-                coordinate,
+                parameter,
                 time,
                 from,
                 to,
             } => {
-                let (name, from, to) = (self.coordinate(coordinate), rounded(from), rounded(to));
+                let (name, from, to) = (self.parameter(parameter), rounded(from), rounded(to));
                 let message = format!("`{name}` jumps from {from} to {to} at {time}");
                 Diagnostic::warning(codes::JUMP, message)
                     .place_of(id, self.spans, "starts elsewhere")
@@ -208,10 +214,10 @@ impl Words<'_> {
             Warning::Overtaken {
                 id,
                 by,
-                coordinate,
+                parameter,
                 time,
             } => {
-                let name = self.coordinate(coordinate);
+                let name = self.parameter(parameter);
                 let message = format!(
                     "this move of `{name}` never happens: at {time} another has taken over"
                 );
@@ -223,12 +229,12 @@ impl Words<'_> {
             Warning::CutOff {
                 id,
                 by,
-                coordinate,
+                parameter,
                 time,
                 level,
                 to,
             } => {
-                let (name, level, to) = (self.coordinate(coordinate), rounded(level), rounded(to));
+                let (name, level, to) = (self.parameter(parameter), rounded(level), rounded(to));
                 let message =
                     format!("`{name}` never gets to {to}: at {time} it is at {level} and turns");
                 Diagnostic::warning(codes::CUT_OFF, message)
@@ -265,16 +271,16 @@ impl Words<'_> {
         cue.map_or_else(|| "a cue".to_owned(), |c| format!("cue {}", c.number))
     }
 
-    fn coordinate(&self, index: usize) -> String {
-        let all = self.show.coordinates();
+    fn parameter(&self, index: usize) -> String {
+        let all = self.show.parameters();
         all.get(index).map_or_else(String::new, |c| c.name.clone())
     }
 
     /// The written move; `None` for what `assert` and `cueonly` imply.
-    fn find(&self, id: NodeId, coordinate: usize) -> Option<&Move> {
+    fn find(&self, id: NodeId, parameter: usize) -> Option<&Move> {
         let parts = self.show.cues.iter().flat_map(|c| &c.parts);
         let mut moves = parts.flat_map(|p| &p.moves);
-        moves.find(|m| m.id == id && m.coordinate == coordinate)
+        moves.find(|m| m.id == id && m.parameter == parameter)
     }
 }
 

@@ -26,7 +26,7 @@ use crate::printable::Printable;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
 use crate::renderer::outside::{self, Outside};
-use crate::repl::{Call, Console, Error, Repl};
+use crate::repl::{Call, Console, Error, Repl, help_of};
 use crate::report::explain::explain;
 use crate::report::film::{Outlets, Pipe};
 
@@ -43,6 +43,10 @@ pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os()) {
         Ok(parsed) => parsed,
         Err(error) if !error.use_stderr() => return help(&error),
+        Err(_) if verb_help().is_some() => {
+            print(format!("{}\n", verb_help().unwrap_or_default()));
+            return ExitCode::SUCCESS;
+        }
         Err(error) => {
             // Standard error may be closed.
             complain(error.render().to_string());
@@ -68,6 +72,15 @@ pub fn main() -> ExitCode {
     match LOST.get() {
         None => ExitCode::from(code),
         Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
+    }
+}
+
+/// What `footlight help go` asks for: a verb that is typed at the prompt alone.
+fn verb_help() -> Option<String> {
+    let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    match words.as_slice() {
+        [help, word] if help == "help" => help_of(word.to_str()?).ok(),
+        _ => None,
     }
 }
 

@@ -285,9 +285,9 @@ impl Engine {
         std::mem::take(&mut self.events)
     }
 
-    /// The level of each coordinate at a time, before the dimmers, as a fraction of full: one for
-    /// each bank, three for an rgb bank, then one for the fixed lights if there are any
-    /// ([`Show::coordinates`] names them). Before the show's start it is that of the start, after
+    /// What cues move, at a time, before the dimmers and as a fraction of full: the level of each
+    /// bank, behind that of an rgb bank its three emitters, then one for the fixed lights if there
+    /// are any ([`Show::parameters`] names them). Before the show's start it is that of the start, after
     /// its end that of the end ([`Timeline::start`](crate::timeline::Timeline::start),
     /// [`end`](crate::timeline::Timeline::end)).
     pub fn levels(&self, time: Time) -> Vec<f64> {

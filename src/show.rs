@@ -3,16 +3,18 @@
 //! `lang` lowers text to a [`Show`]; `timeline` turns it into curves. Names are resolved to
 //! indices; each statement that can be wrong later carries an opaque [`NodeId`], which `lang`'s
 //! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
-//! are valid; cues are sorted by number, numbers unique; a coordinate is moved at most once in a
+//! are valid; cues are sorted by number, numbers unique; a parameter is moved at most once in a
 //! cue; levels are fractions of full, those of fades and knots within 0 to 1; path knots start at
 //! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
 //! that another one starts waits for GO; clock times do not fall from cue to cue.
 
+mod effect;
 mod fade;
 mod imported_luminaire;
 mod light;
 mod rig;
 
+pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::imported_luminaire::ImportedLuminaire;
 pub use self::light::{Light, LightKind, Output, Strength};
@@ -51,6 +53,8 @@ pub struct Show {
     pub looks: Vec<Look>,
     /// Named curves (fades and dimmers refer to them).
     pub curves: Vec<Curve>,
+    /// What can be laid on levels (parts refer to them).
+    pub effects: Vec<Effect>,
     /// Lighting changes, sorted by number.
     pub cues: Vec<Cue>,
 }
@@ -66,6 +70,10 @@ pub struct Preview {
     pub rate: f64,
     /// Exposure in stops; `None` = automatic over the whole sequence.
     pub exposure: Option<f64>,
+    /// Stops that are added to an automatic exposure.
+    pub bias: f64,
+    /// The colour temperature that shows as white, kelvin; `None`: light as it is.
+    pub white: Option<f64>,
     /// How light becomes a displayed brightness.
     pub tone: ToneCurve,
     /// Whether light between two steps of the display shows as a pattern of both.
@@ -83,6 +91,8 @@ impl Default for Preview {
             gap: Time::from_micros(5_000_000),
             rate: 25.0,
             exposure: None,
+            bias: 0.0,
+            white: None,
             tone: ToneCurve::default(),
             dither: false,
             coarse: 1,
@@ -139,7 +149,7 @@ pub struct View {
     pub camera: scene::View,
 }
 
-/// Lights that always vary in unison: one coordinate, or three when `rgb`.
+/// Lights that always vary in unison: one coordinate, or three when `rgb`, which share a level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bank {
     /// The statement.
@@ -198,7 +208,7 @@ pub struct Look {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// Coordinate and level (0 to 1), in order of coordinates, each once.
+    /// Parameter and level (0 to 1), in order of parameters, each once.
     pub levels: Vec<(usize, f64)>,
 }
 
@@ -299,6 +309,8 @@ pub struct Cue {
     pub number: CueNumber,
     /// Its label; may be empty.
     pub label: String,
+    /// For the operator; may be empty.
+    pub note: String,
     /// What starts it.
     pub trigger: Trigger,
     /// What it starts, with the node that says so.
@@ -320,6 +332,9 @@ pub struct Part {
     pub id: NodeId,
     /// Its number within the cue, from 1.
     pub number: u32,
+    /// The text has it as a part, or as what stands directly in the cue; else it is a move with
+    /// timing of its own.
+    pub written: bool,
     /// Its label; may be empty.
     pub label: String,
     /// Wait after the cue's GO.
@@ -330,24 +345,26 @@ pub struct Part {
     pub down: Time,
     /// Shape of the fades.
     pub curve: Fade,
-    /// What moves, in order of coordinates, each once in the whole cue.
+    /// What moves, in order of parameters, each once in the whole cue.
     pub moves: Vec<Move>,
+    /// Effects that begin or end when the moves start, each bank once in the whole cue.
+    pub effects: Vec<EffectChange>,
 }
 
-/// One coordinate's motion.
+/// One parameter's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
     /// The text that says so.
     pub id: NodeId,
-    /// Index into [`Show::coordinates`].
-    pub coordinate: usize,
+    /// Index into [`Show::parameters`].
+    pub parameter: usize,
     /// What it does.
     pub motion: Motion,
     /// How many times over, at least 1; each pass of a fade starts from the first pass's start.
     pub repeat: u32,
 }
 
-/// A fade from where the coordinate is, or a path of absolute levels.
+/// A fade from where the parameter is, or a path of absolute levels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
     /// To a level, 0 to 1, in the part's up or down time (`up` when the level stays the same).
@@ -357,6 +374,14 @@ pub enum Motion {
 }
 
 impl Motion {
+    /// The highest level that it is written with, 0 to 1.
+    pub fn brightest(&self) -> f64 {
+        match self {
+            Motion::To(level) => *level,
+            Motion::Path(path) => path.knots.iter().map(|k| k.level).fold(0.0, f64::max),
+        }
+    }
+
     /// The level it arrives at, 0 to 1.
     pub fn target(&self) -> f64 {
         match self {
@@ -366,14 +391,14 @@ impl Motion {
     }
 }
 
-/// One dimension of a setting.
+/// One dimension of a setting, or one thing that cues move.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
     /// `lamps`, `sky.r`, or `fixed`.
     pub name: String,
     /// The bank it belongs to; `None` for the fixed lights.
     pub bank: Option<usize>,
-    /// Which of an rgb bank's three emitters.
+    /// Which of an rgb bank's three emitters; `None` for a level.
     pub channel: Option<usize>,
 }
 
@@ -398,6 +423,35 @@ impl Show {
                 bank: None,
                 channel: None,
             });
+        }
+        out
+    }
+
+    /// What cues move, each 0 to 1: the level of each bank, and behind that of an rgb bank its colour
+    /// (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full. Last
+    /// come the fixed lights if there are any, which nothing moves.
+    pub fn parameters(&self) -> Vec<Coordinate> {
+        let mut out = Vec::new();
+        for coordinate in self.coordinates() {
+            if coordinate.channel == Some(0) {
+                let bank = coordinate.bank.and_then(|b| self.banks.get(b));
+                out.push(Coordinate {
+                    name: bank.map_or_else(String::new, |b| b.name.clone()),
+                    channel: None,
+                    ..coordinate.clone()
+                });
+            }
+            out.push(coordinate);
+        }
+        out
+    }
+
+    /// Where each bank's parameters begin, and after the last bank where those of banks end.
+    pub fn first_parameters(&self) -> Vec<usize> {
+        let mut out = vec![0];
+        for bank in &self.banks {
+            let next = out.last().copied().unwrap_or(0);
+            out.push(next + if bank.rgb { 4 } else { 1 });
         }
         out
     }

@@ -196,7 +196,12 @@ impl Rgb {
 
     /// The linear colour of an sRGB-coded `#rrggbb` (IEC 61966-2-1).
     pub fn from_srgb8(coded: [u8; 3]) -> Rgb {
-        Rgb(coded.map(|c| srgb_decode(f64::from(c) / 255.0)))
+        Rgb::from_srgb(coded.map(|c| f64::from(c) / 255.0))
+    }
+
+    /// The linear light of sRGB-coded channels, each 0 to 1 (IEC 61966-2-1).
+    pub fn from_srgb(coded: [f64; 3]) -> Rgb {
+        Rgb(coded.map(srgb_decode))
     }
 
     /// The nearest sRGB-coded `#rrggbb` (IEC 61966-2-1); channels outside 0 to 1 are held at the

@@ -295,7 +295,10 @@ fn subcommand(spec: &'static VerbSpec) -> Command {
         out = out.arg(words.value_parser(text_or_path(spec.takes_files())));
     }
     for option in spec.options {
-        let mut arg = Arg::new(option.name).long(option.name).help(option.about);
+        let mut arg = Arg::new(option.name)
+            .long(option.name)
+            .allow_negative_numbers(option.value.is_some())
+            .help(option.about);
         if let Some(letter) = option.letter {
             arg = arg.short(letter);
         }

@@ -7,6 +7,7 @@ use super::screen::Screen;
 use super::{complain, print};
 use crate::engine::{self, TEXT_LIMIT};
 use crate::files::{Disk, Stamp, Store};
+use crate::lang;
 use crate::printable::Printable;
 use crate::repl::{Call, Error, Repl, find};
 
@@ -56,6 +57,7 @@ pub fn watch(
         print(format!("watching {}; Ctrl-C ends it\n", path.display()));
     }
     let mut stamps = stamps_of(&show);
+    let mut shown = watched.at.clone();
     let (mut changes, mut away, mut looks) = (0, 0, 0);
     while !screen.stop().is_asked() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
@@ -89,10 +91,9 @@ pub fn watch(
         stamps = stamped;
         seen = now;
         let changed = match &mut show {
-            Some(repl) => change(repl, &text, watched, screen),
+            Some(repl) => change(repl, &text, &mut shown, watched, screen),
             None => open().and_then(|mut repl| {
-                let time = watched.at.clone();
-                picture(&mut repl, watched, time, screen)?;
+                picture(&mut repl, watched, shown.clone(), screen)?;
                 show = Some(repl);
                 Ok(())
             }),
@@ -144,7 +145,14 @@ fn texts(path: &Path, repl: &Repl) -> Vec<Vec<u8>> {
         .collect()
 }
 
-fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> Result<(), Error> {
+/// Takes a new text. The moment shown is where the light changed most, and else the last one.
+fn change(
+    repl: &mut Repl,
+    text: &[u8],
+    shown: &mut Option<String>,
+    watched: &Watched,
+    screen: &Screen,
+) -> Result<(), Error> {
     let text = engine::decode(&watched.show.display().to_string(), text)?;
     let reloaded = repl.reload(&text)?;
     let largest = reloaded.difference.curves.first();
@@ -158,7 +166,13 @@ fn change(repl: &mut Repl, text: &[u8], watched: &Watched, screen: &Screen) -> R
     if count > 0 {
         print(format!("{count} warnings: `footlight check` tells them\n"));
     }
-    picture(repl, watched, watched.at.clone().or(time), screen)
+    if let Some(time) = time.filter(|_| watched.at.is_none()) {
+        *shown = Some(time);
+    }
+    let end = repl.engine().document().timeline().end();
+    let within = |text: &String| lang::time(text).is_some_and(|time| time <= end);
+    *shown = shown.take().filter(within).or(watched.at.clone());
+    picture(repl, watched, shown.clone(), screen)
 }
 
 /// The picture of a moment, in the terminal or into its file.

@@ -73,7 +73,7 @@ impl Engine {
         {
             return Ok(self.tone_at(exposure));
         }
-        let exposure = self.auto_exposure()?;
+        let exposure = self.auto_exposure()? + self.show().preview.bias;
         self.exposure.found = Some((exposure, refined));
         Ok(self.tone_at(exposure))
     }
@@ -81,11 +81,12 @@ impl Engine {
     /// The tone of some images: the show's own exposure, or one from these.
     pub fn tone_of<'i>(&self, images: impl IntoIterator<Item = &'i Image>) -> Tone {
         let own = self.show().preview.exposure;
-        self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter())))
+        let bias = self.show().preview.bias;
+        self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter()) + bias))
     }
 
     /// The show's own curve and dithering at an exposure, stops.
-    fn tone_at(&self, exposure: f64) -> Tone {
+    pub(crate) fn tone_at(&self, exposure: f64) -> Tone {
         let preview = &self.show().preview;
         Tone {
             exposure,

@@ -1,6 +1,8 @@
 //! Live control, as at a desk: go, back, goto; levels that are tried, recorded or released; blind
 //! edits. Nothing of it touches the text until something is recorded.
 
+use std::collections::BTreeSet;
+
 use super::{Document, Edited, Engine, Error};
 use crate::diagnostic::Diagnostics;
 use crate::files::Files;
@@ -10,12 +12,12 @@ use crate::show::Show;
 use crate::timeline::{self, CueTime};
 use crate::units::{CueNumber, Time};
 
-/// Levels for some coordinates, as `lamps 40  sky #203060` sets them.
+/// Levels for some parameters, as `lamps 40  sky #203060` sets them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moves {
     text: String,
     levels: Vec<SetLevel>,
-    /// The document's, whose coordinates these are.
+    /// The document's, whose parameters these are.
     revision: u64,
 }
 
@@ -43,20 +45,10 @@ impl Moves {
         &self.text
     }
 
-    /// The coordinates that they set, with levels as fractions of full.
+    /// The parameters that they set, with levels as fractions of full.
     pub fn levels(&self) -> &[SetLevel] {
         &self.levels
     }
-}
-
-/// A coordinate that is being tried.
-#[derive(Clone, Copy, Debug)]
-struct Tried {
-    coordinate: usize,
-    /// Fraction of full, before the dimmer.
-    level: f64,
-    /// Light relative to full, behind the dimmer.
-    light: f64,
 }
 
 /// The moment that is looked at, the levels being tried on top of it, and blind edits.
@@ -80,10 +72,12 @@ struct Tried {
 #[derive(Debug, Default)]
 pub struct LiveControl {
     now: Time,
-    tried: Vec<(String, Vec<Tried>)>,
+    /// The next cue starts now, and the moment is the one before it.
+    before: bool,
+    tried: Vec<(String, Vec<SetLevel>)>,
     /// The text before the blind edits.
     blind: Option<String>,
-    /// The document's, as the levels being tried are known by its coordinates.
+    /// The document's, as the levels being tried are known by its parameters.
     revision: u64,
 }
 
@@ -101,7 +95,9 @@ impl LiveControl {
     /// show of other meaning are let go of.
     pub fn follow(&mut self, document: &Document) {
         let (start, end) = (document.timeline().start(), document.timeline().end());
-        self.now = self.now.clamp(start, end);
+        let now = self.now.clamp(start, end);
+        self.before &= now == self.now;
+        self.now = now;
         if self.revision != document.revision() {
             self.revision = document.revision();
             self.tried.clear();
@@ -113,10 +109,19 @@ impl LiveControl {
         self.now
     }
 
+    /// What is looked at: a microsecond before a cue that starts now it has not begun.
+    fn instant(&self) -> Time {
+        match self.before {
+            true => self.now - Time::from_micros(1),
+            false => self.now,
+        }
+    }
+
     /// The cue that has started last, as an index into the show's cues.
     pub fn cue(&self, document: &Document) -> Option<usize> {
         let cues = document.timeline().cues();
-        cues.iter().rposition(|cue| cue.go <= self.now)
+        let now = self.instant();
+        cues.iter().rposition(|cue| cue.go <= now)
     }
 
     /// Moves to a time within the show; the levels that were tried, as they were written, which are
@@ -126,11 +131,11 @@ impl LiveControl {
     /// [`Error::OutsideShow`].
     pub fn move_to(&mut self, document: &Document, time: Time) -> Result<Vec<String>, Error> {
         document.check_time(time)?;
-        Ok(self.go_to(time))
+        Ok(self.go_to((time, false)))
     }
 
-    fn go_to(&mut self, time: Time) -> Vec<String> {
-        self.now = time;
+    fn go_to(&mut self, (time, before): (Time, bool)) -> Vec<String> {
+        (self.now, self.before) = (time, before);
         let tried = std::mem::take(&mut self.tried);
         tried.into_iter().map(|(text, _)| text).collect()
     }
@@ -172,7 +177,7 @@ impl LiveControl {
     ) -> Result<Vec<String>, Error> {
         let index = index_of(document, cue)?;
         let time = match (document.timeline().cues().get(index), share) {
-            (Some(cue), Some(share)) => Some(part_of(cue, share.clamp(0.0, 1.0))),
+            (Some(cue), Some(share)) => Some((part_of(cue, share.clamp(0.0, 1.0)), false)),
             _ => settled(document, index),
         };
         Ok(self.go_to(time.ok_or(Error::NoSuchCue(cue))?))
@@ -188,19 +193,10 @@ impl LiveControl {
             return Err(Error::StaleMoves);
         }
         self.follow(document);
-        let show = document.show();
-        let tried: Vec<Tried> = moves
-            .levels
-            .iter()
-            .map(|set| Tried {
-                coordinate: set.coordinate,
-                level: set.level,
-                light: light(show, *set),
-            })
-            .collect();
-        let again = |(_, old): &(String, Vec<Tried>)| {
+        let tried = self.brightened(document, moves.levels);
+        let again = |(_, old): &(String, Vec<SetLevel>)| {
             old.iter()
-                .all(|old| tried.iter().any(|new| new.coordinate == old.coordinate))
+                .all(|old| tried.iter().any(|new| new.parameter == old.parameter))
         };
         self.tried.retain(|tried| !again(tried));
         self.tried.push((moves.text, tried));
@@ -208,7 +204,7 @@ impl LiveControl {
     }
 
     /// What is being tried in a show of this meaning.
-    fn trying(&self, document: &Document) -> impl Iterator<Item = &Tried> {
+    fn trying(&self, document: &Document) -> impl Iterator<Item = &SetLevel> {
         let same = self.revision == document.revision();
         let tried = self.tried.iter().filter(move |_| same);
         tried.flat_map(|(_, tried)| tried)
@@ -231,23 +227,54 @@ impl LiveControl {
         self.tried.iter().map(|(text, _)| text.as_str()).collect()
     }
 
+    /// Levels with what a colour alone on a bank that is out implies, as in a cue: its level at full,
+    /// emitters that are not said dark.
+    fn brightened(&self, document: &Document, mut set: Vec<SetLevel>) -> Vec<SetLevel> {
+        let (show, now) = (document.show(), self.levels(document));
+        for (bank, first) in show.banks.iter().zip(show.first_parameters()) {
+            let moves = |parameter: usize| set.iter().any(|s| s.parameter == parameter);
+            let emitters = first + 1..first + 4;
+            let out = now.get(first).is_none_or(|level| *level == 0.0);
+            if !bank.rgb || !out || moves(first) || !emitters.clone().any(moves) {
+                continue;
+            }
+            let dark: Vec<usize> = emitters.filter(|e| !moves(*e)).collect();
+            let to = |parameter, level| SetLevel { parameter, level };
+            set.push(to(first, 1.0));
+            set.extend(dark.into_iter().map(|emitter| to(emitter, 0.0)));
+        }
+        set
+    }
+
     /// The light of each coordinate at this moment, relative to full, with the levels being tried.
     pub fn setting(&self, document: &Document) -> Vec<f64> {
-        let mut setting = document.timeline().evaluate(self.now);
-        for tried in self.trying(document) {
-            if let Some(slot) = setting.get_mut(tried.coordinate) {
-                *slot = tried.light;
+        let show = document.show();
+        let mut setting = document.timeline().evaluate(self.instant());
+        let tried: BTreeSet<usize> = self.trying(document).map(|t| t.parameter).collect();
+        if tried.is_empty() {
+            return setting;
+        }
+        let lights = timeline::lights(show, &self.levels(document));
+        let firsts = show.first_parameters();
+        let moved = |bank: usize| match firsts.get(bank..bank + 2) {
+            Some(&[first, end]) => tried.range(first..end).next().is_some(),
+            _ => false,
+        };
+        let slots = setting.iter_mut().zip(lights).zip(show.coordinates());
+        for ((slot, light), coordinate) in slots {
+            if let Some(bank) = coordinate.bank.filter(|bank| moved(*bank)) {
+                *slot = light * document.timeline().factor(bank, self.instant());
             }
         }
         setting
     }
 
-    /// The level of each coordinate at this moment, before its dimmer, as a fraction of full, with
-    /// the levels being tried.
+    /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a
+    /// fraction of full, with the levels being tried.
     pub fn levels(&self, document: &Document) -> Vec<f64> {
-        let mut levels = document.timeline().levels(self.now);
+        let mut levels = document.timeline().levels(self.instant());
         for tried in self.trying(document) {
-            if let Some(slot) = levels.get_mut(tried.coordinate) {
+            if let Some(slot) = levels.get_mut(tried.parameter) {
                 *slot = tried.level;
             }
         }
@@ -291,6 +318,55 @@ impl LiveControl {
         Ok(edited)
     }
 
+    /// Writes the levels being tried into the cue that has started last, in place of what it says of
+    /// them, and goes to its end.
+    ///
+    /// # Errors
+    /// [`Error::NothingTried`], [`Error::NoCues`], else as [`Engine::edit`]; the levels are then tried
+    /// on.
+    pub fn update(&mut self, engine: &mut Engine) -> Result<Edited, Error> {
+        if !self.is_trying() {
+            return Err(Error::NothingTried);
+        }
+        let document = engine.document();
+        let index = self.cue(document).ok_or(Error::NoCues)?;
+        let cue = document.show().cues.get(index).map(|cue| cue.number);
+        let edit = Edit::UpdateMoves {
+            cue: cue.ok_or(Error::NoCues)?,
+            moves: self.tried().join("  "),
+        };
+        let edited = engine.edit(&edit)?;
+        let document = engine.document();
+        self.follow(document);
+        if let Some(time) = settled(document, index) {
+            self.go_to(time);
+        }
+        Ok(edited)
+    }
+
+    /// A moment of a cue: complete, or so long after its GO.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchCue`], [`Error::OutsideShow`].
+    pub fn moment_of(
+        document: &Document,
+        cue: CueNumber,
+        after: Option<Time>,
+    ) -> Result<Time, Error> {
+        let index = index_of(document, cue)?;
+        let times = document.timeline().cues().get(index);
+        let time = match after {
+            Some(after) => times.map(|cue| cue.go + after),
+            None => settled(document, index).map(|(time, before)| match before {
+                true => time - Time::from_micros(1),
+                false => time,
+            }),
+        };
+        let time = time.ok_or(Error::NoSuchCue(cue))?;
+        document.check_time(time)?;
+        Ok(time)
+    }
+
     /// True while edits are shown that are yet to be kept.
     pub fn is_blind(&self) -> bool {
         self.blind.is_some()
@@ -326,30 +402,23 @@ impl LiveControl {
     }
 }
 
-/// Light relative to full behind the dimmer of a coordinate's bank.
-fn light(show: &Show, set: SetLevel) -> f64 {
-    let coordinates = show.coordinates();
-    let bank = coordinates.get(set.coordinate).and_then(|c| c.bank);
-    let bank = bank.and_then(|b| show.banks.get(b));
-    let lights = bank.map(|b| timeline::settings(b.dimmer, &show.curves, &[set.level]));
-    let first = lights.and_then(|l| l.first().copied());
-    first.unwrap_or(set.level)
-}
-
 fn index_of(document: &Document, number: CueNumber) -> Result<usize, Error> {
     let mut cues = document.show().cues.iter();
     let found = cues.position(|cue| cue.number == number);
     found.ok_or(Error::NoSuchCue(number))
 }
 
-/// The moment at which a cue is complete, or at which the next one takes over.
-fn settled(document: &Document, index: usize) -> Option<Time> {
+/// The moment at which a cue is complete, or at which the next one takes over; and whether that one
+/// starts at it, so that the moment is the one before.
+fn settled(document: &Document, index: usize) -> Option<(Time, bool)> {
     let cues = document.timeline().cues();
     let cue = cues.get(index)?;
-    // A microsecond before its GO the next cue has not begun.
-    let until = cues.get(index + 1).map(|n| n.go - Time::from_micros(1));
-    let end = until.map_or(cue.completion, |until| cue.completion.min(until));
-    Some(end.max(cue.go))
+    let next = cues.get(index + 1).map(|next| next.go);
+    Some(match next.filter(|go| *go <= cue.completion) {
+        Some(go) if go > cue.go => (go, true),
+        Some(_) => (cue.go, false),
+        None => (cue.completion, false),
+    })
 }
 
 /// The last of the cues that follow this one by themselves; the cue itself where none does.

@@ -49,10 +49,12 @@ pub struct Statement<'a> {
 pub enum Declaration<'a> {
     /// `show "…"`
     Show(Word<'a>),
-    /// `preview { … }`: key and value.
-    Preview(Vec<(Word<'a>, Word<'a>)>),
+    /// `preview { … }`: key, value, and the stops behind `auto`.
+    Preview(Vec<(Word<'a>, Word<'a>, Option<Word<'a>>)>),
     /// `include "…"`, whose file is known by the place of this.
     Include,
+    /// `gels "…"`, whose file is known by the place of this.
+    Gels,
     /// `let NAME = …`
     Let {
         name: Word<'a>,
@@ -104,6 +106,13 @@ pub enum Declaration<'a> {
     Default(Timing<'a>),
     /// `curve NAME = …`
     Curve { name: Word<'a>, path: Path<'a> },
+    /// `effect NAME = …`
+    Effect {
+        name: Word<'a>,
+        /// `flicker` or `pulse`.
+        kind: Word<'a>,
+        clauses: Vec<Clause<'a>>,
+    },
     /// `cue NUMBER …`
     Cue(Cue<'a>),
     /// A cue that was lowered before.
@@ -190,6 +199,8 @@ pub struct Level<'a> {
     pub target: Target<'a>,
     /// A quantity, `full`, `out` or a colour.
     pub value: Word<'a>,
+    /// A colour behind a level, or a level behind a colour.
+    pub second: Option<Word<'a>>,
 }
 
 /// A function of time or of a fraction.
@@ -235,6 +246,21 @@ pub enum TimingKind {
     Repeat,
 }
 
+impl TimingKind {
+    /// As written.
+    pub fn word(self) -> &'static str {
+        match self {
+            TimingKind::Time => "time",
+            TimingKind::Up => "up",
+            TimingKind::Down => "down",
+            TimingKind::Delay => "delay",
+            TimingKind::Snap => "snap",
+            TimingKind::Curve => "curve",
+            TimingKind::Repeat => "repeat",
+        }
+    }
+}
+
 /// A timing word with its values.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing<'a> {
@@ -267,6 +293,8 @@ pub struct Body<'a> {
     pub parts: Vec<Part<'a>>,
     /// `follow`, `hang`, `at`, `block`, `assert`, `cueonly`: the word, its value, all of it.
     pub marks: Vec<(Mark, Option<Word<'a>>, Span)>,
+    /// `note "…"`, each time it is written: the text, all of it.
+    pub notes: Vec<(Word<'a>, Span)>,
 }
 
 /// Words of a cue that are neither timing nor moves.
@@ -302,9 +330,13 @@ pub struct Move<'a> {
     /// What moves; `None` for `blackout`.
     pub target: Option<Target<'a>>,
     pub motion: Motion<'a>,
+    /// After `effect`.
+    pub effect: Option<Word<'a>>,
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,
+    /// The move before it on its line, where that has no timing of its own.
+    pub beside: Option<Span>,
 }
 
 /// Where a move goes.
@@ -312,8 +344,8 @@ pub struct Move<'a> {
 pub enum Motion<'a> {
     /// Nothing said: a look as it is, or `blackout`.
     Bare,
-    /// To a level or a colour.
-    To(Word<'a>),
+    /// To a level or a colour, or to one of each.
+    To(Word<'a>, Option<Word<'a>>),
     /// Along a path.
     Path(Path<'a>),
     /// The target, a look, with these on top.

@@ -36,6 +36,7 @@ impl<'a> Builder<'a> {
             Rule::show_statement => Declaration::Show(self.next(&mut inner)?),
             Rule::preview_statement => self.preview(inner)?,
             Rule::include_statement => Declaration::Include,
+            Rule::gels_statement => Declaration::Gels,
             Rule::let_statement => {
                 let name = self.next(&mut inner)?;
                 let value = inner.find(|p| p.as_rule() == Rule::let_value)?;
@@ -58,6 +59,7 @@ impl<'a> Builder<'a> {
             Rule::look_statement => self.look(inner)?,
             Rule::default_statement => Declaration::Default(self.timing(inner.next()?)?),
             Rule::curve_statement => self.curve(inner)?,
+            Rule::effect_statement => self.effect(inner)?,
             Rule::cue_statement => Declaration::Cue(self.cue(inner)?),
             _ => return None,
         };
@@ -65,7 +67,7 @@ impl<'a> Builder<'a> {
         Some(Statement { span, text, item })
     }
 
-    /// The path of an `include`.
+    /// The path of an `include` or of `gels`.
     pub fn included(self, mut pairs: Pairs<'_, Rule>) -> Option<Word<'a>> {
         let mut inner = pairs.next()?.into_inner();
         inner
@@ -104,7 +106,7 @@ impl<'a> Builder<'a> {
         Word { text, span }
     }
 
-    fn next(&self, pairs: &mut Pairs<'_, Rule>) -> Option<Word<'a>> {
+    fn next<'p>(&self, pairs: &mut impl Iterator<Item = Pair<'p, Rule>>) -> Option<Word<'a>> {
         pairs.next().map(|p| self.word(&p))
     }
 
@@ -117,7 +119,8 @@ impl<'a> Builder<'a> {
         let mut entries = Vec::new();
         for entry in inner.filter(|p| p.as_rule() == Rule::preview_entry) {
             let mut pieces = entry.into_inner();
-            entries.push((self.next(&mut pieces)?, self.next(&mut pieces)?));
+            let (key, value) = (self.next(&mut pieces)?, self.next(&mut pieces)?);
+            entries.push((key, value, self.next(&mut pieces)));
         }
         Some(Declaration::Preview(entries))
     }
@@ -173,7 +176,12 @@ impl<'a> Builder<'a> {
     fn clauses<'p>(&self, inner: impl Iterator<Item = Pair<'p, Rule>>) -> Option<Vec<Clause<'a>>> {
         let mut out = Vec::new();
         for pair in inner {
-            let clause = [Rule::view_clause, Rule::light_clause, Rule::solid_clause];
+            let clause = [
+                Rule::view_clause,
+                Rule::light_clause,
+                Rule::solid_clause,
+                Rule::effect_clause,
+            ];
             if !clause.contains(&pair.as_rule()) {
                 continue;
             }
@@ -294,6 +302,7 @@ impl<'a> Builder<'a> {
             Some(Level {
                 target: self.target(pieces.next()?)?,
                 value: self.word(&pieces.next()?),
+                second: self.next(&mut pieces),
             })
         };
         levels.map(level).collect()
@@ -315,6 +324,16 @@ impl<'a> Builder<'a> {
         Some(Declaration::Curve {
             name,
             path: self.path(path)?,
+        })
+    }
+
+    fn effect(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
+        Some(Declaration::Effect {
+            name: self.next(&mut inner)?,
+            kind: inner
+                .find(|p| p.as_rule() == Rule::effect_kind)
+                .map(|p| self.word(&p))?,
+            clauses: self.clauses(inner)?,
         })
     }
 
@@ -399,17 +418,31 @@ impl<'a> Builder<'a> {
             let span = self.trimmed(&item);
             match item.as_rule() {
                 Rule::part => body.parts.push(self.part(item, span)?),
-                Rule::movement => body.moves.push(self.movement(item, span)?),
-                Rule::blackout => body.moves.push(Move {
-                    target: None,
-                    motion: Motion::Bare,
-                    timing: Vec::new(),
-                    span,
-                }),
+                Rule::movement | Rule::blackout => {
+                    let mut made = match item.as_rule() {
+                        Rule::movement => self.movement(item, span)?,
+                        _ => Move {
+                            target: None,
+                            motion: Motion::Bare,
+                            effect: None,
+                            timing: Vec::new(),
+                            span,
+                            beside: None,
+                        },
+                    };
+                    let before = body.moves.last().filter(|last| last.timing.is_empty());
+                    let before = before.filter(|last| self.beside(last, &body.parts, span));
+                    made.beside = before.map(|last| last.span);
+                    body.moves.push(made);
+                }
                 Rule::flag | Rule::follow | Rule::hang | Rule::at => {
                     let mark = mark(&item);
                     let value = item.into_inner().nth(1).map(|p| self.word(&p));
                     body.marks.push((mark, value, span));
+                }
+                Rule::note => {
+                    let text = item.into_inner().nth(1).map(|p| self.word(&p))?;
+                    body.notes.push((text, span));
                 }
                 Rule::open_brace | Rule::close_brace => {}
                 _ => {
@@ -426,7 +459,7 @@ impl<'a> Builder<'a> {
         Some(body)
     }
 
-    /// Timing belongs to the move before it on its line.
+    /// Whether what stands at `span` is on the line of the move before it; timing there is the move's.
     fn beside(&self, last: &Move<'a>, parts: &[Part<'a>], span: Span) -> bool {
         let from = last.timing.last().map_or(last.span, |t| t.span).end as usize;
         let between = self.source.get(from..span.start as usize);
@@ -455,7 +488,15 @@ impl<'a> Builder<'a> {
     fn movement(&self, pair: Pair<'_, Rule>, span: Span) -> Option<Move<'a>> {
         let mut inner = pair.into_inner();
         let target = self.target(inner.next()?)?;
-        let mut rest = inner.filter(|p| p.as_rule() != Rule::kw_to).peekable();
+        let mut effect = None;
+        let mut pieces = Vec::new();
+        for piece in inner.filter(|p| p.as_rule() != Rule::kw_to) {
+            match piece.as_rule() {
+                Rule::effect => effect = piece.into_inner().nth(1).map(|p| self.word(&p)),
+                _ => pieces.push(piece),
+            }
+        }
+        let mut rest = pieces.into_iter().peekable();
         let motion = match rest.peek().map(Pair::as_rule) {
             None => Motion::Bare,
             Some(Rule::path) => Motion::Path(self.path(rest.next()?)?),
@@ -466,13 +507,18 @@ impl<'a> Builder<'a> {
                 }
                 Motion::Plus(terms)
             }
-            Some(_) => Motion::To(self.word(&rest.next()?)),
+            Some(_) => {
+                let first = self.word(&rest.next()?);
+                Motion::To(first, self.next(&mut rest))
+            }
         };
         Some(Move {
             target: Some(target),
             motion,
+            effect,
             timing: Vec::new(),
             span,
+            beside: None,
         })
     }
 }

@@ -76,11 +76,17 @@ codes! {
     STILL_CUE = "W003" "a cue that moves nothing";
     SHARED_LIGHT = "W004" "a light in two banks";
     SHARED_CHANNEL = "W005" "two banks on one channel";
+    LAST_MOVE_TIMING = "W006" "timing of the last of several moves";
+    PATH_TIMING = "W007" "timing that a path does not take";
+    FRACTIONS = "W008" "levels that look like fractions";
+    NO_VIEW = "W009" "a stage and lights that nobody looks at";
     OVERTAKEN = "W010" "a cue overtaken before it starts";
     JUMP = "W011" "a path that jumps at its start";
     CUT_OFF = "W012" "a fade longer than it has time for";
     NO_CHANGE = "W013" "a cue that changes nothing";
     DARK_STRETCH = "W014" "a dark stretch";
+    REPEAT_JUMP = "W015" "a repeated path that jumps";
+    LAMP_INSIDE = "W016" "a lamp inside a solid";
     LONG_RUN = "W030" "a run of minutes";
 }
 

@@ -62,9 +62,18 @@ pub enum Edit {
         /// Fraction of full, 0 to 1.
         level: f64,
     },
+    /// Moves as the language writes them, into a cue: each takes the place of what the cue says of
+    /// the same target, or is added.
+    UpdateMoves {
+        /// The cue.
+        cue: CueNumber,
+        /// `lamps 40  sky #203060`.
+        moves: String,
+    },
     /// Takes a cue out.
     DeleteCue(CueNumber),
-    /// The text of a cue once more under another number, at its place in the order.
+    /// The text of a cue once more under another number, at its place in the order; without the
+    /// clock time, which is the first one's.
     CopyCue {
         /// A cue of the text.
         from: CueNumber,
@@ -93,6 +102,7 @@ pub fn apply(source: &str, edit: &Edit) -> Result<Edited, Vec<Diagnostic>> {
         Edit::Declare(statements) => declare(source, statements),
         Edit::SetCue(cue) => declare(source, &cue.statement()?),
         Edit::UpdateMove { cue, target, level } => level::update(source, *cue, target, *level),
+        Edit::UpdateMoves { cue, moves } => level::update_moves(source, *cue, moves),
         Edit::DeleteCue(number) => remove(source, &format!("cue {number}")),
         Edit::CopyCue { from, to } => cue::copy(source, *from, *to),
         Edit::Rename { from, to } => rename::rename(source, from, to),

@@ -13,9 +13,10 @@ use super::read::Read;
 use super::report::{Place, Report};
 use super::scan::{Scan, first_word, scan};
 use super::syntax::{self, Rule};
-use super::{codes, decode, limits, unquoted};
+use super::{codes, decode, gels, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::Files;
+use crate::units::Rgb;
 
 /// A file of the show.
 pub struct Part<'a> {
@@ -28,6 +29,8 @@ pub struct Part<'a> {
     parent: Option<usize>,
     /// Where an `include` stands, and the part that it names.
     children: BTreeMap<u32, usize>,
+    /// The gels of the tables that it names.
+    pub gels: Option<BTreeMap<String, Rgb>>,
 }
 
 impl Part<'_> {
@@ -57,6 +60,7 @@ pub fn gather<'a>(
             path: own.to_owned(),
             parent: None,
             children: BTreeMap::new(),
+            gels: Some(BTreeMap::new()),
         }],
     };
     let mut next = 0;
@@ -85,13 +89,17 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
     };
     out.broken.extend(read.broken);
     out.cue_lost |= read.cue_lost;
-    out.names_lost |= read.names_lost;
+    out.names_lost |= read.names_lost || part.gels.is_none();
+    let gels = part.gels.iter().flatten();
+    out.gels
+        .extend(gels.map(|(number, colour)| (number.clone(), *colour)));
     for statement in read.statements {
         match statement.item {
             Declaration::Include => match part.children.get(&statement.span.start) {
                 Some(child) => join(*child, parts, reads, out),
                 None => out.names_lost = true,
             },
+            Declaration::Gels => {}
             _ => out.statements.push(statement),
         }
     }
@@ -117,7 +125,12 @@ impl Gathering<'_, '_> {
         };
         let mut found = Vec::new();
         for cut in part.scan().cuts {
-            if cut.broken || first_word(cut.text) != "include" {
+            let rule = match first_word(cut.text) {
+                "include" => Rule::include_statement,
+                "gels" => Rule::gels_statement,
+                _ => continue,
+            };
+            if cut.broken {
                 continue;
             }
             let builder = Builder {
@@ -126,12 +139,16 @@ impl Gathering<'_, '_> {
                 base: cut.span.start,
             };
             // What does not parse is said when the statement is read.
-            let path = syntax::parse(Rule::include_statement, cut.text);
+            let path = syntax::parse(rule, cut.text);
             if let Some(path) = path.ok().and_then(|pairs| builder.included(pairs)) {
-                found.push((cut.span.start as u32, unquoted(path), path.span));
+                found.push((rule, cut.span.start as u32, unquoted(path), path.span));
             }
         }
-        for (start, path, span) in found {
+        for (rule, start, path, span) in found {
+            if rule == Rule::gels_statement {
+                self.gels(index, &path, span);
+                continue;
+            }
             let child = self.include(index, &path, span);
             let part = self.parts.get_mut(index);
             if let (Some(child), Some(part)) = (child, part) {
@@ -176,7 +193,36 @@ impl Gathering<'_, '_> {
             let at = (span, "one too many");
             return self.report.error(codes::TOO_LARGE, message, at, "");
         }
-        let bytes = match self.files.read(&path) {
+        let (text, file) = self.text_of(&path, span)?;
+        self.parts.push(Part {
+            file,
+            text: Cow::Owned(text),
+            path,
+            parent: Some(index),
+            children: BTreeMap::new(),
+            gels: Some(BTreeMap::new()),
+        });
+        Some(self.parts.len() - 1)
+    }
+
+    /// Adds a table of gels to the part that names it.
+    fn gels(&mut self, index: usize, path: &str, span: Span) {
+        let from = self.parts.get(index).map_or("", |p| p.path.as_str());
+        let path = resolved(from, path);
+        let read = self.text_of(&path, span);
+        let table = read.and_then(|(text, file)| gels::table(&text, file, self.report));
+        let Some(part) = self.parts.get_mut(index) else {
+            return;
+        };
+        match (table, &mut part.gels) {
+            (Some(table), Some(known)) => known.extend(table),
+            (_, known) => *known = None,
+        }
+    }
+
+    /// The text of a file of the show, and its place among the sources.
+    fn text_of(&mut self, path: &str, span: Span) -> Option<(String, u32)> {
+        let bytes = match self.files.read(path) {
             Ok(bytes) => bytes,
             Err(error) => {
                 let help =
@@ -194,7 +240,7 @@ impl Gathering<'_, '_> {
             return self.report.error(codes::TOO_LARGE, message, at, "");
         }
         let shown = match self.folder {
-            "" => path.clone(),
+            "" => path.to_owned(),
             folder => format!("{folder}/{path}"),
         };
         let text = match decode(&shown, &bytes) {
@@ -205,14 +251,7 @@ impl Gathering<'_, '_> {
             }
         };
         let file = self.sources.add(shown, text.as_str()) as u32;
-        self.parts.push(Part {
-            file,
-            text: Cow::Owned(text),
-            path,
-            parent: Some(index),
-            children: BTreeMap::new(),
-        });
-        Some(self.parts.len() - 1)
+        Some((text, file))
     }
 
     /// The part of this path among those that hold the part at `index`, itself included.

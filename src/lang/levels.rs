@@ -10,11 +10,11 @@ use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::Files;
 use crate::show::{Cue, Motion};
 
-/// A coordinate and the level that it is set to, before the dimmer.
+/// A parameter and the level that it is set to, before the dimmer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetLevel {
-    /// Index among the coordinates of the show.
-    pub coordinate: usize,
+    /// Index among the parameters of the show.
+    pub parameter: usize,
     /// Fraction of full, 0 to 1.
     pub level: f64,
 }
@@ -25,7 +25,7 @@ const OPENING: &str = "cue 9999.999 { snap  ";
 const CLOSING: &str = " }";
 
 /// Returns the levels that moves such as `lamps 40  sky #203060  night` set in the show of
-/// `source`, in the order of the parts, and within each by coordinate.
+/// `source`, in the order of the parts, and within each by parameter.
 ///
 /// Moves to a level count, of groups, looks and `blackout` too, in a part as outside it. A path
 /// over time sets nothing, nor does timing: the result is empty where there is nothing else.
@@ -47,7 +47,7 @@ pub fn levels(
     let moves = cue.parts.into_iter().flat_map(|part| part.moves);
     let set = moves.filter_map(|one| match one.motion {
         Motion::To(level) => Some(SetLevel {
-            coordinate: one.coordinate,
+            parameter: one.parameter,
             level,
         }),
         Motion::Path(_) => None,

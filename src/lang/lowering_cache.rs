@@ -126,6 +126,7 @@ fn renumbered(mut cue: Cue, to: impl Fn(u32) -> u32) -> Cue {
     for part in &mut cue.parts {
         change(&mut part.id);
         part.moves.iter_mut().for_each(|m| change(&mut m.id));
+        part.effects.iter_mut().for_each(|e| change(&mut e.id));
     }
     cue
 }

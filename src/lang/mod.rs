@@ -12,6 +12,7 @@ pub mod codes;
 pub mod edit;
 mod explain;
 mod format;
+mod gels;
 mod include;
 mod levels;
 pub mod limits;
@@ -110,8 +111,11 @@ pub fn parse_again(
         return failed(report);
     }
     let mut environment = String::new();
-    for scan in &scans {
+    for (part, scan) in parts.iter().zip(&scans) {
         read::environment(scan, &mut environment);
+        if let Some(gels) = part.gels.as_ref().filter(|gels| !gels.is_empty()) {
+            environment.push_str(&format!("{gels:?}"));
+        }
     }
     let within = cache.within(&environment);
     let mut reads = Vec::new();

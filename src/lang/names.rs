@@ -27,6 +27,8 @@ pub enum Kind {
     Look,
     /// A fade or dimmer curve.
     Curve,
+    /// What is laid on a level.
+    Effect,
     /// A quantity or a colour.
     Value,
 }
@@ -42,6 +44,7 @@ impl Kind {
             Kind::Group => "a group",
             Kind::Look => "a look",
             Kind::Curve => "a curve",
+            Kind::Effect => "an effect",
             Kind::Value => "a value",
         }
     }
@@ -56,6 +59,7 @@ impl Kind {
             "group" => Kind::Group,
             "look" => Kind::Look,
             "curve" => Kind::Curve,
+            "effect" => Kind::Effect,
             "let" => Kind::Value,
             _ => return None,
         })
@@ -120,6 +124,11 @@ pub fn foreign(word: &str) -> Option<&'static str> {
         "off" | "black" => "a bank goes `out`; everything out is `blackout`",
         "on" => "a bank goes to `full`, or to a level: `lamps 85`",
         "all" | "everything" => "a `group` names several banks; everything out is `blackout`",
+        "thru" | "through" => "several banks have one name as a group: `group warm = lamps wash`",
+        "link" | "autofollow" | "auto" => {
+            "what starts the next cue stands in this one: `follow 5` after its GO, `hang 2` after its end"
+        }
+        "chan" | "ch" => "a bank is moved by its name: `lamps 50`; the cue sheet has no channels",
         "then" | "and" => "what a cue does stands side by side, a line each reads best",
         _ => return None,
     })
@@ -127,10 +136,10 @@ pub fn foreign(word: &str) -> Option<&'static str> {
 
 /// Words with a meaning where names stand, so that nothing can be named so.
 pub fn is_reserved(word: &str) -> bool {
-    const WORDS: [&str; 25] = [
+    const WORDS: [&str; 27] = [
         "assert", "at", "blackout", "block", "channel", "cueonly", "curve", "delay", "dimmer",
-        "down", "follow", "full", "hang", "level", "out", "part", "project", "repeat", "rgb",
-        "snap", "spline", "steps", "time", "to", "up",
+        "down", "follow", "full", "gel", "hang", "level", "note", "out", "part", "project",
+        "repeat", "rgb", "snap", "spline", "steps", "time", "to", "up",
     ];
     WORDS.contains(&word)
         || STANDING_OFF.contains(&word)

@@ -9,14 +9,21 @@ pub fn preview_statement(preview: &Preview) -> String {
         ToneCurve::Plain => "plain",
     };
     let dither = if preview.dither { "  dither on" } else { "" };
-    let exposure = preview.exposure;
+    let exposure = match (preview.exposure, preview.bias) {
+        (Some(stops), _) => stops.to_string(),
+        (None, 0.0) => "auto".to_owned(),
+        (None, bias) => format!("auto {bias:+}"),
+    };
+    let white = preview
+        .white
+        .map_or_else(String::new, |kelvin| format!("  white {kelvin} K"));
     format!(
-        "preview {{ tolerance {}%  gap {}  rate {}  exposure {}  tone {tone}{dither}  coarse {}  refined {} }}",
+        "preview {{ tolerance {}%  gap {}  rate {}  exposure {}{white}  tone {tone}{dither}  coarse {}  refined {} }}",
         // Without the rounding of a division by a hundred.
         (preview.tolerance * 1e6).round() / 1e4,
         preview.gap.seconds(),
         preview.rate,
-        exposure.map_or("auto".to_owned(), |stops| stops.to_string()),
+        exposure,
         preview.coarse,
         preview.refined
     )

@@ -1,5 +1,6 @@
 //! From text to statements: cutting, parsing, and finding more than one error in a statement.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::ast::{Declaration, Span, Statement, Word};
@@ -11,6 +12,7 @@ use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
+use crate::units::Rgb;
 
 /// What was read.
 #[derive(Debug, Default)]
@@ -23,6 +25,8 @@ pub struct Read<'a> {
     pub cue_lost: bool,
     /// A file that was to be included was not read, so that names it declares are unknown.
     pub names_lost: bool,
+    /// The colours of gels by their numbers.
+    pub gels: BTreeMap<String, Rgb>,
 }
 
 /// Reads all statements of a file; cues that are `cache` are not parsed again.
@@ -198,6 +202,7 @@ impl<'a> Reader<'a, '_> {
         };
         let span = self.span(start, start + shown.len());
         let help = match nearest(word, STATEMENTS.into_iter()) {
+            _ if shown == "#" => "a comment begins with `//`".to_owned(),
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("a statement begins with one of: {}", STATEMENTS.join(", ")),
         };
@@ -214,7 +219,7 @@ impl<'a> Reader<'a, '_> {
     /// Declares the name of a statement that did not parse, so that its uses pass in silence.
     fn broken(&mut self, word: &str, text: &'a str, start: usize) {
         self.out.cue_lost |= word == "cue";
-        self.out.names_lost |= word == "include";
+        self.out.names_lost |= matches!(word, "include" | "gels");
         let Some(kind) = Kind::of_statement(word) else {
             return;
         };
@@ -357,12 +362,14 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     }
     let image = before.trim_end().ends_with("image") && before.contains('=');
     let help = match found.chars().next()? {
+        '\'' | '’' | '"' if before.ends_with(is_digit) => "feet are written `7ft`, inches `6in`",
         '“' | '”' | '„' | '‘' | '’' | '\'' => {
             "write texts in straight double quotes: \"Evening\""
         }
         c if c.is_whitespace() => "this is no ordinary space: delete it and type it again",
         '"' if image => "an image stands without `=`: `bank front image \"front.exr\"`",
         '"' if only("a name") => "a name stands without quotes",
+        '#' if found == "#" => "a comment begins with `//`",
         ',' if failure.between_items => "what a cue does stands side by side, without commas",
         ',' | '+' if failure.expected.contains(&"a name") => {
             "names stand side by side: `bank lamps = lamp1 lamp2`"

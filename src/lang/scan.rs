@@ -12,9 +12,9 @@ use std::ops::Range;
 use super::limits;
 
 /// The words that begin statements.
-pub const STATEMENTS: [&str; 15] = [
-    "show", "preview", "include", "let", "stage", "surface", "view", "light", "bank", "fixed",
-    "group", "look", "default", "curve", "cue",
+pub const STATEMENTS: [&str; 17] = [
+    "show", "preview", "include", "gels", "let", "stage", "surface", "view", "light", "bank",
+    "fixed", "group", "look", "default", "curve", "effect", "cue",
 ];
 
 /// One statement, without the blanks and comments around it.
@@ -185,8 +185,8 @@ impl Scanner<'_> {
         let statement = STATEMENTS.contains(&word);
         let deeper = self.current.as_ref().is_some_and(|c| indent > c.indent);
         if let Some(open) = self.opens.last().copied() {
-            // `curve` is the one statement word that may begin a line of a cue.
-            if statement && !deeper && word != "curve" {
+            // These statement words may begin a line of a cue.
+            if statement && !deeper && !matches!(word, "curve" | "effect") {
                 self.fault(Fault::Unclosed(open, Some(i)));
                 self.opens.clear();
                 self.begin(i, indent);

@@ -41,6 +41,7 @@ pub fn rule_of(word: &str) -> Option<Rule> {
         "show" => Rule::show_statement,
         "preview" => Rule::preview_statement,
         "include" => Rule::include_statement,
+        "gels" => Rule::gels_statement,
         "let" => Rule::let_statement,
         "stage" => Rule::stage_statement,
         "surface" => Rule::surface_statement,
@@ -52,6 +53,7 @@ pub fn rule_of(word: &str) -> Option<Rule> {
         "look" => Rule::look_statement,
         "default" => Rule::default_statement,
         "curve" => Rule::curve_statement,
+        "effect" => Rule::effect_statement,
         "cue" => Rule::cue_statement,
         _ => return None,
     })
@@ -109,7 +111,9 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
             continue;
         }
         let word = words(*rule);
-        let spoken_for = body && is_body(*rule);
+        // Behind a level a colour may stand, which goes without saying.
+        let second = *rule == Rule::value && !rules.contains(&Rule::kw_to);
+        let spoken_for = body && (second || is_body(*rule));
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
             out.push(word);
         }
@@ -151,6 +155,10 @@ fn is_body(rule: Rule) -> bool {
             | Rule::kw_at
             | Rule::flag
             | Rule::blackout
+            | Rule::note
+            | Rule::kw_note
+            | Rule::effect
+            | Rule::kw_effect
             | Rule::kw_blackout
             | Rule::movement
             | Rule::body_word
@@ -182,6 +190,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::slash => "`/`",
         Rule::tone_curve => "`filmic` or `plain`",
         Rule::switch => "`on` or `off`",
+        Rule::stops => "stops (like `+1`)",
         Rule::preview_entry | Rule::preview_key => "a setting (like `tolerance 2%`)",
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
@@ -199,6 +208,8 @@ fn words(rule: Rule) -> &'static str {
         Rule::look_level => "a level (like `lamps 40`)",
         Rule::look_term => "a look, or levels in braces",
         Rule::channel => "`r`, `g` or `b`",
+        Rule::effect_kind => "`flicker` or `pulse`",
+        Rule::effect_clause => "a clause (like `rate 6` or `depth 35%`)",
         Rule::view_clause => "a clause (like `fov 28`)",
         Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
         Rule::kw_channel | Rule::bank_option => "an option (`channel`, `dimmer`, `rgb`)",
@@ -253,7 +264,7 @@ pub fn is_inner_word(word: &str) -> bool {
 /// Those of [`inner_words`] that no table has elsewhere.
 const INNER_WORDS: &str = "\
     aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
-    cueonly cylinder curve delay dimmer disc dither down exposure field filmic follow fov \
-    from full gap hang hermite image inside layer level like linear monotone natural off on \
-    one-sided out part plain quad radius rate refined reflectance repeat rgb sides size \
-    slope snap spline square steps time to tolerance tone turn two-sided up via z";
+    cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker follow fov \
+    from full gap gel hang hermite image inside layer level like linear monotone natural note off on \
+    one-sided out part plain pulse quad radius rate refined reflectance repeat rgb seed sides size \
+    slope snap spline square steps time to tolerance tone turn two-sided up via white z";

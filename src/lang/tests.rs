@@ -1,5 +1,5 @@
 use super::*;
-use crate::show::{Dimmer, Fade, Interpolation, LightKind, Link, Motion, Trigger};
+use crate::show::{Dimmer, EffectKind, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
 
 /// The sheet of the design, apart from the projection.
@@ -90,7 +90,7 @@ fn the_sheet_of_the_design_parses() {
         (two.parts[1].number, two.parts[1].curve),
         (2, Fade::Curve(0))
     );
-    assert_eq!(two.parts[1].moves.len(), 3);
+    assert_eq!(two.parts[1].moves.len(), 1);
     assert_eq!(half.number, CueNumber::from_thousandths(2500).unwrap());
     let Motion::Path(path) = &half.parts[0].moves[0].motion else {
         panic!()
@@ -98,7 +98,7 @@ fn the_sheet_of_the_design_parses() {
     assert_eq!(path.interpolation, Interpolation::Monotone);
     assert_eq!(half.parts[1].up.seconds(), 8.0);
     assert!(matches!(half.parts[1].moves[2].motion, Motion::To(l) if (l - 0.116_97).abs() < 1e-5));
-    assert_eq!(three.parts[0].moves.len(), 5);
+    assert_eq!(three.parts[0].moves.len(), 3);
 }
 
 const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  field 40  100 cd\n\
@@ -116,10 +116,10 @@ fn with(cues: &str) -> Show {
     parsed.show.unwrap()
 }
 
-/// Coordinates and their levels in percent.
+/// Parameters and their levels in percent.
 fn levels(part: &crate::show::Part) -> Vec<(usize, f64)> {
     let level = |m: &crate::show::Move| match m.motion {
-        Motion::To(level) => (m.coordinate, percent(level)),
+        Motion::To(level) => (m.parameter, percent(level)),
         Motion::Path(_) => panic!(),
     };
     part.moves.iter().map(level).collect()
@@ -166,23 +166,86 @@ fn groups_looks_and_blackout_are_written_out() {
     assert_eq!(found[0], [(0, 30.0), (1, 30.0)]);
     assert_eq!(found[1], [(0, 40.0), (1, 20.0)]);
     assert_eq!(found[2], [(0, 20.0), (1, 10.0)]);
-    assert_eq!(
-        found[3],
-        [(0, 1.0), (1, 20.0), (2, 10.0), (3, 10.0), (4, 10.0)]
-    );
-    assert_eq!(found[4], (0..5).map(|c| (c, 0.0)).collect::<Vec<_>>());
+    assert_eq!(found[3], [(0, 1.0), (1, 20.0), (2, 10.0)]);
+    assert_eq!(found[4], (0..3).map(|c| (c, 0.0)).collect::<Vec<_>>());
 }
 
 #[test]
-fn a_colour_is_light_so_that_the_dimmer_is_undone() {
-    let show =
-        with("cue 1 { c #ff0000  a 1 }\ncue 2 { c #808080 }\ncue 3 { c 3200 K }\ncue 4 { c.g 7 }");
+fn a_colour_is_light_and_no_level() {
+    let show = with(
+        "cue 1 { c #ff0000  a 1 }\ncue 2 { c 60 #808080 }\ncue 3 { c 3200 K full }\ncue 4 { c.g 7 }\ncue 5 { c 20 }",
+    );
     let found: Vec<_> = show.cues.iter().map(|c| levels(&c.parts[0])).collect();
-    assert_eq!(found[0][1..], [(2, 100.0), (3, 0.0), (4, 0.0)]);
-    // The square of the level is the linear value of sRGB 128, 0.2158605.
-    assert!(((found[1][0].1 / 100.0).powi(2) - 0.215_860_5).abs() < 1e-7);
-    assert!(found[2][0].1 == 100.0 && found[2][2].1 < found[2][1].1);
-    assert_eq!(found[3], [(3, 7.0)]);
+    assert_eq!(found[0][1..], [(3, 100.0), (4, 0.0), (5, 0.0)]);
+    // The linear value of sRGB 128 is 0.2158605, whatever the dimmer.
+    assert_eq!(found[1][0], (2, 60.0));
+    assert!((found[1][1].1 - 21.586_05).abs() < 1e-5);
+    assert_eq!(found[2][..2], [(2, 100.0), (3, 100.0)]);
+    assert!(found[2][3].1 < found[2][2].1);
+    assert_eq!(found[3], [(4, 7.0)]);
+    assert_eq!(found[4], [(2, 20.0)]);
+}
+
+#[test]
+fn a_bank_alone_overrides_what_takes_in_more() {
+    let show = with(
+        "cue 1 { blackout  ab 20  a full }\ncue 2 { low  part 2 { time 3 b 70 } }\ncue 3 { blackout  low  c.r 5 }",
+    );
+    let found = |cue: usize, part: usize| levels(&show.cues[cue].parts[part]);
+    assert_eq!(found(0, 0), [(0, 100.0), (1, 20.0), (2, 0.0)]);
+    assert_eq!(
+        (found(1, 0), found(1, 1)),
+        (vec![(0, 40.0)], vec![(1, 70.0)])
+    );
+    assert_eq!(found(2, 0), [(0, 40.0), (1, 20.0), (2, 0.0), (3, 5.0)]);
+    for twice in [
+        "a 5  ab 10",
+        "ab 5  low",
+        "a 5  a 6",
+        "low  blackout",
+        "c #f00  c.r 3",
+        "c 5 #fff  c 6",
+    ] {
+        let found = parsed(&format!("{RIG}cue 1 {{ {twice} }}")).diagnostics;
+        assert_eq!(found[0].code, codes::MOVED_TWICE, "{twice}");
+    }
+}
+
+#[test]
+fn timing_that_is_surely_not_meant_is_asked_about() {
+    let found = |cue: &str| {
+        let text = format!("{RIG}cue 1 {{ c 5  {cue} }}\n");
+        let text = text.replace("c 5  ", "c 5\n");
+        let found = parsed(&text).diagnostics.into_iter();
+        found.map(|d| d.code).collect::<Vec<_>>()
+    };
+    for (cue, code) in [
+        ("a 5  b 6  time 3", Some(codes::LAST_MOVE_TIMING)),
+        ("ab 5  b 6  snap", Some(codes::LAST_MOVE_TIMING)),
+        ("a 5\n b 6  time 3", None),
+        ("a 5 time 2  b 6 time 3", None),
+        ("time 3  a 5  b 6", None),
+        ("a 5  b linear 0 5, 1 5  repeat 3", None),
+        ("b 5\n a linear 0 0, 1 5  time 3", Some(codes::PATH_TIMING)),
+        (
+            "b 5\n a linear 0 0, 1 5  delay 1  curve ease",
+            Some(codes::PATH_TIMING),
+        ),
+        ("b 5\n a linear 0 5, 1 5  delay 1  repeat 2", None),
+    ] {
+        assert_eq!(found(cue), code.into_iter().collect::<Vec<_>>(), "{cue}");
+    }
+}
+
+#[test]
+fn colours_by_name_may_not_rest_on_themselves() {
+    let circle = parsed("let a = #b\nlet b = #a\nlight l panel m\n").diagnostics;
+    assert_eq!(circle[0].code, codes::CYCLE);
+    let deep: String = (0..400)
+        .map(|i| format!("let a{i} = #a{}\n", i + 1))
+        .collect();
+    let found = parsed(&format!("{deep}let a400 = #fff\nlight l panel m\n")).diagnostics;
+    assert_eq!(found[0].code, codes::TOO_LARGE);
 }
 
 #[test]
@@ -299,6 +362,65 @@ fn a_known_cue_costs_what_it_did() {
         &text,
     );
     let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
-    assert_eq!(cue.map(|c| c.levels), Some(3));
+    assert_eq!(cue.map(|c| c.levels), Some(1));
     assert!(known.within("bank a = l").is_none());
+}
+
+#[test]
+fn effects_are_begun_and_ended_by_moves() {
+    let show = with(
+        "effect e = flicker  rate 4  depth 20%  seed 9\neffect f = pulse\n\
+         cue 1 { a 50 effect e  note \"softly\" }\ncue 2 { ab effect f delay 2 }\ncue 3 { c #f00 effect none }",
+    );
+    let [e, f] = show.effects.as_slice() else {
+        panic!()
+    };
+    assert_eq!(
+        (e.kind, e.rate, e.depth),
+        (EffectKind::Flicker(9), 4.0, 0.2)
+    );
+    assert_eq!((f.kind, f.rate, f.depth), (EffectKind::Pulse, 1.0, 0.5));
+    assert_eq!(show.cues[0].note, "softly");
+    let changes = |cue: usize, part: usize| {
+        let found = show.cues[cue].parts[part].effects.iter();
+        found.map(|e| (e.bank, e.effect)).collect::<Vec<_>>()
+    };
+    assert_eq!(changes(0, 0), [(0, Some(0))]);
+    assert_eq!(changes(1, 1), [(0, Some(1)), (1, Some(1))]);
+    assert_eq!(show.cues[1].parts[1].delay.seconds(), 2.0);
+    assert_eq!(changes(2, 0), [(2, None)]);
+    for (text, code) in [
+        ("cue 1 { a effect none  b effect x }", codes::UNKNOWN_NAME),
+        ("cue 1 { c.r 5 effect none }", codes::DOES_NOT_FIT),
+        ("effect e = pulse seed 3\n", codes::DOES_NOT_FIT),
+        ("effect e = flicker rate 100\n", codes::RANGE),
+        ("cue 1 { note \"a\" note \"b\" a 5 }", codes::SAID_TWICE),
+    ] {
+        let found = parsed(&format!("{RIG}{text}")).diagnostics;
+        assert_eq!(found[0].code, code, "{text}");
+    }
+}
+
+#[test]
+fn previews_have_a_white_and_stops_beyond_automatic() {
+    let preview = |entries: &str| {
+        let parsed = parsed(&format!("{RIG}preview {{ {entries} }}"));
+        parsed
+            .show
+            .map(|show| show.preview)
+            .ok_or_else(|| parsed.diagnostics[0].code)
+    };
+    let found = preview("exposure auto +1.5  white 3200 K").unwrap();
+    assert_eq!(
+        (found.exposure, found.bias, found.white),
+        (None, 1.5, Some(3200.0))
+    );
+    assert_eq!(preview("exposure auto -1").unwrap().bias, -1.0);
+    let again = preview_statement(&found);
+    assert_eq!(
+        parsed(&format!("{RIG}{again}")).show.unwrap().preview,
+        found
+    );
+    assert_eq!(preview("white 3"), Err(codes::DOES_NOT_FIT));
+    assert_eq!(preview("white 1000 K"), Err(codes::RANGE));
 }

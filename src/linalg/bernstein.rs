@@ -23,6 +23,11 @@ const BINOMIAL: [[f64; 7]; 7] = [
     [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0],
 ];
 
+/// How many ways there are to choose `k` of `n`, which is 6 at most.
+pub fn binomial(n: usize, k: usize) -> f64 {
+    BINOMIAL[n][k]
+}
+
 /// A polynomial of degree at most 3 on [0, 1] by its Bernstein coefficients.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bernstein {

@@ -75,6 +75,12 @@ pub struct Cue {
     pub complete: f64,
     /// Whether it starts the next cue by itself.
     pub starts: bool,
+    /// Its times and what it starts, in a designer's words; may be empty.
+    pub timing: String,
+    /// For the operator; may be empty.
+    pub note: String,
+    /// Coordinates that it moves, with the seconds from its GO until they have arrived.
+    pub moves: Vec<(usize, f64)>,
 }
 
 /// What is played.
@@ -322,6 +328,7 @@ fn remark(contents: &Contents<'_>, size: (usize, usize), full: (usize, usize)) -
 fn filled(title: &str, json: &str) -> String {
     let script = [
         include_str!("page/light.js"),
+        include_str!("page/go.js"),
         include_str!("page/webgl.js"),
         include_str!("page/canvas.js"),
         include_str!("page/desk.js"),

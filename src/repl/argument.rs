@@ -2,7 +2,7 @@
 
 use super::error::usage;
 use super::{Call, Error};
-use crate::engine::{Engine, Goal};
+use crate::engine::{Engine, Goal, LiveControl};
 use crate::lang;
 use crate::picture::exr::Precision;
 use crate::picture::y4m::Chroma;
@@ -47,6 +47,23 @@ pub fn duration(text: &str) -> Result<Time, Error> {
 pub fn whole(text: &str) -> Result<usize, Error> {
     text.parse()
         .map_err(|_| Error::Usage(format!("`{text}` is not a whole number")))
+}
+
+/// A moment of the show: a time, or `cue 5` (complete), `cue 5 + 2s` (after its GO).
+pub fn time_of(engine: &Engine, words: &[&str]) -> Result<Time, Error> {
+    let joined = words.join(" ");
+    let Some(rest) = joined.strip_prefix("cue ") else {
+        return match words {
+            [word] => time(engine, word),
+            _ => usage("say one moment: 1:30, cue 5 or cue 5 + 2s"),
+        };
+    };
+    let (number, after) = match rest.split_once('+') {
+        Some((number, after)) => (number.trim(), Some(duration(after.trim())?)),
+        None => (rest, None),
+    };
+    let number = cue(engine, number)?;
+    Ok(LiveControl::moment_of(engine.document(), number, after)?)
 }
 
 /// A time within the show.

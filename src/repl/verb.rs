@@ -88,6 +88,7 @@ impl std::fmt::Debug for VerbSpec {
 
 /// The specification of a verb by its name.
 pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
+    let name = if name == "exit" { "quit" } else { name };
     VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
         let near = nearest(name, VERBS.iter().map(|v| v.name));
         let hint = match near {

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::sheet::hex;
 use super::words::{count, label, seconds};
 use crate::diagnostic::{Diagnostic, Style};
 use crate::engine::measure::LongRun;
@@ -9,6 +10,7 @@ use crate::engine::{Document, Edited, LiveControl};
 use crate::lang::{self, codes, edit::Action};
 use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
+use crate::timeline;
 use crate::units::percent;
 
 /// Title, banks, cues and length, in a line.
@@ -135,9 +137,12 @@ pub fn edited(
         text.append(&edited.warnings.render(style));
     }
     for change in &edited.changes {
-        let done = match change.action {
-            Action::Added => "added",
-            _ => "replaced as a whole",
+        let done = match &change.action {
+            Action::Added => "added".to_owned(),
+            Action::Removed => "removed".to_owned(),
+            Action::Updated => "changed".to_owned(),
+            Action::Renamed(name) => format!("renamed to {name}"),
+            Action::Replaced => "replaced as a whole".to_owned(),
         };
         let what = change.what();
         let _ = writeln!(text, "{what}: {done}");
@@ -197,7 +202,6 @@ pub fn moment(document: &Document, live: &LiveControl) -> String {
 /// The levels as a desk shows them, in percent; next to them the light behind the dimmers where it
 /// is another.
 fn levels(document: &Document, live: &LiveControl) -> String {
-    let lights = live.setting(document);
     let levels = live.levels(document);
     let show = document.show();
     let bent = |bank: &crate::show::Bank| bank.dimmer != crate::show::Dimmer::Linear;
@@ -206,16 +210,29 @@ fn levels(document: &Document, live: &LiveControl) -> String {
     if bent {
         let _ = writeln!(text, "  {:<14} {:>6} {:>7}", "", "level", "light");
     }
-    let shown = if bent { &levels } else { &lights };
-    let rows = show.coordinates().into_iter().zip(shown);
-    for ((coordinate, level), light) in rows.zip(&lights) {
+    let rows = show.parameters().into_iter().enumerate().zip(&levels);
+    for ((parameter, coordinate), level) in rows {
+        if coordinate.channel.is_some() {
+            continue;
+        }
+        let bank = coordinate.bank.and_then(|bank| show.banks.get(bank));
+        let light = bank.map_or(1.0, |bank| {
+            let law = timeline::settings(bank.dimmer, &show.curves, &[*level]);
+            law.first().copied().unwrap_or(*level)
+        });
+        let colour = match bank.filter(|bank| bank.rgb) {
+            Some(_) => levels
+                .get(parameter + 1..parameter + 4)
+                .map_or_else(String::new, hex),
+            None => String::new(),
+        };
         let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
         let behind = match bent {
             true => format!(" {:>7.1}", light * 100.0),
             false => String::new(),
         };
         let (name, percent) = (left(&coordinate.name, 14), level * 100.0);
-        let line = format!("  {name} {percent:>6.1}{behind}  {bar}");
+        let line = format!("  {name} {percent:>6.1}{behind}  {bar} {colour}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text

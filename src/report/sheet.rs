@@ -10,7 +10,7 @@ mod track;
 
 pub use cue::cue_sheet;
 pub use difference::{Change, CurveChange, Difference, difference};
-pub use level::clock;
+pub use level::{clock, hex, time};
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

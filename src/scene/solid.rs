@@ -54,6 +54,18 @@ pub enum Solid {
 }
 
 impl Solid {
+    /// Whether a point is inside a box that is closed around it.
+    pub fn closes_in(&self, point: Vec3) -> bool {
+        match self {
+            Solid::Cuboid {
+                low,
+                high,
+                inside: false,
+            } => (0..3).all(|axis| low[axis] < point[axis] && point[axis] < high[axis]),
+            _ => false,
+        }
+    }
+
     /// Its polygons, without backs.
     ///
     /// # Errors

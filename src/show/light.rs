@@ -2,6 +2,7 @@
 
 use super::imported_luminaire::{self, ImportedLuminaire};
 use super::{NodeId, RigError};
+use crate::geometry::Vec3;
 use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::mount::Mount;
 use crate::scene::shape::Shape;
@@ -66,6 +67,19 @@ pub enum LightKind {
     Spot(scene::Spot),
     /// What a bank or the fixed lights add to the picture, rendered elsewhere.
     Image(scene::ImageFile),
+}
+
+impl LightKind {
+    /// Where it hangs, as far as the text says so; metres.
+    pub fn place(&self) -> Option<Vec3> {
+        match self {
+            LightKind::Spot(spot) => Some(spot.position),
+            LightKind::Photometric { mount, .. } | LightKind::Projection { mount, .. } => {
+                Some(mount.position)
+            }
+            _ => None,
+        }
+    }
 }
 
 /// How bright a point source with a shape of beam of its own is.

@@ -142,8 +142,17 @@ impl Show {
         Ok(scene::Rig { lights, sources })
     }
 
+    /// What the channels of all light are multiplied by, so that the preview's white is white.
+    fn white(&self) -> Rgb {
+        let kelvin = self.preview.white.and_then(Rgb::from_kelvin);
+        kelvin.map_or(Rgb::WHITE, |kelvin| Rgb(kelvin.0.map(f64::recip)))
+    }
+
     fn emitters(&self, coordinate: &Coordinate, starts: &[usize]) -> Vec<scene::Emitter> {
+        let white = self.white();
         let emitter = |light: usize, filter: Rgb| {
+            let (Rgb([r, g, b]), Rgb([red, green, blue])) = (filter, white);
+            let filter = Rgb([r * red, g * green, b * blue]);
             let start = |i: usize| starts.get(i).copied().unwrap_or(0);
             let all = start(light)..start(light + 1);
             all.map(move |light| scene::Emitter { light, filter })

@@ -17,7 +17,8 @@ use crate::units::Time;
 pub(super) const TOLERANCE: f64 = 1e-4;
 /// A law may leave 0 to 1 by this much rounding.
 const ROUNDING: f64 = 1e-12;
-/// Interior points at which a fit is compared; half the tolerance is asked for at them.
+/// Interior points at which a fit is compared; a little less than half the tolerance is asked for at
+/// them, so that between them it is never more than half.
 const SAMPLES: usize = 15;
 
 /// A dimmer ready to be applied.
@@ -31,6 +32,22 @@ pub(super) enum Law {
 pub fn settings(dimmer: Dimmer, curves: &[Curve], levels: &[f64]) -> Vec<f64> {
     let law = Law::new(dimmer, curves);
     levels.iter().map(|level| law.value(*level)).collect()
+}
+
+/// The light of each coordinate of a show, relative to full, where its parameters
+/// ([`Show::parameters`]) are at `levels`.
+pub fn lights(show: &Show, levels: &[f64]) -> Vec<f64> {
+    let mut out = Vec::with_capacity(levels.len());
+    for (bank, first) in show.banks.iter().zip(show.first_parameters()) {
+        let at = |parameter: usize| levels.get(parameter).copied().unwrap_or(0.0);
+        let light = Law::new(bank.dimmer, &show.curves).value(at(first));
+        match bank.rgb {
+            true => out.extend((first + 1..first + 4).map(|emitter| light * at(emitter))),
+            false => out.push(light),
+        }
+    }
+    out.extend((!show.fixed.is_empty()).then_some(1.0));
+    out
 }
 
 /// Laws that leave 0 to 1 at a level between 0 and 1.
@@ -212,6 +229,7 @@ impl Law {
     fn compose_monotone(&self, level: &Piece, out: &mut Vec<Piece>) {
         let q = &level.polynomial;
         let law = self.around(q.value(0.5));
+        let times = (level.start, level.end);
         let jumps = matches!(self, Law::Curve { jumps: true, .. });
         let one_sided = |x: f64| if jumps { law.value(x) } else { self.value(x) };
         let ends = (one_sided(q.first()), one_sided(q.last()));
@@ -229,7 +247,11 @@ impl Law {
                 polynomial: polynomial.with_ends(ends.0, ends.1),
                 ..*level
             }),
-            None => fit(&law, level, ends, out),
+            None => {
+                let level = level.polynomial;
+                let composed = Composed { law, level };
+                fit(&composed, (0.0, 1.0), times, ends, out);
+            }
         }
     }
 }
@@ -282,11 +304,39 @@ fn crossing(p: &Bernstein, s: f64, e: f64, value: f64) -> Option<f64> {
     Some(high)
 }
 
-/// Cubics for the composition of a law with a monotone level: Hermite, slopes limited to what
-/// keeps them between the end values (Fritsch and Carlson), halved in time until close enough.
-fn fit(law: &Local, level: &Piece, ends: (f64, f64), out: &mut Vec<Piece>) {
-    let q = &level.polynomial;
-    let chord = ends.1 - ends.0;
+/// A law after a monotone level.
+struct Composed {
+    law: Local,
+    level: Bernstein,
+}
+
+impl Fitted for Composed {
+    fn value(&self, t: f64) -> f64 {
+        self.law.value(self.level.value(t))
+    }
+
+    fn slope(&self, t: f64) -> f64 {
+        self.law.slope(self.level.value(t)) * self.level.slope(t)
+    }
+}
+
+/// What [`fit`] follows, over [0, 1].
+pub(super) trait Fitted {
+    fn value(&self, t: f64) -> f64;
+    fn slope(&self, t: f64) -> f64;
+}
+
+/// Cubics for what is monotone between `from` and `to` of [0, 1], which are at these times: Hermite,
+/// slopes limited to what keeps them between the end values (Fritsch and Carlson), halved in time
+/// until close enough.
+pub(super) fn fit(
+    of: &impl Fitted,
+    (from, to): (f64, f64),
+    (start, end): (Time, Time),
+    ends: (f64, f64),
+    out: &mut Vec<Piece>,
+) {
+    let (chord, length) = (ends.1 - ends.0, to - from);
     let limited = |slope: f64| {
         if slope * chord <= 0.0 {
             0.0
@@ -294,32 +344,25 @@ fn fit(law: &Local, level: &Piece, ends: (f64, f64), out: &mut Vec<Piece>) {
             slope.abs().min(3.0 * chord.abs()).copysign(chord)
         }
     };
-    let slope = |t: f64, x: f64| limited(law.slope(x) * q.slope(t));
-    let cubic = Bernstein::hermite(ends.0, ends.1, slope(0.0, q.first()), slope(1.0, q.last()));
+    let slope = |t: f64| limited(of.slope(t) * length);
+    let cubic = Bernstein::hermite(ends.0, ends.1, slope(from), slope(to));
     let off = (1..=SAMPLES)
         .map(|i| i as f64 / (SAMPLES + 1) as f64)
-        .map(|t| (cubic.value(t) - law.value(q.value(t))).abs())
+        .map(|t| (cubic.value(t) - of.value(from + t * length)).abs())
         .fold(0.0f64, f64::max);
-    let half = (level.end - level.start).scaled(0.5);
-    if off <= 0.5 * TOLERANCE || half == Time::ZERO || level.start + half == level.end {
+    let half = (end - start).scaled(0.5);
+    if off <= 0.48 * TOLERANCE || half == Time::ZERO || start + half == end {
         out.push(Piece {
+            start,
+            end,
             polynomial: cubic,
-            ..*level
         });
         return;
     }
-    let middle = level.start + half;
-    let value = law.value(level.value(middle));
-    let left = Piece {
-        end: middle,
-        polynomial: level.between(level.start, middle),
-        ..*level
-    };
-    let right = Piece {
-        start: middle,
-        polynomial: level.between(middle, level.end),
-        ..*level
-    };
-    fit(law, &left, (ends.0, value), out);
-    fit(law, &right, (value, ends.1), out);
+    let middle = start + half;
+    let share = half.micros() as f64 / (end - start).micros() as f64;
+    let inner = from + share * length;
+    let value = of.value(inner);
+    fit(of, (from, inner), (start, middle), (ends.0, value), out);
+    fit(of, (inner, to), (middle, end), (value, ends.1), out);
 }

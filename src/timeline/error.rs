@@ -50,6 +50,14 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
+    /// Effects make more pieces than a show may have of them.
+    #[error("effects would make more than {limit} pieces")]
+    TooManyEffects {
+        /// The move that goes over the limit.
+        id: NodeId,
+        /// The limit.
+        limit: usize,
+    },
     /// The curves need more memory than allowed.
     #[error("the curves need more than {budget} bytes")]
     Memory {
@@ -63,8 +71,8 @@ pub enum TimelineError {
     Level {
         /// The move.
         id: NodeId,
-        /// Which coordinate.
-        coordinate: usize,
+        /// Which parameter.
+        parameter: usize,
         /// When it is farthest outside, to the microsecond.
         time: Time,
         /// The level there.
@@ -85,12 +93,12 @@ pub enum TimelineError {
 /// Legal but surely not meant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Warning {
-    /// A path does not begin at the level that the coordinate has.
+    /// A path does not begin at the level that the parameter has.
     Jump {
         /// The move.
         id: NodeId,
-        /// Which coordinate.
-        coordinate: usize,
+        /// Which parameter.
+        parameter: usize,
         /// When.
         time: Time,
         /// The level before.
@@ -98,25 +106,25 @@ pub enum Warning {
         /// The path's first level.
         to: f64,
     },
-    /// A move never happens, since a later cue's move of the same coordinate starts first.
+    /// A move never happens, since a later cue's move of the same parameter starts first.
     Overtaken {
         /// The move that never happens.
         id: NodeId,
         /// The move that comes first.
         by: NodeId,
-        /// Which coordinate.
-        coordinate: usize,
+        /// Which parameter.
+        parameter: usize,
         /// When the move would have started.
         time: Time,
     },
-    /// A fade is cut off by a later cue's move of the same coordinate.
+    /// A fade is cut off by a later cue's move of the same parameter.
     CutOff {
         /// The fade that does not arrive.
         id: NodeId,
         /// The move that takes over.
         by: NodeId,
-        /// Which coordinate.
-        coordinate: usize,
+        /// Which parameter.
+        parameter: usize,
         /// When.
         time: Time,
         /// The level that it has reached then.

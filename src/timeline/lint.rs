@@ -28,7 +28,7 @@ pub(super) struct Run {
     pub to: f64,
 }
 
-/// The latest move of a coordinate.
+/// The latest move of a parameter.
 #[derive(Clone, Copy, Debug)]
 struct Latest {
     id: NodeId,
@@ -42,7 +42,7 @@ struct Latest {
 pub(super) struct Watch {
     /// Cues whose times depend on the same GO, or on none.
     clocks: Vec<usize>,
-    /// By coordinate.
+    /// By parameter.
     latest: Vec<Option<Latest>>,
     /// By cue: something about the light is no longer as it was.
     changed: Vec<bool>,
@@ -51,10 +51,10 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    pub fn new(show: &Show, cues: &[CueTime], coordinates: usize) -> Watch {
+    pub fn new(show: &Show, cues: &[CueTime], parameters: usize) -> Watch {
         Watch {
             clocks: clocks(show, cues),
-            latest: vec![None; coordinates],
+            latest: vec![None; parameters],
             changed: vec![false; cues.len()],
             first: cues.first().map_or(Time::ZERO, |c| c.go),
             warnings: Vec::new(),
@@ -65,7 +65,7 @@ impl Watch {
     pub fn played(&mut self, cue: usize, m: &Moved<'_>, run: Run) -> usize {
         let warned = self.warnings.len();
         let fades = matches!(*m.motion, Motion::To(_));
-        let before = self.latest[m.coordinate].replace(Latest {
+        let before = self.latest[m.parameter].replace(Latest {
             id: m.id,
             cue,
             run,
@@ -81,7 +81,7 @@ impl Watch {
         {
             self.warnings.push(Warning::Jump {
                 id: m.id,
-                coordinate: m.coordinate,
+                parameter: m.parameter,
                 time: run.start,
                 from: run.from,
                 to,
@@ -98,7 +98,7 @@ impl Watch {
             self.warnings.push(Warning::Overtaken {
                 id: before.id,
                 by: m.id,
-                coordinate: m.coordinate,
+                parameter: m.parameter,
                 time: before.run.start,
             });
             return;
@@ -109,7 +109,7 @@ impl Watch {
             self.warnings.push(Warning::CutOff {
                 id: before.id,
                 by: m.id,
-                coordinate: m.coordinate,
+                parameter: m.parameter,
                 time: run.start,
                 level: run.from,
                 to: before.run.to,
@@ -126,6 +126,7 @@ impl Watch {
             !**changed
                 && !cue.block
                 && !cue.assert
+                && cue.parts.iter().all(|part| part.effects.is_empty())
                 && moves.any(|m| !matches!(m.motion, Motion::To(to) if to == 0.0))
         });
         let found = still.map(|(cue, _)| Warning::Still { cue: cue.id });
@@ -165,7 +166,7 @@ fn moves(cue: &Cue) -> impl Iterator<Item = &crate::show::Move> {
 /// A time in which a bank is out, with the moves that put it out and that end it.
 #[derive(Clone, Copy, Debug)]
 struct Out {
-    coordinate: usize,
+    parameter: usize,
     start: Time,
     end: Time,
     by: Option<NodeId>,
@@ -177,10 +178,10 @@ struct Out {
 /// draws levels over time has seen them. What `cueonly` or `assert` restores was said before.
 pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<Warning> {
     let banks: Vec<usize> = show
-        .coordinates()
+        .parameters()
         .iter()
         .enumerate()
-        .filter_map(|(i, c)| c.bank.map(|_| i))
+        .filter_map(|(i, c)| c.bank.filter(|_| c.channel.is_none()).map(|_| i))
         .collect();
     let outs = banks.iter().flat_map(|c| outs(*c, &tracks[*c]));
     let outs: Vec<Out> = outs.filter(|o| o.start < end && o.end > start).collect();
@@ -190,13 +191,13 @@ pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec
     if stretches.is_empty() {
         return Vec::new();
     }
-    let ends = Ends::new(show, &outs, banks.len());
+    let ends = Ends::new(show, &outs, &banks);
     let warn = |(a, b)| ends.warning(a, b);
     stretches.into_iter().filter_map(warn).collect()
 }
 
 /// Where a track is at 0.
-fn outs(coordinate: usize, track: &Track) -> Vec<Out> {
+fn outs(parameter: usize, track: &Track) -> Vec<Out> {
     let dark = |s: &Stretch| s.piece.polynomial.is_constant() && s.piece.polynomial.first() == 0.0;
     let id = |s: &Stretch| s.by.map(|(id, _)| id);
     let runs = track.chunk_by(|a, b| dark(a) == dark(b));
@@ -209,7 +210,7 @@ fn outs(coordinate: usize, track: &Track) -> Vec<Out> {
         {
             let next = runs.get(i + 1).and_then(|r| r.first());
             found.push(Out {
-                coordinate,
+                parameter,
                 start: first.piece.start,
                 end: last.piece.end,
                 by: id(first),
@@ -250,7 +251,7 @@ struct Ends<'a> {
 }
 
 impl<'a> Ends<'a> {
-    fn new(show: &Show, outs: &'a [Out], all: usize) -> Ends<'a> {
+    fn new(show: &Show, outs: &'a [Out], levels: &[usize]) -> Ends<'a> {
         let mut ends = Ends {
             begun: BTreeMap::new(),
             ended: BTreeMap::new(),
@@ -263,11 +264,13 @@ impl<'a> Ends<'a> {
             }
         }
         for cue in &show.cues {
-            let goes = |m: &&crate::show::Move| matches!(m.motion, Motion::To(to) if to == 0.0);
+            let goes = |m: &&crate::show::Move| {
+                levels.contains(&m.parameter) && matches!(m.motion, Motion::To(to) if to == 0.0)
+            };
             let out: Vec<_> = moves(cue).filter(goes).collect();
-            if out.len() < all {
+            if out.len() < levels.len() {
                 ends.fades
-                    .extend(out.into_iter().map(|m| (m.id, m.coordinate)));
+                    .extend(out.into_iter().map(|m| (m.id, m.parameter)));
             }
         }
         ends
@@ -277,7 +280,7 @@ impl<'a> Ends<'a> {
         let begun = self.begun.get(&a)?;
         let last = begun.first()?.by?;
         let faded = |o: &Out| {
-            let key = o.by.map(|id| (id, o.coordinate));
+            let key = o.by.map(|id| (id, o.parameter));
             key.is_some_and(|k| self.fades.contains(&k))
         };
         begun.iter().all(|o| faded(o)).then_some(Warning::Dark {

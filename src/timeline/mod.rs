@@ -11,10 +11,12 @@ mod blend;
 mod clock;
 mod curve;
 mod dimmer;
+mod effect;
 mod error;
 mod key;
 mod lint;
 mod positivity;
+mod product;
 mod spline;
 mod sweep;
 mod track;
@@ -25,15 +27,16 @@ pub(crate) mod tests;
 pub use blend::{Blend, blend};
 pub use clock::CueTime;
 pub use curve::Piece;
-pub use dimmer::settings;
+pub use dimmer::{lights, settings};
 pub use error::{TimelineError, Warning};
 pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
 pub use positivity::knots as fewest_knots;
 
 use std::collections::BTreeMap;
 
-use self::track::MemoryBudget;
-use crate::show::{Dimmer, Show};
+use self::dimmer::Law;
+use self::track::{MemoryBudget, Track};
+use crate::show::Show;
 use crate::units::Time;
 
 /// A show as curves.
@@ -45,13 +48,17 @@ pub struct Timeline {
     curves: Vec<Vec<Piece>>,
     moves: Vec<Vec<(Time, Time)>>,
     last: Vec<f64>,
-    /// Levels before the dimmer, of the coordinates that one bends; the others' are their settings.
-    bent: BTreeMap<usize, Levels>,
+    /// What the cues move, where that is not a setting.
+    parameters: BTreeMap<usize, Levels>,
+    /// By parameter, the coordinate whose setting it is.
+    own: Vec<Option<usize>>,
+    /// By bank, the factor of its effects; no pieces without any.
+    factors: Vec<Vec<Piece>>,
     warnings: Vec<Warning>,
     joined: usize,
 }
 
-/// A coordinate's level before its dimmer, as a fraction of full.
+/// A parameter over the sequence, 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 struct Levels {
     pieces: Vec<Piece>,
@@ -92,47 +99,89 @@ impl Timeline {
             return Err(errors);
         }
         warnings.extend(lint::dark(show, &tracks, start, end));
-        let mut curves = Vec::new();
-        let mut last = Vec::new();
-        let mut dropped = 0;
-        let mut bent = BTreeMap::new();
-        for (i, (coordinate, track)) in show.coordinates().iter().zip(&tracks).enumerate() {
-            let Some(bank) = coordinate.bank else {
-                curves.push(curve::hold(start, end, 1.0));
-                last.push(1.0);
-                continue;
-            };
-            let dimmer = show.banks.get(bank).map_or(Dimmer::Linear, |b| b.dimmer);
-            let law = dimmer::Law::new(dimmer, &show.curves);
-            let levels = track::trimmed(track, start, end);
-            let pieces = law.applied(&levels);
-            let curve = curve::joined(&pieces);
-            dropped += pieces.len() - curve.len();
-            curves.push(curve);
-            let level = track::level_at(track, end);
-            last.push(law.value(level));
-            if dimmer != Dimmer::Linear {
-                let last = level;
-                let pieces = levels;
-                bent.insert(i, Levels { pieces, last });
-            }
-        }
-        Ok(Timeline {
+        let factors = effect::factors(show, &cues, (start, end)).map_err(|error| vec![error])?;
+        let mut out = Timeline {
             start,
             end,
             cues,
-            curves,
-            moves: tracks.iter().map(track::moves).collect(),
-            last,
-            bent,
+            curves: Vec::new(),
+            moves: Vec::new(),
+            last: Vec::new(),
+            parameters: BTreeMap::new(),
+            own: Vec::new(),
+            factors: Vec::new(),
             warnings,
-            joined: dropped,
-        })
+            joined: 0,
+        };
+        let mut first = 0;
+        for (bank, factor) in show.banks.iter().zip(factors) {
+            let law = Law::new(bank.dimmer, &show.curves);
+            let count = if bank.rgb { 4 } else { 1 };
+            let tracks = tracks.get(first..first + count).unwrap_or_default();
+            out.add_bank(&law, first, tracks, &factor);
+            out.factors.push(factor);
+            first += count;
+        }
+        if !show.fixed.is_empty() {
+            out.own.push(Some(out.curves.len()));
+            out.curves.push(curve::hold(start, end, 1.0));
+            out.last.push(1.0);
+            out.moves.push(Vec::new());
+        }
+        Ok(out)
+    }
+
+    /// Adds the coordinates of a bank by the tracks of its level and, if it has one, its colour.
+    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track], factor: &[Piece]) {
+        let Some((level, colour)) = tracks.split_first() else {
+            return;
+        };
+        let levels = track::trimmed(level, self.start, self.end);
+        let mut light = law.applied(&levels);
+        let mut last = law.value(track::level_at(level, self.end));
+        if let Some(end) = factor.last() {
+            light = product::product(&light, factor);
+            last *= end.polynomial.last();
+        }
+        let own = colour.is_empty() && matches!(law, Law::Linear) && factor.is_empty();
+        self.own.push(own.then_some(self.curves.len()));
+        if !own {
+            self.keep(first, level, levels);
+        }
+        if colour.is_empty() {
+            self.add_coordinate(&light, last, track::moves(level));
+        }
+        for (emitter, track) in colour.iter().enumerate() {
+            let shares = track::trimmed(track, self.start, self.end);
+            let pieces = product::product(&light, &shares);
+            let last = last * track::level_at(track, self.end);
+            let mut moves = track::moves(level);
+            moves.extend(track::moves(track));
+            moves.sort_unstable();
+            moves.dedup();
+            self.add_coordinate(&pieces, last, moves);
+            self.own.push(None);
+            self.keep(first + 1 + emitter, track, shares);
+        }
+    }
+
+    /// Keeps a parameter that is not a setting.
+    fn keep(&mut self, parameter: usize, track: &Track, pieces: Vec<Piece>) {
+        let last = track::level_at(track, self.end);
+        self.parameters.insert(parameter, Levels { pieces, last });
+    }
+
+    fn add_coordinate(&mut self, pieces: &[Piece], last: f64, moves: Vec<(Time, Time)>) {
+        let curve = curve::joined(pieces);
+        self.joined += pieces.len() - curve.len();
+        self.curves.push(curve);
+        self.last.push(last);
+        self.moves.push(moves);
     }
 
     /// Bytes that it holds, about.
     pub fn bytes(&self) -> usize {
-        let levels = self.bent.values().map(|levels| &levels.pieces);
+        let levels = self.parameters.values().map(|levels| &levels.pieces);
         let pieces: usize = self.curves.iter().chain(levels).map(Vec::len).sum();
         let moves: usize = self.moves.iter().map(Vec::len).sum();
         pieces * size_of::<Piece>()
@@ -172,8 +221,8 @@ impl Timeline {
         self.curves.get(coordinate).map_or(&[], Vec::as_slice)
     }
 
-    /// When each move of a coordinate begins and ends, in time; one that another overtakes ends
-    /// there.
+    /// When each move of a coordinate's level or colour begins and ends, in time; one that another
+    /// overtakes ends there.
     pub fn moves(&self, coordinate: usize) -> &[(Time, Time)] {
         self.moves.get(coordinate).map_or(&[], Vec::as_slice)
     }
@@ -190,16 +239,27 @@ impl Timeline {
         curves.map(|(c, last)| self.value(c, *last, time)).collect()
     }
 
-    /// The levels at a time, before the dimmers, as fractions of full; times as in
-    /// [`Timeline::evaluate`].
+    /// What cues move at a time ([`Show::parameters`]): levels before the dimmers, as fractions of
+    /// full, and colours; times as in [`Timeline::evaluate`].
     pub fn levels(&self, time: Time) -> Vec<f64> {
-        let mut levels = self.evaluate(time);
-        for (coordinate, bent) in &self.bent {
-            if let Some(slot) = levels.get_mut(*coordinate) {
-                *slot = self.value(&bent.pieces, bent.last, time);
+        let settings = self.evaluate(time);
+        let parameters = self.own.iter().enumerate();
+        let level = |(parameter, own): (usize, &Option<usize>)| match own {
+            Some(coordinate) => settings.get(*coordinate).copied().unwrap_or(0.0),
+            None => {
+                let kept = self.parameters.get(&parameter);
+                kept.map_or(0.0, |kept| self.value(&kept.pieces, kept.last, time))
             }
+        };
+        parameters.map(level).collect()
+    }
+
+    /// What the effects of a bank leave of its light at a time, 0 to 1.
+    pub fn factor(&self, bank: usize, time: Time) -> f64 {
+        match self.factors.get(bank).map(|pieces| (pieces, pieces.last())) {
+            Some((pieces, Some(last))) => self.value(pieces, last.polynomial.last(), time),
+            _ => 1.0,
         }
-        levels
     }
 
     fn value(&self, pieces: &[Piece], last: f64, time: Time) -> f64 {

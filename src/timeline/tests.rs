@@ -9,6 +9,7 @@ mod reference;
 use super::*;
 use crate::show::*;
 use planted::*;
+use reference::Reference;
 
 fn at(show: &Show, seconds_: f64) -> Vec<f64> {
     Timeline::new(show).unwrap().evaluate(seconds(seconds_))
@@ -25,17 +26,18 @@ proptest! {
     fn keys_give_what_the_cues_say(seed in any::<u64>()) {
         let mut random = Random::new(seed);
         let show = wild(&mut random);
-        let go = reference::go_times(&show);
-        let level = |c: usize, t: i64| reference::level(&show, &go, c, show.cues.len(), t);
+        let reference = Reference::new(&show);
+        let go = &reference.go;
+        let level = |c: usize, t: i64| reference.level(c, show.cues.len(), t);
         let timeline = match Timeline::new(&show) {
             Ok(timeline) => timeline,
             Err(errors) => {
                 for e in errors {
                     match e {
-                        TimelineError::Level { coordinate, time, level: found, .. } => {
+                        TimelineError::Level { parameter, time, level: found, .. } => {
                             prop_assert!(!(0.0..=1.0).contains(&found));
-                            prop_assert!((level(coordinate, time.micros()) - found).abs() < 1e-5
-                                || (level(coordinate, time.micros() - 1) - found).abs() < 1e-5);
+                            prop_assert!((level(parameter, time.micros()) - found).abs() < 1e-5
+                                || (level(parameter, time.micros() - 1) - found).abs() < 1e-5);
                         }
                         TimelineError::Backwards { .. } => {}
                         other => prop_assert!(false, "{other:?}"),
@@ -57,9 +59,11 @@ proptest! {
                 let blended = keys.evaluate(Time::from_micros(t));
                 let curves = timeline.evaluate(Time::from_micros(t));
                 for (c, coordinate) in show.coordinates().iter().enumerate() {
-                    let want = if coordinate.bank.is_some() { level(c, t) } else { 1.0 };
-                    prop_assert!((blended[c] - want).abs() < 1e-12, "{t} {c}: {} for {want}", blended[c]);
-                    prop_assert!((curves[c] - want).abs() < 1e-12);
+                    let want = if coordinate.bank.is_some() { reference.light(c, t) } else { 1.0 };
+                    // A level and a colour that both move along a spline are fitted.
+                    let limit = if coordinate.channel.is_some() { 5e-5 } else { 1e-12 };
+                    prop_assert!((blended[c] - want).abs() < limit, "{t} {c}: {} for {want}", blended[c]);
+                    prop_assert!((curves[c] - want).abs() < limit);
                 }
             }
             if !signed_keys {
@@ -93,7 +97,7 @@ proptest! {
         }
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
         let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
-        let go = reference::go_times(&show);
+        let reference = Reference::new(&show);
         let own = &show.curves[0].knots;
         for _ in 0..60 {
             let t = random.between(timeline.start().micros(), timeline.end().micros());
@@ -102,8 +106,8 @@ proptest! {
                 if coordinate.bank.is_none() {
                     continue;
                 }
-                let level = reference::level(&show, &go, c, show.cues.len(), t);
-                let want = match law {
+                let (level, share) = reference.level_and_share(c, t);
+                let want = share * match law {
                     Dimmer::Square => level * level,
                     _ => {
                         let i = own.iter().rposition(|k| k.at <= level.max(0.0)).unwrap().min(own.len() - 2);
@@ -114,7 +118,7 @@ proptest! {
                 // A law's knots fall on whole microseconds of the fade: all of a piece may be off
                 // by what the level moves in one.
                 let moved = [t - 1, t + 1].map(|t| {
-                    (reference::level(&show, &go, c, show.cues.len(), t) - level).abs()
+                    (reference.level_and_share(c, t).0 - level).abs()
                 });
                 let steepest = own.windows(2).map(|w| (w[1].value - w[0].value) / (w[1].at - w[0].at));
                 let slack = match law {
@@ -158,7 +162,7 @@ proptest! {
             bank.dimmer = random.pick(&[Dimmer::Square, Dimmer::Square, Dimmer::Curve(0)]);
         }
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
-        let go = reference::go_times(&show);
+        let reference = Reference::new(&show);
         let own = &show.curves[0];
         let steps = own.interpolation == Interpolation::Steps;
         let law = dimmer::Law::new(Dimmer::Curve(0), &show.curves);
@@ -167,8 +171,8 @@ proptest! {
             let found = timeline.evaluate(Time::from_micros(t));
             for (c, coordinate) in show.coordinates().iter().enumerate() {
                 let Some(bank) = coordinate.bank else { continue };
-                let level = reference::level(&show, &go, c, show.cues.len(), t);
-                let want = match show.banks[bank].dimmer {
+                let (level, share) = reference.level_and_share(c, t);
+                let want = share * match show.banks[bank].dimmer {
                     Dimmer::Square => level * level,
                     _ => law.value(level.clamp(0.0, 1.0)),
                 };
@@ -309,7 +313,7 @@ fn an_overtaken_move_never_happens_and_is_told() {
     let timeline = Timeline::new(&show).unwrap();
     assert!(matches!(
         timeline.warnings(),
-        [Warning::Overtaken { coordinate: 0, .. }]
+        [Warning::Overtaken { parameter: 0, .. }]
     ));
     assert_eq!(timeline.evaluate(seconds(25.)), vec![0.5]);
 }
@@ -367,7 +371,7 @@ fn levels_outside_are_an_error_with_time_and_value() {
     let errors = Timeline::new(&show).unwrap_err();
     let [
         TimelineError::Level {
-            coordinate,
+            parameter,
             time,
             level,
             ..
@@ -377,7 +381,7 @@ fn levels_outside_are_an_error_with_time_and_value() {
         panic!("{errors:?}")
     };
     // The natural spline through these is 115 % at the middle (by symmetry, slopes 1/2 and -3/2…).
-    assert_eq!((*coordinate, time.seconds()), (1, 11.5));
+    assert_eq!((*parameter, time.seconds()), (1, 11.5));
     assert!((level - 1.15).abs() < 1e-14, "{level}");
 }
 
@@ -426,4 +430,99 @@ fn endless_repeats_are_refused() {
     show.cues[0].parts[0].moves[0].motion = path(Interpolation::Linear, &[(0., 0.), (1000., 100.)]);
     let errors = Timeline::new(&show).unwrap_err();
     assert!(matches!(errors[0], TimelineError::TooLong { .. }));
+}
+
+fn with_effect(kind: EffectKind, rate: f64, level: Move, cues: usize) -> Show {
+    let mut show = empty(1);
+    let (id, name, depth) = (NodeId(7), "e".to_owned(), 0.4);
+    show.effects.push(Effect {
+        id,
+        name,
+        kind,
+        rate,
+        depth,
+    });
+    for i in 0..cues {
+        let moves = if i == 0 {
+            vec![level.clone()]
+        } else {
+            Vec::new()
+        };
+        let mut next = cue(i as u32 + 1, go(10.0 * i as f64), 5.0, moves);
+        let change = |effect| EffectChange {
+            id: NodeId(9),
+            bank: 0,
+            effect,
+        };
+        next.parts[0].effects.push(change((i == 0).then_some(0)));
+        show.cues.push(next);
+    }
+    show
+}
+
+#[test]
+fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
+    let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (1., 80.)]));
+    let show = with_effect(EffectKind::Pulse, 2.0, hold, 2);
+    let timeline = Timeline::new(&show).unwrap();
+    assert_eq!(timeline.end(), seconds(15.0));
+    let ease = |u: f64| u * u * (3.0 - 2.0 * u);
+    for (t, cycle) in [
+        (0.0, 0.0),
+        (0.1, 0.4),
+        (0.25, 1.0),
+        (0.375, 0.5),
+        (0.5, 0.0),
+        (9.7, 0.8),
+    ] {
+        let want = 0.8 * (1.0 - 0.4 * ease(cycle));
+        let found = timeline.evaluate(seconds(t))[0];
+        assert!((found - want).abs() < 1e-12, "{t}: {found} for {want}");
+    }
+    // Cue 2 ends it at the top of a cycle; then the light stands.
+    assert_eq!(timeline.evaluate(seconds(12.0)), [0.8]);
+    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    assert_eq!(keys.segments().len(), 41);
+    assert_eq!(keys.keys().len(), 2);
+}
+
+#[test]
+fn a_flicker_is_the_same_in_every_run_and_within_its_depth() {
+    let fade = to(0, 100.0);
+    let light = |seed: u32| {
+        let show = with_effect(EffectKind::Flicker(seed), 6.0, fade.clone(), 2);
+        let timeline = Timeline::new(&show).unwrap();
+        let times = (0..200).map(|i| 0.05 * f64::from(i));
+        times
+            .map(|t| timeline.evaluate(seconds(t))[0])
+            .collect::<Vec<_>>()
+    };
+    let found = light(3);
+    assert_eq!(found, light(3));
+    assert_ne!(found, light(4));
+    for (i, light) in found.iter().enumerate() {
+        let level = (0.05 * i as f64 / 5.0).min(1.0);
+        assert!(
+            (0.6 * level - 1e-12..=level + 1e-12).contains(light),
+            "{i}: {light}"
+        );
+    }
+    let (least, most) = found[100..]
+        .iter()
+        .fold((1.0f64, 0.0f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    assert!(least < 0.65 && most > 0.9, "{least} {most}");
+}
+
+#[test]
+fn endless_effects_are_refused() {
+    let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (3600., 80.)]));
+    let show = with_effect(EffectKind::Pulse, 10.0, hold, 1);
+    let found = Timeline::new(&show).unwrap_err();
+    assert!(
+        matches!(
+            found[..],
+            [TimelineError::TooManyEffects { limit: 10_000, .. }]
+        ),
+        "{found:?}"
+    );
 }

@@ -1,4 +1,4 @@
-//! A coordinate's levels through the show: moves in the order of the cue list, each taking over
+//! A parameter's levels through the show: moves in the order of the cue list, each taking over
 //! from whatever runs or waits.
 
 #![allow(
@@ -7,6 +7,7 @@
 )]
 
 use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::clock::{CueTime, length};
 use super::curve::Piece;
@@ -14,11 +15,13 @@ use super::error::{TimelineError, Warning};
 use super::lint::{Run, Watch};
 use super::spline::{Splined, path_spans};
 use crate::linalg::Bernstein;
-use crate::show::{Cue, Fade, Interpolation, Motion, NodeId, Part, Path, Show};
+use crate::show::{Coordinate, Cue, Fade, Interpolation, Motion, NodeId, Part, Path, Show};
 use crate::units::Time;
 
 /// Levels outside 0 to 1 by less than this are rounding.
 const ROUNDING: f64 = 1e-11;
+/// A level below this is out, but for rounding.
+const DARK: f64 = 1e-9;
 /// No show has more pieces than this in all its curves.
 const MOST_PIECES: usize = 500_000;
 /// Before and after every show.
@@ -33,11 +36,11 @@ pub(super) struct Timing {
     pub fade: Fade,
 }
 
-/// One coordinate's motion in one cue, written or implied.
+/// One parameter's motion in one cue, written or implied.
 #[derive(Clone, Debug)]
 pub(super) struct Moved<'a> {
     pub id: NodeId,
-    pub coordinate: usize,
+    pub parameter: usize,
     pub motion: Cow<'a, Motion>,
     pub repeat: u32,
     pub timing: Timing,
@@ -52,7 +55,7 @@ pub(super) struct Stretch {
     pub holds: bool,
 }
 
-/// A coordinate's stretches; the last is a hold for ever.
+/// A parameter's stretches; the last is a hold for ever.
 pub(super) type Track = Vec<Stretch>;
 
 /// Bytes of a move while the curves are made, about: itself, and the hold that it ends in, in lists
@@ -99,25 +102,34 @@ pub(super) fn motions<'a>(
     show: &'a Show,
     budget: &mut MemoryBudget,
 ) -> Result<Vec<Vec<Moved<'a>>>, Vec<TimelineError>> {
-    let n = show.coordinates().len();
-    let lit: Vec<bool> = show
-        .coordinates()
-        .iter()
-        .map(|c| c.bank.is_some())
-        .collect();
-    // What each coordinate goes to, and what it would go to without cueonly cues.
-    let (mut now, mut lasting) = (vec![0.0; n], vec![0.0; n]);
-    let mut to_restore: Vec<usize> = Vec::new();
+    let parameters = show.parameters();
+    let n = parameters.len();
+    let lit: Vec<bool> = parameters.iter().map(|c| c.bank.is_some()).collect();
+    let rgb = parameters.iter().any(|c| c.channel.is_some());
+    // What each parameter goes to, and what it would go to without cueonly cues.
+    let mut now: Vec<f64> = parameters.iter().map(at_first).collect();
+    let mut lasting = now.clone();
+    let mut to_restore: BTreeSet<usize> = BTreeSet::new();
     let mut out = Vec::with_capacity(show.cues.len());
     for cue in &show.cues {
         let mut all = written(cue);
+        let is_out = |level: usize| match to_restore.contains(&level) {
+            true => lasting[level] == 0.0,
+            false => now[level] == 0.0,
+        };
+        if rgb {
+            brighten(&mut all, &parameters, is_out);
+        }
         let mut moved = vec![false; n];
         let mut here = Vec::new();
         for m in &all {
-            moved[m.coordinate] = true;
-            here.push((m.coordinate, m.motion.target()));
+            moved[m.parameter] = true;
+            here.push((m.parameter, m.motion.target()));
         }
-        for c in to_restore.drain(..).filter(|c| !moved[*c]) {
+        for c in std::mem::take(&mut to_restore) {
+            if moved[c] {
+                continue;
+            }
             now[c] = lasting[c];
             if !cue.assert {
                 all.push(implied(cue, c, now[c]));
@@ -127,10 +139,14 @@ pub(super) fn motions<'a>(
             let stay = (0..n).filter(|c| !moved[*c] && lit[*c]);
             all.extend(stay.map(|c| implied(cue, c, now[c])));
         }
+        // A colour asks whether its bank is out, so that levels come first.
+        if rgb {
+            all.sort_by_key(|m| parameters[m.parameter].channel.is_some());
+        }
         for (c, level) in here {
             now[c] = level;
             if cue.cueonly {
-                to_restore.push(c);
+                to_restore.insert(c);
             } else {
                 lasting[c] = level;
             }
@@ -152,13 +168,55 @@ impl Timing {
     }
 }
 
+/// Where a parameter is before the first cue: banks are out, colours white.
+pub(super) fn at_first(parameter: &Coordinate) -> f64 {
+    match parameter.channel {
+        Some(_) => 1.0,
+        None => 0.0,
+    }
+}
+
+/// Adds what a colour alone implies on a bank that is out: the level goes to full in the colour's
+/// time, at once where the colour follows a path; an emitter that is not said is dark.
+fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn(usize) -> bool) {
+    let moved: BTreeSet<usize> = all.iter().map(|m| m.parameter).collect();
+    let mut coloured = BTreeMap::new();
+    for m in all.iter() {
+        if let Some(emitter) = parameters[m.parameter].channel {
+            let first = coloured.entry(m.parameter - emitter).or_insert(m);
+            if m.parameter < first.parameter {
+                *first = m;
+            }
+        }
+    }
+    let mut implied = Vec::new();
+    for (red, first) in coloured {
+        let level = red - 1;
+        if moved.contains(&level) || !is_out(level) {
+            continue;
+        }
+        let to = |parameter: usize, level: f64| {
+            let mut made = first.clone();
+            if matches!(*first.motion, Motion::Path(_)) {
+                (made.timing.up, made.timing.down) = (Time::ZERO, Time::ZERO);
+            }
+            made.motion = Cow::Owned(Motion::To(level));
+            Moved { parameter, ..made }
+        };
+        implied.push(to(level, 1.0));
+        let dark = (red..red + 3).filter(|emitter| !moved.contains(emitter));
+        implied.extend(dark.map(|emitter| to(emitter, 0.0)));
+    }
+    all.extend(implied);
+}
+
 fn written(cue: &Cue) -> Vec<Moved<'_>> {
     // No more than there are: a list that grows begins with four.
     let mut out = Vec::with_capacity(cue.parts.iter().map(|part| part.moves.len()).sum());
     for part in &cue.parts {
         out.extend(part.moves.iter().map(|m| Moved {
             id: m.id,
-            coordinate: m.coordinate,
+            parameter: m.parameter,
             motion: Cow::Borrowed(&m.motion),
             repeat: m.repeat.max(1),
             timing: Timing::of(part),
@@ -168,10 +226,10 @@ fn written(cue: &Cue) -> Vec<Moved<'_>> {
 }
 
 /// A move to `level` that the cue makes without saying so, in its first part's time.
-fn implied<'a>(cue: &Cue, coordinate: usize, level: f64) -> Moved<'a> {
+fn implied<'a>(cue: &Cue, parameter: usize, level: f64) -> Moved<'a> {
     Moved {
         id: cue.id,
-        coordinate,
+        parameter,
         motion: Cow::Owned(Motion::To(level)),
         repeat: 1,
         timing: Timing::of(&cue.parts[0]),
@@ -185,23 +243,36 @@ pub(super) fn tracks(
     motions: Vec<Vec<Moved<'_>>>,
     budget: &mut MemoryBudget,
 ) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
-    let dark = Stretch {
-        piece: Piece {
-            start: -NEVER,
-            end: NEVER,
-            polynomial: Bernstein::constant(0.0),
-        },
-        by: None,
-        holds: true,
+    let parameters = show.parameters();
+    let first = |parameter: &Coordinate| {
+        vec![Stretch {
+            piece: Piece {
+                start: -NEVER,
+                end: NEVER,
+                polynomial: Bernstein::constant(at_first(parameter)),
+            },
+            by: None,
+            holds: true,
+        }]
     };
-    let mut tracks: Vec<Track> = vec![vec![dark]; show.coordinates().len()];
+    let mut tracks: Vec<Track> = parameters.iter().map(first).collect();
     let fades = Fades::new(show);
     let mut watch = Watch::new(show, cues, tracks.len());
     let mut count = 0usize;
     for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
         for m in moved {
             let start = time.go + m.timing.delay;
-            let track = &mut tracks[m.coordinate];
+            let unseen = parameters[m.parameter]
+                .channel
+                .is_some_and(|emitter| level_at(&tracks[m.parameter - 1 - emitter], start) < DARK);
+            let mut m = Cow::Borrowed(m);
+            if unseen {
+                // A colour changes in the dark at once.
+                let timing = &mut m.to_mut().timing;
+                (timing.up, timing.down) = (Time::ZERO, Time::ZERO);
+            }
+            let m = m.as_ref();
+            let track = &mut tracks[m.parameter];
             let from = cut(track, start);
             let passes = fades.pieces(m, from, start, MOST_PIECES - count);
             let Some((pieces, level)) = passes else {
@@ -219,7 +290,7 @@ pub(super) fn tracks(
             let warned = watch.played(cue, m, run);
             let bytes = pieces.len() * PIECE_BYTES + warned * WARNING_BYTES;
             budget.take(bytes, show.cues[cue].id)?;
-            let by = Some((m.id, m.coordinate));
+            let by = Some((m.id, m.parameter));
             track.extend(pieces.into_iter().map(|piece| Stretch {
                 piece,
                 by,
@@ -258,7 +329,7 @@ fn cut(track: &mut Track, time: Time) -> f64 {
 /// When each move of a track begins, and when it has arrived or another takes over. One that takes
 /// no time and changes nothing is none.
 pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
-    let mut level = 0.0;
+    let mut level = track.first().map_or(0.0, |s| s.piece.polynomial.first());
     let of = |stretches: &[Stretch]| {
         let (first, last) = (stretches.first()?, stretches.last()?);
         let end = if last.holds {
@@ -313,7 +384,7 @@ pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<Time
 
 /// Where the stretches of one move are farthest outside 0 to 1, if they are outside.
 fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
-    let (id, coordinate) = stretches.first()?.by?;
+    let (id, parameter) = stretches.first()?.by?;
     let mut worst: Option<(f64, Time, f64)> = None;
     for Stretch { piece, .. } in stretches {
         let (low, high) = piece.polynomial.range();
@@ -327,7 +398,7 @@ fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
     }
     worst.map(|(_, time, level)| TimelineError::Level {
         id,
-        coordinate,
+        parameter,
         time,
         level,
     })

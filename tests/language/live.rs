@@ -49,7 +49,7 @@ fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> 
         .flat_map(|p| &p.moves);
     let set = moves.filter_map(|one| match one.motion {
         Motion::To(level) => Some(SetLevel {
-            coordinate: one.coordinate,
+            parameter: one.parameter,
             level,
         }),
         Motion::Path(_) => None,

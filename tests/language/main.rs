@@ -8,6 +8,7 @@
 )]
 
 mod bad_input;
+mod colours;
 mod errors;
 mod figure4;
 mod hostile;

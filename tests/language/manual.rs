@@ -30,7 +30,8 @@ fn the_manuals_examples_are_shows() {
         manual += &fs::read_to_string(page.unwrap().path()).unwrap();
     }
     let rig = "light key spot at 0, -3, 4  aim 0, 0, 1  beam 24  field 40  1200 cd\n";
-    let files = Memory::default().with("rig.lxq", rig);
+    let gels = "number,name,colour\nL201,Full C.T. Blue,#9dc1ff\nL106,Primary Red,#d00000\n";
+    let files = Memory::default().with("rig.lxq", rig).with("lee.csv", gels);
     let mut count = 0;
     for block in manual.split("```lxq").skip(1) {
         let (wanted, rest) = block.split_once('\n').unwrap();

@@ -56,6 +56,10 @@ cue 5 { time 2  cool 20  edge 0 }
 const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
 
 fn open() -> (Repl, MemoryStore) {
+    open_with(SHOW)
+}
+
+fn open_with(text: &str) -> (Repl, MemoryStore) {
     let store = MemoryStore::default();
     let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
     let files = Memory::default()
@@ -68,7 +72,7 @@ fn open() -> (Repl, MemoryStore) {
         store: Box::new(store.clone()),
         ..Host::default()
     };
-    let engine = Engine::from_text("show.lxq", SHOW.as_bytes(), host).unwrap();
+    let engine = Engine::from_text("show.lxq", text.as_bytes(), host).unwrap();
     (Repl::new(engine, Console::default()), store)
 }
 
@@ -402,12 +406,12 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
         ))
     };
     // GO runs the first cue, a snap; the second takes three seconds and ends complete.
-    browser.press("g");
+    browser.press(" ");
     browser.wait("document.getElementById('told').textContent.includes('Cue 1')");
     browser.wait("!desk.playing && desk.time === 0");
-    browser.press(" ");
+    browser.press("p");
     browser.wait("desk.playing && desk.time > 0.1");
-    browser.press(" ");
+    browser.press("p");
     browser.wait("!desk.playing");
     // Arrows, End and Home; the time is told in words.
     browser.press("\u{e010}");
@@ -451,4 +455,85 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     assert_eq!(unnamed, json!(0));
     assert_eq!(text("title"), json!("A </script> & <b>title</b> \u{e4}"));
     assert_eq!(browser.console(), json!([]));
+}
+
+/// What GO comes to, from random presses in the page's own code: one line a press, the cue and the
+/// light at rest behind it.
+const PRESSES: &str = r#"
+const show = JSON.parse(require("fs").readFileSync(process.argv[2], "utf8"));
+let state = Number(process.argv[3]);
+const random = () => (state = (state * 48271) % 2147483647) / 2147483647;
+const run = standing(show), near = (a, b) => Math.abs(a - b) < 1e-6;
+for (let presses = 0; ; presses++) {
+  const before = lightOf(show, run), was = run.cue;
+  if (!pressGo(show, run)) break;
+  if (run.cue !== was + 1 && presses > 0) throw Error(`cue ${was} to ${run.cue}`);
+  const takes = new Map(show.cues[run.cue].moves);
+  lightOf(show, run).forEach((light, i) => {
+    if (takes.get(i) !== 0 && !near(light, before[i])) throw Error(`${i} jumps from ${before[i]} to ${light}`);
+  });
+  if (random() < 0.5) { goOn(show, run, 5 * random()); if (random() < 0.7) continue; }
+  while (goOn(show, run, 3 * random())) ;
+  console.log(run.cue, lightOf(show, run).join(" "));
+}
+"#;
+
+/// A show with splits, delays, a long fade below short cues, and cues that start by themselves.
+const CHAINED: &str = "show \"Chained\"
+preview { exposure -5.4 }
+bank warm image \"warm.exr\"
+bank cool image \"cool.exr\"  dimmer square
+bank edge image \"edge.exr\"
+bank wash image \"wash.exr\" rgb
+cue 1 { time 2  warm 30 }
+cue 2 { time 3/5  warm 80  cool 40  follow 1 }
+cue 3 { time 20  edge 70  delay 1  hang 2 }
+cue 4 { snap  warm 10 }
+cue 5 { time 4  wash 60 #ff8000 }
+cue 6 { time 2  wash #0040ff  cool out }
+cue 7 { blackout }
+";
+
+#[test]
+fn go_runs_the_cues_as_the_prompt_does_whenever_it_is_pressed() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, cues) in [(SHOW, 5), (CHAINED, 7)] {
+        let (mut show, store) = open_with(text);
+        let html = page(&mut show, &store);
+        let data = html.split("id=\"show\">").nth(1).unwrap();
+        let data = data.split("</script>").next().unwrap();
+        let (json, script) = (folder.path().join("show.json"), folder.path().join("go.js"));
+        std::fs::write(&json, data).unwrap();
+        let code = [
+            include_str!("../../src/playback/page/light.js"),
+            include_str!("../../src/playback/page/go.js"),
+            PRESSES,
+        ];
+        std::fs::write(&script, code.concat()).unwrap();
+        let mut seen = std::collections::BTreeSet::new();
+        for seed in 1..9 {
+            let mut node = Command::new("node");
+            let Ok(output) = node.arg(&script).arg(&json).arg(seed.to_string()).output() else {
+                eprintln!("skipped: node does not run here");
+                return;
+            };
+            let said = String::from_utf8(output.stderr).unwrap();
+            assert!(output.status.success(), "seed {seed}: {said}");
+            for line in String::from_utf8(output.stdout).unwrap().lines() {
+                let mut numbers = line.split(' ').map(|n| n.parse::<f64>().unwrap());
+                let cue = numbers.next().unwrap() as usize;
+                seen.insert(cue);
+                show.execute(&format!("goto {}", cue + 1)).unwrap();
+                let document = show.engine().document();
+                let wanted = show.live().setting(document);
+                for (light, wanted) in numbers.zip(wanted) {
+                    assert!((light - wanted).abs() < 1e-5, "seed {seed}: {line}");
+                }
+            }
+        }
+        assert!(
+            seen.contains(&(cues - 1)) && seen.len() > cues / 2,
+            "{seen:?}"
+        );
+    }
 }

@@ -194,7 +194,7 @@ fn every_verb_does_its_example_at_the_prompt() {
         let mut show = Repl::new(engine, Console::default());
         let before: &[&str] = match spec.name {
             "goto" => &["set lamps 30", "record 2.5 \"Up\" --time 3"],
-            "release" | "record" => &["set lamps 30"],
+            "release" | "record" | "update" | "insert" => &["set lamps 30"],
             "undo" => &["cue 2 { lamps 10 }"],
             "redo" => &["cue 2 { lamps 10 }", "undo"],
             "back" => &["goto 3"],

@@ -94,7 +94,7 @@ fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
     }
 }
 
-/// The text of the cue `from` once more under the number `to`.
+/// The text of the cue `from` once more under the number `to`, without its clock time.
 pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let (cut, _) = place::resolve(&scan.cuts, &format!("cue {from}"))?;
@@ -110,10 +110,26 @@ pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<
     if let Some((_, number)) = place::heading(cut.text) {
         text.replace_range(number, &to.to_string());
     }
+    let text = without_clock(&text).unwrap_or(text);
     let indent = place::indent(source, cut.span.start).unwrap_or("");
     let splice = place::added(source, &scan.cuts, &text, &key).indented(indent);
     let changes = vec![key.change(Action::Added)];
     Edited::new(source, vec![splice], changes)
+}
+
+/// The text of a cue without its `at`: a copy has a place of its own in the order.
+fn without_clock(text: &str) -> Option<String> {
+    let (_, read, _) = read::typed(text).ok()?;
+    let [statement] = read.statements.as_slice() else {
+        return None;
+    };
+    let Declaration::Cue(cue) = &statement.item else {
+        return None;
+    };
+    let before = cue.label.unwrap_or(cue.number).span.end as usize;
+    let mut out = text.to_owned();
+    out.replace_range(before..cue.at?.span.end as usize, "");
+    Some(out)
 }
 
 impl Splice {

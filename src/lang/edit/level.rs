@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::change::{Action, Edited, Splice};
+use super::change::{Action, Draft, Edited, Splice};
 use super::place;
 use super::sound;
 use crate::diagnostic::Diagnostic;
@@ -48,18 +48,9 @@ pub fn update(
     let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
     let mut report = Report::default();
     let read = only(source, scan.clone(), &mut report, |cut| cut == found);
-    let cue = match read.statements.as_slice() {
-        [
-            Statement {
-                item: Declaration::Cue(cue),
-                span,
-                ..
-            },
-        ] if !report.failed() => (cue, *span),
-        _ => return Err(vec![unread(number)]),
-    };
-    let splice = match moved(cue.0, target) {
-        Some(Motion::To(word)) if is_level(*word, source, &scan) => Splice {
+    let cue = cue_of(&read, &report).ok_or_else(|| vec![unread(number)])?;
+    let splice = match moved(cue.0, target).map(|m| &m.motion) {
+        Some(Motion::To(word, None)) if is_level(*word, source, &scan) => Splice {
             range: word.span.range(),
             text: percent,
         },
@@ -68,6 +59,56 @@ pub fn update(
     };
     let changes = vec![key.change(Action::Updated)];
     Edited::new(source, vec![splice], changes)
+}
+
+/// The text in which the cue makes these moves, in place of what it says of the same targets.
+pub fn update_moves(
+    source: &str,
+    number: CueNumber,
+    moves: &str,
+) -> Result<Edited, Vec<Diagnostic>> {
+    let text = format!("cue {number} {{ {moves} }}");
+    let (_, typed, report) = read::typed(&text)?;
+    let (typed, _) = cue_of(&typed, &report).ok_or_else(|| vec![unread(number)])?;
+    let mut draft = Draft::new(source);
+    let mut change = None;
+    for wanted in &typed.body.moves {
+        let now = draft.text();
+        let scan = sound(&now)?;
+        let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
+        let mut report = Report::default();
+        let read = only(&now, scan.clone(), &mut report, |cut| cut == found);
+        let cue = cue_of(&read, &report).ok_or_else(|| vec![unread(number)])?;
+        let written = text.get(wanted.span.range()).unwrap_or("");
+        let target = wanted
+            .target
+            .as_ref()
+            .map_or("", |t| text.get(t.span.range()).unwrap_or(t.name.text));
+        let splice = match moved(cue.0, target) {
+            Some(old) => Splice {
+                range: old.span.range(),
+                text: written.to_owned(),
+            },
+            None => added(&now, cue, written),
+        };
+        draft.splice(splice)?;
+        change = Some(key.change(Action::Updated));
+    }
+    Edited::new(source, draft.splices(), change.into_iter().collect())
+}
+
+/// The one cue that was read, and its place.
+fn cue_of<'r, 'a>(read: &'r Read<'a>, report: &Report) -> Option<(&'r Cue<'a>, Span)> {
+    match read.statements.as_slice() {
+        [
+            Statement {
+                item: Declaration::Cue(cue),
+                span,
+                ..
+            },
+        ] if !report.failed() => Some((cue, *span)),
+        _ => None,
+    }
 }
 
 /// Reads some of the statements.
@@ -89,7 +130,7 @@ fn unread(number: CueNumber) -> Diagnostic {
 fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic {
     let why = match motion {
         Motion::Bare => format!("`{target}` has no level in cue {number}"),
-        Motion::To(word) => format!("`{target}` goes to `{}` in cue {number}", word.text),
+        Motion::To(word, _) => format!("`{target}` goes to `{}` in cue {number}", word.text),
         Motion::Path(_) => format!("`{target}` follows a path in cue {number}"),
         Motion::Plus(_) => format!("`{target}` is a look with changes in cue {number}"),
     };
@@ -99,7 +140,7 @@ fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic 
 }
 
 /// Where the cue moves what is written so.
-fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Motion<'a>> {
+fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Move<'a>> {
     let parts = cue.body.parts.iter().flat_map(|part| &part.body.moves);
     let same = |written: &Target<'_>| match written.channel {
         None => written.name.text == target,
@@ -107,7 +148,7 @@ fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Motion<'a>> {
     };
     let found = cue.body.moves.iter().chain(parts);
     let mut found = found.filter(|m| m.target.as_ref().is_some_and(same));
-    found.next().map(|m| &m.motion)
+    found.next()
 }
 
 /// True when a word is a level, not a colour or a colour temperature, nor worked out from one.

@@ -12,6 +12,7 @@ use super::place::{self, Key};
 use super::sound;
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
+use crate::lang::lower::hex;
 use crate::lang::names::{self, Kind};
 use crate::lang::scan::{Cut, first_word};
 use crate::lang::syntax::{self, Rule};
@@ -132,6 +133,17 @@ fn places<'t>(cuts: &[Cut<'t>]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
 fn names_in<'t>(pair: Pair<'t, Rule>, out: &mut Vec<pest::Span<'t>>) {
     match pair.as_rule() {
         Rule::name => out.push(pair.as_span()),
+        // `#dusk` names a value, as far as it is no `#ddaa55`.
+        Rule::colour => {
+            let span = pair.as_span();
+            let name = span
+                .as_str()
+                .strip_prefix('#')
+                .filter(|name| hex(name).is_none());
+            if name.is_some_and(|name| !name.is_empty()) {
+                out.extend(span.get(1..));
+            }
+        }
         // Materials are the stage's names.
         Rule::material => {}
         _ => pair.into_inner().for_each(|inner| names_in(inner, out)),

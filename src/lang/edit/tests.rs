@@ -307,7 +307,7 @@ fn a_copy_has_the_text_of_its_cue() {
         SHOW.replace(lines, &format!("{lines}{copied}"))
     );
     let label = "cue /* n */ 1.50 \"1.50\" at 0:01 { a 1.50 }";
-    let after = "cue /* n */ 7 \"1.50\" at 0:01 { a 1.50 }";
+    let after = "cue /* n */ 7 \"1.50\" { a 1.50 }";
     assert_eq!(copy(label, "1.5", "7"), format!("{label}\n{after}"));
     let copy = |from: &str, to: &str| Edit::CopyCue {
         from: number(from),
@@ -516,16 +516,16 @@ proptest! {
         let twice = parsed.diagnostics.iter().any(|d| d.code == codes::MOVED_TWICE);
         prop_assume!(!twice && !source.contains("include"));
         let coordinates = before.banks.iter().take_while(|b| b.name != bank.name);
-        let first: usize = coordinates.map(|b| if b.rgb { 3 } else { 1 }).sum();
+        let first: usize = coordinates.map(|b| if b.rgb { 4 } else { 1 }).sum();
         let after = show(&after.source);
         let changed = after.cues.iter().find(|c| c.number == cue).unwrap();
         let mut moves = changed.parts.iter().flat_map(|p| &p.moves);
-        let moved = moves.find(|m| m.coordinate == first).unwrap();
+        let moved = moves.find(|m| m.parameter == first).unwrap();
         let Motion::To(set) = moved.motion else { panic!("{moved:?}") };
         prop_assert!((set - level).abs() < 1e-12);
         for (old, new) in before.cues.iter().zip(&after.cues).filter(|(old, _)| old.number != cue) {
             let plain = |c: &crate::show::Cue| format!("{:?}", c.parts.iter().map(|p| {
-                p.moves.iter().map(|m| (m.coordinate, m.motion.clone())).collect::<Vec<_>>()
+                p.moves.iter().map(|m| (m.parameter, m.motion.clone())).collect::<Vec<_>>()
             }).collect::<Vec<_>>());
             prop_assert_eq!(plain(old), plain(new));
         }

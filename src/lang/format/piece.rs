@@ -154,9 +154,8 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
             role: "item",
             moves: true,
         }),
-        (Rule::part | Rule::follow | Rule::hang | Rule::flag, _) | (Rule::at, Rule::body) => {
-            Some(Begin::plain(Join::Item, "item"))
-        }
+        (Rule::part | Rule::note | Rule::follow | Rule::hang | Rule::flag, _)
+        | (Rule::at, Rule::body) => Some(Begin::plain(Join::Item, "item")),
         (
             Rule::time
             | Rule::up
@@ -182,11 +181,14 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
         (Rule::z_up | Rule::kw_one_sided, _) => clause("option"),
         (Rule::solid, _) => clause("solid"),
         (Rule::position, Rule::corners) if !first => clause("corner"),
-        (word, Rule::view_clause | Rule::light_clause | Rule::bank_option | Rule::solid_clause)
-            if first =>
-        {
-            clause(role(word))
-        }
+        (
+            word,
+            Rule::view_clause
+            | Rule::light_clause
+            | Rule::bank_option
+            | Rule::solid_clause
+            | Rule::effect_clause,
+        ) if first => clause(role(word)),
         _ => None,
     }
 }
@@ -207,6 +209,9 @@ fn role(rule: Rule) -> &'static str {
         Rule::kw_channel => "channel",
         Rule::kw_dimmer => "dimmer",
         Rule::kw_rgb => "rgb",
+        Rule::kw_rate => "rate",
+        Rule::kw_depth => "depth",
+        Rule::kw_seed => "seed",
         _ => "value",
     }
 }

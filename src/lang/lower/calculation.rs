@@ -118,7 +118,18 @@ impl<'a> Lower<'a, '_> {
                 .error(codes::TOO_LARGE, message, (word.span, "too far"), help);
         }
         let pair = syntax::parse(rule, word.text).ok()?.next()?;
-        self.evaluated(pair, word.span, depth)
+        // A colour by name is a value that rests on another too.
+        let outer = std::mem::replace(&mut self.depth, depth);
+        let value = self.evaluated(pair, word.span, depth);
+        self.depth = outer;
+        value
+    }
+
+    /// The value of this name as a show would write it.
+    pub fn value_called(&mut self, name: &str) -> Option<String> {
+        let index = self.names.get(name)?.index?;
+        let value = self.named(index, self.depth + 1)?;
+        Some(written(&value))
     }
 
     fn evaluated(&mut self, pair: Pair<'_, Rule>, base: Span, depth: usize) -> Option<Value> {

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::levels::Breadth;
 use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Body, Declaration, Mark, Span, Statement, Timing, TimingKind, Word};
@@ -21,8 +22,16 @@ struct Times {
     repeat: u32,
 }
 
-/// Coordinates that a cue moves, with the places.
-type Moved = BTreeMap<usize, Span>;
+/// What moves a parameter in a cue.
+#[derive(Clone, Copy)]
+struct Claim {
+    id: NodeId,
+    span: Span,
+    breadth: Breadth,
+}
+
+/// Parameters that a cue moves.
+type Moved = BTreeMap<usize, Claim>;
 
 impl<'a> Lower<'a, '_> {
     /// Lowers `default` and the cues.
@@ -135,6 +144,7 @@ impl<'a> Lower<'a, '_> {
             id,
             number: number?,
             label: cue.label.map(unquoted).unwrap_or_default(),
+            note: self.note(&cue.body),
             trigger,
             link,
             block: has(Mark::Block),
@@ -142,6 +152,15 @@ impl<'a> Lower<'a, '_> {
             cueonly: has(Mark::Cueonly),
             parts,
         })
+    }
+
+    /// What is noted for the operator.
+    fn note(&mut self, body: &Body<'a>) -> String {
+        if let [(_, first), (_, second), ..] = body.notes.as_slice() {
+            self.once(&mut Some(*first), "note", *second);
+        }
+        let first = body.notes.first();
+        first.map(|(text, _)| unquoted(*text)).unwrap_or_default()
     }
 
     /// `follow` or `hang`, after a look at all marks of the body.
@@ -192,7 +211,7 @@ impl<'a> Lower<'a, '_> {
         let times = self.times(&cue.body.timing, standard);
         let mut alone = Vec::new();
         let mut first = part(id, 1, String::new(), times);
-        first.moves = self.moves(&cue.body, times, &mut moved, &mut alone);
+        self.moves(&cue.body, (times, &mut first), &mut moved, &mut alone);
         let mut parts = vec![first];
         let mut seen: BTreeMap<u32, Span> = BTreeMap::new();
         for written in &cue.body.parts {
@@ -218,8 +237,15 @@ impl<'a> Lower<'a, '_> {
             parts.push(part);
         }
         for part in &mut parts {
+            // What a narrower word has overridden is no move of this cue.
+            part.moves.retain(|m| {
+                moved
+                    .get(&m.parameter)
+                    .is_some_and(|claim| claim.id == m.id)
+            });
             // A list that grows begins with four; most cues of a large show move one bank.
             part.moves.shrink_to_fit();
+            part.effects.shrink_to_fit();
         }
         parts
     }
@@ -245,7 +271,13 @@ impl<'a> Lower<'a, '_> {
         let times = self.times(&written.body.timing, standard);
         let label = written.label.map(unquoted).unwrap_or_default();
         let mut made = part(id, number, label, times);
-        made.moves = self.moves(&written.body, times, moved, alone);
+        self.moves(&written.body, (times, &mut made), moved, alone);
+        for (_, span) in &written.body.notes {
+            let message = "`note` stands in the cue, not in a part";
+            let help = "put it after the part's closing brace";
+            self.report
+                .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
+        }
         for (mark, _, span) in &written.body.marks {
             let word = word_of(*mark);
             let message = format!("`{word}` stands in the cue, not in a part");
@@ -319,15 +351,15 @@ impl<'a> Lower<'a, '_> {
 
     // ---- moves ------------------------------------------------------------------------------
 
-    /// The moves of a body; those with timing of their own become parts of their own.
+    /// Adds the moves of a body to its part; those with timing of their own become parts of their
+    /// own.
     fn moves(
         &mut self,
         body: &Body<'a>,
-        times: Times,
+        (times, part_of): (Times, &mut Part),
         moved: &mut Moved,
         alone: &mut Vec<Part>,
-    ) -> Vec<Move> {
-        let mut out = Vec::new();
+    ) {
         if let Some(timing) = body.timing.iter().find(|t| t.kind == TimingKind::Repeat) {
             let help = "write it after what is repeated, on the same line: `lamps linear 0 0, 1 50 repeat 3`";
             let at = (timing.span, "of what?");
@@ -343,36 +375,86 @@ impl<'a> Lower<'a, '_> {
                 continue;
             }
             let own = self.times(&written.timing, times);
+            self.timing_lints(written);
             let id = self.node(written.span);
             let mut moves: Vec<Move> = self
                 .motions(written)
                 .into_iter()
-                .map(|(coordinate, motion)| Move {
+                .map(|(parameter, motion)| Move {
                     id,
-                    coordinate,
+                    parameter,
                     motion,
                     repeat: own.repeat,
                 })
                 .collect();
-            let taken = moves
-                .iter()
-                .find_map(|m| Some((m.coordinate, *moved.get(&m.coordinate)?)));
-            if let Some((coordinate, earlier)) = taken {
-                self.report_set_twice(coordinate, written.span, earlier, "cue");
+            let breadth = self.breadth(written.target);
+            let taken = moves.iter().find_map(|m| {
+                let claim = moved.get(&m.parameter)?;
+                (claim.breadth >= breadth).then_some((m.parameter, claim.span))
+            });
+            if let Some((parameter, earlier)) = taken {
+                self.report_set_twice(parameter, written.span, earlier, "cue");
                 continue;
             }
-            moved.extend(moves.iter().map(|m| (m.coordinate, written.span)));
+            let span = written.span;
+            let claim = Claim { id, span, breadth };
+            moved.extend(moves.iter().map(|m| (m.parameter, claim)));
+            let effects = self.effect_changes(written, id);
             if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
                 let mut single = part(id, 0, String::new(), own);
-                moves.sort_by_key(|m| m.coordinate);
+                moves.sort_by_key(|m| m.parameter);
                 single.moves = moves;
+                single.effects = effects;
                 alone.push(single);
             } else {
-                out.extend(moves);
+                part_of.moves.extend(moves);
+                part_of.effects.extend(effects);
             }
         }
-        out.sort_by_key(|m| m.coordinate);
-        out
+        part_of.moves.sort_by_key(|m| m.parameter);
+    }
+}
+
+impl<'a> Lower<'a, '_> {
+    /// Timing behind a move that surely was meant otherwise.
+    fn timing_lints(&mut self, written: &ast::Move<'a>) {
+        let timing = written.timing.iter();
+        let mut timing = timing.filter(|t| t.kind != TimingKind::Repeat);
+        let Some(first) = timing.next().copied() else {
+            return;
+        };
+        let fades = |t: &&Timing<'a>| t.kind != TimingKind::Delay;
+        let vain = std::iter::once(&first).chain(timing).find(fades).copied();
+        if let (ast::Motion::Path(_), Some(vain)) = (&written.motion, vain) {
+            let message = "a path has times of its own: this does nothing";
+            self.report.add(
+                Diagnostic::warning(codes::PATH_TIMING, message)
+                    .place(vain.span, "without effect")
+                    .place(written.span, "this path")
+                    .help("change the times of its knots; `delay 2` and `repeat 3` act on a path"),
+            );
+        } else if let Some(before) = written.beside {
+            self.shared_line(written, first, before);
+        }
+    }
+
+    fn shared_line(&mut self, written: &ast::Move<'a>, timing: Timing<'a>, before: Span) {
+        let name = written.target.map_or("blackout", |t| t.name.text);
+        let word = timing.kind.word();
+        let example = match timing.kind {
+            TimingKind::Snap => word.to_owned(),
+            _ => format!("{word} {}", timing.value.map_or("", |v| v.text)),
+        };
+        let message = format!("`{word}` behind several moves is that of `{name}` alone");
+        self.report.add(
+            Diagnostic::warning(codes::LAST_MOVE_TIMING, message)
+                .place(timing.span, format!("of `{name}` alone"))
+                .place(before, "not of this")
+                .help(format!(
+                    "for the whole cue write it first: `{{ {example}  … }}`; for `{name}` alone \
+                     give `{name}` a line of its own"
+                )),
+        );
     }
 }
 
@@ -388,12 +470,14 @@ fn part(id: NodeId, number: u32, label: String, times: Times) -> Part {
     Part {
         id,
         number,
+        written: number > 0,
         label,
         delay: times.delay,
         up: times.up,
         down: times.down,
         curve: times.curve,
         moves: Vec::new(),
+        effects: Vec::new(),
     }
 }
 

@@ -9,10 +9,21 @@ use crate::lang::ast::{self, Declaration, Span, Statement, Target, Term, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::report::Place;
-use crate::show::{Dimmer, Look};
+use crate::show::Look;
 
-/// Levels of coordinates, with the places that say so.
+/// Levels of parameters (see [`crate::show::Show::parameters`]), with the places that say so.
 pub type Levels = BTreeMap<usize, (f64, Span)>;
+
+/// How much a word of a cue takes in, the widest first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Breadth {
+    /// `blackout`
+    Everything,
+    /// A group or a look.
+    Several,
+    /// A bank, or one of its emitters.
+    Bank,
+}
 
 #[derive(Clone, Copy, PartialEq)]
 enum State {
@@ -84,6 +95,7 @@ impl<'a> Lower<'a, '_> {
                 }
                 State::Visiting => {
                     let levels = self.combined_levels(terms);
+                    let levels = self.with_full(levels);
                     if let Some(look) = self.show.looks.get_mut(index) {
                         look.levels = levels.into_iter().map(|(c, (l, _))| (c, l)).collect();
                     }
@@ -101,7 +113,7 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::CYCLE, message, (word.span, "leads back here"), help);
     }
 
-    /// The levels of terms together; of two levels of one coordinate the later term's wins.
+    /// The levels of terms together; of two levels of one parameter the later term's wins.
     pub fn combined_levels(&mut self, terms: &[Term<'a>]) -> Levels {
         let mut out = Levels::new();
         for term in terms {
@@ -128,34 +140,77 @@ impl<'a> Lower<'a, '_> {
         levels.map(|(c, level)| (*c, (*level, word.span))).collect()
     }
 
+    /// The levels of a look, in which a colour without a level has the level at full.
+    pub fn with_full(&self, mut levels: Levels) -> Levels {
+        let colours = levels
+            .range(..)
+            .filter(|(p, _)| self.emitter(**p) == Some(0));
+        let mut full = Vec::new();
+        for (red, (_, span)) in colours {
+            let whole = levels.contains_key(&(red + 1)) && levels.contains_key(&(red + 2));
+            if whole && !levels.contains_key(&(red - 1)) {
+                full.push((red - 1, (1.0, *span)));
+            }
+        }
+        levels.extend(full);
+        levels
+    }
+
+    /// Which emitter of its bank a parameter is; `None` for a level.
+    pub fn emitter(&self, parameter: usize) -> Option<usize> {
+        let after = self
+            .first_parameters
+            .partition_point(|first| *first <= parameter);
+        let first = after
+            .checked_sub(1)
+            .and_then(|i| self.first_parameters.get(i))?;
+        (parameter - first).checked_sub(1)
+    }
+
     fn block(&mut self, levels: &[ast::Level<'a>]) -> Levels {
         let mut out = Levels::new();
+        let mut alone = std::collections::BTreeSet::new();
         for level in levels {
-            let setting = self.setting(level.value);
+            let setting = self.settings(level.value, level.second);
             let banks = self.banks_of_target(level.target, &[Kind::Bank, Kind::Group], &[]);
             let Some(setting) = setting else { continue };
-            for coordinate in self.resolved_levels(&banks, level.target, setting, level.value.span)
-            {
-                let (coordinate, value) = coordinate;
-                if let Some((_, earlier)) = out.insert(coordinate, (value, level.target.span)) {
-                    self.report_set_twice(coordinate, level.target.span, earlier, "look");
+            let own = self.breadth(Some(level.target)) == Breadth::Bank;
+            for (parameter, value) in self.resolved_levels(&banks, level.target, setting) {
+                let earlier = out.insert(parameter, (value, level.target.span));
+                let first = alone.insert(parameter) && own;
+                if let Some((_, earlier)) = earlier.filter(|_| !first) {
+                    self.report_set_twice(parameter, level.target.span, earlier, "look");
                     break;
+                }
+                if !own {
+                    alone.remove(&parameter);
                 }
             }
         }
         out
     }
 
-    /// Reports a coordinate that is set twice where once is allowed.
-    pub fn report_set_twice(&mut self, coordinate: usize, span: Span, earlier: Span, scope: &str) {
-        let mut at = self.first_coordinates.iter().zip(&self.show.banks);
-        let bank = at.rfind(|(first, _)| **first <= coordinate);
+    /// How much a target takes in: a narrower one overrides what stands before it.
+    pub fn breadth(&self, target: Option<Target<'_>>) -> Breadth {
+        let Some(target) = target else {
+            return Breadth::Everything;
+        };
+        match self.names.get(target.name.text).map(|e| e.kind) {
+            Some(Kind::Group | Kind::Look) => Breadth::Several,
+            _ => Breadth::Bank,
+        }
+    }
+
+    /// Reports a parameter that is set twice where once is allowed.
+    pub fn report_set_twice(&mut self, parameter: usize, span: Span, earlier: Span, scope: &str) {
+        let mut at = self.first_parameters.iter().zip(&self.show.banks);
+        let bank = at.rfind(|(first, _)| **first <= parameter);
         let name = bank.map_or("", |(_, bank)| bank.name.as_str());
         let message = format!("the bank `{name}` stands twice in one {scope}");
         let help = if scope == "look" {
-            "keep one of the two; to change another look, write `look b = a + { lamps 20 }`"
+            "keep one of the two; a bank alone may stand behind its group"
         } else {
-            "keep one of the two, or move it again in a later cue; to change a look, write `night + { lamps 20 }`"
+            "keep one of the two, or move it again in a later cue; a bank alone may stand behind `blackout`, a group or a look"
         };
         self.report.add(
             Diagnostic::error(codes::MOVED_TWICE, message)
@@ -188,34 +243,6 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// The coordinates of a bank that `target` means, with which of its emitters each is.
-    pub fn coordinates(&mut self, bank: usize, target: Target<'a>) -> Vec<(usize, usize)> {
-        let (Some(first), Some(rgb)) = (
-            self.first_coordinates.get(bank).copied(),
-            self.show.banks.get(bank).map(|b| b.rgb),
-        ) else {
-            return Vec::new();
-        };
-        let Some(channel) = target.channel else {
-            return (0..if rgb { 3 } else { 1 })
-                .map(|c| (first + c, c))
-                .collect();
-        };
-        if !rgb {
-            self.not_rgb(bank, channel.span, "has no emitters of its own");
-            return Vec::new();
-        }
-        let emitters = ["r", "g", "b"];
-        let Some(which) = emitters.iter().position(|c| *c == channel.text) else {
-            let message = format!("`{}` is not an emitter", channel.text);
-            let help = "the emitters of an rgb bank are `r`, `g` and `b`";
-            self.report
-                .error::<()>(codes::NOT_RGB, message, (channel.span, "not here"), help);
-            return Vec::new();
-        };
-        vec![(first + which, which)]
-    }
-
     fn not_rgb(&mut self, bank: usize, span: Span, what: &str) {
         let name = self.show.banks.get(bank).map_or("", |b| b.name.as_str());
         let message = format!("the bank `{name}` is not rgb");
@@ -224,53 +251,66 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::NOT_RGB, message, (span, what), help);
     }
 
-    /// Coordinates of some banks and the level that a setting gives each.
+    /// Parameters of some banks and the level that a setting gives each.
     pub fn resolved_levels(
         &mut self,
         banks: &[usize],
         target: Target<'a>,
         setting: Setting,
-        span: Span,
     ) -> Vec<(usize, f64)> {
         let mut out = Vec::new();
         for bank in banks {
-            for (coordinate, channel) in self.coordinates(*bank, target) {
-                match self.level_of(*bank, channel, setting, span) {
-                    Some(level) => out.push((coordinate, level)),
-                    None => return out,
-                }
+            match self.levels_of(*bank, target, setting) {
+                Some(levels) => out.extend(levels),
+                None => return out,
             }
         }
         out
     }
 
-    /// The level of one emitter for a setting; a colour is light, so that the dimmer is undone.
-    pub fn level_of(
+    /// The parameters of a bank that a setting moves, with their levels. A colour is light: the
+    /// dimmer acts on the level alone.
+    pub fn levels_of(
         &mut self,
         bank: usize,
-        channel: usize,
+        target: Target<'a>,
         setting: Setting,
-        span: Span,
-    ) -> Option<f64> {
-        let colour = match setting {
-            Setting::Level(level) => return Some(level),
-            Setting::Colour(colour) => colour,
-        };
-        let (rgb, dimmer) = self.show.banks.get(bank).map(|b| (b.rgb, b.dimmer))?;
-        if !rgb {
-            self.not_rgb(bank, span, "a colour");
-            return None;
-        }
-        let light = colour.0.get(channel)?.clamp(0.0, 1.0);
-        match dimmer {
-            Dimmer::Linear => Some(light),
-            Dimmer::Square => Some(light.sqrt()),
-            Dimmer::Curve(_) => {
-                let message = "a colour needs a `linear` or a `square` dimmer";
-                let help = "set the three emitters: `sky.r 40  sky.g 20  sky.b 60`";
-                self.report
-                    .error(codes::DOES_NOT_FIT, message, (span, "a colour"), help)
+    ) -> Option<Vec<(usize, f64)>> {
+        let first = self.first_parameters.get(bank).copied()?;
+        let rgb = self.show.banks.get(bank)?.rgb;
+        if let Some(channel) = target.channel {
+            if !rgb {
+                self.not_rgb(bank, channel.span, "has no emitters of its own");
+                return None;
             }
+            let emitter = self.emitter_called(channel)?;
+            let of_colour = setting
+                .colour
+                .and_then(|(rgb, _)| rgb.0.get(emitter).copied());
+            let light = of_colour.or(setting.level)?.clamp(0.0, 1.0);
+            return Some(vec![(first + 1 + emitter, light)]);
         }
+        let mut out: Vec<(usize, f64)> = setting.level.map(|l| (first, l)).into_iter().collect();
+        if let Some((colour, span)) = setting.colour {
+            if !rgb {
+                self.not_rgb(bank, span, "a colour");
+                return None;
+            }
+            let lights = colour.0.iter().map(|light| light.clamp(0.0, 1.0));
+            out.extend((first + 1..).zip(lights));
+        }
+        Some(out)
+    }
+
+    fn emitter_called(&mut self, channel: Word<'a>) -> Option<usize> {
+        let emitters = ["r", "g", "b"];
+        let found = emitters.iter().position(|c| *c == channel.text);
+        if found.is_none() {
+            let message = format!("`{}` is not an emitter", channel.text);
+            let help = "the emitters of an rgb bank are `r`, `g` and `b`";
+            self.report
+                .error::<()>(codes::NOT_RGB, message, (channel.span, "not here"), help);
+        }
+        found
     }
 }

@@ -7,7 +7,7 @@ mod projection;
 mod shape;
 mod spot;
 
-use super::Lower;
+use super::{Lower, colour};
 use crate::geometry::Vec3;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
@@ -216,7 +216,7 @@ impl<'a> Lower<'a, '_> {
     fn clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
         let word = clause.word;
         if clause.values.is_empty() {
-            match self.text(word)?.starts_with('#') {
+            match colour::is_colour(&self.text(word)?) {
                 true => spec.gel = Some(self.colour(word)?),
                 false => self.amount(word, spec)?,
             }

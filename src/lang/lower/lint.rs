@@ -6,7 +6,8 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::report::Place;
-use crate::show::{Bank, NodeId};
+use crate::show::{Bank, Interpolation, Motion, Move, NodeId, Part};
+use crate::units::percent;
 
 impl Lower<'_, '_> {
     /// Looks for all of it.
@@ -18,6 +19,106 @@ impl Lower<'_, '_> {
             self.unused_banks();
         }
         self.shared_channels();
+        self.fractions();
+        self.repeats_that_jump();
+        self.unseen_stage();
+        self.buried_lamps();
+    }
+
+    fn warn(&mut self, code: &'static str, message: String, at: (NodeId, &str), help: String) {
+        let diagnostic = Diagnostic::warning(code, message);
+        let diagnostic = diagnostic.place_of(at.0, &self.spans, at.1);
+        self.report.add(diagnostic.help(help));
+    }
+
+    /// Levels of which none is more than 1: meant from 0 to 1, and nearly dark.
+    fn fractions(&mut self) {
+        let parts = self.show.cues.iter().flat_map(|cue| &cue.parts);
+        let moves = parts.flat_map(|part| &part.moves);
+        let level = |m: &&Move| self.emitter(m.parameter).is_none();
+        let levels: Vec<(NodeId, f64)> = moves
+            .filter(level)
+            .map(|m| (m.id, m.motion.brightest()))
+            .collect();
+        let most = levels.iter().map(|(_, level)| *level).fold(0.0, f64::max);
+        let first = levels
+            .iter()
+            .find(|(_, level)| *level > 0.0 && *level < 0.01);
+        let Some((id, level)) = first.copied().filter(|_| most <= 0.01) else {
+            return;
+        };
+        let message = format!("no level is above 1: this is {} % of full", percent(level));
+        let help = format!("levels are 0 to 100: write `{}`", percent(100.0 * level));
+        self.warn(codes::FRACTIONS, message, (id, "nearly dark"), help);
+    }
+
+    fn repeats_that_jump(&mut self) {
+        let parts = self.show.cues.iter().flat_map(|cue| &cue.parts);
+        let mut found: Vec<(NodeId, f64, f64)> = Vec::new();
+        for one in parts.flat_map(|part| &part.moves) {
+            let Motion::Path(path) = &one.motion else {
+                continue;
+            };
+            let (Some(first), Some(last)) = (path.knots.first(), path.knots.last()) else {
+                continue;
+            };
+            let jumps = one.repeat > 1 && first.level != last.level;
+            if jumps && path.interpolation != Interpolation::Steps {
+                found.push((one.id, last.level, first.level));
+            }
+        }
+        found.dedup_by_key(|(id, ..)| *id);
+        for (id, from, to) in found {
+            let (from, to) = (percent(from), percent(to));
+            let message = format!("this path jumps from {from} to {to} each time it is repeated");
+            let help = format!("let its last knot be at {to} as its first");
+            self.warn(codes::REPEAT_JUMP, message, (id, "ends elsewhere"), help);
+        }
+    }
+
+    fn unseen_stage(&mut self) {
+        let solids = self.show.surfaces.iter().any(|s| !s.solids.is_empty());
+        let stage = solids || !self.show.stages.is_empty();
+        let Some(light) = self.show.lights.first().filter(|_| stage) else {
+            return;
+        };
+        if self.show.views.is_empty() {
+            let message = "there is a stage with lights, and no view: no picture can be made";
+            let help = "write `view house from 0, -12, 1.7  to 0, 0, 1.5  fov 30`";
+            let at = (light.id, "nobody sees it");
+            self.warn(codes::NO_VIEW, message.to_owned(), at, help.to_owned());
+        }
+    }
+
+    /// Lamps inside a box: its faces keep all light in.
+    fn buried_lamps(&mut self) {
+        let mut found = Vec::new();
+        for light in &self.show.lights {
+            let Some(at) = light.kind.place() else {
+                continue;
+            };
+            let around = self.show.surfaces.iter().find(|surface| {
+                let mut solids = surface.solids.iter();
+                solids.any(|solid| solid.closes_in(at))
+            });
+            if let Some(surface) = around {
+                found.push((
+                    light.id,
+                    light.name.clone(),
+                    surface.id,
+                    surface.name.clone(),
+                ));
+            }
+        }
+        for (id, light, around, solid) in found {
+            let message = format!("the light `{light}` is inside a solid of `{solid}`");
+            self.report.add(
+                Diagnostic::warning(codes::LAMP_INSIDE, message)
+                    .place_of(id, &self.spans, "its light does not get out")
+                    .place_of(around, &self.spans, "this one")
+                    .help("hang it outside, or make the box a room: `box inside from …`"),
+            );
+        }
     }
 
     /// The statements that use lights, with their lights.
@@ -76,7 +177,8 @@ impl Lower<'_, '_> {
 
     fn still_cues(&mut self) {
         for cue in &self.show.cues {
-            if cue.parts.iter().any(|part| !part.moves.is_empty()) {
+            let acts = |part: &Part| !(part.moves.is_empty() && part.effects.is_empty());
+            if cue.parts.iter().any(acts) {
                 continue;
             }
             let message = format!("cue {} moves nothing", cue.number);
@@ -94,11 +196,11 @@ impl Lower<'_, '_> {
         let parts = self.show.cues.iter().flat_map(|cue| &cue.parts);
         let moved: BTreeSet<usize> = parts
             .flat_map(|part| &part.moves)
-            .map(|one| one.coordinate)
+            .map(|one| one.parameter)
             .collect();
-        let ends = self.first_coordinates.iter().skip(1);
-        let coordinates = self.first_coordinates.iter().zip(ends);
-        for (bank, (first, end)) in self.show.banks.iter().zip(coordinates) {
+        let ends = self.first_parameters.iter().skip(1);
+        let parameters = self.first_parameters.iter().zip(ends);
+        for (bank, (first, end)) in self.show.banks.iter().zip(parameters) {
             if moved.range(first..end).next().is_some() {
                 continue;
             }

@@ -6,8 +6,10 @@
 //! placeholders that stand for broken pieces never leave this module.
 
 mod calculation;
+mod colour;
 mod cues;
 mod curves;
+mod effects;
 mod levels;
 pub(super) mod light;
 mod lint;
@@ -21,6 +23,7 @@ mod values;
 use std::collections::BTreeMap;
 
 use self::calculation::Named;
+pub(super) use self::colour::hex;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::lowering_cache::Lowered;
 use super::names::{self, Kind, Names};
@@ -30,6 +33,7 @@ use super::syntax::UNIT_WORDS;
 use super::{SpanMap, codes, limits, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Show};
+use crate::units::Rgb;
 
 /// What lowering made.
 pub struct Lowering<'a> {
@@ -53,11 +57,13 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
         spans: SpanMap::default(),
         show: Show::default(),
         values: Vec::new(),
-        first_coordinates: Vec::new(),
+        first_parameters: Vec::new(),
         most,
         budget: most,
         fresh: Vec::new(),
         names_lost: read.names_lost,
+        gels: &read.gels,
+        depth: 0,
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
@@ -68,6 +74,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
     lower.preview(statements);
     lower.rig(statements);
     lower.curves(statements);
+    lower.effects(statements);
     lower.lower_looks(statements);
     lower.cues(statements);
     if !read.cue_lost {
@@ -92,8 +99,8 @@ struct Lower<'a, 'r> {
     show: Show,
     /// In the order of their statements.
     values: Vec<Named<'a>>,
-    /// The first coordinate of each bank, and after the last bank their number.
-    first_coordinates: Vec<usize>,
+    /// The first parameter of each bank, and after the last bank their number.
+    first_parameters: Vec<usize>,
     /// Levels that may be written out.
     most: usize,
     /// Those of them that still may.
@@ -102,6 +109,10 @@ struct Lower<'a, 'r> {
     fresh: Vec<(&'a str, Box<Lowered>)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
+    /// The colours of gels by their numbers.
+    gels: &'r BTreeMap<String, Rgb>,
+    /// How many values rest on each other where one is worked out.
+    depth: usize,
 }
 
 impl<'a> Lower<'a, '_> {
@@ -116,6 +127,7 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Group { name, .. } => (name, Kind::Group),
                 Declaration::Look { name, .. } => (name, Kind::Look),
                 Declaration::Curve { name, .. } => (name, Kind::Curve),
+                Declaration::Effect { name, .. } => (name, Kind::Effect),
                 Declaration::Let { name, .. } => (name, Kind::Value),
                 _ => continue,
             };
@@ -251,6 +263,7 @@ fn one_of(kinds: &[Kind]) -> String {
 
 fn bare(phrase: &str) -> String {
     phrase
+        .trim_start_matches("an ")
         .trim_start_matches("a ")
         .replace(", a ", ", ")
         .replace(" or a ", " or ")

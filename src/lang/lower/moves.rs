@@ -1,10 +1,11 @@
-//! Moves of a cue: what each coordinate is to do.
+//! Moves of a cue: what each parameter is to do.
 
-use super::Lower;
-use super::values::Setting;
-use crate::lang::ast::{self, Motion as Written, Target};
+use std::collections::BTreeMap;
+
+use super::{Lower, colour};
+use crate::lang::ast::{self, Motion as Written, Target, Word};
 use crate::lang::codes;
-use crate::lang::names::{Kind, nearest};
+use crate::lang::names::{self, Kind, nearest};
 use crate::show::{Knot, Motion, Path};
 use crate::units::{fraction, percent};
 
@@ -17,40 +18,53 @@ const BODY_WORDS: [&str; 16] = [
 impl<'a> Lower<'a, '_> {
     pub(super) fn motions(&mut self, written: &ast::Move<'a>) -> Vec<(usize, Motion)> {
         let Some(target) = written.target else {
-            let all = self.first_coordinates.last().copied().unwrap_or(0);
-            let all = if self.spend(all, written.span) {
-                all
-            } else {
-                0
-            };
-            return (0..all).map(|c| (c, Motion::To(0.0))).collect();
+            let banks = self.show.banks.len();
+            if !self.spend(banks, written.span) {
+                return Vec::new();
+            }
+            let levels = self.first_parameters.iter().take(banks);
+            return levels.map(|level| (*level, Motion::To(0.0))).collect();
         };
         let kind = self.names.get(target.name.text).map(|e| e.kind);
         match (&written.motion, kind) {
             (Written::Plus(terms), _) => {
                 let mut levels = self.look(target.name);
                 levels.extend(self.combined_levels(terms));
+                let levels = self.with_full(levels);
                 levels
                     .into_iter()
                     .map(|(c, (l, _))| (c, Motion::To(l)))
                     .collect()
             }
             (Written::Bare, Some(Kind::Look)) => self.scaled_look(target, 1.0),
-            (Written::To(word), Some(Kind::Look)) => {
+            (Written::To(word, second), Some(Kind::Look)) => {
+                if let Some(second) = second {
+                    let message = "a look has colours of its own";
+                    let help = format!("change one: `{} + {{ sky #203060 }}`", target.name.text);
+                    let at = (second.span, "not here");
+                    self.report
+                        .error::<()>(codes::DOES_NOT_FIT, message, at, help);
+                }
                 let share = self.level(*word).unwrap_or_default();
                 self.scaled_look(target, share)
             }
             (Written::Bare, _) => {
-                self.no_level(target);
+                if written.effect.is_none() {
+                    self.no_level(target);
+                }
                 Vec::new()
             }
-            (Written::To(word), _) => {
-                let setting = self.setting(*word);
+            (Written::To(word, _), None) if is_channel(target.name.text) => {
+                self.channel_moved(target, *word);
+                Vec::new()
+            }
+            (Written::To(word, second), _) => {
+                let setting = self.settings(*word, *second);
                 let banks = self.moving(target);
                 let Some(setting) = setting else {
                     return Vec::new();
                 };
-                let levels = self.resolved_levels(&banks, target, setting, word.span);
+                let levels = self.resolved_levels(&banks, target, setting);
                 levels
                     .into_iter()
                     .map(|(c, l)| (c, Motion::To(l)))
@@ -79,10 +93,38 @@ impl<'a> Lower<'a, '_> {
             return Vec::new();
         }
         let levels = self.look(target.name);
-        levels
-            .into_iter()
-            .map(|(c, (level, _))| (c, Motion::To(scaled(level, share))))
-            .collect()
+        let mut out = Vec::with_capacity(levels.len());
+        for (parameter, (level, _)) in &levels {
+            let emitter = self.emitter(*parameter);
+            let own = emitter.is_some_and(|e| levels.contains_key(&(parameter - e - 1)));
+            // A colour stays what it is where its level is scaled.
+            let level = if own { *level } else { scaled(*level, share) };
+            out.push((*parameter, Motion::To(level)));
+        }
+        out
+    }
+
+    /// Reports `channel 1 at 50`, with the bank that the channel is.
+    fn channel_moved(&mut self, target: Target<'a>, number: Word<'a>) {
+        let channel = number.text.parse::<u32>().ok();
+        let bank = self.show.banks.iter();
+        let bank = bank
+            .filter(|_| channel.is_some())
+            .find(|b| b.channel == channel);
+        let help = match bank {
+            Some(bank) => format!(
+                "channel {} is the bank `{}`: write `{1} 50`",
+                number.text, bank.name
+            ),
+            None => {
+                "a channel is given to a bank: `bank lamps = lamp1  channel 1`, then `lamps 50`"
+                    .to_owned()
+            }
+        };
+        let message = "a cue moves banks by their names, not channels";
+        let at = (target.span, "not a bank");
+        self.report
+            .error::<()>(codes::UNKNOWN_NAME, message, at, help);
     }
 
     fn no_level(&mut self, target: Target<'a>) {
@@ -104,7 +146,9 @@ impl<'a> Lower<'a, '_> {
         };
         let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare);
         // Most moves have a level, and are through here.
-        if !(bare(written) && bare(next) && written.timing.is_empty()) || self.names_lost {
+        if !(bare(written) && bare(next) && written.timing.is_empty() && written.effect.is_none())
+            || self.names_lost
+        {
             return false;
         }
         let entry = self.names.get(target.name.text);
@@ -122,11 +166,15 @@ impl<'a> Lower<'a, '_> {
             .is_some_and(|b| b.rgb);
         let (bank, word) = (target.name.text, level.name.text);
         let help = match kind(level) {
+            None if names::foreign(word).is_some() => {
+                names::foreign(word).unwrap_or_default().to_owned()
+            }
+            None if is_gel(word) => format!("a gel is written `gel {word}`: `{bank} gel {word}`"),
             Some(Kind::Value) => format!("a value is used in round brackets: `{bank} ({word})`"),
             Some(Kind::Curve) => format!("a curve stands behind a level: `{bank} 85 curve {word}`"),
             _ => match nearest(word, ["full", "out"].into_iter()) {
                 Some(near) => format!("did you mean `{near}`?"),
-                None if rgb => format!("write `{bank} 85`, or a colour as `{bank} #ffb36b`"),
+                None if rgb => colour_help(bank, word),
                 None => format!("write `{bank} 85`, `{bank} full` or `{bank} out`"),
             },
         };
@@ -148,40 +196,66 @@ impl<'a> Lower<'a, '_> {
         };
         let mut out = Vec::new();
         for bank in banks {
-            for (coordinate, channel) in self.coordinates(bank, target) {
-                if !self.spend(knots.len(), written.span) {
+            // A path of levels moves one parameter, one of colours three.
+            let mut paths: BTreeMap<usize, Vec<Knot>> = BTreeMap::new();
+            for (knot, source) in knots.iter().zip(&written.knots) {
+                let Some(levels) = self.levels_of(bank, target, knot.setting) else {
+                    return out;
+                };
+                if !self.spend(levels.len(), written.span) {
                     return out;
                 }
-                let mut path = Vec::with_capacity(knots.len());
-                for (knot, source) in knots.iter().zip(&written.knots) {
-                    let setting: Setting = knot.setting;
-                    let Some(level) = self.level_of(bank, channel, setting, source.value.span)
-                    else {
-                        return out;
-                    };
-                    path.push(Knot {
+                for (parameter, level) in levels {
+                    paths.entry(parameter).or_default().push(Knot {
                         level,
                         handles: knot.via.unwrap_or([level; 2]),
                         ..knot.knot
                     });
                 }
-                let interpolation = written.interpolation;
-                out.push((
-                    coordinate,
-                    Motion::Path(Path {
-                        interpolation,
-                        knots: path,
-                    }),
-                ));
+                if paths.len() > 3 {
+                    let message = "a path goes through levels or through colours, not both";
+                    let help = "move the other with a fade: `sky 60 time 4`";
+                    let at = (source.value.span, "another kind than before");
+                    self.report
+                        .error::<()>(codes::DOES_NOT_FIT, message, at, help);
+                    return out;
+                }
             }
+            let interpolation = written.interpolation;
+            out.extend(paths.into_iter().map(|(parameter, knots)| {
+                let path = Path {
+                    interpolation,
+                    knots,
+                };
+                (parameter, Motion::Path(path))
+            }));
         }
         out
     }
 }
 
+fn is_channel(word: &str) -> bool {
+    matches!(word, "channel" | "chan" | "ch")
+}
+
+/// `L201`, `R80`: a letter or two and a number.
+fn is_gel(word: &str) -> bool {
+    let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    (1..=2).contains(&(word.len() - digits.len()))
+        && !digits.is_empty()
+        && digits.chars().all(|c| c.is_ascii_digit())
+}
+
+/// What to type for `word` behind an rgb bank.
+fn colour_help(bank: &str, word: &str) -> String {
+    match colour::named(word) {
+        Some(_) => format!("a colour has a `#`: `{bank} #{word}`"),
+        None => format!("write `{bank} 85`, or a colour as `{bank} #ffb36b`"),
+    }
+}
+
 /// A share of a level. What text wrote is multiplied as it was written, since equal looks make one
-/// key only where they are equal to the bit: 85 at 30 is `25.5`. A colour's level has too many
-/// decimals for that.
+/// key only where they are equal to the bit: 85 at 30 is `25.5`.
 fn scaled(level: f64, share: f64) -> f64 {
     let written = percent(level);
     let exact = match fraction(written) == level {

@@ -6,7 +6,7 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
 use crate::lang::codes;
-use crate::lang::quantity::Wanted;
+use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::unquoted;
 use crate::scene;
@@ -63,14 +63,18 @@ impl<'a> Lower<'a, '_> {
         );
     }
 
-    fn preview_entries(&mut self, entries: &[(Word<'a>, Word<'a>)]) {
+    fn preview_entries(&mut self, entries: &[(Word<'a>, Word<'a>, Option<Word<'a>>)]) {
         let mut seen: Vec<Word<'a>> = Vec::new();
-        for (key, value) in entries {
+        for (key, value, stops) in entries {
             if let Some(earlier) = seen.iter().find(|w| w.text == key.text) {
                 self.once(&mut Some(earlier.span), key.text, key.span);
             }
             seen.push(*key);
-            self.preview_entry(*key, *value);
+            // What is wrong was said; the entry then changes nothing.
+            let _ = self.preview_entry(*key, *value);
+            if let Some(stops) = stops {
+                let _ = self.bias(*stops);
+            }
         }
     }
 
@@ -96,6 +100,23 @@ impl<'a> Lower<'a, '_> {
                 self.show.preview.rate =
                     self.within(value, Wanted::Number, (1.0, 1000.0), range)?;
             }
+            ("white", _) => {
+                let text = self.text(value)?;
+                if quantity::unit(&text) != Ok(Unit::Kelvin) {
+                    return self.unfit(key, value);
+                }
+                let kelvin = quantity::number(&text).unwrap_or_default();
+                if !(2000.0..=12_000.0).contains(&kelvin) {
+                    let message = format!(
+                        "`{}` is out of range: white is 2000 K to 12000 K",
+                        value.text
+                    );
+                    let help = "the white of tungsten lamps is `white 3200 K`";
+                    let at = (value.span, "out of range");
+                    return self.report.error(codes::RANGE, message, at, help);
+                }
+                self.show.preview.white = Some(kelvin);
+            }
             ("exposure", _) => {
                 let range = "an exposure is -30 to 30 stops";
                 let stops = self.within(value, Wanted::Number, (-30.0, 30.0), range)?;
@@ -107,12 +128,24 @@ impl<'a> Lower<'a, '_> {
         Some(())
     }
 
+    /// The stops behind `exposure auto`.
+    fn bias(&mut self, word: Word<'a>) -> Option<()> {
+        let text = word.text.trim_start_matches('+');
+        let unsigned = Word { text, ..word };
+        let range = "stops are -30 to 30";
+        self.show.preview.bias = self.within(unsigned, Wanted::Number, (-30.0, 30.0), range)?;
+        Some(())
+    }
+
     /// Reports a value that is not of its setting's kind.
     fn unfit(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
         let (key, word) = (key.text, value.text);
         let message = match (key, word) {
             ("tone", _) => format!("`{word}` is no tone: it is `filmic` or `plain`"),
             ("dither", _) => format!("`dither` is `on` or `off`, not `{word}`"),
+            ("white", _) => {
+                format!("`white` is a colour temperature such as `3200 K`, not `{word}`")
+            }
             (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
             (_, "on" | "off") => format!("only `dither` is `on` or `off`, `{key}` is a number"),
             _ => format!("`{word}` is a tone, not a number"),

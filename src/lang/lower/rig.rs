@@ -39,12 +39,7 @@ impl<'a> Lower<'a, '_> {
                 _ => {}
             }
         }
-        let mut next = 0;
-        for bank in &self.show.banks {
-            self.first_coordinates.push(next);
-            next += if bank.rgb { 3 } else { 1 };
-        }
-        self.first_coordinates.push(next);
+        self.first_parameters = self.show.first_parameters();
         for statement in statements {
             if let Declaration::Group { name, banks } = &statement.item {
                 let group = Group {

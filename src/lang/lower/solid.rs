@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Lower;
+use super::{Lower, colour};
 use crate::geometry::Vec3;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::quantity::Wanted;
@@ -80,7 +80,7 @@ impl<'a> Lower<'a, '_> {
     fn reflectance(&mut self, values: &[Word<'a>]) -> Option<Rgb> {
         let range = "reflectances are 0 to 1";
         if let [word] = values
-            && self.text(*word)?.starts_with('#')
+            && colour::is_colour(&self.text(*word)?)
         {
             return self.colour(*word);
         }

@@ -4,22 +4,23 @@ use std::borrow::Cow;
 
 use super::Lower;
 use super::calculation::result;
+use super::colour::is_colour;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Vec3;
-use crate::lang::ast::Word;
+use crate::lang::ast::{Span, Word};
 use crate::lang::names::nearest;
 use crate::lang::quantity::{self, Fault, UNITS, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::units::{Rgb, Time, fraction};
 
-/// What a bank can be set to.
+/// What a bank is set to: a level, a colour, or both.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Setting {
+pub struct Setting {
     /// 0 to 1.
-    Level(f64),
-    /// Linear, each channel 0 to 1.
-    Colour(Rgb),
+    pub level: Option<f64>,
+    /// Linear, each channel 0 to 1, with its place.
+    pub colour: Option<(Rgb, Span)>,
 }
 
 impl Lower<'_, '_> {
@@ -59,7 +60,7 @@ impl Lower<'_, '_> {
     /// The text of what must not be a colour.
     fn uncoloured<'w>(&mut self, word: Word<'w>, wanted: Wanted) -> Option<Cow<'w, str>> {
         let text = self.text(word)?;
-        if text.starts_with('#') {
+        if is_colour(&text) {
             return self.fault(word, wanted, &Fault::Kind("a colour"));
         }
         Some(text)
@@ -154,39 +155,48 @@ impl Lower<'_, '_> {
     /// A level, a colour, or a colour temperature as a colour (its brightest channel full).
     pub fn setting(&mut self, word: Word<'_>) -> Option<Setting> {
         let text = self.text(word)?;
-        if text.starts_with('#') {
-            return self.colour(word).map(Setting::Colour);
-        }
-        if quantity::unit(&text) == Ok(Unit::Kelvin) {
+        let colour = if is_colour(&text) {
+            self.colour(word)?
+        } else if quantity::unit(&text) == Ok(Unit::Kelvin) {
             let colour = self.kelvin(word)?;
             let brightest = colour.0.into_iter().fold(0.0, f64::max);
-            return Some(Setting::Colour(colour.scaled(1.0 / brightest)));
-        }
-        self.level(word).map(Setting::Level)
+            colour.scaled(1.0 / brightest)
+        } else {
+            let level = Some(self.level(word)?);
+            let colour = None;
+            return Some(Setting { level, colour });
+        };
+        Some(Setting {
+            level: None,
+            colour: Some((colour, word.span)),
+        })
     }
 
-    /// `#rrggbb` or `#rgb`, sRGB-coded, as linear light.
-    pub fn colour(&mut self, word: Word<'_>) -> Option<Rgb> {
-        let text = self.text(word)?;
-        let digits = text.trim_start_matches('#');
-        let nibbles: Option<Vec<u8>> = digits
-            .chars()
-            .map(|c| c.to_digit(16).and_then(|d| u8::try_from(d).ok()))
-            .collect();
-        match nibbles.as_deref() {
-            Some([r, g, b]) => Some(Rgb::from_srgb8([r * 17, g * 17, b * 17])),
-            Some([a, b, c, d, e, f]) => Some(Rgb::from_srgb8([a * 16 + b, c * 16 + d, e * 16 + f])),
+    /// A level and a colour in either order, or one of the two.
+    pub fn settings(&mut self, word: Word<'_>, second: Option<Word<'_>>) -> Option<Setting> {
+        let first = self.setting(word)?;
+        let Some(second) = second else {
+            return Some(first);
+        };
+        let other = self.setting(second)?;
+        let what = match (first.level.is_some(), other.level.is_some()) {
+            (true, true) => "levels",
+            (false, false) => "colours",
             _ => {
-                let message = format!("`{}` is not a colour", word.text);
-                let help = "write a colour as `#ffb36b` or `#fb6`";
-                self.report.error(
-                    codes::BAD_COLOUR,
-                    message,
-                    (word.span, "not a colour"),
-                    help,
-                )
+                return Some(Setting {
+                    level: first.level.or(other.level),
+                    colour: first.colour.or(other.colour),
+                });
             }
-        }
+        };
+        let message = format!("`{}` and `{}` are two {what}", word.text, second.text);
+        let help = "a bank goes to one level and, if it is rgb, to one colour: `sky 60 #203060`";
+        self.report.error(
+            codes::DOES_NOT_FIT,
+            message,
+            (second.span, "one too many"),
+            help,
+        )
     }
 
     /// A colour temperature as a colour of luminance 1.

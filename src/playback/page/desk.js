@@ -26,7 +26,7 @@ const percent = (level) => Math.round(level * 100);
 const cueName = (i) => `${show.cues[i].number}${show.cues[i].label ? " " + show.cues[i].label : ""}`;
 
 /// The show's state; everything on the page follows from it.
-const desk = { time: show.start, playing: false, until: show.end, held: new Map(), renderer: null, dirty: true };
+const desk = { ...standing(show), playing: false, held: new Map(), renderer: null, dirty: true };
 
 /// The last cue that has begun; -1 before the first.
 function cueAt(time) {
@@ -39,7 +39,7 @@ function cueAt(time) {
 /// none is held: then the keys are blended. (A sum alone, since taking a lamp's 8 bits away from a
 /// key's would leave the rounding of both.)
 function sumAt(settings) {
-  if (desk.held.size === 0) return null;
+  if (desk.held.size === 0 && !desk.rest) return null;
   const setting = ({ law }, i) => (desk.held.has(i) ? settingOf(law, desk.held.get(i)) : settings[i]);
   const terms = show.coordinates.map((c, i) => ({ picture: c.picture, weight: setting(c, i) }));
   return terms.filter(({ weight }) => weight !== 0);
@@ -47,58 +47,54 @@ function sumAt(settings) {
 
 // ---- what can be done -------------------------------------------------------------------------
 
-function seek(time, keep = false) {
-  desk.time = Math.min(Math.max(time, show.start), show.end);
-  if (!keep) desk.until = show.end;
-  desk.dirty = true;
+/// To a moment of the sequence; the cue that stands there is the one that GO goes on from.
+function seek(time) {
+  const to = Math.min(Math.max(time, show.start), show.end);
+  Object.assign(desk, { time: to, until: show.end, rest: null, cue: cueAt(to), dirty: true });
 }
 
-function play(on, until = show.end) {
+function play(on) {
   if (on && desk.time >= show.end - 1e-6) seek(show.start);
+  if (on) Object.assign(desk, { until: show.end, rest: null });
+  running(on);
+  desk.sequence = on;
+}
+
+function running(on) {
   desk.playing = on;
-  desk.until = until;
+  desk.sequence = false;
   desk.last = undefined;
   element("play").textContent = on ? "Pause" : "Play";
   element("play").setAttribute("aria-pressed", String(on));
   desk.dirty = true;
 }
 
-/// The cue that GO runs: the one after the last that has begun, or that one where it waits at its
-/// own start.
+/// The cue that GO runs; -1 after the last.
 function nextCue() {
-  const current = cueAt(desk.time);
-  const waits = current >= 0 && !desk.playing && Math.abs(show.cues[current].go - desk.time) < 1e-6;
-  const next = waits ? current : current + 1;
-  return next < show.cues.length ? next : -1;
+  return desk.cue + 1 < show.cues.length ? desk.cue + 1 : -1;
 }
 
-/// Runs the next cue, those that follow by themselves and those that overlap any of these, until all
-/// are complete.
 function go() {
-  const next = nextCue();
-  if (next < 0) return tell("That was the last cue.");
-  let until = show.cues[next].complete;
-  for (let i = next + 1; i < show.cues.length; i++) {
-    const cue = show.cues[i];
-    if (!show.cues[i - 1].starts && cue.go >= until - 1e-6) break;
-    until = Math.max(until, cue.complete);
-  }
-  seek(show.cues[next].go);
-  tell(`Cue ${cueName(next)}`);
-  play(true, until);
+  if (!pressGo(show, desk)) return tell("That was the last cue.");
+  tell(`Cue ${cueName(desk.cue)}`);
+  running(true);
 }
 
-/// To the look of the cue before: where it is complete.
 function back() {
-  const before = cueAt(desk.time) - (desk.playing || cueAt(desk.time) < 0 ? 0 : 1);
-  play(false);
-  seek(before >= 0 ? Math.min(show.cues[before].complete, show.cues[before + 1]?.go ?? show.end) : show.start);
-  tell(before >= 0 ? `Cue ${cueName(before)}, complete` : "Start");
+  pressBack(show, desk);
+  running(false);
+  tell(desk.cue >= 0 ? `Cue ${cueName(desk.cue)}, complete` : "Start");
+}
+
+/// The light stays where it is; GO goes on from there.
+function stop() {
+  running(false);
+  tell("Stopped");
 }
 
 function toCue(i) {
   if (i < 0 || i >= show.cues.length) return;
-  play(false);
+  running(false);
   seek(show.cues[i].go);
   tell(`Cue ${cueName(i)}, at its start`);
 }
@@ -181,7 +177,7 @@ function buildBanks() {
     });
     const drag = (event) => {
       const box = svg.getBoundingClientRect();
-      play(false);
+      running(false);
       seek(show.start + length * (event.clientX - box.left) / box.width);
     };
     svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); drag(event); });
@@ -194,9 +190,12 @@ function buildBanks() {
 function buildCues() {
   show.cues.forEach((cue, i) => {
     const name = made("span", { className: "name" }, cue.label || "");
+    if (i > 0 && show.cues[i - 1].starts) name.prepend(made("i", { title: "starts by itself" }, "\u21b3 "));
     const when = made("span", { className: "when" }, clock(cue.go, cue.go % 1 ? 1 : 0));
-    const button = made("button", { type: "button" }, made("b", {}, cue.number), name, when, made("span", { className: "done" }));
-    button.setAttribute("aria-label", `Cue ${cueName(i)}, at ${clock(cue.go)}`);
+    const about = [cue.timing, cue.note].filter(Boolean).join(" \u00b7 ");
+    const button = made("button", { type: "button" }, made("b", {}, cue.number), name, when,
+      made("span", { className: "about" }, about), made("span", { className: "done" }));
+    button.setAttribute("aria-label", `Cue ${cueName(i)}, at ${clock(cue.go)}, time ${about}`);
     button.addEventListener("click", () => toCue(i));
     const item = made("li", {}, button);
     element("cues").append(item);
@@ -212,7 +211,9 @@ function buildCues() {
 /// Everything but the picture, to the desk's state.
 function refresh(settings) {
   const { time } = desk;
-  const current = cueAt(time), next = nextCue();
+  const current = desk.cue, next = nextCue();
+  const left = desk.playing && !desk.sequence ? remaining(desk) : 0;
+  element("left").textContent = left > 0 ? `${clock(left)} to go` : "";
   element("clock").textContent = clock(time);
   const scrub = element("scrub");
   scrub.value = time;
@@ -253,38 +254,39 @@ function frame(now) {
   if (desk.playing) {
     const passed = desk.last === undefined ? 0 : (now - desk.last) / 1000;
     desk.last = now;
-    desk.time += passed;
-    if (desk.time >= desk.until) { desk.time = Math.min(desk.until, show.end); play(false); }
+    if (!goOn(show, desk, passed)) running(false);
+    if (desk.sequence) desk.cue = cueAt(desk.time);
     desk.dirty = true;
   }
   if (desk.dirty && desk.renderer) {
     desk.dirty = false;
     const moment = momentAt(show, desk.time);
-    desk.renderer.draw(moment, sumAt(moment.settings));
-    refresh(moment.settings);
+    const light = lightOf(show, desk);
+    desk.renderer.draw(moment, sumAt(light));
+    refresh(light);
   }
   requestAnimationFrame(frame);
 }
 
 function onKey(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || !desk.renderer) return;
-  const at = event.target, slider = at instanceof HTMLInputElement, button = at.closest?.("button, summary");
+  const at = event.target, slider = at instanceof HTMLInputElement;
   const step = event.shiftKey ? 0.1 : 1;
   const current = cueAt(desk.time);
   const actions = {
-    g: go, b: back, r: () => release(),
-    ...(button ? {} : { " ": () => play(!desk.playing) }),
+    " ": go, g: go, b: back, s: stop, Escape: stop, p: () => play(!desk.playing), r: () => release(),
+    f: () => element("frame").requestFullscreen?.(),
     ...(slider ? {} : {
-      ArrowLeft: () => { play(false); seek(desk.time - step); },
-      ArrowRight: () => { play(false); seek(desk.time + step); },
+      ArrowLeft: () => { running(false); seek(desk.time - step); },
+      ArrowRight: () => { running(false); seek(desk.time + step); },
       ArrowUp: () => toCue(desk.time > (show.cues[current]?.go ?? show.start) + 1e-6 ? current : current - 1),
       ArrowDown: () => toCue(current + 1),
-      Home: () => { play(false); seek(show.start); },
-      End: () => { play(false); seek(show.end); },
+      Home: () => { running(false); seek(show.start); },
+      End: () => { running(false); seek(show.end); },
     }),
   };
   const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-  if (!action) return;
+  if (!action || event.key === "Escape" && slider) return;
   event.preventDefault();
   action();
 }
@@ -297,16 +299,18 @@ function build() {
   element("made").textContent = show.made;
   const scrub = element("scrub");
   Object.assign(scrub, { min: show.start, max: show.end, value: show.start });
-  scrub.addEventListener("input", () => { play(false); seek(Number(scrub.value)); });
+  scrub.addEventListener("input", () => { running(false); seek(Number(scrub.value)); });
   scrub.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10 }[event.key];
     if (!by) return;
     event.preventDefault();
-    play(false);
+    running(false);
     seek(desk.time + by * (event.shiftKey ? 0.1 : 1));
   });
   element("go").addEventListener("click", go);
   element("back").addEventListener("click", back);
+  element("stop").addEventListener("click", stop);
+  element("full").addEventListener("click", () => element("frame").requestFullscreen?.());
   element("play").addEventListener("click", () => play(!desk.playing));
   element("release").addEventListener("click", () => release());
   for (const { i, fader } of (buildBanks(), rows)) {
@@ -314,4 +318,6 @@ function build() {
   }
   buildCues();
   document.addEventListener("keydown", onKey);
+  // A button takes Space when the key is let go.
+  document.addEventListener("keyup", (event) => event.key === " " && event.preventDefault());
 }

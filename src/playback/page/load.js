@@ -72,7 +72,7 @@ async function test(renderer) {
   while (desk.time < start + 0.3 && performance.now() < begin + 10000) {
     await new Promise(requestAnimationFrame);
   }
-  play(false);
+  running(false);
   const played = desk.time - start;
   document.body.append(made("pre", { id: "test" }, [renderer.name, played, ...lines].join("\n")));
 }
@@ -89,7 +89,7 @@ async function start() {
     element("notice").textContent = "The graphics processor was reset; load the page again.";
   });
   desk.renderer = renderer;
-  for (const id of ["go", "back", "play"]) element(id).disabled = false;
+  for (const id of ["go", "back", "stop", "play", "full"]) element(id).disabled = false;
   if (asked.has("at")) seek(Number(asked.get("at")));
   for (const words of asked.getAll("hold")) {
     const [name, level] = words.split(":");

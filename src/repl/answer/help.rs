@@ -6,12 +6,17 @@ use crate::lang;
 use crate::repl::{Call, DECLARATIONS, Declaration, Error, Repl, Reply, VERBS, find};
 
 pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let Some(name) = call.words().into_iter().next() else {
-        return Ok(Reply::text(all()));
-    };
+    match call.words().into_iter().next() {
+        Some(name) => Ok(Reply::text(of(name)?)),
+        None => Ok(Reply::text(all())),
+    }
+}
+
+/// What a verb or a declaration is, in words.
+pub fn of(name: &str) -> Result<String, Error> {
     let declared = DECLARATIONS.iter().find(|d| d.word() == name);
     let spec = match (find(name), declared) {
-        (Err(_), Some(declared)) => return Ok(Reply::text(of_declaration(declared))),
+        (Err(_), Some(declared)) => return Ok(of_declaration(declared)),
         (found, _) => found?,
     };
     let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
@@ -27,7 +32,7 @@ pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if let Some(declared) = declared {
         let _ = write!(text, "\n\n{}", of_declaration(declared));
     }
-    Ok(Reply::text(text))
+    Ok(text)
 }
 
 fn all() -> String {

@@ -3,20 +3,21 @@
 use super::usage;
 use crate::picture::Image;
 use crate::picture::tone::{self, Tone};
-use crate::repl::argument::{precision, quality, time};
+use crate::repl::argument::{precision, quality, time, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film::Shown;
 use crate::report::format::{self, PICTURE, ending};
 use crate::report::words::count;
 
 pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if call.words.len() + usize::from(call.has("at")) > 1 {
+    if !call.words.is_empty() && call.has("at") {
         return usage("a picture is of one moment: say one time");
     }
     let now = repl.live.time();
-    let moment = match call.option("at").or(call.words().first().copied()) {
-        Some(text) => time(&repl.engine, text)?,
-        None => now,
+    let moment = match (call.option("at"), call.words().as_slice()) {
+        (Some(text), _) => time(&repl.engine, text)?,
+        (None, []) => now,
+        (None, words) => time_of(&repl.engine, words)?,
     };
     let setting = match call.option("bank") {
         Some(name) => repl.engine.alone(name)?,
@@ -38,8 +39,19 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         0 => String::new(),
         n => format!("; {} a little below zero, shown as 0", count(n, "value")),
     };
-    let text = format!("{what}: {}{below}", made_of(repl, call));
     let path = call.path("output");
+    // An .exr is light, which no exposure changes.
+    let shown = path.is_none_or(|p| ending(p) != "exr");
+    let tone = shown.then(|| exposed(repl, call, &image)).transpose()?;
+    let exposure = match tone {
+        _ if image.data().iter().all(|light| *light <= 0.0) => {
+            ", dark: no light in sight".to_owned()
+        }
+        Some(tone) => format!(", exposure {:.1}", tone.exposure),
+        None => String::new(),
+    };
+    let text = format!("{what}: {}{exposure}{below}", made_of(repl, call));
+    let tone = tone.unwrap_or_else(|| repl.engine.tone_at(0.0));
     if call.has("float") && path.is_none_or(|p| ending(p) != "exr") {
         return usage("`--float` is for an .exr");
     }
@@ -47,12 +59,12 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         Some(p) => {
             PICTURE.check(p)?;
             let about = (precision(call), text.as_str());
-            let bytes = format::picture(&image, || exposed(repl, &image), about, p)?;
+            let bytes = format::picture(&image, || Ok(tone), about, p)?;
             repl.written(p, &bytes, &text)
         }
         None => {
             let size = (image.width(), image.height());
-            let rgb = exposed(repl, &image)?.encode(&image);
+            let rgb = tone.encode(&image);
             Ok(Reply::pictured(Shown { size, rgb }, text))
         }
     }
@@ -72,10 +84,18 @@ fn made_of(repl: &Repl, call: &Call) -> String {
     }
 }
 
-/// The exposure of the whole sequence, so that pictures of different moments compare; a show without
-/// cues is exposed for the picture itself.
-fn exposed(repl: &mut Repl, image: &Image) -> Result<Tone, crate::report::Error> {
-    match repl.engine.show().cues.is_empty() {
+/// The exposure that is said, else that of the whole sequence, so that pictures of different moments
+/// compare. A bank alone and a show without cues are exposed for the picture itself.
+fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
+    if let Some(text) = call.option("exposure") {
+        let stops = text.parse::<f64>().ok();
+        let stops = stops.filter(|stops| (-30.0..=30.0).contains(stops));
+        let stops = stops.ok_or_else(|| {
+            Error::Usage(format!("`{text}` is no exposure: it is -30 to 30 stops"))
+        })?;
+        return Ok(repl.engine.tone_at(stops));
+    }
+    match call.has("bank") || repl.engine.show().cues.is_empty() {
         true => Ok(repl.engine.tone_of([image])),
         false => Ok(repl.engine.tone()?),
     }

@@ -27,7 +27,7 @@ const fn of(usage: &'static str, about: &'static str, example: &'static str) -> 
 }
 
 /// All of them, in the order in which a show has them.
-pub const DECLARATIONS: [Declaration; 15] = [
+pub const DECLARATIONS: [Declaration; 17] = [
     of("show \"TITLE\"", "the title", "show \"First light\""),
     of(
         "preview { SETTING ... }",
@@ -38,6 +38,11 @@ pub const DECLARATIONS: [Declaration; 15] = [
         "include \"FILE.lxq\"",
         "another file's declarations, as if they stood here",
         "include \"rig.lxq\"",
+    ),
+    of(
+        "gels \"FILE.csv\"",
+        "a table of gels: number, name and colour in each line, for `gel L201`",
+        "gels \"lee.csv\"",
     ),
     of(
         "let NAME = VALUE",
@@ -95,6 +100,11 @@ pub const DECLARATIONS: [Declaration; 15] = [
         "curve dawn = spline 0 0, 0.5 20, 1 100",
     ),
     of(
+        "effect NAME = flicker|pulse rate TIMES depth SHARE seed N",
+        "what runs on top of a level: `fire 60 effect candle`, until `fire effect none`",
+        "effect candle = flicker  rate 6  depth 35%  seed 3",
+    ),
+    of(
         "cue NUMBER \"LABEL\" at TIME { BANK LEVEL ... time SECONDS }",
         "where levels go, from when and how fast; without `at` it waits for GO",
         "cue 2 \"Evening\"  at 0:04 { evening  time 3 }",
@@ -124,7 +134,7 @@ mod tests {
             assert!(lang::is_declaration(d.example), "{}", d.example);
             let laid_out = lang::format(d.example).unwrap();
             assert_eq!(laid_out.trim_end(), d.example);
-            if d.word() != "include" {
+            if !["include", "gels"].contains(&d.word()) {
                 text += d.example;
                 text.push('\n');
             }

@@ -2,7 +2,7 @@
 
 use super::{Complete, OptionSpec, VerbSpec};
 use crate::repl::answer::plot::SUBJECTS;
-use crate::repl::answer::{help, live, measure, picture, play, plot, render, session, text};
+use crate::repl::answer::{edit, help, live, measure, picture, play, plot, render, session, text};
 use crate::repl::{Call, Error, Repl, Reply};
 
 const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
@@ -135,9 +135,9 @@ pub const VERBS: &[VerbSpec] = &[
         "at",
         live::at,
         "move to a time and print the levels and the light there",
-        "at 1:30",
+        "at cue 2 + 1s",
     )
-    .words("[TIME]", Complete::Nothing),
+    .words("[TIME | cue N [+ TIME]]", Complete::Cues(&["cue"])),
     verb(
         "plan",
         render::plan,
@@ -170,7 +170,7 @@ pub const VERBS: &[VerbSpec] = &[
         "one picture of the show",
         "picture 1:30 -o evening.png",
     )
-    .words("[TIME]", Complete::Nothing)
+    .words("[TIME | cue N [+ TIME]]", Complete::Cues(&["cue"]))
     .options(&[
         value(
             "at",
@@ -182,6 +182,11 @@ pub const VERBS: &[VerbSpec] = &[
             "quality",
             "Q",
             "render again at this step of the scale, 1 to 5",
+        ),
+        value(
+            "exposure",
+            "STOPS",
+            "how bright the light shows (default: that of the sequence; of a bank alone its own)",
         ),
         VIEW,
         FLOAT,
@@ -452,6 +457,45 @@ pub const VERBS: &[VerbSpec] = &[
         "TIME",
         "the new cue's time, such as 3 or 4/6",
     )]),
+    verb(
+        "update",
+        live::update,
+        "write the tried levels into the cue that stands",
+        "update",
+    ),
+    verb(
+        "insert",
+        live::insert,
+        "write the tried levels as a new cue behind the one that stands",
+        "insert \"Lamp up\" --time 3",
+    )
+    .words("[LABEL]", Complete::Nothing)
+    .options(&[value(
+        "time",
+        "TIME",
+        "the new cue's time, such as 3 or 4/6",
+    )]),
+    verb(
+        "delete",
+        edit::delete,
+        "take a cue or another declaration out",
+        "delete cue 3",
+    )
+    .words("WORD NAME", Complete::Cues(&["cue"])),
+    verb(
+        "copy",
+        edit::copy,
+        "write a cue once more under another number",
+        "copy cue 2 to 7",
+    )
+    .words("cue N to N", Complete::Cues(&["cue", "to"])),
+    verb(
+        "rename",
+        edit::rename,
+        "call something otherwise, wherever the show names it",
+        "rename lamps to practicals",
+    )
+    .words("NAME to NAME", Complete::Names),
     verb(
         "blind",
         live::blind,

@@ -1,6 +1,6 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
-use super::level::{by_bank, clock, first_coordinates, motion, time};
+use super::level::{by_bank, clock, motion, time};
 use crate::report::table::Table;
 use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
 use crate::timeline::{CueTime, Timeline};
@@ -8,13 +8,23 @@ use crate::timeline::{CueTime, Timeline};
 /// The cue sheet of a show: a row for each cue, and one for each further part.
 pub fn cue_sheet(show: &Show, timeline: &Timeline) -> Table {
     let columns = [
-        "cue", "label", "starts", "up/down", "delay", "curve", "does", "then", "complete",
+        "cue", "label", "starts", "up/down", "delay", "curve", "does", "then", "complete", "note",
     ];
+    // Most shows have no notes.
+    let noted = show.cues.iter().any(|cue| !cue.note.is_empty());
+    let columns = columns.iter().take(if noted { 10 } else { 9 });
     let legend = "Times before GO in brackets are assumed: the cue waits for the operator.";
-    let mut table = Table::new(columns.map(str::to_owned).to_vec(), legend);
+    let mut table = Table::new(columns.map(|c| (*c).to_owned()).collect(), legend);
     let mut before = None;
     for (cue, at) in show.cues.iter().zip(timeline.cues()) {
-        for row in cue_rows(show, cue, at, before) {
+        for (i, mut row) in cue_rows(show, cue, at, before).into_iter().enumerate() {
+            if noted {
+                row.push(if i == 0 {
+                    cue.note.clone()
+                } else {
+                    String::new()
+                });
+            }
             table.push(row);
         }
         before = Some(cue);
@@ -26,20 +36,29 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
     let blank = Part {
         id: cue.id,
         number: 1,
+        written: true,
         label: String::new(),
         delay: crate::units::Time::ZERO,
         up: crate::units::Time::ZERO,
         down: crate::units::Time::ZERO,
         curve: Fade::LINEAR,
         moves: Vec::new(),
+        effects: Vec::new(),
     };
-    let parts = || cue.parts.iter().filter(|p| !p.moves.is_empty());
+    let parts = || {
+        cue.parts
+            .iter()
+            .filter(|p| !(p.moves.is_empty() && p.effects.is_empty()))
+    };
     let first = parts().next().or(cue.parts.first()).unwrap_or(&blank);
     let mut rows = Vec::new();
     for (i, part) in std::iter::once(first).chain(parts().skip(1)).enumerate() {
         let head = i == 0;
         let only = |text: String| if head { text } else { String::new() };
-        let number = if part.number > 1 {
+        let number = if !part.written && !head {
+            // A move with timing of its own: nobody wrote a part.
+            String::new()
+        } else if part.written && part.number > 1 {
             format!("{} part {}", cue.number, part.number)
         } else {
             cue.number.to_string()
@@ -104,7 +123,7 @@ fn fade(show: &Show, part: &Part) -> String {
 }
 
 fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
-    let first = first_coordinates(show);
+    let first = show.first_parameters();
     let mut words: Vec<String> = Vec::new();
     if head {
         let flags = [
@@ -118,6 +137,12 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
         if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
             words.push(motion(of, *start, &moves));
         }
+    }
+    for change in &part.effects {
+        let bank = show.banks.get(change.bank).map_or("", |b| b.name.as_str());
+        let effect = change.effect.and_then(|e| show.effects.get(e));
+        let effect = effect.map_or("none", |e| e.name.as_str());
+        words.push(format!("{bank} effect {effect}"));
     }
     words.join(", ")
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::level::{by_bank, clock, first_coordinates, motion, number, time};
+use super::level::{by_bank, clock, motion, number, time};
 use crate::engine::Version;
 use crate::lang;
 use crate::linalg::{Bernstein, mass};
@@ -192,7 +192,7 @@ fn same_parts(was: &Cue, now: &Cue) -> bool {
         let pairs = a.moves.iter().zip(&b.moves);
         a.moves.len() == b.moves.len()
             && pairs.into_iter().all(|(a, b)| {
-                (a.coordinate, a.repeat) == (b.coordinate, b.repeat) && a.motion == b.motion
+                (a.parameter, a.repeat) == (b.parameter, b.repeat) && a.motion == b.motion
             })
     };
     let part = |a: &Part, b: &Part| {
@@ -287,7 +287,12 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
         out.push(format!("{words} removed"));
     }
     for part in &now.parts {
-        if let Some(was) = was.parts.iter().find(|p| p.number == part.number) {
+        let moved = |p: &Part| p.moves.first().map(|m| m.parameter);
+        let same = |p: &&Part| match part.written {
+            true => p.written && p.number == part.number,
+            false => !p.written && moved(p) == moved(part),
+        };
+        if let Some(was) = was.parts.iter().find(same) {
             out.extend(timing(old, was, new, part));
         }
     }
@@ -296,7 +301,7 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
 
 /// What each bank does in a cue, with the part that says so.
 fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, String)> {
-    let first = first_coordinates(show);
+    let first = show.first_parameters();
     let mut out = BTreeMap::new();
     for part in &cue.parts {
         for (bank, moves) in by_bank(show, &part.moves) {
@@ -309,7 +314,11 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, Strin
 }
 
 fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
-    let which = if now.number > 1 {
+    let which = if !now.written {
+        let bank = by_bank(new, &now.moves).first().map(|(bank, _)| *bank);
+        let bank = bank.and_then(|bank| new.banks.get(bank));
+        bank.map_or_else(String::new, |bank| format!("{} ", bank.name))
+    } else if now.number > 1 {
         format!("part {} ", now.number)
     } else {
         String::new()

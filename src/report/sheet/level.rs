@@ -41,37 +41,38 @@ pub fn clock(time: Time) -> String {
     format!("{sign}0:{zero}{digits}")
 }
 
-/// A bank's level: a number of percent, or the colour of an rgb bank.
-pub fn level(bank: &Bank, levels: &[f64]) -> String {
-    match levels {
-        [r, g, b] if bank.rgb => {
-            let coded = Rgb([*r, *g, *b]).to_srgb8();
-            let [r, g, b] = coded;
-            format!("#{r:02x}{g:02x}{b:02x}")
-        }
-        [level, ..] => number(percent(*level)),
-        [] => String::new(),
+/// Light of three emitters as an sRGB-coded colour.
+pub fn hex(emitters: &[f64]) -> String {
+    let mut light = [0.0; 3];
+    for (slot, emitter) in light.iter_mut().zip(emitters) {
+        *slot = *emitter;
     }
+    let [r, g, b] = Rgb(light).to_srgb8();
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// Where each bank's coordinates begin, and after the last bank their number without the fixed.
-pub fn first_coordinates(show: &Show) -> Vec<usize> {
-    let mut next = 0;
-    let mut out = Vec::with_capacity(show.banks.len() + 1);
-    for bank in &show.banks {
-        out.push(next);
-        next += if bank.rgb { 3 } else { 1 };
+/// A bank's level in percent, of an rgb bank with its colour: white is left out, and so is full
+/// before another colour.
+pub fn level(levels: &[f64]) -> String {
+    let Some((level, colour)) = levels.split_first() else {
+        return String::new();
+    };
+    let percent = number(percent(*level));
+    if *level == 0.0 || colour.iter().all(|emitter| *emitter == 1.0) {
+        return percent;
     }
-    out.push(next);
-    out
+    match *level == 1.0 {
+        true => hex(colour),
+        false => format!("{percent} {}", hex(colour)),
+    }
 }
 
 /// The moves of a part, those of one bank together: the bank and its moves.
 pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Move>)> {
-    let first = first_coordinates(show);
+    let first = show.first_parameters();
     let mut out: Vec<(usize, Vec<&Move>)> = Vec::new();
     for one in moves {
-        let after = first.partition_point(|first| *first <= one.coordinate);
+        let after = first.partition_point(|first| *first <= one.parameter);
         let bank = after.checked_sub(1).filter(|b| *b < show.banks.len());
         let Some(bank) = bank else {
             continue;
@@ -84,27 +85,43 @@ pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Mov
     out
 }
 
-/// What the moves of one bank do, in words: `lamps 85`, `sky #203060`, `fire along 4 knots in 8 s
-/// to 14`.
+/// What the moves of one bank do, in words: `lamps 85`, `sky 60 #203060`, `fire along 4 knots in
+/// 8 s to 14`.
 pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
-    let whole = !bank.rgb || moves.len() == 3;
-    if !whole {
-        let each = moves.iter().map(|m| {
-            let channel = match m.coordinate.saturating_sub(first) {
-                0 => "r",
-                1 => "g",
-                _ => "b",
-            };
-            let name = format!("{}.{channel}", bank.name);
-            one(&name, &number(percent(m.motion.target())), m)
-        });
-        return each.collect::<Vec<_>>().join(", ");
+    let level = moves.iter().find(|m| m.parameter == first);
+    let colour: Vec<&Move> = moves
+        .iter()
+        .filter(|m| m.parameter > first)
+        .copied()
+        .collect();
+    let mut said = Vec::new();
+    if let Some(level) = level {
+        said.push((
+            *level,
+            bank.name.clone(),
+            number(percent(level.motion.target())),
+        ));
     }
-    let levels: Vec<f64> = moves.iter().map(|m| m.motion.target()).collect();
-    let to = level(bank, &levels);
-    moves
-        .first()
-        .map_or_else(String::new, |m| one(&bank.name, &to, m))
+    match colour.as_slice() {
+        [red, _, _] => {
+            let light: Vec<f64> = colour.iter().map(|m| m.motion.target()).collect();
+            said.push((red, bank.name.clone(), hex(&light)));
+        }
+        emitters => said.extend(emitters.iter().map(|m| {
+            let channel = ["r", "g", "b"].get(m.parameter - first - 1).unwrap_or(&"b");
+            let name = format!("{}.{channel}", bank.name);
+            (*m, name, number(percent(m.motion.target())))
+        })),
+    }
+    if let [(level, _, to), (red, _, colour)] = said.as_slice()
+        && colour.starts_with('#')
+        && let (Motion::To(_), Motion::To(_)) = (&level.motion, &red.motion)
+        && level.repeat == red.repeat
+    {
+        return one(&bank.name, &format!("{to} {colour}"), level);
+    }
+    let said = said.iter().map(|(moved, name, to)| one(name, to, moved));
+    said.collect::<Vec<_>>().join(", ")
 }
 
 fn one(name: &str, to: &str, moved: &Move) -> String {

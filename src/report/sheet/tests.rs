@@ -131,3 +131,30 @@ fn a_rig_that_changed_is_reported_with_both_texts() {
         "was: bank fire = b\n  now: bank fire = b  channel 4"
     );
 }
+
+#[test]
+fn nobody_is_told_of_parts_that_nobody_wrote() {
+    let cues = |time: u32| {
+        format!(
+            "cue 1 at 0:00 {{ snap  lamps 30\n  fire 20  time {time}\n  part 2 \"slow\" {{ time 9  sky 5 }} }}\n"
+        )
+    };
+    let show = show(&cues(3));
+    let sheet = cue_sheet(&show, &Timeline::new(&show).unwrap()).text(2, 200);
+    let rows: Vec<&str> = sheet.lines().skip(1).take(3).map(str::trim).collect();
+    assert!(
+        rows[0].starts_with("1 ") && rows[0].contains("lamps 30"),
+        "{sheet}"
+    );
+    assert!(
+        rows[1].starts_with("1 part 2") && rows[1].contains("sky 5"),
+        "{sheet}"
+    );
+    assert!(
+        rows[2].starts_with('3') && rows[2].contains("fire 20"),
+        "{sheet}"
+    );
+    let found = compared(&cues(3), &cues(4));
+    let lines: Vec<String> = found.changes.iter().map(ToString::to_string).collect();
+    assert_eq!(lines, ["cue 1: fire up 3 -> 4", "cue 1: fire down 3 -> 4"]);
+}

@@ -97,16 +97,15 @@ impl TrackSheet<'_> {
 
     fn with(&self, legend: &str, cell: impl Fn(&str, Held) -> String) -> Result<Table, Cancelled> {
         let show = self.show;
-        let banks = show.banks.iter().zip(level::first_coordinates(show));
-        let mut tracks: Vec<Track<'_>> =
-            banks.map(|(bank, first)| Track::new(bank, first)).collect();
+        let banks = show.banks.iter().zip(show.first_parameters());
+        let mut tracks: Vec<Track> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
         let columns = ["cue".to_owned(), "label".to_owned()].into_iter();
         let columns = columns.chain(show.banks.iter().map(|b| b.name.clone()));
         let mut table = Table::new(columns.collect(), legend);
         for cue in &show.cues {
             self.work.check()?;
             let moves = cue.parts.iter().flat_map(|part| &part.moves);
-            let moved = moves.map(|one| (one.coordinate, &one.motion)).collect();
+            let moved = moves.map(|one| (one.parameter, &one.motion)).collect();
             let head = [cue.number.to_string(), cue.label.clone()].into_iter();
             table.push(head.chain(tracks.iter_mut().map(|track| {
                 let (text, held) = track.cell(cue, &moved);
@@ -124,17 +123,16 @@ pub fn track_sheet<'s>(show: &'s Show, work: Work<'s>) -> TrackSheet<'s> {
 }
 
 /// A bank between cues.
-struct Track<'s> {
-    bank: &'s Bank,
-    /// Its first coordinate.
+struct Track {
+    /// Its first parameter.
     first: usize,
-    coordinates: Vec<Tracked>,
+    parameters: Vec<Tracked>,
     /// A cue has moved it.
     used: bool,
 }
 
-/// A coordinate between cues.
-#[derive(Clone, Copy, Default)]
+/// A parameter between cues.
+#[derive(Clone, Copy)]
 struct Tracked {
     /// What it holds.
     now: f64,
@@ -144,40 +142,92 @@ struct Tracked {
     restore: bool,
 }
 
-impl<'s> Track<'s> {
-    fn new(bank: &'s Bank, first: usize) -> Track<'s> {
+impl Tracked {
+    fn at(level: f64) -> Tracked {
+        Tracked {
+            now: level,
+            lasting: level,
+            restore: false,
+        }
+    }
+
+    fn go(&mut self, level: f64, cueonly: bool) {
+        self.now = level;
+        self.restore = cueonly;
+        if !cueonly {
+            self.lasting = level;
+        }
+    }
+}
+
+impl Track {
+    fn new(bank: &Bank, first: usize) -> Track {
         Track {
-            bank,
             first,
-            coordinates: vec![Tracked::default(); if bank.rgb { 3 } else { 1 }],
+            parameters: match bank.rgb {
+                true => vec![
+                    Tracked::at(0.0),
+                    Tracked::at(1.0),
+                    Tracked::at(1.0),
+                    Tracked::at(1.0),
+                ],
+                false => vec![Tracked::at(0.0)],
+            },
             used: false,
         }
     }
 
+    /// The light of the bank, or of each of its emitters, before the dimmer.
+    fn light(&self) -> Vec<f64> {
+        let now: Vec<f64> = self.parameters.iter().map(|p| p.now).collect();
+        match now.as_slice() {
+            [level, emitters @ ..] if !emitters.is_empty() => {
+                emitters.iter().map(|emitter| level * emitter).collect()
+            }
+            _ => now,
+        }
+    }
+
     /// The bank's level after a cue, and how it came to it; `moved` has the cue's motions by
-    /// coordinate.
+    /// parameter.
     fn cell(&mut self, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
-        let was: Vec<f64> = self.coordinates.iter().map(|c| c.now).collect();
+        let was = self.light();
         let (mut paths, mut back) = (Vec::new(), false);
-        for (index, coordinate) in (self.first..).zip(&mut self.coordinates) {
+        // A colour alone brings a bank that is out to full, emitters that are not said dark.
+        let colour = (1..self.parameters.len()).any(|e| moved.contains_key(&(self.first + e)));
+        let out = self
+            .parameters
+            .first()
+            .is_some_and(|level| match level.restore {
+                true => level.lasting == 0.0,
+                false => level.now == 0.0,
+            });
+        let implied = colour && out && !moved.contains_key(&self.first);
+        for (index, parameter) in (self.first..).zip(&mut self.parameters) {
             if let Some(motion) = moved.get(&index) {
                 paths.push(matches!(motion, Motion::Path(_)));
-                coordinate.now = motion.target();
-                coordinate.restore = cue.cueonly;
-                if !cue.cueonly {
-                    coordinate.lasting = coordinate.now;
-                }
-            } else if std::mem::take(&mut coordinate.restore) {
-                back |= coordinate.now != coordinate.lasting;
-                coordinate.now = coordinate.lasting;
+                parameter.go(motion.target(), cue.cueonly);
+            } else if implied {
+                let level = if index == self.first { 1.0 } else { 0.0 };
+                parameter.go(level, cue.cueonly);
+            } else if std::mem::take(&mut parameter.restore) {
+                back |= parameter.now != parameter.lasting;
+                parameter.now = parameter.lasting;
             }
         }
-        let is: Vec<f64> = self.coordinates.iter().map(|c| c.now).collect();
-        let held = held(&paths, back, self.used, cue.block || cue.assert, &was, &is);
+        let is: Vec<f64> = self.parameters.iter().map(|c| c.now).collect();
+        let held = held(
+            &paths,
+            back,
+            self.used,
+            cue.block || cue.assert,
+            &was,
+            &self.light(),
+        );
         self.used |= !paths.is_empty();
         let text = match held {
             Held::Unused => String::new(),
-            _ => level::level(self.bank, &is),
+            _ => level::level(&is),
         };
         (text, held)
     }

@@ -74,6 +74,7 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
         id: NodeId(1000 * number),
         number: CueNumber::from_thousandths(1000 * number).unwrap(),
         label: String::new(),
+        note: String::new(),
         trigger,
         link: None,
         block: false,
@@ -82,25 +83,27 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
         parts: vec![Part {
             id: NodeId(1000 * number + 1),
             number: 1,
+            written: true,
             label: String::new(),
             delay: Time::ZERO,
             up: seconds(up),
             down: seconds(up),
             curve: Fade::LINEAR,
             moves,
+            effects: Vec::new(),
         }],
     }
 }
 
 /// A fade to `percent` of full.
-pub(crate) fn to(coordinate: usize, percent: f64) -> Move {
-    moving(coordinate, Motion::To(fraction(percent)))
+pub(crate) fn to(parameter: usize, percent: f64) -> Move {
+    moving(parameter, Motion::To(fraction(percent)))
 }
 
-pub(crate) fn moving(coordinate: usize, motion: Motion) -> Move {
+pub(crate) fn moving(parameter: usize, motion: Motion) -> Move {
     Move {
-        id: NodeId(500_000 + coordinate as u32),
-        coordinate,
+        id: NodeId(500_000 + parameter as u32),
+        parameter,
         motion,
         repeat: 1,
     }
@@ -258,8 +261,8 @@ pub(crate) fn wild(random: &mut Random) -> Show {
     }
     show.preview.gap = Time::from_micros(random.between(0, 3_000_000));
     show.curves.push(user_curve(random));
-    let coordinates = show
-        .coordinates()
+    let parameters = show
+        .parameters()
         .iter()
         .filter(|c| c.bank.is_some())
         .count();
@@ -276,7 +279,7 @@ pub(crate) fn wild(random: &mut Random) -> Show {
         let mut cue = cue(i as u32, trigger, 0.0, Vec::new());
         cue.assert = random.chance(0.15);
         cue.cueonly = random.chance(0.2);
-        cue.parts = parts(random, i as u32, coordinates);
+        cue.parts = parts(random, i as u32, parameters);
         if i < cues && random.chance(0.4) {
             let t = Time::from_micros(random.between(0, 6_000_000));
             let link = if random.chance(0.5) {
@@ -318,9 +321,9 @@ fn user_curve(random: &mut Random) -> Curve {
     }
 }
 
-fn parts(random: &mut Random, cue: u32, coordinates: usize) -> Vec<Part> {
+fn parts(random: &mut Random, cue: u32, parameters: usize) -> Vec<Part> {
     let count = random.between(1, 2) as u32;
-    let mut free: Vec<usize> = (0..coordinates).collect();
+    let mut free: Vec<usize> = (0..parameters).collect();
     let mut fades: Vec<Fade> = FADES.iter().map(Fade::BuiltIn).collect();
     fades.push(Fade::Curve(0));
     let mut out = Vec::new();
@@ -344,6 +347,7 @@ fn parts(random: &mut Random, cue: u32, coordinates: usize) -> Vec<Part> {
         out.push(Part {
             id: NodeId(1000 * cue + number),
             number,
+            written: true,
             label: String::new(),
             delay: if random.chance(0.5) {
                 duration(random)
@@ -354,6 +358,7 @@ fn parts(random: &mut Random, cue: u32, coordinates: usize) -> Vec<Part> {
             down: duration(random),
             curve: random.pick(&fades),
             moves,
+            effects: Vec::new(),
         });
     }
     out

@@ -6,44 +6,24 @@
 use crate::linalg::{Matrix, least_squares};
 use crate::show::*;
 
-/// Microseconds of GO and completion.
-pub fn go_times(show: &Show) -> Vec<(i64, i64)> {
-    let mut out: Vec<(i64, i64)> = Vec::new();
-    for (i, cue) in show.cues.iter().enumerate() {
-        let go = match (cue.trigger, i) {
-            (Trigger::At(t), _) => t.micros(),
-            (Trigger::Go, 0) => 0,
-            (Trigger::Go, _) => match show.cues[i - 1].link {
-                Some((_, Link::Follow(t))) => out[i - 1].0 + t.micros(),
-                Some((_, Link::Hang(t))) => out[i - 1].1 + t.micros(),
-                None => out[i - 1].1 + show.preview.gap.micros(),
-            },
-        };
-        let mut longest = None;
-        for c in 0..show.coordinates().len() {
-            if let Some((motion, repeat, part)) = moved(show, i, c) {
-                let time = match motion {
-                    Motion::To(_) => part.up.max(part.down).micros(),
-                    Motion::Path(p) => p.knots.last().unwrap().time.micros(),
-                };
-                longest = longest.max(Some(part.delay.micros() + time * i64::from(repeat)));
-            }
-        }
-        let stated = cue
-            .parts
-            .iter()
-            .map(|p| (p.delay + p.up.max(p.down)).micros());
-        let duration = longest.or(stated.max()).unwrap_or(0);
-        out.push((go, go + duration));
-    }
-    out
+/// What a cue does to a parameter: motion, repeats, and the part whose times it takes.
+type Does<'s> = Option<(Motion, u32, &'s Part)>;
+
+/// A show with what its cues say and imply.
+pub struct Reference<'s> {
+    show: &'s Show,
+    parameters: Vec<Coordinate>,
+    /// By cue and parameter.
+    does: Vec<Vec<Does<'s>>>,
+    /// Microseconds of GO and completion.
+    pub go: Vec<(i64, i64)>,
 }
 
-fn written(show: &Show, cue: usize, c: usize) -> Option<(&Move, &Part)> {
-    let parts = show.cues[cue].parts.iter();
-    parts
-        .flat_map(|p| p.moves.iter().map(move |m| (m, p)))
-        .find(|(m, _)| m.coordinate == c)
+fn written(cue: &Cue, c: usize) -> Does<'_> {
+    let parts = cue.parts.iter();
+    let mut all = parts.flat_map(|p| p.moves.iter().map(move |m| (m, p)));
+    let (m, part) = all.find(|(m, _)| m.parameter == c)?;
+    Some((m.motion.clone(), m.repeat, part))
 }
 
 fn arrives(motion: &Motion) -> f64 {
@@ -53,96 +33,200 @@ fn arrives(motion: &Motion) -> f64 {
     }
 }
 
-/// The target without what cueonly cues did.
-fn lasting(show: &Show, cue: Option<usize>, c: usize) -> f64 {
-    let Some(k) = cue else { return 0.0 };
-    match written(show, k, c) {
-        Some((m, _)) if !show.cues[k].cueonly => arrives(&m.motion),
-        _ => lasting(show, k.checked_sub(1), c),
-    }
+/// The part with no time of its own, for what is implied beside a path.
+fn at_once(part: &Part) -> &'static Part {
+    let zero = crate::units::Time::ZERO;
+    let (up, down) = (zero, zero);
+    Box::leak(Box::new(Part {
+        up,
+        down,
+        ..part.clone()
+    }))
 }
 
-fn restores(show: &Show, k: usize, c: usize) -> bool {
-    k > 0
-        && show.cues[k - 1].cueonly
-        && written(show, k - 1, c).is_some()
-        && written(show, k, c).is_none()
-}
-
-fn tracked(show: &Show, cue: Option<usize>, c: usize) -> f64 {
-    let Some(k) = cue else { return 0.0 };
-    if let Some((m, _)) = written(show, k, c) {
-        arrives(&m.motion)
-    } else if restores(show, k, c) {
-        lasting(show, Some(k), c)
-    } else {
-        tracked(show, k.checked_sub(1), c)
-    }
-}
-
-fn moved(show: &Show, k: usize, c: usize) -> Option<(Motion, u32, &Part)> {
-    show.coordinates()[c].bank?;
-    if let Some((m, p)) = written(show, k, c) {
-        return Some((m.motion.clone(), m.repeat, p));
-    }
-    let cue = &show.cues[k];
-    (restores(show, k, c) || cue.assert)
-        .then(|| (Motion::To(tracked(show, Some(k), c)), 1, &cue.parts[0]))
-}
-
-/// Level of a coordinate at `t` microseconds, of the first `count` cues alone.
-pub fn level(show: &Show, go: &[(i64, i64)], c: usize, count: usize, t: i64) -> f64 {
-    for k in (0..count).rev() {
-        let Some((motion, repeat, part)) = moved(show, k, c) else {
-            continue;
+impl<'s> Reference<'s> {
+    pub fn new(show: &'s Show) -> Reference<'s> {
+        let parameters = show.parameters();
+        let first: Vec<f64> = parameters
+            .iter()
+            .map(|p| if p.channel.is_some() { 1.0 } else { 0.0 })
+            .collect();
+        let mut made = Reference {
+            show,
+            parameters,
+            does: Vec::new(),
+            go: Vec::new(),
         };
-        let start = go[k].0 + part.delay.micros();
-        if start > t {
-            continue;
-        }
-        let elapsed = t - start;
-        let from = level(show, go, c, k, start);
-        let whole = match &motion {
-            Motion::To(to) if *to < from => part.down.micros(),
-            Motion::To(_) => part.up.micros(),
-            Motion::Path(p) => p.knots.last().unwrap().time.micros(),
-        };
-        let over = elapsed >= whole * i64::from(repeat);
-        let within = if whole > 0 { elapsed % whole } else { 0 };
-        return match &motion {
-            Motion::To(to) => {
-                let completion = if over {
-                    fade_end(show, part.curve)
-                } else {
-                    fade(show, part.curve, within, whole)
-                };
-                if *to == from {
-                    from
-                } else {
-                    from + (to - from) * completion
+        let (mut holds, mut lasting) = (first.clone(), first);
+        let mut back: Vec<usize> = Vec::new();
+        for cue in &show.cues {
+            for c in &back {
+                holds[*c] = lasting[*c];
+            }
+            let mut does: Vec<Does<'s>> = (0..holds.len()).map(|c| written(cue, c)).collect();
+            made.brighten(&holds, &mut does);
+            let said: Vec<usize> = (0..does.len()).filter(|c| does[*c].is_some()).collect();
+            for c in 0..does.len() {
+                let restated = back.contains(&c) || cue.assert;
+                if does[c].is_none() && restated && made.parameters[c].bank.is_some() {
+                    does[c] = Some((Motion::To(holds[c]), 1, &cue.parts[0]));
                 }
             }
-            Motion::Path(p) if over => p.knots.last().unwrap().level,
-            Motion::Path(p) => {
-                let at: Vec<f64> = p
-                    .knots
-                    .iter()
-                    .map(|k| k.time.micros() as f64 / 1e6)
-                    .collect();
-                let value: Vec<f64> = p.knots.iter().map(|k| k.level).collect();
-                let slope: Vec<f64> = p.knots.iter().map(|k| k.slope).collect();
-                let handles: Vec<[f64; 2]> = p.knots.iter().map(|k| k.handles).collect();
-                let i = p
-                    .knots
-                    .iter()
-                    .rposition(|k| k.time.micros() <= within)
-                    .unwrap();
-                let x = (within - p.knots[i].time.micros()) as f64 / 1e6;
-                spline(p.interpolation, &at, &value, &slope, &handles, i, x)
+            back.clear();
+            for c in said {
+                holds[c] = arrives(&does[c].as_ref().unwrap().0);
+                match cue.cueonly {
+                    true => back.push(c),
+                    false => lasting[c] = holds[c],
+                }
             }
-        };
+            made.does.push(does);
+        }
+        made.go_times();
+        made
     }
-    0.0
+
+    /// A colour alone brings a bank that is out to full.
+    fn brighten(&self, holds: &[f64], does: &mut [Does<'s>]) {
+        for level in 0..does.len() {
+            let is_level = self.parameters[level].channel.is_none();
+            let coloured = self
+                .parameters
+                .get(level + 1)
+                .is_some_and(|p| p.channel == Some(0));
+            if !is_level || !coloured || holds[level] != 0.0 || does[level].is_some() {
+                continue;
+            }
+            let emitters = level + 1..level + 4;
+            let Some((motion, repeat, part)) = emitters.clone().find_map(|e| does[e].clone())
+            else {
+                continue;
+            };
+            let part = match motion {
+                Motion::To(_) => part,
+                Motion::Path(_) => at_once(part),
+            };
+            does[level] = Some((Motion::To(1.0), repeat, part));
+            for e in emitters {
+                does[e] = does[e].clone().or(Some((Motion::To(0.0), repeat, part)));
+            }
+        }
+    }
+
+    fn go_times(&mut self) {
+        for (i, cue) in self.show.cues.iter().enumerate() {
+            let go = match (cue.trigger, i) {
+                (Trigger::At(t), _) => t.micros(),
+                (Trigger::Go, 0) => 0,
+                (Trigger::Go, _) => match self.show.cues[i - 1].link {
+                    Some((_, Link::Follow(t))) => self.go[i - 1].0 + t.micros(),
+                    Some((_, Link::Hang(t))) => self.go[i - 1].1 + t.micros(),
+                    None => self.go[i - 1].1 + self.show.preview.gap.micros(),
+                },
+            };
+            let takes = |(motion, repeat, part): &(Motion, u32, &Part)| {
+                let time = match motion {
+                    Motion::To(_) => part.up.max(part.down).micros(),
+                    Motion::Path(p) => p.knots.last().unwrap().time.micros(),
+                };
+                part.delay.micros() + time * i64::from(*repeat)
+            };
+            let longest = self.does[i].iter().flatten().map(takes).max();
+            let stated = cue
+                .parts
+                .iter()
+                .map(|p| (p.delay + p.up.max(p.down)).micros());
+            let duration = longest.or(stated.max()).unwrap_or(0);
+            self.go.push((go, go + duration));
+        }
+    }
+
+    /// Light of a coordinate at `t` microseconds, with linear dimmers.
+    pub fn light(&self, coordinate: usize, t: i64) -> f64 {
+        let (level, share) = self.level_and_share(coordinate, t);
+        level * share
+    }
+
+    /// The level of a coordinate's bank, and which share of the light its emitter gives.
+    pub fn level_and_share(&self, coordinate: usize, t: i64) -> (f64, f64) {
+        let wanted = &self.show.coordinates()[coordinate];
+        let of = |channel: Option<usize>| {
+            let same = |p: &Coordinate| p.bank == wanted.bank && p.channel == channel;
+            let c = self.parameters.iter().position(same).unwrap();
+            self.level(c, self.show.cues.len(), t)
+        };
+        (
+            of(None),
+            wanted.channel.map_or(1.0, |emitter| of(Some(emitter))),
+        )
+    }
+
+    /// A parameter at `t` microseconds, of the first `count` cues alone.
+    pub fn level(&self, c: usize, count: usize, t: i64) -> f64 {
+        let show = self.show;
+        for k in (0..count).rev() {
+            let Some((motion, repeat, part)) = &self.does[k][c] else {
+                continue;
+            };
+            let start = self.go[k].0 + part.delay.micros();
+            if start > t {
+                continue;
+            }
+            let elapsed = t - start;
+            let from = self.level(c, k, start);
+            let unseen = self.parameters[c]
+                .channel
+                .is_some_and(|e| self.level(c - 1 - e, k + 1, start) < 1e-9);
+            let whole = match &motion {
+                Motion::To(_) if unseen => 0,
+                Motion::To(to) if *to < from => part.down.micros(),
+                Motion::To(_) => part.up.micros(),
+                Motion::Path(p) => p.knots.last().unwrap().time.micros(),
+            };
+            let over = elapsed >= whole * i64::from(*repeat);
+            let within = if whole > 0 { elapsed % whole } else { 0 };
+            return match &motion {
+                Motion::To(to) => {
+                    let completion = if over {
+                        fade_end(show, part.curve)
+                    } else {
+                        fade(show, part.curve, within, whole)
+                    };
+                    if *to == from {
+                        from
+                    } else {
+                        from + (to - from) * completion
+                    }
+                }
+                Motion::Path(p) if over => p.knots.last().unwrap().level,
+                Motion::Path(p) => along(p, within),
+            };
+        }
+        if self.parameters[c].channel.is_some() {
+            1.0
+        } else {
+            0.0
+        }
+    }
+}
+
+/// The level of a path so many microseconds after its start.
+fn along(p: &Path, within: i64) -> f64 {
+    let at: Vec<f64> = p
+        .knots
+        .iter()
+        .map(|k| k.time.micros() as f64 / 1e6)
+        .collect();
+    let value: Vec<f64> = p.knots.iter().map(|k| k.level).collect();
+    let slope: Vec<f64> = p.knots.iter().map(|k| k.slope).collect();
+    let handles: Vec<[f64; 2]> = p.knots.iter().map(|k| k.handles).collect();
+    let i = p
+        .knots
+        .iter()
+        .rposition(|k| k.time.micros() <= within)
+        .unwrap();
+    let x = (within - p.knots[i].time.micros()) as f64 / 1e6;
+    spline(p.interpolation, &at, &value, &slope, &handles, i, x)
 }
 
 fn fade_end(show: &Show, fade: Fade) -> f64 {
