@@ -275,7 +275,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "run",
         render::run,
-        "the whole loop: pictures, plan, refined ones; then page, cues, sheets, charts",
+        "the whole loop: pictures, plan, refined ones, page, cues, sheets",
         "run --until 2%",
     )
     .options(&[
