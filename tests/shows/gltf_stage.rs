@@ -88,7 +88,7 @@ fn the_back_of_the_cloth_is_seen() {
     let centre = |text: &str| {
         let mut repl = open(text).unwrap();
         let shown = repl
-            .execute("picture --bank window --quality 1")
+            .execute("picture --bank window --quality 1 --exposure -2")
             .unwrap()
             .picture
             .unwrap();
