@@ -16,7 +16,7 @@ use crate::scene::import;
 use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
-use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, View, still};
+use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, Shading, View, still};
 use crate::show::{self, Show};
 use crate::units::Rgb;
 
@@ -33,7 +33,10 @@ struct Inputs {
 
 impl Inputs {
     fn of(show: &Show) -> Inputs {
-        let stages = show.stages.iter().map(|s| (s.path.clone(), options(s)));
+        let stages = show
+            .stages
+            .iter()
+            .map(|s| (s.path.clone(), options(s, show)));
         let surfaces = show.surfaces.iter();
         let surfaces = surfaces.map(|s| (s.name.clone(), s.reflectance, s.solids.clone()));
         let shapes = show.shapes().map(|(name, shape)| (name.to_owned(), shape));
@@ -65,7 +68,16 @@ impl Loaded {
 fn scene_bytes(scene: &Scene) -> usize {
     let polygons = scene.polygons.iter();
     let corners: usize = polygons.map(|polygon| polygon.vertices.len()).sum();
-    scene.polygons.len() * POLYGON_BYTES + corners * size_of::<Vec3>()
+    let shadings = scene
+        .polygons
+        .iter()
+        .filter(|p| p.shading.is_some())
+        .count();
+    let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref());
+    scene.polygons.len() * POLYGON_BYTES
+        + corners * size_of::<Vec3>()
+        + shadings * size_of::<Shading>()
+        + textures.map(|t| t.pixels.bytes()).sum::<usize>()
 }
 
 fn rig_bytes(rig: &Rig) -> usize {
@@ -190,10 +202,17 @@ fn view_of(image: &Image) -> View {
 }
 
 /// How a stage's file is to be taken.
-fn options(stage: &show::Stage) -> import::Options {
+fn options(stage: &show::Stage, show: &Show) -> import::Options {
+    let replaced = show.surfaces.iter().filter(|s| s.solids.is_empty());
+    let panels = show.lights.iter().filter_map(|light| match &light.kind {
+        show::LightKind::Panel { material, .. } => Some(material),
+        _ => None,
+    });
     import::Options {
         z_up: stage.z_up,
         one_sided: stage.one_sided,
+        place: stage.place,
+        parts: replaced.map(|s| &s.name).chain(panels).cloned().collect(),
     }
 }
 
@@ -207,7 +226,12 @@ fn read_scene(
     let mut lamps = Vec::new();
     let mut errors = Vec::new();
     for stage in &show.stages {
-        match import::read(source.files, &stage.path, options(stage)) {
+        match import::read(
+            source.files,
+            &stage.path,
+            &options(stage, show),
+            source.memory,
+        ) {
             Ok(read) => {
                 scene.append(read.scene);
                 lamps.extend(read.lamps);

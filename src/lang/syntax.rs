@@ -199,6 +199,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::look_level => "a level (like `lamps 40`)",
         Rule::look_term => "a look, or levels in braces",
         Rule::channel => "`r`, `g` or `b`",
+        Rule::stage_clause => "an option (like `z up` or `scale 1mm`)",
         Rule::view_clause => "a clause (like `fov 28`)",
         Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
         Rule::kw_channel | Rule::bank_option => "an option (`channel`, `dimmer`, `rgb`)",
@@ -230,7 +231,9 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_turn => "`turn`",
         Rule::kw_up => "`up`",
         Rule::kw_via | Rule::via => "`via`",
-        Rule::z_up | Rule::kw_z => "`z up`",
+        Rule::kw_scale => "`scale`",
+        Rule::kw_y => "`y up`",
+        Rule::kw_z => "`z up`",
         _ => "",
     }
 }
@@ -255,5 +258,5 @@ const INNER_WORDS: &str = "\
     aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay dimmer disc dither down exposure field filmic follow fov \
     from full gap hang hermite image inside layer level like linear monotone natural off on \
-    one-sided out part plain quad radius rate refined reflectance repeat rgb sides size \
-    slope snap spline square steps time to tolerance tone turn two-sided up via z";
+    one-sided out part plain quad radius rate refined reflectance repeat rgb scale sides size \
+    slope snap spline square steps time to tolerance tone turn two-sided up via y z";
