@@ -407,6 +407,10 @@ fn is_ear(rest: &[Vec3], i: usize, normal: Vec3) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
+    use crate::scene::Polygon;
+    use crate::scene::shading::Corner;
+    use crate::scene::texture::{Alpha, Pixels, Wrap};
+    use crate::units::Rgb;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
@@ -458,6 +462,57 @@ mod tests {
             let total: f64 = parts.iter().map(|p| area(p)).sum();
             assert!((total - area(&polygon)).abs() < 1e-12);
         }
+    }
+
+    /// A unit square of a material with a texture of two texels, the left one white.
+    fn painted(alpha: Alpha, codes: [[u8; 4]; 2]) -> Surfaces {
+        let texture = Texture {
+            pixels: std::sync::Arc::new(Pixels::new([2, 1], &codes)),
+            wrap: [Wrap::Clamp; 2],
+            ..Texture::plain([1.0; 4], alpha)
+        };
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Corner {
+            point: vec3(x, y, 0.0),
+            normal: None,
+            place: Some([x, y]),
+        });
+        let polygon = Polygon {
+            shading: Shading::of_corners(&corners).unwrap().map(Box::new),
+            ..Polygon::new(corners.map(|c| c.point).to_vec(), 0)
+        };
+        let mut material = Material::diffuse("cloth", Rgb([0.5; 3]));
+        material.texture = Some(texture);
+        let mut scene = Scene {
+            materials: vec![material],
+            polygons: vec![polygon],
+        };
+        scene.number_sheets();
+        Surfaces::new(&scene).unwrap()
+    }
+
+    #[test]
+    fn a_facet_reflects_its_textures_mean_and_each_point_its_own() {
+        let surfaces = painted(Alpha::Opaque, [[255; 4], [0, 0, 0, 255]]);
+        let facet = &surfaces.facets[0];
+        assert!((facet.reflectance[0] - 0.5).abs() < 1e-3, "{facet:?}");
+        let at = |x: f64| surfaces.reflectance_at(facet, vec3(x, 0.5, 0.0), || [Vec3::ZERO; 2])[1];
+        assert!(at(0.2) > 0.999 && at(0.8) < 1e-3);
+        assert!(!surfaces.is_cut);
+    }
+
+    #[test]
+    fn half_transparent_lets_half_of_the_rays_through_and_a_back_the_same_ones() {
+        let surfaces = painted(Alpha::Blend, [[255, 255, 255, 128]; 2]);
+        let way = |i: u32| vec3(0.1, f64::from(i) * 1e-3, -1.0);
+        let passes = |i: &u32| surfaces.lets_through(0, vec3(0.3, 0.3, 0.0), way(*i));
+        let count = (0..10_000).filter(passes).count();
+        assert!(
+            (count as f64 / 10_000.0 - 127.0 / 255.0).abs() < 0.02,
+            "{count}"
+        );
+        let mask = painted(Alpha::Mask(0.5), [[255; 4], [255, 255, 255, 0]]);
+        let at = |x: f64| mask.lets_through(0, vec3(x, 0.5, 0.0), way(0));
+        assert!(!at(0.2) && at(0.8));
     }
 
     #[test]

@@ -14,8 +14,8 @@ pub fn vectors<const N: usize>(
 ) -> Result<Vec<[f64; N]>, Fault> {
     let source = Source::new(document, index)?;
     let (shape, kind) = source.kind;
-    // Colours have three numbers or four.
-    if shape.multiplicity() < N || shape.multiplicity() > 4 || kind == ComponentType::U32 {
+    let is_vector = matches!(shape, Type::Vec2 | Type::Vec3 | Type::Vec4);
+    if !is_vector || shape.multiplicity() != N || kind == ComponentType::U32 {
         let wanted = match N {
             2 => "places of two numbers",
             3 => "positions of three numbers",

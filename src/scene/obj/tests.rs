@@ -232,6 +232,15 @@ fn wrong_materials_are_named() {
     assert!(matches!(read("", MTL), Err(SceneError::Empty { .. })));
 }
 
+/// A square with a square hole, the outline led to the hole and back along one edge.
+#[test]
+fn holes_are_bridged() {
+    let obj = "mtllib mtl/stage.mtl\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\n\
+               v 3 3 0\nv 3 1 0\nusemtl wall\nf 1 2 3 4 1 5 6 7 8 5\n";
+    let scene = read(obj, MTL).unwrap();
+    assert!((scene.polygons.iter().map(area).sum::<f64>() - 12.0).abs() < 1e-12);
+}
+
 /// Kd exactly 1 is the furnace's wall, a flat polygon its own reflection twice: dropped.
 #[test]
 fn polygons_without_area_are_dropped() {
