@@ -54,8 +54,12 @@ pub(super) struct Loaded {
     inputs: Inputs,
     images: Images,
     luminaires: LuminaireAssets,
+    notes: Notes,
     pub setup: Setup,
 }
+
+/// Of each stage, by its number, what is not taken as it stands in the file.
+type Notes = Vec<(usize, Vec<String>)>;
 
 impl Loaded {
     /// Bytes that scene, lights and images take, about.
@@ -87,7 +91,8 @@ fn rig_bytes(rig: &Rig) -> usize {
 
 /// Loads what `show` needs, taking scene and images from `old` where the text means the same;
 /// `None` when the show has no stage or no view. Where every bank is an image neither is needed:
-/// the view then is as large as they are.
+/// the view then is as large as they are. With it come warnings of what the stages' files have and a
+/// picture has not.
 ///
 /// # Errors
 /// A diagnostic for every file that cannot be used and every light that does not fit.
@@ -96,23 +101,26 @@ pub(super) fn load(
     spans: &SpanMap,
     source: Source<'_>,
     old: Option<&Loaded>,
-) -> Result<Option<Loaded>, Vec<Diagnostic>> {
+) -> Result<(Option<Loaded>, Vec<Diagnostic>), Vec<Diagnostic>> {
     let inputs = Inputs::of(show);
     let scene = match old.filter(|l| l.inputs == inputs) {
-        Some(old) => Ok((Arc::clone(&old.setup.scene), old.luminaires.lamps.clone())),
-        None => read_scene(show, spans, source).map(|(scene, lamps)| (Arc::new(scene), lamps)),
+        Some(old) => {
+            let lamps = old.luminaires.lamps.clone();
+            Ok((Arc::clone(&old.setup.scene), lamps, old.notes.clone()))
+        }
+        None => read_scene(show, spans, source),
     };
     let none = Images::new();
     let known = old.map_or(&none, |l| &l.images);
     let images = read_images(show, spans, source, known);
     let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
-    let (scene, images, luminaires) = match (scene, images, luminaires) {
-        (Ok((scene, lamps)), Ok(images), Ok(luminaires)) => {
+    let (scene, notes, images, luminaires) = match (scene, images, luminaires) {
+        (Ok((scene, lamps, notes)), Ok(images), Ok(luminaires)) => {
             let luminaires = LuminaireAssets {
                 lamps,
                 ..luminaires
             };
-            (scene, images, luminaires)
+            (scene, notes, images, luminaires)
         }
         (scene, images, luminaires) => {
             let errors = [scene.err(), images.err(), luminaires.err()];
@@ -132,18 +140,27 @@ pub(super) fn load(
     } else {
         view
     };
-    let Some(view) = view else { return Ok(None) };
+    let stages = notes
+        .iter()
+        .filter_map(|(i, of)| Some((show.stages.get(*i)?, of)));
+    let warnings = stages.map(|(stage, of)| diagnostics::of_notes(stage, of, spans));
+    let warnings = warnings.collect();
+    let Some(view) = view else {
+        return Ok((None, warnings));
+    };
     // An edit that changes none of it keeps the very rig, so that comparing costs nothing.
     let rig = match old {
         Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
         _ => Arc::new(rig),
     };
-    Ok(Some(Loaded {
+    let loaded = Loaded {
         inputs,
         images,
         luminaires,
+        notes,
         setup: Setup { scene, rig, view },
-    }))
+    };
+    Ok((Some(loaded), warnings))
 }
 
 /// The images that banks are given as, all of one size, which is the view's where there is one.
@@ -216,16 +233,17 @@ fn options(stage: &show::Stage, show: &Show) -> import::Options {
     }
 }
 
-/// The scene, and the lights of its files.
+/// The scene, the lights of its files, and what is not taken of them.
 fn read_scene(
     show: &Show,
     spans: &SpanMap,
     source: Source<'_>,
-) -> Result<(Scene, Vec<Lamp>), Vec<Diagnostic>> {
+) -> Result<(Arc<Scene>, Vec<Lamp>, Notes), Vec<Diagnostic>> {
     let mut scene = Scene::default();
+    let mut notes = Notes::new();
     let mut lamps = Vec::new();
     let mut errors = Vec::new();
-    for stage in &show.stages {
+    for (number, stage) in show.stages.iter().enumerate() {
         match import::read(
             source.files,
             &stage.path,
@@ -233,6 +251,9 @@ fn read_scene(
             source.memory,
         ) {
             Ok(read) => {
+                if !read.summary.left_out.is_empty() {
+                    notes.push((number, read.summary.left_out));
+                }
                 scene.append(read.scene);
                 lamps.extend(read.lamps);
             }
@@ -244,7 +265,7 @@ fn read_scene(
     }
     if errors.is_empty() {
         show.add_light_geometry(&mut scene);
-        Ok((scene, lamps))
+        Ok((Arc::new(scene), lamps, notes))
     } else {
         Err(errors)
     }

@@ -76,6 +76,7 @@ codes! {
     STILL_CUE = "W003" "a cue that moves nothing";
     SHARED_LIGHT = "W004" "a light in two banks";
     SHARED_CHANNEL = "W005" "two banks on one channel";
+    STAGE_NOTES = "W006" "a stage that is not taken as it stands";
     OVERTAKEN = "W010" "a cue overtaken before it starts";
     JUMP = "W011" "a path that jumps at its start";
     CUT_OFF = "W012" "a fade longer than it has time for";

@@ -6,11 +6,13 @@
 //! bounded by the limits here, not by counts that a file claims. This module does not depend on
 //! shows.
 
+use std::ops::RangeInclusive;
+
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
 use super::{Camera, Lamp, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{Vec3, diameter, vec3};
 
 /// The most polygons a stage may have, after bent ones are cut.
 pub const POLYGON_LIMIT: usize = 2_000_000;
@@ -18,6 +20,9 @@ pub const POLYGON_LIMIT: usize = 2_000_000;
 pub const VERTEX_LIMIT: usize = 8_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
+
+/// Sizes of a stage that are not doubted, metres.
+const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
 
 /// Why a stage could not be imported.
 #[derive(Debug, thiserror::Error)]
@@ -154,6 +159,15 @@ pub fn read(
     };
     if options.place != Place::default() {
         import.put(&options.place, path)?;
+    }
+    let corners = import.scene.polygons.iter().flat_map(|p| &p.vertices);
+    let extent = diameter(corners);
+    if extent > 0.0 && !STAGE_SIZES.contains(&extent) {
+        let note = format!(
+            "its size, {extent:.3} m from corner to corner: `scale` says what a unit of the file is, \
+             such as `scale 1mm`"
+        );
+        import.summary.left_out.push(note);
     }
     let size = import.scene.polygons.len();
     let merged = merge::triangles(std::mem::take(&mut import.scene.polygons));

@@ -60,6 +60,20 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     error(codes::STAGE_FILE, message, stage.id, spans, vec![help])
 }
 
+/// What is not taken of a stage's file as it stands there.
+pub(super) fn of_notes(stage: &Stage, notes: &[String], spans: &SpanMap) -> Diagnostic {
+    const SHOWN: usize = 8;
+    let mut help: Vec<String> = notes.iter().take(SHOWN).cloned().collect();
+    if notes.len() > SHOWN {
+        help.push(format!("and {} more", notes.len() - SHOWN));
+    }
+    let message = format!("not all of `{}` is taken as it stands there", stage.path);
+    Diagnostic {
+        severity: Severity::Warning,
+        ..error(codes::STAGE_NOTES, message, stage.id, spans, help)
+    }
+}
+
 /// A surface that replaces nothing.
 pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> Diagnostic {
     let message = format!("the stage has no material `{}` to replace", surface.name);
