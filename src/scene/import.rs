@@ -215,7 +215,7 @@ impl gltf::Imported {
         let lamps = self.lamps.iter_mut().map(|lamp| &mut lamp.position);
         let cameras = self.cameras.iter_mut().map(|camera| &mut camera.position);
         lamps.chain(cameras).for_each(|p| *p = *p * scale + at);
-        let far = |v: &Vec3| !(v.x.abs().max(v.y.abs()).max(v.z.abs()) <= FAR);
+        let far = |v: &Vec3| !v.is_finite() || v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
         let mut vertices = self.scene.polygons.iter().flat_map(|p| &p.vertices);
         match vertices.any(far) {
             true => Err(SceneError::Part {

@@ -5,6 +5,11 @@
 //! ones too, have one formula. Invariants: every number is finite. This module does not depend on
 //! materials.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of two, three or four numbers, by constants"
+)]
+
 use crate::geometry::{Vec3, newell, vec3};
 
 /// Cosine between normals that count as one: 1 degree.
@@ -262,7 +267,8 @@ impl Plane {
         let origin = points.first().copied().ok_or(Bent)?;
         for (i, point) in points.iter().enumerate() {
             let fitted = first + gradient.dot(*point - origin);
-            if !((at(i)? - fitted).abs() <= off) {
+            let miss = (at(i)? - fitted).abs();
+            if miss.is_nan() || miss > off {
                 return Err(Bent);
             }
         }

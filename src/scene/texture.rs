@@ -6,6 +6,11 @@
 //! alpha, so that what is transparent gives no colour to what is not. This module does not depend on
 //! surfaces.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of two, three or four numbers, by constants"
+)]
+
 pub mod reader;
 
 use std::fmt;
