@@ -7,12 +7,17 @@
 pub mod apng;
 pub mod combine;
 pub mod exr;
+pub mod jpeg;
 pub mod png;
 pub mod shrink;
 pub mod signed;
 pub mod terminal;
 pub mod tone;
 pub mod y4m;
+
+/// Columns and rows of an image with its codes as they stand in the file, row by row from the top:
+/// red, green, blue and alpha.
+pub type Codes = ([usize; 2], Vec<[u8; 4]>);
 
 /// Why a picture could not be read or written.
 #[derive(Debug, thiserror::Error)]

@@ -45,7 +45,7 @@ use crate::picture::Image;
 use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
 };
-use crate::scene::{Light, Rig};
+use crate::scene::{Light, Material, Polygon, Rig};
 use crate::work::Work;
 use camera::fragment::{Fragment, Fragments, fragments};
 use compose::gather_weights;
@@ -134,9 +134,14 @@ impl Transport for Radiosity {
 /// references than hemicubes are in the same time, and its cost grows far less than the polygons do.
 pub const MANY_POLYGONS: usize = 2500;
 
-/// Which of the two methods serves a scene, at every step.
+/// Which of the two methods serves a scene, at every step: what light passes through, and normals that
+/// vary over a polygon, only rays know.
 fn is_final_gather(setup: &Setup) -> bool {
-    setup.scene.polygons.len() > MANY_POLYGONS
+    let scene = &setup.scene;
+    let is_smooth = |p: &Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
+    scene.polygons.len() > MANY_POLYGONS
+        || scene.materials.iter().any(Material::is_cut)
+        || scene.polygons.iter().any(is_smooth)
 }
 
 /// Threads that live for one call of the operator; `None` where the platform has none, and loops
@@ -202,6 +207,8 @@ struct Operator {
     /// Those of the second gather; without it the elements are the gather points.
     gather_points: Option<GatherPoints>,
     fragments: Fragments,
+    /// Of each fragment, where the scene has textures.
+    paints: Vec<[f32; 3]>,
     /// For each fragment the gather points around it and their weights.
     gather_weights: Lists<(u32, f32)>,
     /// For each element its share of the picture.
@@ -286,6 +293,7 @@ impl Operator {
             element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
             solutions: rig.lights.iter().map(|_| None).collect(),
             visible_shares: visible_shares(&mesh, &fragments),
+            paints: compose::paints(&surfaces, &fragments),
             surfaces,
             vertices,
             hierarchy,

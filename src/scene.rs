@@ -16,9 +16,11 @@ pub mod obj;
 pub mod photometric;
 pub mod polygon;
 pub mod profile;
+pub mod shading;
 pub mod shape;
 pub mod solid;
 pub mod still;
+pub mod texture;
 
 use std::collections::BTreeMap;
 
@@ -26,17 +28,21 @@ use crate::geometry::{Vec3, block, diameter, newell};
 use crate::units::Rgb;
 
 pub use self::light::{Light, Measured, Projection, Spot};
+pub use self::shading::Shading;
 pub use self::still::{ImageFile, Images};
+use self::texture::Texture;
 
 /// A diffuse material, as shows refer to it by name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Its name in the stage file.
     pub name: String,
-    /// Diffuse reflectance of each channel, 0 to 1.
+    /// Diffuse reflectance of each channel, 0 to 1; of a texture the mean.
     pub reflectance: Rgb,
     /// Emitted radiance at unit setting (cd/m2 or W/m2/sr, as the scene has it); zero for most.
     pub emission: Rgb,
+    /// What it reflects point by point, and where light passes through it.
+    pub texture: Option<Texture>,
 }
 
 impl Material {
@@ -46,7 +52,13 @@ impl Material {
             name: name.into(),
             reflectance,
             emission: Rgb::default(),
+            texture: None,
         }
+    }
+
+    /// Does light pass through it somewhere?
+    pub fn is_cut(&self) -> bool {
+        self.texture.as_ref().is_some_and(Texture::is_cut)
     }
 }
 
@@ -57,9 +69,20 @@ pub struct Polygon {
     pub vertices: Vec<Vec3>,
     /// Index into [`Scene::materials`].
     pub material: usize,
+    /// What varies over it.
+    pub shading: Option<Box<Shading>>,
 }
 
 impl Polygon {
+    /// One that is shaded flat and has no texture.
+    pub fn new(vertices: Vec<Vec3>, material: usize) -> Polygon {
+        Polygon {
+            vertices,
+            material,
+            shading: None,
+        }
+    }
+
     /// The faces of a block between two corners: five seen from outside, without the one below, or
     /// all six seen from `within`.
     pub fn block(
@@ -68,7 +91,7 @@ impl Polygon {
         material: usize,
     ) -> impl Iterator<Item = Polygon> {
         let faces = block(corners, within).into_iter();
-        let polygon = move |vertices| Polygon { vertices, material };
+        let polygon = move |vertices| Polygon::new(vertices, material);
         faces.take(if within { 6 } else { 5 }).map(polygon)
     }
 }
@@ -134,7 +157,20 @@ impl Scene {
         }
         let faces = solid.polygons().unwrap_or_default().into_iter();
         self.polygons
-            .extend(faces.map(|vertices| Polygon { vertices, material }));
+            .extend(faces.map(|vertices| Polygon::new(vertices, material)));
+    }
+
+    /// Gives each polygon that light passes through somewhere a number of its own, which its back
+    /// will share.
+    pub fn number_sheets(&mut self) {
+        let cut: Vec<bool> = self.materials.iter().map(Material::is_cut).collect();
+        let is_cut = |p: &Polygon| cut.get(p.material) == Some(&true);
+        let polygons = self.polygons.iter_mut().filter(|p| is_cut(p));
+        for (number, polygon) in (1..).zip(polygons) {
+            let origin = polygon.vertices.first().copied().unwrap_or_default();
+            let flat = || Box::new(Shading::flat(origin));
+            polygon.shading.get_or_insert_with(flat).sheet = number;
+        }
     }
 
     /// Gives the polygons at these indices a back: the same outline the other way round, a hair
@@ -151,6 +187,7 @@ impl Scene {
             let back = Polygon {
                 vertices: behind.collect(),
                 material: front.material,
+                shading: front.shading.as_ref().map(|s| Box::new(s.of_back())),
             };
             self.polygons.push(back);
         }
@@ -163,7 +200,7 @@ impl Scene {
         self.materials.push(Material::diffuse(name, Rgb::default()));
         let polygons = shape.polygons(shape::TOLERANCE).into_iter();
         self.polygons
-            .extend(polygons.map(|vertices| Polygon { vertices, material }));
+            .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
     }
 
     /// Gives every material called `name` this reflectance; false when there is none, or when a
@@ -175,10 +212,31 @@ impl Scene {
         let mut found = false;
         for material in self.materials.iter_mut().filter(|m| m.name == name) {
             material.reflectance = rgb;
+            // What was cut out stays cut out.
+            material.texture = material
+                .texture
+                .take()
+                .filter(Texture::is_cut)
+                .map(|t| t.painted(rgb));
             found = true;
         }
         found
     }
+}
+
+/// A camera of a stage's file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// Its name in the file.
+    pub name: String,
+    /// Where it stands.
+    pub position: Vec3,
+    /// Where it looks: a unit vector.
+    pub direction: Vec3,
+    /// Which way is up in its picture: a unit vector.
+    pub up: Vec3,
+    /// Vertical field of view, full angle, degrees.
+    pub fov: f64,
 }
 
 /// A light of a stage's file.

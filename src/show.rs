@@ -21,6 +21,7 @@ pub use self::light::{Light, LightKind, Output, Strength};
 pub use self::rig::RigError;
 
 use crate::scene;
+use crate::scene::import::Place;
 use crate::scene::solid::Solid;
 use crate::units::{CueNumber, Rgb, Time};
 
@@ -120,6 +121,8 @@ pub struct Stage {
     pub path: String,
     /// The file's own up axis is Z already (default: Y up, turned on the way in).
     pub z_up: bool,
+    /// How large it is and where it stands.
+    pub place: Place,
     /// Double-sided materials of a glTF file get a front only.
     pub one_sided: bool,
 }

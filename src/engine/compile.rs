@@ -158,10 +158,8 @@ pub(super) fn compile(
     model.show.look_from(source.view.unwrap_or_default());
     // All errors in one run: of the files as well as of the curves.
     let loaded = setup::load(&model.show, &model.spans, source, old);
-    let loaded = loaded.unwrap_or_else(|errors| {
-        model.diagnostics.list.extend(errors);
-        None
-    });
+    let (loaded, found) = loaded.unwrap_or_else(|errors| (None, errors));
+    model.diagnostics.list.extend(found);
     let held = loaded.as_ref().map_or(0, Loaded::bytes);
     let version = checked(model, source.memory.saturating_sub(held))?;
     let left = source.memory.saturating_sub(held).max(SMALL_SHOW);

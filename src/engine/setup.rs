@@ -16,7 +16,7 @@ use crate::scene::import;
 use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
-use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, View, still};
+use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, Shading, View, still};
 use crate::show::{self, Show};
 use crate::units::Rgb;
 
@@ -33,7 +33,10 @@ struct Inputs {
 
 impl Inputs {
     fn of(show: &Show) -> Inputs {
-        let stages = show.stages.iter().map(|s| (s.path.clone(), options(s)));
+        let stages = show
+            .stages
+            .iter()
+            .map(|s| (s.path.clone(), options(s, show)));
         let surfaces = show.surfaces.iter();
         let surfaces = surfaces.map(|s| (s.name.clone(), s.reflectance, s.solids.clone()));
         let shapes = show.shapes().map(|(name, shape)| (name.to_owned(), shape));
@@ -51,8 +54,12 @@ pub(super) struct Loaded {
     inputs: Inputs,
     images: Images,
     luminaires: LuminaireAssets,
+    notes: Notes,
     pub setup: Setup,
 }
+
+/// Of each stage, by its number, what is not taken as it stands in the file.
+type Notes = Vec<(usize, Vec<String>)>;
 
 impl Loaded {
     /// Bytes that scene, lights and images take, about.
@@ -65,7 +72,16 @@ impl Loaded {
 fn scene_bytes(scene: &Scene) -> usize {
     let polygons = scene.polygons.iter();
     let corners: usize = polygons.map(|polygon| polygon.vertices.len()).sum();
-    scene.polygons.len() * POLYGON_BYTES + corners * size_of::<Vec3>()
+    let shadings = scene
+        .polygons
+        .iter()
+        .filter(|p| p.shading.is_some())
+        .count();
+    let textures = scene.materials.iter().filter_map(|m| m.texture.as_ref());
+    scene.polygons.len() * POLYGON_BYTES
+        + corners * size_of::<Vec3>()
+        + shadings * size_of::<Shading>()
+        + textures.map(|t| t.pixels.bytes()).sum::<usize>()
 }
 
 fn rig_bytes(rig: &Rig) -> usize {
@@ -75,7 +91,8 @@ fn rig_bytes(rig: &Rig) -> usize {
 
 /// Loads what `show` needs, taking scene and images from `old` where the text means the same;
 /// `None` when the show has no stage or no view. Where every bank is an image neither is needed:
-/// the view then is as large as they are.
+/// the view then is as large as they are. With it come warnings of what the stages' files have and a
+/// picture has not.
 ///
 /// # Errors
 /// A diagnostic for every file that cannot be used and every light that does not fit.
@@ -84,23 +101,26 @@ pub(super) fn load(
     spans: &SpanMap,
     source: Source<'_>,
     old: Option<&Loaded>,
-) -> Result<Option<Loaded>, Vec<Diagnostic>> {
+) -> Result<(Option<Loaded>, Vec<Diagnostic>), Vec<Diagnostic>> {
     let inputs = Inputs::of(show);
     let scene = match old.filter(|l| l.inputs == inputs) {
-        Some(old) => Ok((Arc::clone(&old.setup.scene), old.luminaires.lamps.clone())),
-        None => read_scene(show, spans, source).map(|(scene, lamps)| (Arc::new(scene), lamps)),
+        Some(old) => {
+            let lamps = old.luminaires.lamps.clone();
+            Ok((Arc::clone(&old.setup.scene), lamps, old.notes.clone()))
+        }
+        None => read_scene(show, spans, source),
     };
     let none = Images::new();
     let known = old.map_or(&none, |l| &l.images);
     let images = read_images(show, spans, source, known);
     let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
-    let (scene, images, luminaires) = match (scene, images, luminaires) {
-        (Ok((scene, lamps)), Ok(images), Ok(luminaires)) => {
+    let (scene, notes, images, luminaires) = match (scene, images, luminaires) {
+        (Ok((scene, lamps, notes)), Ok(images), Ok(luminaires)) => {
             let luminaires = LuminaireAssets {
                 lamps,
                 ..luminaires
             };
-            (scene, images, luminaires)
+            (scene, notes, images, luminaires)
         }
         (scene, images, luminaires) => {
             let errors = [scene.err(), images.err(), luminaires.err()];
@@ -120,18 +140,27 @@ pub(super) fn load(
     } else {
         view
     };
-    let Some(view) = view else { return Ok(None) };
+    let stages = notes
+        .iter()
+        .filter_map(|(i, of)| Some((show.stages.get(*i)?, of)));
+    let warnings = stages.map(|(stage, of)| diagnostics::of_notes(stage, of, spans));
+    let warnings = warnings.collect();
+    let Some(view) = view else {
+        return Ok((None, warnings));
+    };
     // An edit that changes none of it keeps the very rig, so that comparing costs nothing.
     let rig = match old {
         Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
         _ => Arc::new(rig),
     };
-    Ok(Some(Loaded {
+    let loaded = Loaded {
         inputs,
         images,
         luminaires,
+        notes,
         setup: Setup { scene, rig, view },
-    }))
+    };
+    Ok((Some(loaded), warnings))
 }
 
 /// The images that banks are given as, all of one size, which is the view's where there is one.
@@ -190,25 +219,41 @@ fn view_of(image: &Image) -> View {
 }
 
 /// How a stage's file is to be taken.
-fn options(stage: &show::Stage) -> import::Options {
+fn options(stage: &show::Stage, show: &Show) -> import::Options {
+    let replaced = show.surfaces.iter().filter(|s| s.solids.is_empty());
+    let panels = show.lights.iter().filter_map(|light| match &light.kind {
+        show::LightKind::Panel { material, .. } => Some(material),
+        _ => None,
+    });
     import::Options {
         z_up: stage.z_up,
         one_sided: stage.one_sided,
+        place: stage.place,
+        parts: replaced.map(|s| &s.name).chain(panels).cloned().collect(),
     }
 }
 
-/// The scene, and the lights of its files.
+/// The scene, the lights of its files, and what is not taken of them.
 fn read_scene(
     show: &Show,
     spans: &SpanMap,
     source: Source<'_>,
-) -> Result<(Scene, Vec<Lamp>), Vec<Diagnostic>> {
+) -> Result<(Arc<Scene>, Vec<Lamp>, Notes), Vec<Diagnostic>> {
     let mut scene = Scene::default();
+    let mut notes = Notes::new();
     let mut lamps = Vec::new();
     let mut errors = Vec::new();
-    for stage in &show.stages {
-        match import::read(source.files, &stage.path, options(stage)) {
+    for (number, stage) in show.stages.iter().enumerate() {
+        match import::read(
+            source.files,
+            &stage.path,
+            &options(stage, show),
+            source.memory,
+        ) {
             Ok(read) => {
+                if !read.summary.left_out.is_empty() {
+                    notes.push((number, read.summary.left_out));
+                }
                 scene.append(read.scene);
                 lamps.extend(read.lamps);
             }
@@ -220,7 +265,7 @@ fn read_scene(
     }
     if errors.is_empty() {
         show.add_light_geometry(&mut scene);
-        Ok((scene, lamps))
+        Ok((Arc::new(scene), lamps, notes))
     } else {
         Err(errors)
     }

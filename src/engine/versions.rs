@@ -58,7 +58,7 @@ impl Version {
             files: host.files.as_ref(),
             memory: host.memory,
         };
-        let Ok(Some(loaded)) = setup::load(show, spans, source, known) else {
+        let Ok((Some(loaded), _)) = setup::load(show, spans, source, known) else {
             return BTreeSet::new();
         };
         let version = host.renderer.results_version();

@@ -64,10 +64,7 @@ pub enum Declaration<'a> {
     /// `stage "…" z up one-sided`
     Stage {
         path: Word<'a>,
-        /// `z up`, each time it is written.
-        z_up: Vec<Word<'a>>,
-        /// `one-sided`, each time it is written.
-        one_sided: Vec<Word<'a>>,
+        clauses: Vec<Clause<'a>>,
     },
     /// `surface NAME reflectance … box …`
     Surface {

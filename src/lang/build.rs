@@ -127,18 +127,9 @@ impl<'a> Builder<'a> {
 
     fn stage(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
         let path = self.next(&mut inner)?;
-        let (mut z_up, mut one_sided) = (Vec::new(), Vec::new());
-        for pair in inner {
-            match pair.as_rule() {
-                Rule::z_up => z_up.push(self.word(&pair)),
-                Rule::kw_one_sided => one_sided.push(self.word(&pair)),
-                _ => {}
-            }
-        }
         Some(Declaration::Stage {
             path,
-            z_up,
-            one_sided,
+            clauses: self.clauses(inner)?,
         })
     }
 
@@ -177,6 +168,7 @@ impl<'a> Builder<'a> {
         let mut out = Vec::new();
         for pair in inner {
             let clause = [
+                Rule::stage_clause,
                 Rule::view_clause,
                 Rule::light_clause,
                 Rule::solid_clause,

@@ -87,6 +87,7 @@ codes! {
     DARK_STRETCH = "W014" "a dark stretch";
     REPEAT_JUMP = "W015" "a repeated path that jumps";
     LAMP_INSIDE = "W016" "a lamp inside a solid";
+    STAGE_NOTES = "W017" "a stage that is not taken as it stands";
     LONG_RUN = "W030" "a run of minutes";
 }
 

@@ -210,6 +210,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::channel => "`r`, `g` or `b`",
         Rule::effect_kind => "`flicker` or `pulse`",
         Rule::effect_clause => "a clause (like `rate 6` or `depth 35%`)",
+        Rule::stage_clause => "an option (like `z up` or `scale 1mm`)",
         Rule::view_clause => "a clause (like `fov 28`)",
         Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
         Rule::kw_channel | Rule::bank_option => "an option (`channel`, `dimmer`, `rgb`)",
@@ -241,7 +242,9 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_turn => "`turn`",
         Rule::kw_up => "`up`",
         Rule::kw_via | Rule::via => "`via`",
-        Rule::z_up | Rule::kw_z => "`z up`",
+        Rule::kw_scale => "`scale`",
+        Rule::kw_y => "`y up`",
+        Rule::kw_z => "`z up`",
         _ => "",
     }
 }
@@ -264,7 +267,8 @@ pub fn is_inner_word(word: &str) -> bool {
 /// Those of [`inner_words`] that no table has elsewhere.
 const INNER_WORDS: &str = "\
     aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
-    cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker follow fov \
-    from full gap gel hang hermite image inside layer level like linear monotone natural note off on \
-    one-sided out part plain pulse quad radius rate refined reflectance repeat rgb seed sides size \
-    slope snap spline square steps time to tolerance tone turn two-sided up via white z";
+    cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
+    follow fov from full gap gel hang hermite image inside layer level like linear monotone natural \
+    note off on one-sided out part plain pulse quad radius rate refined reflectance repeat rgb scale \
+    seed sides size slope snap spline square steps time to tolerance tone turn two-sided up via white \
+    y z";

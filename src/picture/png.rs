@@ -10,7 +10,7 @@ use ::png::{
     Transformations,
 };
 
-use super::{Image, PictureError, require_memory};
+use super::{Codes, Image, PictureError, require_memory};
 use crate::units::srgb_decode;
 
 /// Interleaved sRGB bytes (three a pixel, rows from the top) as a PNG file.
@@ -38,9 +38,37 @@ pub fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, Pictur
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`].
 pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
+    let ([width, height], codes, colour, depth) =
+        samples(bytes, Transformations::EXPAND, limit_bytes)?;
+    let data = linear(&codes, colour, depth);
+    Image::from_data(width, height, data).ok_or_else(|| malformed("some of its pixels are missing"))
+}
+
+/// The sRGB codes of a PNG file with alpha, those of 16 bits cut to eight.
+///
+/// # Errors
+/// As [`decode`].
+pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
+    let wanted = Transformations::EXPAND | Transformations::STRIP_16 | Transformations::ALPHA;
+    let (size, codes, colour, _) = samples(bytes, wanted, limit_bytes)?;
+    let pixel = |pixel: &[u8]| match *pixel {
+        [r, g, b, a] => [r, g, b, a],
+        [grey, a] => [grey, grey, grey, a],
+        _ => [0, 0, 0, 255],
+    };
+    let pixels = codes.chunks_exact(colour.samples().max(1));
+    Ok((size, pixels.map(pixel).collect()))
+}
+
+/// Columns and rows, the samples of all pixels, what they stand for and how many bits they have.
+fn samples(
+    bytes: &[u8],
+    wanted: Transformations,
+    limit_bytes: usize,
+) -> Result<([usize; 2], Vec<u8>, ColorType, BitDepth), PictureError> {
     let limits = Limits { bytes: limit_bytes };
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), limits);
-    decoder.set_transformations(Transformations::EXPAND);
+    decoder.set_transformations(wanted);
     let mut reader = decoder.read_info().map_err(malformed)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
     // Codes of four channels with two bytes, and the picture.
@@ -52,8 +80,7 @@ pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
     let mut codes = vec![0; size.ok_or_else(|| malformed("it is too large to be addressed"))?];
     let frame = reader.next_frame(&mut codes).map_err(malformed)?;
     codes.truncate(frame.buffer_size());
-    let data = linear(&codes, frame.color_type, frame.bit_depth);
-    Image::from_data(width, height, data).ok_or_else(|| malformed("some of its pixels are missing"))
+    Ok(([width, height], codes, frame.color_type, frame.bit_depth))
 }
 
 /// Interleaved linear RGB of samples whose colours are expanded.

@@ -15,8 +15,10 @@ use crate::picture::Image;
 use crate::renderer::Quality;
 use crate::scene::mount::Mount;
 use crate::scene::photometric::{Distribution, Parts, Symmetry};
+use crate::scene::texture::{Alpha, Texture, Wrap};
 use crate::scene::{
-    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
+    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source, Spot,
+    View,
 };
 use crate::units::Rgb;
 
@@ -148,18 +150,74 @@ fn add_scene(hasher: &mut Hasher, scene: &Scene) {
             name,
             reflectance,
             emission,
+            texture,
         } = material;
         hasher.text(name);
         hasher.numbers(reflectance.0);
         hasher.numbers(emission.0);
+        if let Some(texture) = texture {
+            add_texture(hasher, texture);
+        }
     }
     hasher.count(polygons.len());
     for polygon in polygons {
-        let Polygon { vertices, material } = polygon;
+        let Polygon {
+            vertices,
+            material,
+            shading,
+        } = polygon;
         hasher.count(*material);
         hasher.count(vertices.len());
         vertices.iter().for_each(|v| hasher.point(*v));
+        if let Some(shading) = shading {
+            add_shading(hasher, shading);
+        }
     }
+}
+
+fn add_texture(hasher: &mut Hasher, texture: &Texture) {
+    let Texture {
+        pixels,
+        factor,
+        wrap,
+        alpha,
+        paint,
+    } = texture;
+    hasher.text("texture");
+    hasher.bytes(&pixels.digest);
+    hasher.list(factor);
+    for wrap in wrap {
+        hasher.text(match wrap {
+            Wrap::Repeat => "repeat",
+            Wrap::Mirror => "mirror",
+            Wrap::Clamp => "clamp",
+        });
+    }
+    match alpha {
+        Alpha::Opaque => hasher.text("opaque"),
+        Alpha::Mask(least) => hasher.list(&[*least]),
+        Alpha::Blend => hasher.text("blend"),
+    }
+    hasher.list(paint.as_ref().map_or(&[], |p| p.as_slice()));
+}
+
+fn add_shading(hasher: &mut Hasher, shading: &Shading) {
+    let Shading {
+        origin,
+        normal,
+        place,
+        sheet,
+    } = shading;
+    hasher.text("shading");
+    hasher.point(*origin);
+    hasher.count(normal.map_or(0, |n| n.len()));
+    normal.iter().flatten().for_each(|v| hasher.point(*v));
+    hasher.count(place.map_or(0, |p| p.len()));
+    for (value, gradient) in place.iter().flatten() {
+        hasher.number(*value);
+        hasher.point(*gradient);
+    }
+    hasher.count(*sheet as usize);
 }
 
 fn add_mount(hasher: &mut Hasher, mount: &Mount) {
@@ -446,6 +504,7 @@ mod tests {
             name: "red".to_owned(),
             reflectance: Rgb([0.5, 0.0, 0.0]),
             emission: Rgb::default(),
+            texture: None,
         });
         let other = SceneKey::new("g 1", &red, &view());
         red.materials[0].reflectance = Rgb([0.6, 0.0, 0.0]);

@@ -7,7 +7,9 @@
 
 use super::{Operator, Solution};
 use crate::picture::Image;
-use crate::radiosity::camera::fragment::Fragment;
+use crate::radiosity::camera::fragment::{Fragment, Fragments};
+use crate::radiosity::direct::projector::pixel as footprint;
+use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::lists::Lists;
 use crate::scene::Light;
 use rayon::prelude::*;
@@ -31,6 +33,33 @@ pub fn gather_weights(
         out
     };
     Lists::concat(fragments.par_chunks(RUN).map(run).collect())
+}
+
+/// Reflectance of each fragment, its texture averaged over what it covers; none where the scene has no
+/// textures.
+pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
+    if surfaces
+        .facets
+        .iter()
+        .all(|f| surfaces.texture(f.material).is_none())
+    {
+        return Vec::new();
+    }
+    let paint = |f: &Fragment| {
+        let facet = &surfaces.facets[f.facet];
+        let sides = || {
+            footprint(
+                &fragments.camera,
+                f.point,
+                facet.normal,
+                f64::from(f.weight),
+            )
+        };
+        surfaces
+            .reflectance_at(facet, f.point, sides)
+            .map(|r| r as f32)
+    };
+    fragments.all().par_iter().map(paint).collect()
 }
 
 impl Operator {
@@ -98,8 +127,10 @@ impl Operator {
             }
         }
         let weight = f64::from(fragment.weight);
+        let painted = self.paints.get(f).map(|paint| paint.map(f64::from));
+        let reflectance = painted.unwrap_or(facet.reflectance);
         for c in 0..3 {
-            let radiance = facet.reflectance[c] / PI * light[c] + emission[facet.material][c];
+            let radiance = reflectance[c] / PI * light[c] + emission[facet.material][c];
             sum[c] += weight * radiance;
         }
     }

@@ -320,14 +320,15 @@ fn calibration_setup() -> Setup {
         polygons.extend(Polygon::block([at - half, at + half + top], false, 0));
     }
     let lamp = [(-0.3, 0.3), (0.3, 0.3), (0.3, -0.3), (-0.3, -0.3)];
-    polygons.push(Polygon {
-        vertices: lamp.iter().map(|&(x, y)| vec3(x, y, 2.9)).collect(),
-        material: 1,
-    });
+    polygons.push(Polygon::new(
+        lamp.iter().map(|&(x, y)| vec3(x, y, 2.9)).collect(),
+        1,
+    ));
     let material = |reflectance, emission| Material {
         name: String::new(),
         reflectance: Rgb([reflectance; 3]),
         emission: Rgb([emission; 3]),
+        texture: None,
     };
     let lights = vec![
         Light::Panel {

@@ -195,7 +195,13 @@ impl FinalGather {
                             *sum += radiosity;
                         }
                     }
-                    let scale = facet.reflectance.map(|r| (r / PI) as f32 * share);
+                    let is_smooth = self.gathered.smooth[y * self.width + x].is_some();
+                    let scale = match self.gathered.paints.get(run.paint as usize) {
+                        None => facet.reflectance.map(|r| (r / PI) as f32 * share),
+                        // Light is evened out without the texture.
+                        Some(_) if is_smooth => [share / PI as f32; 3],
+                        Some(paint) => paint.map(|r| r * (share / PI as f32)),
+                    };
                     for (k, sum) in sums.iter().enumerate() {
                         out[k] += scale[k % 3] * sum;
                     }
@@ -204,10 +210,32 @@ impl FinalGather {
             Ok(())
         })?;
         let smooth = &self.gathered.smooth;
-        let filtered = filter(smooth, [self.width, self.height], &gathered, width, work)?;
+        let mut filtered = filter(smooth, [self.width, self.height], &gathered, width, work)?;
+        self.paint(&mut filtered, width);
         let pixel = |l: usize| move |p: &[f32]| [p[3 * l], p[3 * l + 1], p[3 * l + 2]];
         let picture = |l: usize| filtered.chunks_exact(width).flat_map(pixel(l)).collect();
         Ok((0..lights.len()).map(picture).collect())
+    }
+
+    /// Multiplies the evened out light of pixels by their textures.
+    fn paint(&self, filtered: &mut [f32], width: usize) {
+        let Gathered {
+            rows,
+            runs,
+            paints,
+            smooth,
+            ..
+        } = &self.gathered;
+        for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
+            let place = rows[pixel / self.width] * self.width + pixel % self.width;
+            let run = runs.get(place).first().filter(|_| smooth[pixel].is_some());
+            if let Some(paint) = run.and_then(|run| paints.get(run.paint as usize)) {
+                values
+                    .iter_mut()
+                    .zip(paint.iter().cycle())
+                    .for_each(|(v, r)| *v *= r);
+            }
+        }
     }
 
     /// Irradiance that comes to each cell from each of the lights directly.

@@ -9,13 +9,16 @@
 //! Only the crate's description of the JSON is used: its validation panics on an index of a
 //! position accessor that is out of range, and its reader of GLB on a length below 12.
 //!
-//! Not read: textures (a textured material reflects half of its factor), normals, vertex colours,
-//! roughness, metalness, transparency, skins, morph targets (meshes stand as modelled), animations.
+//! Not read: textures of what is no colour, vertex colours, roughness, metalness, skins, morph targets
+//! (meshes stand as modelled), animations.
 
 mod accessor;
+mod camera;
 mod container;
+mod draco;
 mod lamp;
 mod material;
+mod meshopt;
 mod node;
 mod primitive;
 
@@ -24,14 +27,19 @@ mod hostile_test;
 #[cfg(test)]
 mod tests;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use gltf_json::Root;
 
 use self::container::Document;
 use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
-use super::{Lamp, Scene};
+use super::texture::reader::TextureReader;
+use super::{Camera, Lamp, Material, Scene};
 use crate::files::Files;
+use crate::units::Rgb;
+
+/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
+pub(super) const UNSTATED: f64 = 0.8;
 
 /// The most triangles a file may draw, all instances counted.
 pub const TRIANGLE_LIMIT: usize = 2_000_000;
@@ -108,6 +116,9 @@ pub enum PartError {
     /// A matrix that is more than turning, stretching and moving.
     #[error("its matrix is not affine")]
     Matrix,
+    /// A compressed buffer that does not decode.
+    #[error("what it holds is not compressed as it says")]
+    Packed,
     /// A rotation that turns nowhere.
     #[error("its rotation has no length")]
     Rotation,
@@ -143,20 +154,63 @@ pub(super) struct Imported {
     pub scene: Scene,
     pub lamps: Vec<Lamp>,
     pub summary: Summary,
+    pub cameras: Vec<Camera>,
     /// For each material.
     pub double_sided: Vec<bool>,
+    /// Materials of parts that the show names.
+    pub parts: BTreeMap<String, usize>,
 }
 
-/// Reads a glTF file of which `bytes` is the content; its buffers come through `files`, relative to
-/// the file's own folder.
-pub(super) fn import(files: &dyn Files, path: &str, bytes: &[u8]) -> Result<Imported, SceneError> {
+impl Imported {
+    /// The material of what belongs to a part of the file: one of its own, made like `material`, where
+    /// the show names the part and no material is called so.
+    pub(super) fn part(&mut self, name: Option<&str>, material: usize, named: &[String]) -> usize {
+        let is_named = |name: &&str| named.iter().any(|n| n == name);
+        let Some(name) = name.filter(is_named) else {
+            return material;
+        };
+        if let Some(own) = self.parts.get(name) {
+            return *own;
+        }
+        if self.scene.materials.iter().any(|m| m.name == name) {
+            return material;
+        }
+        let own = self.scene.materials.len();
+        self.parts.insert(name.to_owned(), own);
+        let like = self.scene.materials.get(material).cloned();
+        let like = like.unwrap_or_else(|| Material::diffuse(name, Rgb([UNSTATED; 3])));
+        let double_sided = self.double_sided.get(material).copied().unwrap_or(false);
+        self.scene.materials.push(Material {
+            name: name.to_owned(),
+            ..like
+        });
+        self.double_sided.resize(own + 1, double_sided);
+        own
+    }
+}
+
+/// Reads a glTF file of which `bytes` is the content; its buffers and images come through `files`,
+/// relative to the file's own folder, images within `memory` bytes.
+pub(super) fn import(
+    files: &dyn Files,
+    path: &str,
+    bytes: &[u8],
+    parts: &[String],
+    memory: usize,
+) -> Result<Imported, SceneError> {
     let document = Document::read(files, path, bytes)?;
-    assemble(&document).map_err(|fault| fault.of_file(path))
+    let mut textures = TextureReader::new(memory);
+    let materials = material::all(files, &document, &mut textures);
+    let imported = materials.and_then(|materials| assemble(&document, materials, parts));
+    imported.map_err(|fault| fault.of_file(path))
 }
 
-fn assemble(document: &Document<'_>) -> Result<Imported, Fault> {
+fn assemble(
+    document: &Document<'_>,
+    materials: material::Materials,
+    parts: &[String],
+) -> Result<Imported, Fault> {
     let root = &document.root;
-    let materials = material::all(root)?;
     let mut out = Imported {
         scene: Scene {
             materials: materials.materials,
@@ -166,19 +220,48 @@ fn assemble(document: &Document<'_>) -> Result<Imported, Fault> {
         ..Imported::default()
     };
     let mut left_out = materials.left_out;
-    let mut meshes = primitive::Meshes::new(document);
+    let mut meshes = primitive::Meshes::new(document, &materials.places);
     for placed in node::walk(root)? {
-        if let Some(mesh) = placed.node.mesh {
-            meshes.place(mesh.value(), &placed, &mut out, &mut left_out)?;
+        let mesh = placed.node.mesh.map(|mesh| mesh.value());
+        if let Some(name) = light_volume(root, &placed, mesh) {
+            left_out.insert(format!(
+                "`{name}`, a volume of light by its name: it is no wall"
+            ));
+        } else if let Some(mesh) = mesh {
+            for transform in node::instances(document, &placed)? {
+                meshes.place(mesh, (&placed, &transform), parts, &mut out, &mut left_out)?;
+            }
         }
         lamp::add(root, &placed, &mut out.lamps)?;
+        camera::add(root, &placed, &mut out.cameras)?;
     }
     out.summary.left_out = left_out.into_iter().collect();
     Ok(out)
 }
 
+/// The name of a node or of its mesh that says that it is a beam in the haze, not a thing.
+fn light_volume<'r>(
+    root: &'r Root,
+    placed: &node::Placed<'r>,
+    mesh: Option<usize>,
+) -> Option<&'r String> {
+    let mesh = mesh.and_then(|i| root.meshes.get(i));
+    let names = [
+        placed.node.name.as_ref(),
+        mesh.and_then(|m| m.name.as_ref()),
+    ];
+    let says = |name: &&String| {
+        let letters = name.chars().filter(|c| c.is_alphanumeric());
+        let name = letters.collect::<String>().to_lowercase();
+        name.contains("lightvolume")
+            || name.contains("volumelight")
+            || name.contains("volumetriclight")
+    };
+    names.into_iter().flatten().find(says)
+}
+
 /// What the file has and this program leaves out, each said once.
-type LeftOut = BTreeSet<String>;
+pub(super) type LeftOut = BTreeSet<String>;
 
 /// The entry of a list, or the fault that it is missing.
 fn entry<'r, T>(

@@ -6,10 +6,13 @@
 //! bounded by the limits here, not by counts that a file claims. This module does not depend on
 //! shows.
 
+use std::ops::RangeInclusive;
+
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
-use super::{Lamp, Polygon, Scene, merge};
+use super::{Camera, Lamp, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
+use crate::geometry::{Vec3, diameter, vec3};
 
 /// The most polygons a stage may have, after bent ones are cut.
 pub const POLYGON_LIMIT: usize = 2_000_000;
@@ -17,6 +20,9 @@ pub const POLYGON_LIMIT: usize = 2_000_000;
 pub const VERTEX_LIMIT: usize = 8_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
+
+/// Sizes of a stage that are not doubted, metres.
+const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
 
 /// Why a stage could not be imported.
 #[derive(Debug, thiserror::Error)]
@@ -53,12 +59,45 @@ pub enum SceneError {
 }
 
 /// How a file is to be taken.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// An OBJ file's own up axis is Z; glTF is Y up by its specification, whatever stands here.
+    /// The file's own up axis is Z; without it Y, as glTF and most OBJ files have it.
     pub z_up: bool,
     /// Materials that glTF calls double-sided get a front only.
     pub one_sided: bool,
+    /// Where it stands and how large it is.
+    pub place: Place,
+    /// Groups and objects of an OBJ file that become materials of their own, by name.
+    pub parts: Vec<String>,
+}
+
+/// Where a file's content stands: stretched, then turned about the vertical through its origin, then
+/// moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Metres in one unit of the file.
+    pub scale: f64,
+    /// Anticlockwise seen from above, degrees.
+    pub turn: f64,
+    /// Where its origin comes to stand.
+    pub at: Vec3,
+}
+
+impl Default for Place {
+    fn default() -> Place {
+        Place {
+            scale: 1.0,
+            turn: 0.0,
+            at: Vec3::ZERO,
+        }
+    }
+}
+
+impl Place {
+    fn direction(&self, d: Vec3) -> Vec3 {
+        let (sine, cosine) = self.turn.to_radians().sin_cos();
+        vec3(cosine * d.x - sine * d.y, sine * d.x + cosine * d.y, d.z)
+    }
 }
 
 /// A file as imported.
@@ -68,6 +107,8 @@ pub struct Import {
     pub scene: Scene,
     /// Lights of the file, in its order. None shines until a show names it.
     pub lamps: Vec<Lamp>,
+    /// Cameras of the file, in its order.
+    pub cameras: Vec<Camera>,
     /// What was done to it.
     pub summary: Summary,
 }
@@ -92,35 +133,99 @@ pub struct Summary {
 }
 
 /// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or anything that begins as a GLB
-/// does) or else OBJ. Neighbouring triangles of one plane and one material become polygons
-/// ([`merge`]).
+/// does) or else OBJ, images within `memory` bytes. Neighbouring triangles of one plane and one
+/// material become polygons ([`merge`]).
 ///
 /// # Errors
 /// [`SceneError`], with the place in the file.
-pub fn read(files: &dyn Files, path: &str, options: Options) -> Result<Import, SceneError> {
+pub fn read(
+    files: &dyn Files,
+    path: &str,
+    options: &Options,
+    memory: usize,
+) -> Result<Import, SceneError> {
     let bytes = files.read(path)?;
     let lower = path.to_ascii_lowercase();
     let is_gltf =
         bytes.starts_with(b"glTF") || [".gltf", ".glb"].iter().any(|e| lower.ends_with(e));
     let mut import = if is_gltf {
-        gltf::import(files, path, &bytes)?
-    } else {
-        let (scene, summary) = obj::parse(files, path, &bytes, options.z_up)?;
-        gltf::Imported {
-            scene,
-            summary,
-            ..gltf::Imported::default()
+        let mut import = gltf::import(files, path, &bytes, &options.parts, memory)?;
+        if options.z_up {
+            import.turn(|v| vec3(v.x, v.z, -v.y));
         }
+        import
+    } else {
+        obj::parse(files, path, &bytes, options, memory)?
     };
+    if options.place != Place::default() {
+        import.put(&options.place, path)?;
+    }
+    let corners = import.scene.polygons.iter().flat_map(|p| &p.vertices);
+    let extent = diameter(corners);
+    if extent > 0.0 && !STAGE_SIZES.contains(&extent) {
+        let note = format!(
+            "its size, {extent:.3} m from corner to corner: `scale` says what a unit of the file is, \
+             such as `scale 1mm`"
+        );
+        import.summary.left_out.push(note);
+    }
     let size = import.scene.polygons.len();
     let merged = merge::triangles(std::mem::take(&mut import.scene.polygons));
     import.summary.merged = merged.before;
     import.summary.merged_to = merged.before + merged.polygons.len() - size;
     import.scene.polygons = merged.polygons;
+    import.scene.number_sheets();
     if !options.one_sided {
         import.summary.backs = add_backs(&mut import.scene, &import.double_sided);
     }
     limited(path, import)
+}
+
+impl gltf::Imported {
+    /// Turns all of it.
+    fn turn(&mut self, by: impl Fn(Vec3) -> Vec3) {
+        for polygon in &mut self.scene.polygons {
+            polygon.vertices.iter_mut().for_each(|v| *v = by(*v));
+            if let Some(shading) = &mut polygon.shading {
+                shading.turn(&by);
+            }
+        }
+        for lamp in &mut self.lamps {
+            (lamp.position, lamp.direction) = (by(lamp.position), by(lamp.direction));
+        }
+        for camera in &mut self.cameras {
+            camera.position = by(camera.position);
+            (camera.direction, camera.up) = (by(camera.direction), by(camera.up));
+        }
+    }
+
+    /// Puts all of it where it belongs.
+    fn put(&mut self, place: &Place, path: &str) -> Result<(), SceneError> {
+        self.turn(|v| place.direction(v));
+        let (scale, at) = (place.scale, place.at);
+        for polygon in &mut self.scene.polygons {
+            polygon
+                .vertices
+                .iter_mut()
+                .for_each(|v| *v = *v * scale + at);
+            if let Some(shading) = &mut polygon.shading {
+                shading.stretch(scale, at);
+            }
+        }
+        let lamps = self.lamps.iter_mut().map(|lamp| &mut lamp.position);
+        let cameras = self.cameras.iter_mut().map(|camera| &mut camera.position);
+        lamps.chain(cameras).for_each(|p| *p = *p * scale + at);
+        let far = |v: &Vec3| !v.is_finite() || v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
+        let mut vertices = self.scene.polygons.iter().flat_map(|p| &p.vertices);
+        match vertices.any(far) {
+            true => Err(SceneError::Part {
+                path: path.to_owned(),
+                place: "as placed".to_owned(),
+                reason: PartError::Far,
+            }),
+            false => Ok(()),
+        }
+    }
 }
 
 /// The import, unless it holds nothing or too much.
@@ -131,6 +236,7 @@ fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
         1..=POLYGON_LIMIT => Ok(Import {
             scene: import.scene,
             lamps: import.lamps,
+            cameras: import.cameras,
             summary: import.summary,
         }),
         _ => Err(SceneError::Part {

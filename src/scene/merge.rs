@@ -18,7 +18,7 @@ mod outline;
 
 use std::collections::HashMap;
 
-use super::{Polygon, polygon};
+use super::{Polygon, Shading, polygon};
 use crate::geometry::Vec3;
 
 /// Corners of a merged polygon at most.
@@ -38,31 +38,41 @@ pub struct Merged {
 }
 
 /// Merges what can be merged.
-pub fn triangles(polygons: Vec<Polygon>) -> Merged {
-    let (mut mesh, numbers) = Mesh::of(&polygons);
+pub fn triangles(mut polygons: Vec<Polygon>) -> Merged {
+    let (mut mesh, numbers) = Mesh::of(&mut polygons);
     let mut out = Merged::default();
-    for (polygon, number) in polygons.into_iter().zip(numbers) {
+    for (mut polygon, number) in polygons.into_iter().zip(numbers) {
         let Some(triangle) = number else {
             out.polygons.push(polygon);
             continue;
         };
         let (region, flat) = mesh.region(triangle);
         if let [_] = region.as_slice() {
+            polygon.shading = mesh.shadings[triangle as usize].take();
             out.polygons.push(polygon);
             continue;
         }
-        let parts = match flat {
-            true => mesh.polygons(triangle, &region),
-            false => region.iter().map(|t| mesh.corners(*t)).collect(),
-        };
-        let uncut = parts.iter().filter(|p| p.len() == 3).count();
-        out.before += region.len().saturating_sub(uncut);
         let material = polygon.material;
-        out.polygons.extend(
-            parts
+        let parts: Vec<Polygon> = if flat {
+            let shading = mesh.shadings[triangle as usize].take();
+            let part = |vertices| Polygon {
+                shading: shading.clone(),
+                ..Polygon::new(vertices, material)
+            };
+            mesh.polygons(triangle, &region)
                 .into_iter()
-                .map(|vertices| Polygon { vertices, material }),
-        );
+                .map(part)
+                .collect()
+        } else {
+            let part = |t: &u32| Polygon {
+                shading: mesh.shadings[*t as usize].take(),
+                ..Polygon::new(mesh.corners(*t), material)
+            };
+            region.iter().map(part).collect()
+        };
+        let uncut = parts.iter().filter(|p| p.vertices.len() == 3).count();
+        out.before += region.len().saturating_sub(uncut);
+        out.polygons.extend(parts);
     }
     out
 }
@@ -75,6 +85,8 @@ struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<Triangle>,
     materials: Vec<usize>,
+    /// Each until the triangle comes out.
+    shadings: Vec<Option<Box<Shading>>>,
     /// The triangle on the left of each directed edge; none where several are.
     edges: HashMap<[u32; 2], Option<u32>>,
     /// The first triangle of each triangle's region.
@@ -85,12 +97,13 @@ struct Mesh {
 
 impl Mesh {
     /// The mesh of all triangles among `polygons`, and for each polygon its triangle.
-    fn of(polygons: &[Polygon]) -> (Mesh, Vec<Option<u32>>) {
+    fn of(polygons: &mut [Polygon]) -> (Mesh, Vec<Option<u32>>) {
         let mut numbers = Vec::with_capacity(polygons.len());
         let mut mesh = Mesh {
             vertices: Vec::new(),
             triangles: Vec::new(),
             materials: Vec::new(),
+            shadings: Vec::new(),
             edges: HashMap::new(),
             owners: Vec::new(),
             tolerance: 0.0,
@@ -121,6 +134,7 @@ impl Mesh {
             numbers.push(Some(number));
             mesh.triangles.push(triangle);
             mesh.materials.push(polygon.material);
+            mesh.shadings.push(polygon.shading.take());
             mesh.owners.push(None);
         }
         mesh.tolerance = largest * ROUNDING;
@@ -176,7 +190,8 @@ impl Mesh {
                 };
                 let corners = self.triangle(other).map(|v| self.vertex(v));
                 let level = own.dot(normal) > 0.99 * own.length();
-                if level && corners.into_iter().all(near) && self.take(other, first) {
+                let continues = self.continue_into_each_other(first, other, &corners);
+                if level && continues && corners.into_iter().all(near) && self.take(other, first) {
                     area += own;
                     reach = corners
                         .iter()
@@ -187,6 +202,15 @@ impl Mesh {
         }
         let flat = self.is_flat(&region, area.normalized(), origin);
         (region, flat)
+    }
+
+    /// Are two triangles shaded alike where they meet, and their textures in one piece?
+    fn continue_into_each_other(&self, a: u32, b: u32, at: &[Vec3]) -> bool {
+        match [a, b].map(|t| self.shadings[t as usize].as_deref()) {
+            [None, None] => true,
+            [Some(a), Some(b)] => a.continues(b, at),
+            _ => false,
+        }
     }
 
     fn take(&mut self, triangle: u32, owner: u32) -> bool {

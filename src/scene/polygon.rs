@@ -51,9 +51,15 @@ pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeErro
     if corners.len() > BENT_LIMIT {
         return Err(ShapeError::Bent);
     }
-    let mut triangles = flat.triangles().ok_or(ShapeError::Crossing)?;
-    triangles.retain(|triangle| self::normal(triangle).is_some());
-    Ok(triangles)
+    triangles(&corners).ok_or(ShapeError::Crossing)
+}
+
+/// A simple polygon of at most [`BENT_LIMIT`] corners as triangles; `None` where there is no way to
+/// cut it.
+pub(super) fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
+    let mut triangles = Flat::new(corners, normal(corners)?).triangles()?;
+    triangles.retain(|triangle| normal(triangle).is_some());
+    Some(triangles)
 }
 
 /// True when the corners enclose an area beyond rounding.

@@ -37,10 +37,7 @@ fn black_box() -> Scene {
             corner(1.0, 1.0),
             corner(1.0, -1.0),
         ];
-        scene.polygons.push(Polygon {
-            vertices,
-            material: 0,
-        });
+        scene.polygons.push(Polygon::new(vertices, 0));
     }
     scene
 }
@@ -273,10 +270,7 @@ fn a_projection_is_stopped_by_what_stands_in_its_way() {
         corner(0.0, 0.9),
         corner(-1.0, 0.9),
     ];
-    scene.polygons.push(Polygon {
-        vertices,
-        material: 0,
-    });
+    scene.polygons.push(Polygon::new(vertices, 0));
     let half = screen(&scene, planes(&slide, thrower, 40.0, 1000.0), 32);
     let mut lit = 0;
     for y in 0..32 {

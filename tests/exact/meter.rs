@@ -50,10 +50,9 @@ impl Room {
             format!("m{material}"),
             Rgb([reflectance; 3]),
         ));
-        self.scene.polygons.push(Polygon {
-            vertices: vertices.to_vec(),
-            material,
-        });
+        self.scene
+            .polygons
+            .push(Polygon::new(vertices.to_vec(), material));
     }
 
     /// A light made of black surfaces of this radiance.
@@ -68,11 +67,11 @@ impl Room {
             name: format!("m{material}"),
             reflectance: Rgb([reflectance; 3]),
             emission: Rgb([radiance; 3]),
+            texture: None,
         });
-        let parts = parts.iter().map(|vertices| Polygon {
-            vertices: vertices.clone(),
-            material,
-        });
+        let parts = parts
+            .iter()
+            .map(|vertices| Polygon::new(vertices.clone(), material));
         self.scene.polygons.extend(parts);
         self.lights.push(Light::Panel {
             material,

@@ -76,10 +76,10 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
     let mut case = stage();
     case.scene = Scene {
         materials: vec![Material::diffuse("floor", Rgb([0.5; 3]))],
-        polygons: vec![Polygon {
-            vertices: floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
-            material: 0,
-        }],
+        polygons: vec![Polygon::new(
+            floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
+            0,
+        )],
     };
     case.rig.lights = vec![Light::Spot(spot.clone())];
     case.rig.sources.truncate(1);

@@ -58,12 +58,12 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
         let (i, j) = (bank as f64 % row, (bank as f64 / row).floor());
         let (x, y) = ((i + 0.5) * span / row, (j + 0.5) * span / row);
         let corners = [(-half, half), (half, half), (half, -half), (-half, -half)];
-        faces.push(Polygon {
-            vertices: corners
+        faces.push(Polygon::new(
+            corners
                 .map(|(dx, dy)| vec3(x + dx, y + dy, tall - 0.05))
                 .to_vec(),
-            material: 1 + bank,
-        });
+            1 + bank,
+        ));
         materials.push(material(&format!("lamp{bank}"), 0.0, 10.0));
     }
     let lights = (1..=banks).map(|material| Light::Panel {
@@ -107,10 +107,10 @@ pub fn uplit(polygons: usize, size: (usize, usize)) -> Case {
     let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
     let material_at = case.scene.materials.len();
     case.scene.materials.push(material("uplight", 0.0, 10.0));
-    case.scene.polygons.push(Polygon {
-        vertices: corners.map(|(dx, dy)| middle + vec3(dx, dy, 0.0)).to_vec(),
-        material: material_at,
-    });
+    case.scene.polygons.push(Polygon::new(
+        corners.map(|(dx, dy)| middle + vec3(dx, dy, 0.0)).to_vec(),
+        material_at,
+    ));
     let light = case.rig.lights.len();
     case.rig.lights.push(Light::Panel {
         material: material_at,
@@ -133,5 +133,6 @@ fn material(name: &str, reflectance: f64, emission: f64) -> Material {
         name: name.to_owned(),
         reflectance: Rgb([reflectance; 3]),
         emission: Rgb([emission; 3]),
+        texture: None,
     }
 }

@@ -42,7 +42,7 @@ fn the_file_is_what_its_program_writes() {
 #[test]
 fn cut_surfaces_are_whole_again() {
     let files = Folder::new(folder(), 1 << 20);
-    let import = read(&files, "hall.gltf", Options::default()).unwrap();
+    let import = read(&files, "hall.gltf", &Options::default(), usize::MAX).unwrap();
     let summary = &import.summary;
     let quads = import
         .scene

@@ -19,10 +19,7 @@ fn material(name: &str, reflectance: f64) -> Material {
 }
 
 fn quad(corners: [[f64; 3]; 4]) -> Polygon {
-    Polygon {
-        vertices: corners.map(|[x, y, z]| vec3(x, y, z)).to_vec(),
-        material: 0,
-    }
+    Polygon::new(corners.map(|[x, y, z]| vec3(x, y, z)).to_vec(), 0)
 }
 
 fn spot(position: Vec3, aim: Vec3) -> Light {
@@ -138,10 +135,7 @@ fn polygons_that_are_none_change_nothing() {
         vec![o, o + x, o + x * 0.5 + vec3(0.0, 0.0, 1e-13)],
     ];
     let before = stage.render(3, 1 << 30).unwrap();
-    let none = hostile.map(|vertices| Polygon {
-        vertices,
-        material: 0,
-    });
+    let none = hostile.map(|vertices| Polygon::new(vertices, 0));
     stage.scene.polygons.extend(none);
     let after = stage.render(3, 1 << 30).unwrap();
     assert_eq!(before, after);
@@ -180,10 +174,7 @@ fn odd_polygons_do_no_harm() {
         ],
     ];
     for vertices in odd {
-        stage.scene.polygons.push(Polygon {
-            vertices,
-            material: 0,
-        });
+        stage.scene.polygons.push(Polygon::new(vertices, 0));
         stage.assert_finite("odd polygons", true);
     }
 }

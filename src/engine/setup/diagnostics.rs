@@ -45,9 +45,12 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     let help = own.unwrap_or_else(|| {
         let export = match cause {
             SceneError::Part {
-                reason: PartError::Extension(_),
+                reason: PartError::Extension(_) | PartError::Packed,
                 ..
-            } => "export the geometry again as glTF without compression",
+            } => {
+                "take the extension out, for example with `npx @gltf-transform/cli copy a.glb b.glb`, \
+                 or export the geometry again without it"
+            }
             SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
             _ => "export the geometry again as OBJ with its MTL next to it, or as glTF 2.0",
         };
@@ -55,6 +58,20 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     });
     let message = format!("the stage cannot be read: {cause}");
     error(codes::STAGE_FILE, message, stage.id, spans, vec![help])
+}
+
+/// What is not taken of a stage's file as it stands there.
+pub(super) fn of_notes(stage: &Stage, notes: &[String], spans: &SpanMap) -> Diagnostic {
+    const SHOWN: usize = 8;
+    let mut help: Vec<String> = notes.iter().take(SHOWN).cloned().collect();
+    if notes.len() > SHOWN {
+        help.push(format!("and {} more", notes.len() - SHOWN));
+    }
+    let message = format!("not all of `{}` is taken as it stands there", stage.path);
+    Diagnostic {
+        severity: Severity::Warning,
+        ..error(codes::STAGE_NOTES, message, stage.id, spans, help)
+    }
 }
 
 /// A surface that replaces nothing.

@@ -178,12 +178,12 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
         (Rule::light_kind, _) => clause("kind"),
         (Rule::kw_level, Rule::fixed_statement) => clause("level"),
         (Rule::kw_reflectance, _) => clause("reflectance"),
-        (Rule::z_up | Rule::kw_one_sided, _) => clause("option"),
         (Rule::solid, _) => clause("solid"),
         (Rule::position, Rule::corners) if !first => clause("corner"),
         (
             word,
-            Rule::view_clause
+            Rule::stage_clause
+            | Rule::view_clause
             | Rule::light_clause
             | Rule::bank_option
             | Rule::solid_clause
@@ -206,6 +206,8 @@ fn role(rule: Rule) -> &'static str {
         Rule::kw_field => "field",
         Rule::kw_radius => "radius",
         Rule::kw_turn => "turn",
+        Rule::kw_scale => "scale",
+        Rule::kw_y | Rule::kw_z | Rule::kw_one_sided => "option",
         Rule::kw_channel => "channel",
         Rule::kw_dimmer => "dimmer",
         Rule::kw_rgb => "rgb",

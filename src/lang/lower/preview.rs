@@ -10,6 +10,7 @@ use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::unquoted;
 use crate::scene;
+
 use crate::show::{Stage, ToneCurve, View};
 use crate::units::fraction;
 
@@ -28,11 +29,7 @@ impl<'a> Lower<'a, '_> {
                     self.once(&mut preview, "preview", statement.span);
                     self.preview_entries(entries);
                 }
-                Declaration::Stage {
-                    path,
-                    z_up,
-                    one_sided,
-                } => self.stage(statement.span, *path, z_up, one_sided),
+                Declaration::Stage { path, clauses } => self.stage(statement.span, *path, clauses),
                 Declaration::Surface {
                     material,
                     reflectances,
@@ -168,13 +165,26 @@ impl<'a> Lower<'a, '_> {
         )
     }
 
-    fn stage(&mut self, span: Span, path: Word<'a>, z_up: &[Word<'a>], one_sided: &[Word<'a>]) {
+    fn stage(&mut self, span: Span, path: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
-        for (what, words) in [("z up", z_up), ("one-sided", one_sided)] {
-            if let [first, second, ..] = words {
-                self.once(&mut Some(first.span), what, second.span);
-            }
+        self.repeated_clauses(clauses);
+        let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
+        if let (Some(y), Some(z)) = (find("y"), find("z")) {
+            self.once(&mut Some(y.span), "up", z.span);
         }
+        let value = |word: &str| find(word).and_then(|c| c.values.first());
+        let range = "a unit of a file is 1 micrometre to 100 km";
+        let scale =
+            value("scale").and_then(|w| self.within(*w, Wanted::Length, (1e-6, 1e5), range));
+        let range = "a turn is -360 to 360 degrees";
+        let turn =
+            value("turn").and_then(|w| self.within(*w, Wanted::Angle, (-360.0, 360.0), range));
+        let at = find("at").and_then(|c| self.position(&c.values));
+        let place = scene::import::Place {
+            scale: scale.unwrap_or(1.0),
+            turn: turn.unwrap_or(0.0),
+            at: at.unwrap_or_default(),
+        };
         let text = unquoted(path);
         if text.is_empty() {
             let help =
@@ -186,8 +196,9 @@ impl<'a> Lower<'a, '_> {
         self.show.stages.push(Stage {
             id,
             path: text,
-            z_up: !z_up.is_empty(),
-            one_sided: !one_sided.is_empty(),
+            z_up: find("z").is_some(),
+            one_sided: find("one-sided").is_some(),
+            place,
         });
     }
 

@@ -14,6 +14,7 @@ use crate::radiosity::visibility::raster::Camera;
 use crate::scene::Projection;
 use crate::scene::gobo::Gobo;
 use crate::scene::mount::{Axes, Mount};
+use crate::scene::texture::axes_of;
 
 /// Places of the image that are averaged for one footprint at most; a footprint more than so many
 /// times as long as wide is blurred across its shorter side.
@@ -135,21 +136,6 @@ fn overlap(x: f64, size: f64) -> f64 {
     }
     let (from, to) = ((x - 0.5 * size).max(0.0), (x + 0.5 * size).min(1.0));
     ((to - from) / size).max(0.0)
-}
-
-/// Singular values of the matrix of two sides, and the direction of the longer.
-fn axes_of([p, q]: [[f64; 2]; 2]) -> (f64, f64, [f64; 2]) {
-    let (xx, xy, yy) = (
-        p[0] * p[0] + q[0] * q[0],
-        p[0] * p[1] + q[0] * q[1],
-        p[1] * p[1] + q[1] * q[1],
-    );
-    let middle = 0.5 * (xx + yy);
-    let spread = (0.5 * (xx - yy)).hypot(xy);
-    let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
-    let long = (middle + spread).sqrt();
-    let short = (middle - spread).max(0.0).sqrt();
-    (long, short, [angle.cos(), angle.sin()])
 }
 
 #[cfg(test)]

@@ -215,16 +215,37 @@ impl Bvh {
 
     /// The first surface on the ray from `origin` in the direction of `way`, of any length.
     pub fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
-        self.walk::<false>(origin, way, f32::INFINITY)
+        self.walk::<false>(origin, way, f32::INFINITY, |_| false)
+    }
+
+    /// The same, past what `passes`.
+    pub fn first_hit_past(
+        &self,
+        origin: Vec3,
+        way: Vec3,
+        passes: impl Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
+        self.walk::<false>(origin, way, f32::INFINITY, passes)
     }
 
     /// Does anything stand on the segment from `origin` by `way`, before its end?
     pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
-        self.walk::<true>(origin, way, 1.0).is_some()
+        self.walk::<true>(origin, way, 1.0, |_| false).is_some()
+    }
+
+    /// The same, without what `passes`.
+    pub fn is_blocked_past(&self, origin: Vec3, way: Vec3, passes: impl Fn(&Hit) -> bool) -> bool {
+        self.walk::<true>(origin, way, 1.0, passes).is_some()
     }
 
     #[inline(always)]
-    fn walk<const ANY: bool>(&self, origin: Vec3, way: Vec3, reach: f32) -> Option<Hit> {
+    fn walk<const ANY: bool>(
+        &self,
+        origin: Vec3,
+        way: Vec3,
+        reach: f32,
+        passes: impl Fn(&Hit) -> bool,
+    ) -> Option<Hit> {
         let from = origin - self.middle;
         let origin = [from.x as f32, from.y as f32, from.z as f32];
         let way = [way.x as f32, way.y as f32, way.z as f32];
@@ -292,6 +313,9 @@ impl Bvh {
                         distance,
                         front: determinants[lane] > 0.0,
                     };
+                    if passes(&hit) {
+                        continue;
+                    }
                     if ANY {
                         if distance < reach {
                             return Some(hit);

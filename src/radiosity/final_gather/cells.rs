@@ -7,9 +7,9 @@
 //! for further cells. All of it depends on geometry alone.
 
 use crate::geometry::{Vec3, frame, vec3};
-use crate::radiosity::final_gather::bvh::Bvh;
+use crate::radiosity::final_gather::bvh::{Bvh, Hit};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
-use crate::radiosity::geometry::surface::{Facet, Surfaces};
+use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
 use crate::renderer::TransportError;
@@ -131,7 +131,31 @@ impl RayScene<'_> {
     pub fn is_hidden(&self, (point, normal): (Vec3, Vec3), (end, facing): (Vec3, Vec3)) -> bool {
         let from = point + normal * self.offset;
         let to = end + facing * (2.0 * self.offset);
-        self.bvh.is_blocked(from, to - from)
+        self.is_blocked(from, to - from)
+    }
+
+    /// Does anything stop light on the segment from `origin` by `way`?
+    pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
+        match self.surfaces.is_cut {
+            true => self
+                .bvh
+                .is_blocked_past(origin, way, |hit| self.passes(hit, origin, way)),
+            false => self.bvh.is_blocked(origin, way),
+        }
+    }
+
+    fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
+        match self.surfaces.is_cut {
+            true => self
+                .bvh
+                .first_hit_past(origin, way, |hit| self.passes(hit, origin, way)),
+            false => self.bvh.first_hit(origin, way),
+        }
+    }
+
+    fn passes(&self, hit: &Hit, origin: Vec3, way: Vec3) -> bool {
+        let point = origin + way * f64::from(hit.distance);
+        self.surfaces.lets_through(hit.facet, point, way)
     }
 
     /// The front that is seen from `origin`.
@@ -140,7 +164,7 @@ impl RayScene<'_> {
             facet: DARK,
             point: origin,
         };
-        let Some(hit) = self.bvh.first_hit(origin, way) else {
+        let Some(hit) = self.first_hit(origin, way) else {
             return (nowhere, f64::INFINITY);
         };
         // On the facet's plane, more exactly than single precision has it.
@@ -364,7 +388,13 @@ impl<'a> CellFinder<'a> {
         work.progress.report("cells", GENERATIONS, GENERATIONS);
         let count = self.asked.len();
         drop(self.table);
-        Ok(sorted(&self.scene.surfaces.facets, count, &all, &rays))
+        Ok(sorted(
+            self.scene,
+            self.settings.sides[0],
+            count,
+            &all,
+            &rays,
+        ))
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
@@ -397,8 +427,14 @@ impl<'a> CellFinder<'a> {
     }
 }
 
-/// Points by cell, with each cell's rays together.
-fn sorted(facets: &[Facet], count: usize, all: &[CellPoint], rays: &Lists<u32>) -> Cells {
+/// Points by cell, with each cell's rays together; textures are averaged over `side` at each point.
+fn sorted(
+    scene: RayScene<'_>,
+    side: f64,
+    count: usize,
+    all: &[CellPoint],
+    rays: &Lists<u32>,
+) -> Cells {
     let mut starts = vec![0_u32; count + 1];
     all.iter().for_each(|p| starts[p.cell as usize + 1] += 1);
     for cell in 0..count {
@@ -422,8 +458,20 @@ fn sorted(facets: &[Facet], count: usize, all: &[CellPoint], rays: &Lists<u32>) 
     let mut reflectance = vec![[0.0; 3]; count];
     let points: Vec<CellPoint> = order.iter().map(|&i| all[i as usize]).collect();
     for p in &points {
-        let own = facets[p.facet as usize].reflectance;
-        reflectance[p.cell as usize] = own.map(|r| r as f32);
+        let facet = &scene.surfaces.facets[p.facet as usize];
+        let to = &mut reflectance[p.cell as usize];
+        if scene.surfaces.texture(facet.material).is_none() {
+            *to = facet.reflectance.map(|r| r as f32);
+            continue;
+        }
+        let sides = || frame(facet.normal).map(|way| way * side);
+        let own = scene
+            .surfaces
+            .reflectance_at(facet, p.place(scene).point, sides);
+        let share = 1.0 / (starts[p.cell as usize + 1] - starts[p.cell as usize]).max(1) as f32;
+        to.iter_mut()
+            .zip(own)
+            .for_each(|(to, own)| *to += share * own as f32);
     }
     Cells {
         points,

@@ -92,14 +92,22 @@ impl DirectLight<'_> {
             return;
         };
         let facet = &scene.surfaces.facets[place.facet as usize];
-        let reflectance = facet.reflectance.map(|r| r as f32);
-        let highest = facet.highest_reflectance() as f32;
-        let here = (place.point, facet.normal);
-        let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         let footprint = || {
             let weight = 1.0 / f64::from(self.rays.step.first);
             footprint(self.rays.camera, place.point, facet.normal, weight)
         };
+        let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
+        let reflectance = reflectance.map(|r| r as f32);
+        let highest = reflectance.iter().copied().fold(0.0, f32::max);
+        let here = match facet.is_smooth() {
+            // What the normal faces may be below the facet: rays there meet the facet itself.
+            true => (
+                place.point + facet.normal * scene.offset,
+                facet.normal_at(place.point),
+            ),
+            false => (place.point, facet.normal),
+        };
+        let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {
             if k >= *end {
                 continue;

@@ -116,7 +116,7 @@ impl<'a> Emitter<'a> {
                     light *= projector.share(point, footprint());
                 }
                 let from = point + normal * scene.offset;
-                let is_lit = light > 0.0 && !scene.bvh.is_blocked(from, beam.position - from);
+                let is_lit = light > 0.0 && !scene.is_blocked(from, beam.position - from);
                 Sample {
                     unoccluded: light,
                     sampled: light,

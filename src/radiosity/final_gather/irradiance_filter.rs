@@ -16,6 +16,8 @@ use rayon::prelude::*;
 const REACH: usize = 6;
 /// Cosine between normals that count as one surface.
 const ALIKE: f64 = 0.9;
+/// The same between facets that are shaded by normals of corners.
+const ROUND: f64 = 0.5;
 /// Rays shorter than this count as so long, metres.
 const LEAST: f64 = 1e-3;
 
@@ -29,7 +31,12 @@ pub fn differ(surfaces: &Surfaces, [a, b]: [u32; 2]) -> bool {
 
 /// Are two facets of one material and about one direction?
 fn is_one_surface(a: &Facet, b: &Facet) -> bool {
-    a.material == b.material && a.normal.dot(b.normal) >= ALIKE
+    let least = if a.is_smooth() && b.is_smooth() {
+        ROUND
+    } else {
+        ALIKE
+    };
+    a.material == b.material && a.normal.dot(b.normal) >= least
 }
 
 /// A pixel that shows one material of about one direction.
@@ -59,7 +66,7 @@ impl SmoothPixel {
                 return None;
             }
             point += place.point;
-            normal += own.normal;
+            normal += own.normal_at(place.point);
         }
         let point = point / places.len() as f64;
         let normal = normal.normalized();

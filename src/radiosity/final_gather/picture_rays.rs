@@ -4,6 +4,7 @@
 //! This module does not depend on lights.
 
 use crate::geometry::Vec3;
+use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::{
     CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
 };
@@ -39,6 +40,8 @@ pub struct Gathered {
     pub cells: Lists<u32>,
     /// Of each pixel its rays by the material that they leave, in the order of its cells.
     pub runs: Lists<Run>,
+    /// Mean reflectance of the textures that pixels show.
+    pub paints: Vec<[f32; 3]>,
     /// Pixels that show one smooth surface.
     pub smooth: Vec<Option<SmoothPixel>>,
 }
@@ -48,6 +51,7 @@ impl Gathered {
     pub fn bytes(&self) -> usize {
         let lists = size_of_val(self.cells.items()) + size_of_val(self.runs.items());
         lists
+            + size_of_val(self.paints.as_slice())
             + 8 * (2 * self.cells.count() + self.rows.len())
             + self.smooth.len() * size_of::<Option<SmoothPixel>>()
     }
@@ -59,6 +63,8 @@ pub struct Run {
     /// One of the facets that they leave, or [`DARK`].
     pub facet: u32,
     pub rays: u32,
+    /// Index of the reflectance of a texture there; [`DARK`] without one.
+    pub paint: u32,
 }
 
 /// The camera's rays.
@@ -186,11 +192,17 @@ impl PictureRays<'_> {
                 finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
                 out.cells.push(cells.iter().copied());
                 let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
+                let pixel = rows[at / width] * width + at % width;
+                let paints = &mut out.paints;
                 out.runs.push(alike.map(|some| Run {
                     facet: some[0].1,
                     rays: some.len() as u32,
+                    paint: self.paint(seen, pixel, some[0].1).map_or(DARK, |paint| {
+                        paints.push(paint);
+                        paints.len() as u32 - 1
+                    }),
                 }));
-                out.smooth[rows[at / width] * width + at % width] = smooth;
+                out.smooth[pixel] = smooth;
             }
             for row in rows {
                 out.rows[*row] = done;
@@ -209,6 +221,36 @@ impl PictureRays<'_> {
         let pixels = seen.chunks_exact(self.step.first as usize);
         let mixed = pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64;
         self.step.rays_of_mixed(mixed, self.size)
+    }
+
+    /// Mean reflectance of a texture in a pixel, where a facet of its material is one of those that the
+    /// pixel shows.
+    fn paint(&self, seen: &[u32], pixel: usize, facet: u32) -> Option<[f32; 3]> {
+        let surfaces = self.scene.surfaces;
+        let shown = surfaces.facets.get(facet as usize)?;
+        surfaces.texture(shown.material)?;
+        let first = self.step.first as usize;
+        let own = &seen[pixel * first..(pixel + 1) * first];
+        let (mut sum, mut count) = ([0.0; 3], 0.0);
+        for (k, facet) in (0..).zip(own) {
+            let Some(place) = self.on_facet(pixel, k, *facet) else {
+                continue;
+            };
+            let facet = &surfaces.facets[place.facet as usize];
+            if facet.material == shown.material {
+                let sides =
+                    || footprint(self.camera, place.point, facet.normal, 1.0 / first as f64);
+                let found = surfaces.reflectance_at(facet, place.point, sides);
+                sum.iter_mut().zip(found).for_each(|(s, r)| *s += r);
+                count += 1.0;
+            }
+        }
+        let mean = if count > 0.0 {
+            sum.map(|s| s / count)
+        } else {
+            shown.reflectance
+        };
+        Some(mean.map(|r| r as f32))
     }
 
     /// The rays of a pixel with the facets that they leave, and what is smooth there.
@@ -232,8 +274,13 @@ impl PictureRays<'_> {
                 return (Landing::NOWHERE, DARK);
             };
             let index = self.index(pixel).wrapping_add(ray);
-            let normal = self.scene.surfaces.facets[place.facet as usize].normal;
-            let way = cosine_direction(normal, point(index, SEED_WAY));
+            let facet = &self.scene.surfaces.facets[place.facet as usize];
+            let mut way = cosine_direction(facet.normal_at(place.point), point(index, SEED_WAY));
+            let height = way.dot(facet.normal);
+            if height < 0.0 {
+                // What lies below the facet is not seen: the mirror image of the ray is.
+                way = way - facet.normal * (2.0 * height);
+            }
             let landing = settings.land(self.scene, place, way, point(index, SEED_CELL));
             (landing, place.facet)
         };

@@ -10,10 +10,12 @@
 )]
 
 use crate::geometry::{Vec3, diameter, newell};
+use crate::hash::mix;
 use crate::radiosity::geometry::solid::Solids;
 use crate::renderer::TransportError;
-use crate::scene::Scene;
 use crate::scene::import::FAR;
+use crate::scene::texture::Texture;
+use crate::scene::{Material, Scene, Shading};
 use std::sync::OnceLock;
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
@@ -37,6 +39,8 @@ pub struct Facet {
     pub reflectance: [f64; 3],
     /// Range of its pieces in [`Surfaces::pieces`].
     pub pieces: std::ops::Range<usize>,
+    /// What varies over it.
+    pub shading: Option<Box<Shading>>,
 }
 
 impl Facet {
@@ -70,6 +74,19 @@ pub struct Edge {
 }
 
 impl Facet {
+    /// Is it shaded by a normal that varies?
+    pub fn is_smooth(&self) -> bool {
+        self.shading.as_ref().is_some_and(|s| s.normal.is_some())
+    }
+
+    /// The unit normal to shade by at a point of it.
+    pub fn normal_at(&self, point: Vec3) -> Vec3 {
+        match &self.shading {
+            Some(shading) => shading.normal(point, self.normal),
+            None => self.normal,
+        }
+    }
+
     /// True when it reflects nothing in any channel.
     pub fn is_black(&self) -> bool {
         self.reflectance.iter().all(|r| *r == 0.0)
@@ -119,6 +136,10 @@ pub struct Surfaces {
     pub(in crate::radiosity) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,
+    /// Of each material.
+    textures: Vec<Option<Texture>>,
+    /// Does light pass through some of them?
+    pub is_cut: bool,
 }
 
 impl Surfaces {
@@ -154,7 +175,9 @@ impl Surfaces {
                     "polygon {i} has a vertex more than {FAR:e} m away: nothing of the stage would be left beside it"
                 )));
             }
-            facets.extend(facet(&polygon.vertices, polygon.material, reflectance));
+            let shading = polygon.shading.clone();
+            let own = facet(&polygon.vertices, polygon.material, reflectance);
+            facets.extend(own.map(|own| Facet { shading, ..own }));
         }
         facets.sort_by(|a, b| b.area.total_cmp(&a.area));
         let mut pieces = Vec::new();
@@ -171,12 +194,88 @@ impl Surfaces {
             );
             f.pieces = start..pieces.len();
         }
-        Ok(Surfaces {
+        let mut surfaces = Surfaces {
             size: diameter(facets.iter().flat_map(|f| &f.vertices)),
             facets,
             pieces,
             solids: OnceLock::new(),
-        })
+            textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
+            is_cut: scene.materials.iter().any(Material::is_cut),
+        };
+        for facet in 0..surfaces.facets.len() {
+            if let Some(mean) = surfaces.mean_reflectance(facet) {
+                surfaces.facets[facet].reflectance = mean;
+            }
+        }
+        Ok(surfaces)
+    }
+
+    /// The texture of a material.
+    pub fn texture(&self, material: usize) -> Option<&Texture> {
+        self.textures.get(material).and_then(Option::as_ref)
+    }
+
+    /// Reflectance at a point of a facet, averaged over a parallelogram of these sides.
+    pub fn reflectance_at(
+        &self,
+        facet: &Facet,
+        point: Vec3,
+        footprint: impl FnOnce() -> [Vec3; 2],
+    ) -> [f64; 3] {
+        let texture = self.texture(facet.material);
+        let Some((texture, shading)) = texture.zip(facet.shading.as_deref()) else {
+            return facet.reflectance;
+        };
+        texture.reflectance(shading.place(point), shading.sides(footprint()))
+    }
+
+    /// Mean of a facet's texture over it.
+    fn mean_reflectance(&self, facet: usize) -> Option<[f64; 3]> {
+        const PARTS: usize = 4;
+        let own = &self.facets[facet];
+        self.texture(own.material)?;
+        own.shading.as_ref()?;
+        let (mut sum, mut area) = ([0.0; 3], 0.0);
+        for piece in &self.pieces[own.pieces.clone()] {
+            let first = piece.vertices[0];
+            for pair in piece.vertices[1..].windows(2) {
+                let (a, b) = (pair[0] - first, pair[1] - first);
+                let weight = a.cross(b).length();
+                let sides = [a / PARTS as f64, b / PARTS as f64];
+                // The middles of equal parts, all upright ones and those between.
+                for i in 0..PARTS {
+                    for j in 0..2 * (PARTS - i) - 1 {
+                        let (row, third) = (j / 2, if j % 2 == 0 { 1.0 } else { 2.0 } / 3.0);
+                        let at = |n: usize| (n as f64 + third) / PARTS as f64;
+                        let point = first + a * at(i) + b * at(row);
+                        let found = self.reflectance_at(own, point, || sides);
+                        sum.iter_mut()
+                            .zip(found)
+                            .for_each(|(s, r)| *s += weight * r);
+                        area += weight;
+                    }
+                }
+            }
+        }
+        (area > 0.0).then(|| sum.map(|s| s / area))
+    }
+
+    /// Does light pass through a facet where a ray meets it? What is half transparent lets some rays
+    /// through, the same in any company, through a front and its back alike.
+    pub fn lets_through(&self, facet: u32, point: Vec3, way: Vec3) -> bool {
+        let Some(own) = self.facets.get(facet as usize) else {
+            return false;
+        };
+        let texture = self.texture(own.material).filter(|t| t.is_cut());
+        let Some((texture, shading)) = texture.zip(own.shading.as_deref()) else {
+            return false;
+        };
+        let bits = [way.x, way.y, way.z].map(f64::to_bits);
+        let seed = bits
+            .iter()
+            .fold(u64::from(shading.sheet), |s, b| mix(s ^ b));
+        let random = (seed >> 11) as f64 / (1_u64 << 53) as f64;
+        !texture.stops(shading.place(point), random)
     }
 
     /// Of polygons that reflect one half, for tests.
@@ -184,10 +283,7 @@ impl Surfaces {
     pub fn grey(polygons: Vec<Vec<Vec3>>) -> Surfaces {
         use crate::scene::{Material, Polygon};
         use crate::units::Rgb;
-        let polygon = |vertices| Polygon {
-            vertices,
-            material: 0,
-        };
+        let polygon = |vertices| Polygon::new(vertices, 0);
         let scene = Scene {
             materials: vec![Material::diffuse("grey", Rgb([0.5; 3]))],
             polygons: polygons.into_iter().map(polygon).collect(),
@@ -231,6 +327,7 @@ fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Fa
         material,
         reflectance,
         pieces: 0..0,
+        shading: None,
     };
     let longest = facet.rim().map(|e| e.length).fold(0.0, f64::max);
     facet.width = area / longest;
@@ -310,6 +407,10 @@ fn is_ear(rest: &[Vec3], i: usize, normal: Vec3) -> bool {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
+    use crate::scene::Polygon;
+    use crate::scene::shading::Corner;
+    use crate::scene::texture::{Alpha, Pixels, Wrap};
+    use crate::units::Rgb;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
@@ -361,6 +462,57 @@ mod tests {
             let total: f64 = parts.iter().map(|p| area(p)).sum();
             assert!((total - area(&polygon)).abs() < 1e-12);
         }
+    }
+
+    /// A unit square of a material with a texture of two texels, the left one white.
+    fn painted(alpha: Alpha, codes: [[u8; 4]; 2]) -> Surfaces {
+        let texture = Texture {
+            pixels: std::sync::Arc::new(Pixels::new([2, 1], &codes)),
+            wrap: [Wrap::Clamp; 2],
+            ..Texture::plain([1.0; 4], alpha)
+        };
+        let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| Corner {
+            point: vec3(x, y, 0.0),
+            normal: None,
+            place: Some([x, y]),
+        });
+        let polygon = Polygon {
+            shading: Shading::of_corners(&corners).unwrap().map(Box::new),
+            ..Polygon::new(corners.map(|c| c.point).to_vec(), 0)
+        };
+        let mut material = Material::diffuse("cloth", Rgb([0.5; 3]));
+        material.texture = Some(texture);
+        let mut scene = Scene {
+            materials: vec![material],
+            polygons: vec![polygon],
+        };
+        scene.number_sheets();
+        Surfaces::new(&scene).unwrap()
+    }
+
+    #[test]
+    fn a_facet_reflects_its_textures_mean_and_each_point_its_own() {
+        let surfaces = painted(Alpha::Opaque, [[255; 4], [0, 0, 0, 255]]);
+        let facet = &surfaces.facets[0];
+        assert!((facet.reflectance[0] - 0.5).abs() < 1e-3, "{facet:?}");
+        let at = |x: f64| surfaces.reflectance_at(facet, vec3(x, 0.5, 0.0), || [Vec3::ZERO; 2])[1];
+        assert!(at(0.2) > 0.999 && at(0.8) < 1e-3);
+        assert!(!surfaces.is_cut);
+    }
+
+    #[test]
+    fn half_transparent_lets_half_of_the_rays_through_and_a_back_the_same_ones() {
+        let surfaces = painted(Alpha::Blend, [[255, 255, 255, 128]; 2]);
+        let way = |i: u32| vec3(0.1, f64::from(i) * 1e-3, -1.0);
+        let passes = |i: &u32| surfaces.lets_through(0, vec3(0.3, 0.3, 0.0), way(*i));
+        let count = (0..10_000).filter(passes).count();
+        assert!(
+            (count as f64 / 10_000.0 - 127.0 / 255.0).abs() < 0.02,
+            "{count}"
+        );
+        let mask = painted(Alpha::Mask(0.5), [[255; 4], [255, 255, 255, 0]]);
+        let at = |x: f64| mask.lets_through(0, vec3(x, 0.5, 0.0), way(0));
+        assert!(!at(0.2) && at(0.8));
     }
 
     #[test]

@@ -4,24 +4,31 @@ use gltf_json::Accessor;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::validation::Checked;
 
-use super::container::Document;
+use super::container::{Document, range};
 use super::{Fault, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, entry, place};
-use crate::geometry::{Vec3, vec3};
 
-/// Vertex positions: three floats each, or integers as KHR_mesh_quantization allows.
-pub fn positions(document: &Document<'_>, index: usize) -> Result<Vec<Vec3>, Fault> {
+/// Vectors of `N` numbers, as floats or integers: positions, normals, places in textures, transforms.
+pub fn vectors<const N: usize>(
+    document: &Document<'_>,
+    index: usize,
+) -> Result<Vec<[f64; N]>, Fault> {
     let source = Source::new(document, index)?;
-    let kind = match source.kind {
-        (Type::Vec3, kind) if kind != ComponentType::U32 => kind,
-        other => return Err(source.kind_fault("positions of three numbers", other)),
-    };
+    let (shape, kind) = source.kind;
+    let is_vector = matches!(shape, Type::Vec2 | Type::Vec3 | Type::Vec4);
+    if !is_vector || shape.multiplicity() != N || kind == ComponentType::U32 {
+        let wanted = match N {
+            2 => "places of two numbers",
+            3 => "positions of three numbers",
+            _ => "vectors of four numbers",
+        };
+        return Err(source.kind_fault(wanted, source.kind));
+    }
     let normalized = source.accessor.normalized;
     let read = |bytes: &[u8]| {
         let mut parts = bytes.chunks_exact(kind.size());
-        let mut next = || parts.next().map_or(0.0, |b| number(b, kind, normalized));
-        vec3(next(), next(), next())
+        [0.0; N].map(|_: f64| parts.next().map_or(0.0, |b| number(b, kind, normalized)))
     };
-    source.elements(VERTEX_LIMIT, "vertices", Vec3::ZERO, read)
+    source.elements(VERTEX_LIMIT, "vertices", [0.0; N], read)
 }
 
 /// Vertex indices of a primitive.
@@ -165,14 +172,10 @@ impl<'d> Source<'d> {
         count: usize,
         size: usize,
     ) -> Result<impl Iterator<Item = &'d [u8]>, Fault> {
-        let root = &self.document.root;
         let index = view;
-        let view = entry(&root.buffer_views, index, "bufferView", || self.place())?;
-        let at = || place("bufferView", index, view.name.as_ref());
-        let buffer = entry(&self.document.buffers, view.buffer.value(), "buffer", at)?;
-        let start = view.byte_offset.unwrap_or_default().0;
-        let bytes = range(buffer, start, view.byte_length.0).map_err(|e| Fault::new(at(), e))?;
-        let stride = view.byte_stride.map_or(size, |s| s.0);
+        let (bytes, stride) = self.document.view(index, || self.place())?;
+        let stride = stride.unwrap_or(size);
+        let at = || place("bufferView", index, None);
         if stride < size {
             return Err(Fault::new(
                 at(),
@@ -193,15 +196,4 @@ impl<'d> Source<'d> {
             .filter_map(move |c| c.get(..size))
             .take(count))
     }
-}
-
-/// `length` bytes from `start`.
-fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], PartError> {
-    let end = start.saturating_add(length);
-    let short = PartError::Short {
-        needed: end,
-        found: bytes.len() as u64,
-    };
-    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
-    range.and_then(|(s, e)| bytes.get(s..e)).ok_or(short)
 }

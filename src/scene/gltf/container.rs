@@ -2,12 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use base64::alphabet;
 use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
 
-use super::{Fault, PartError, Root, place};
+use super::{Fault, PartError, Root, entry, meshopt, place};
 use crate::files::Files;
 use crate::scene::import::SceneError;
 
@@ -17,7 +17,7 @@ const JSON_LIMIT: usize = 32 << 20;
 const OBJECT_LIMIT: usize = 200_000;
 const VALUE_LIMIT: usize = 4_000_000;
 /// Bytes of all buffers together.
-const BUFFER_LIMIT: usize = 256 << 20;
+pub const BUFFER_LIMIT: usize = 256 << 20;
 
 /// Padded or not; bits behind the last whole byte are ignored.
 const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
@@ -26,20 +26,28 @@ const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
 
 /// Extensions that a file may require: those that are read, and those that change nothing of what
 /// is read.
-const KNOWN: [&str; 14] = [
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
-    "KHR_texture_basisu",
+const KNOWN: [&str; 22] = [
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
     "EXT_texture_webp",
-    "KHR_materials_unlit",
-    "KHR_materials_ior",
-    "KHR_materials_specular",
-    "KHR_materials_clearcoat",
-    "KHR_materials_sheen",
+    "KHR_draco_mesh_compression",
+    "KHR_lights_punctual",
     "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
     "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
 
@@ -47,8 +55,13 @@ const KNOWN: [&str; 14] = [
 pub struct Document<'b> {
     /// The description.
     pub root: Root,
-    /// Each as long as the description says at least.
-    pub buffers: Vec<Cow<'b, [u8]>>,
+    /// Each as long as the description says at least, but those that only stand for what is
+    /// compressed.
+    buffers: Vec<Cow<'b, [u8]>>,
+    /// What was compressed, by its buffer view, with the stride.
+    unpacked: BTreeMap<usize, (Vec<u8>, usize)>,
+    /// Files beside it and data in it that are not buffers.
+    folder: PathBuf,
 }
 
 impl<'b> Document<'b> {
@@ -61,16 +74,83 @@ impl<'b> Document<'b> {
         let fault = |f: Fault| f.of_file(path);
         let (json, binary) = chunks(bytes).map_err(fault)?;
         let root = parse(json).map_err(fault)?;
-        let buffers = Fetch {
+        let folder = Path::new(path).parent().unwrap_or(Path::new(""));
+        let mut fetch = Fetch {
             files,
-            folder: Path::new(path).parent().unwrap_or(Path::new("")),
+            folder,
             path,
             fetched: BTreeMap::new(),
             left: BUFFER_LIMIT,
-        }
-        .all(&root, binary)?;
-        Ok(Document { root, buffers })
+        };
+        let mut document = Document {
+            buffers: fetch.all(&root, binary)?,
+            root,
+            unpacked: BTreeMap::new(),
+            folder: folder.to_owned(),
+        };
+        document.unpacked = meshopt::unpack(&document, fetch.left).map_err(fault)?;
+        Ok(document)
     }
+
+    /// The bytes of a buffer view and its stride, if it has one.
+    pub fn view(
+        &self,
+        index: usize,
+        from: impl FnOnce() -> String,
+    ) -> Result<(&[u8], Option<usize>), Fault> {
+        let view = entry(&self.root.buffer_views, index, "bufferView", from)?;
+        if let Some((bytes, stride)) = self.unpacked.get(&index) {
+            return Ok((bytes, Some(*stride)));
+        }
+        let at = || place("bufferView", index, view.name.as_ref());
+        let start = view.byte_offset.unwrap_or_default().0;
+        let bytes = self.part(view.buffer.value(), (start, view.byte_length.0), at)?;
+        Ok((bytes, view.byte_stride.map(|s| s.0)))
+    }
+
+    /// Bytes of a buffer from an offset on.
+    pub fn part(
+        &self,
+        buffer: usize,
+        (start, length): (u64, u64),
+        from: impl Fn() -> String,
+    ) -> Result<&[u8], Fault> {
+        let buffer = entry(&self.buffers, buffer, "buffer", &from)?;
+        range(buffer, start, length).map_err(|e| Fault::new(from(), e))
+    }
+
+    /// The content of an image, and what it is called; what cannot be read is no image.
+    pub fn image(&self, files: &dyn Files, image: &gltf_json::Image) -> Result<Vec<u8>, String> {
+        match (&image.uri, image.buffer_view) {
+            (Some(uri), _) if uri.starts_with("data:") => data(uri).map_err(|e| e.to_string()),
+            (Some(uri), _) => {
+                let name = decoded(uri).filter(|_| !uri.contains(':'));
+                let name = name.ok_or_else(|| "it is not next to the stage".to_owned())?;
+                let path = self.folder.join(name.replace('\\', "/"));
+                files
+                    .read(&path.to_string_lossy())
+                    .map_err(|e| e.to_string())
+            }
+            (None, Some(view)) => {
+                let found = self.view(view.value(), || "an image".to_owned());
+                found
+                    .map(|(bytes, _)| bytes.to_vec())
+                    .map_err(|fault| fault.reason.to_string())
+            }
+            (None, None) => Err("it has no content".to_owned()),
+        }
+    }
+}
+
+/// `length` bytes from `start`.
+pub fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], PartError> {
+    let end = start.saturating_add(length);
+    let short = PartError::Short {
+        needed: end,
+        found: bytes.len() as u64,
+    };
+    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
+    range.and_then(|(s, e)| bytes.get(s..e)).ok_or(short)
 }
 
 /// The JSON of a file, and its binary chunk when it is a GLB.
@@ -179,20 +259,26 @@ struct Fetch<'f> {
 
 impl Fetch<'_> {
     fn all<'b>(
-        mut self,
+        &mut self,
         root: &Root,
         binary: Option<&'b [u8]>,
     ) -> Result<Vec<Cow<'b, [u8]>>, SceneError> {
-        let mut buffers = Vec::with_capacity(root.buffers.len());
+        let mut buffers: Vec<Cow<'b, [u8]>> = Vec::with_capacity(root.buffers.len());
+        let path = self.path;
         for (i, buffer) in root.buffers.iter().enumerate() {
             let fault = |reason| {
                 let at = place("buffer", i, buffer.name.as_ref());
-                Fault::new(at, reason).of_file(self.path)
+                Fault::new(at, reason).of_file(path)
             };
             let content = match (&buffer.uri, binary) {
                 (Some(uri), _) if uri.starts_with("data:") => Cow::Owned(data(uri).map_err(fault)?),
                 (Some(uri), _) => Cow::Owned(self.file(uri, fault)?),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
+                // It only says how long what is compressed will be.
+                (None, _) if meshopt::is_placeholder(root, buffer) => {
+                    buffers.push(Cow::Borrowed([].as_slice()));
+                    continue;
+                }
                 (None, _) => return Err(fault(PartError::Lacks("content"))),
             };
             self.left = self

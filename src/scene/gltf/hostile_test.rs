@@ -15,7 +15,8 @@ fn import_bytes(bytes: Vec<u8>) -> Result<Import, SceneError> {
     read(
         &Memory::default().with("a.glb", bytes),
         "a.glb",
-        Options::default(),
+        &Options::default(),
+        usize::MAX,
     )
 }
 

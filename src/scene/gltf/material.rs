@@ -1,54 +1,118 @@
-//! Materials: names, diffuse reflectance, emitted luminance.
+//! Materials: names, diffuse reflectance with its textures, emitted luminance.
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use gltf_json::extensions::texture::TextureTransform;
+use gltf_json::material::AlphaMode;
+use gltf_json::texture::{Info, WrappingMode};
+use gltf_json::validation::Checked;
 use gltf_json::{Material as Described, Root};
 
-use super::{Fault, LeftOut, PartError, place};
+use super::container::Document;
+use super::{Fault, LeftOut, PartError, UNSTATED, place};
+use crate::files::Files;
 use crate::scene::Material;
+use crate::scene::texture::reader::TextureReader;
+use crate::scene::texture::{Alpha, Texture, Wrap};
 use crate::units::Rgb;
 
-/// What a texture leaves of a material's factor. Textures are not read; images of surfaces are a
-/// half on average rather than one, which is what the factor beside them usually says, and at one a
-/// closed room would never get dark.
-const TEXTURED: f64 = 0.5;
-
-/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
-const UNSTATED: f64 = 0.8;
+/// What a texture that cannot be read leaves of a material's factor. Images of surfaces are a half on
+/// average rather than one, which is what the factor beside them usually says, and at one a closed
+/// room would never get dark.
+const UNREAD: f64 = 0.5;
 
 /// The materials of a file, the one for primitives without any last.
 pub struct Materials {
     pub materials: Vec<Material>,
     pub double_sided: Vec<bool>,
+    /// Of those with a texture how corners' places become places in the image.
+    pub places: Vec<Option<Places>>,
     pub left_out: LeftOut,
 }
 
+/// Where the corners' places in a texture stand, and how they are moved (KHR_texture_transform).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places {
+    /// Number of the attribute TEXCOORD.
+    pub set: u32,
+    rows: [[f64; 3]; 2],
+}
+
+impl Places {
+    fn of(info: &Info) -> Places {
+        let extensions = info.extensions.as_ref();
+        let default = TextureTransform::default();
+        let moved = extensions.and_then(|e| e.texture_transform.as_ref());
+        let set = moved.and_then(|t| t.tex_coord).unwrap_or(info.tex_coord);
+        let TextureTransform {
+            offset,
+            rotation,
+            scale,
+            ..
+        } = moved.unwrap_or(&default);
+        let ([x, y], [u, v]) = (offset.0.map(f64::from), scale.0.map(f64::from));
+        let (sine, cosine) = f64::from(rotation.0).sin_cos();
+        Places {
+            set,
+            rows: [[cosine * u, sine * v, x], [-sine * u, cosine * v, y]],
+        }
+    }
+
+    /// The place in the image.
+    pub fn moved(&self, [u, v]: [f64; 2]) -> [f64; 2] {
+        self.rows.map(|[a, b, c]| a * u + b * v + c)
+    }
+}
+
 /// All materials, used or not, because a show may name them.
-pub fn all(root: &Root) -> Result<Materials, Fault> {
+pub fn all(
+    files: &dyn Files,
+    document: &Document<'_>,
+    textures: &mut TextureReader,
+) -> Result<Materials, Fault> {
+    let root = &document.root;
     let mut out = Materials {
         materials: Vec::new(),
         double_sided: Vec::new(),
+        places: Vec::new(),
         left_out: BTreeSet::new(),
     };
     let mut names = Names::of(root);
     for (i, described) in root.materials.iter().enumerate() {
         let name = names.next(described.name.as_deref(), &format!("material.{i}"));
         let fault = |e| Fault::new(place("material", i, described.name.as_ref()), e);
-        if described
-            .pbr_metallic_roughness
-            .base_color_texture
-            .is_some()
-        {
-            let half = format!(
-                "the texture of `{name}`: it reflects half of its factor; `surface` can say more"
-            );
-            out.left_out.insert(half);
-        }
-        out.materials.push(Material {
-            reflectance: reflectance(described).map_err(fault)?,
-            emission: emission(described).map_err(fault)?,
-            name,
+        let base = Base::of(described).map_err(fault)?;
+        let read = |info: &Info| image(files, document, textures, info);
+        let image = base.texture.map(read).transpose();
+        let image = image.unwrap_or_else(|reason| {
+            out.left_out.insert(format!(
+                "the texture of `{name}`: {reason}; it reflects half of its factor, and \
+                 `surface` can say more"
+            ));
+            None
         });
+        let unread = base.texture.is_some() && image.is_none();
+        let [r, g, b, a] = base.factor;
+        let share = if unread { UNREAD } else { 1.0 };
+        let mut material = Material {
+            emission: emission(described).map_err(fault)?,
+            ..Material::diffuse(name, Rgb([r, g, b].map(|c| c * share)))
+        };
+        let alpha = alpha(described);
+        if let Some(image) = image {
+            let texture = Texture {
+                factor: base.factor,
+                alpha,
+                ..image
+            };
+            material.reflectance = Rgb(texture.mean_reflectance());
+            material.texture = Some(texture);
+        } else if a < 1.0 && alpha != Alpha::Opaque {
+            material.texture = Some(Texture::plain([r * share, g * share, b * share, a], alpha));
+        }
+        out.places
+            .push(material.texture.as_ref().and(base.texture).map(Places::of));
+        out.materials.push(material);
         out.double_sided.push(described.double_sided);
     }
     out.materials.push(Material::diffuse(
@@ -56,7 +120,96 @@ pub fn all(root: &Root) -> Result<Materials, Fault> {
         Rgb([UNSTATED; 3]),
     ));
     out.double_sided.push(false);
+    out.places.push(None);
     Ok(out)
+}
+
+/// A diffuse colour and its texture, of either model of materials.
+struct Base<'d> {
+    factor: [f64; 4],
+    texture: Option<&'d Info>,
+}
+
+impl Base<'_> {
+    fn of(described: &Described) -> Result<Base<'_>, PartError> {
+        let extensions = described.extensions.as_ref();
+        let glossy = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref());
+        let metallic = &described.pbr_metallic_roughness;
+        let (factor, texture) = match glossy {
+            Some(glossy) => (glossy.diffuse_factor.0, glossy.diffuse_texture.as_ref()),
+            None => (
+                metallic.base_color_factor.0,
+                metallic.base_color_texture.as_ref(),
+            ),
+        };
+        let mut factor = factor.map(f64::from);
+        // What is let through is not stopped.
+        let [.., stopped] = &mut factor;
+        *stopped *= 1.0 - transmission(described);
+        match factor.iter().find(|c| !(0.0..=1.0).contains(*c)) {
+            Some(bad) => Err(PartError::Range {
+                what: "base colour",
+                value: *bad,
+                range: "0 to 1",
+            }),
+            None => Ok(Base { factor, texture }),
+        }
+    }
+}
+
+/// Share of the light that a glass lets through.
+fn transmission(described: &Described) -> f64 {
+    let extensions = described.extensions.as_ref();
+    let glass = extensions.and_then(|e| e.transmission.as_ref());
+    glass.map_or(0.0, |glass| f64::from(glass.transmission_factor.0))
+}
+
+fn alpha(described: &Described) -> Alpha {
+    match described.alpha_mode {
+        Checked::Valid(AlphaMode::Mask) => {
+            let least = described.alpha_cutoff.as_ref().map_or(0.5, |c| c.0);
+            Alpha::Mask(f64::from(least))
+        }
+        Checked::Valid(AlphaMode::Blend) => Alpha::Blend,
+        _ if transmission(described) > 0.0 => Alpha::Blend,
+        _ => Alpha::Opaque,
+    }
+}
+
+/// The texture that a material refers to, without factor and transparency.
+fn image(
+    files: &dyn Files,
+    document: &Document<'_>,
+    textures: &mut TextureReader,
+    info: &Info,
+) -> Result<Texture, String> {
+    let root = &document.root;
+    let missing = || "it does not exist".to_owned();
+    let texture = root.textures.get(info.index.value()).ok_or_else(missing)?;
+    let index = texture.source.value();
+    let image = root
+        .images
+        .get(index)
+        .ok_or_else(|| match &texture.extensions {
+            Some(e) if !e.others.is_empty() => "it is neither PNG nor JPEG".to_owned(),
+            _ => missing(),
+        })?;
+    let pixels = textures.read(&format!("image {index}"), || document.image(files, image))?;
+    let sampler = texture.sampler.and_then(|s| root.samplers.get(s.value()));
+    let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [&s.wrap_s, &s.wrap_t].map(wrap));
+    Ok(Texture {
+        pixels,
+        wrap,
+        ..Texture::plain([1.0; 4], Alpha::Opaque)
+    })
+}
+
+fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
+    match mode {
+        Checked::Valid(WrappingMode::ClampToEdge) => Wrap::Clamp,
+        Checked::Valid(WrappingMode::MirroredRepeat) => Wrap::Mirror,
+        _ => Wrap::Repeat,
+    }
 }
 
 /// Gives every material a name of its own, so that a show can say which it means: those without
@@ -102,25 +255,6 @@ impl Names {
                 return name;
             }
         }
-    }
-}
-
-fn reflectance(described: &Described) -> Result<Rgb, PartError> {
-    let pbr = &described.pbr_metallic_roughness;
-    let [r, g, b, _] = pbr.base_color_factor.0.map(f64::from);
-    let share = if pbr.base_color_texture.is_some() {
-        TEXTURED
-    } else {
-        1.0
-    };
-    let factor = [r, g, b];
-    match factor.iter().find(|c| !(0.0..=1.0).contains(*c)) {
-        Some(bad) => Err(PartError::Range {
-            what: "base colour",
-            value: *bad,
-            range: "0 to 1",
-        }),
-        None => Ok(Rgb(factor.map(|c| c * share))),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use gltf_json::{Node, Root};
 
-use super::{Fault, PartError, entry, place};
+use super::container::Document;
+use super::{Fault, PartError, TRIANGLE_LIMIT, accessor, entry, place};
 use crate::geometry::{Vec3, vec3};
 
 /// Turning, stretching and moving.
@@ -35,6 +36,13 @@ impl Affine {
         self.direction(p) + self.origin
     }
 
+    /// The image of a normal; not normalised.
+    pub fn normal(&self, n: Vec3) -> Vec3 {
+        let [x, y, z] = self.axes;
+        let moved = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
+        if self.mirrors() { -moved } else { moved }
+    }
+
     /// True when it turns right hands into left ones, so that fronts become backs.
     pub fn mirrors(&self) -> bool {
         let [x, y, z] = self.axes;
@@ -42,7 +50,7 @@ impl Affine {
     }
 
     /// `inner` first.
-    fn after(&self, inner: &Affine) -> Affine {
+    pub fn after(&self, inner: &Affine) -> Affine {
         Affine {
             axes: inner.axes.map(|a| self.direction(a)),
             origin: self.point(inner.origin),
@@ -54,12 +62,20 @@ impl Affine {
         if let Some(m) = &node.matrix {
             return Affine::of_matrix(m.map(f64::from));
         }
-        let triple = |v: Option<[f32; 3]>, default: f32| {
-            let [x, y, z] = v.unwrap_or([default; 3]).map(f64::from);
-            vec3(x, y, z)
-        };
-        let scale = triple(node.scale, 1.0);
-        let [x, y, z, w] = node.rotation.unwrap_or_default().0.map(f64::from);
+        let numbers = |v: Option<[f32; 3]>, default: f32| v.unwrap_or([default; 3]).map(f64::from);
+        Affine::of_parts(
+            numbers(node.translation, 0.0),
+            node.rotation.unwrap_or_default().0.map(f64::from),
+            numbers(node.scale, 1.0),
+        )
+    }
+
+    /// Stretched, then turned by a quaternion, then moved.
+    pub fn of_parts(
+        [tx, ty, tz]: [f64; 3],
+        [x, y, z, w]: [f64; 4],
+        [sx, sy, sz]: [f64; 3],
+    ) -> Result<Affine, PartError> {
         let length = (x * x + y * y + z * z + w * w).sqrt();
         let [x, y, z, w] = [x, y, z, w].map(|c| c / length);
         if !(x + y + z + w).is_finite() {
@@ -85,8 +101,8 @@ impl Affine {
         ];
         let [a, b, c] = columns;
         Ok(Affine {
-            axes: [a * scale.x, b * scale.y, c * scale.z],
-            origin: triple(node.translation, 0.0),
+            axes: [a * sx, b * sy, c * sz],
+            origin: vec3(tx, ty, tz),
         })
     }
 
@@ -194,4 +210,46 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     let at = || "JSON".to_owned();
     let scene = entry(&root.scenes, chosen.unwrap_or(0), "scene", at)?;
     Ok(scene.nodes.iter().map(|n| n.value()).collect())
+}
+
+/// Where the copies of a node's mesh stand (EXT_mesh_gpu_instancing); one where the node does without.
+pub fn instances(document: &Document<'_>, placed: &Placed<'_>) -> Result<Vec<Affine>, Fault> {
+    let extensions = placed.node.extensions.as_ref();
+    let described = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing"));
+    let Some(described) = described else {
+        return Ok(vec![placed.transform]);
+    };
+    let index = |name: &str| {
+        let index = described.get("attributes")?.get(name)?.as_u64()?;
+        usize::try_from(index).ok()
+    };
+    let moved = index("TRANSLATION").map(|i| accessor::vectors::<3>(document, i));
+    let turned = index("ROTATION").map(|i| accessor::vectors::<4>(document, i));
+    let scaled = index("SCALE").map(|i| accessor::vectors::<3>(document, i));
+    let (moved, turned, scaled) = (moved.transpose()?, turned.transpose()?, scaled.transpose()?);
+    let counts = [
+        moved.as_ref().map(Vec::len),
+        turned.as_ref().map(Vec::len),
+        scaled.as_ref().map(Vec::len),
+    ];
+    let count = counts.into_iter().flatten().min().unwrap_or(0);
+    if count > TRIANGLE_LIMIT {
+        let limit = PartError::Limit("instances", TRIANGLE_LIMIT);
+        return Err(Fault::new(placed.place(), limit));
+    }
+    let instance = |i: usize| {
+        let of = |list: &Option<Vec<[f64; 3]>>, default: f64| {
+            let own = list.as_ref().and_then(|all| all.get(i).copied());
+            own.unwrap_or([default; 3])
+        };
+        let turn = turned.as_ref().and_then(|all| all.get(i).copied());
+        let own = Affine::of_parts(
+            of(&moved, 0.0),
+            turn.unwrap_or([0.0, 0.0, 0.0, 1.0]),
+            of(&scaled, 1.0),
+        );
+        let own = own.map_err(|e| Fault::new(placed.place(), e))?;
+        Ok(placed.transform.after(&own))
+    };
+    (0..count).map(instance).collect()
 }

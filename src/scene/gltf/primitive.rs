@@ -7,24 +7,54 @@ use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::validation::Checked;
 
 use super::container::Document;
-use super::node::Placed;
+use super::material::Places;
+use super::node::{Affine, Placed};
 use super::{
-    FAR, Fault, Imported, LeftOut, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, entry, place,
+    FAR, Fault, Imported, LeftOut, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, draco, entry,
+    place,
 };
-use crate::geometry::Vec3;
+use crate::geometry::vec3;
+use crate::scene::shading::{Corner, Shading};
 use crate::scene::{Polygon, polygon};
+
+/// Vertices with what they have.
+#[derive(Clone, Default)]
+pub struct Vertices {
+    pub points: Rc<Vec<[f64; 3]>>,
+    pub normals: Option<Rc<Vec<[f64; 3]>>>,
+    /// In the texture of the material.
+    pub places: Option<Rc<Vec<[f64; 2]>>>,
+    /// In the order in which they are drawn; without it as they stand.
+    pub indices: Option<Vec<u32>>,
+}
+
+impl Vertices {
+    fn corner(&self, index: u32) -> Corner {
+        let index = index as usize;
+        let vector = |[x, y, z]: [f64; 3]| vec3(x, y, z);
+        let of = |list: &Rc<Vec<[f64; 3]>>| list.get(index).copied().map(vector);
+        Corner {
+            point: of(&self.points).unwrap_or_default(),
+            normal: self.normals.as_ref().and_then(of),
+            place: self.places.as_ref().and_then(|p| p.get(index).copied()),
+        }
+    }
+}
 
 /// A primitive decoded.
 struct Drawn {
-    triangles: Vec<[Vec3; 3]>,
+    vertices: Vertices,
+    triangles: Vec<[u32; 3]>,
     material: usize,
 }
 
 /// Meshes of a document, each decoded once.
 pub struct Meshes<'d> {
     document: &'d Document<'d>,
+    /// Of each material.
+    places: &'d [Option<Places>],
     decoded: BTreeMap<usize, Rc<Vec<Drawn>>>,
-    positions: BTreeMap<usize, Rc<Vec<Vec3>>>,
+    triples: BTreeMap<usize, Rc<Vec<[f64; 3]>>>,
     /// Vertices decoded.
     vertices: usize,
     /// Triangles drawn; a primitive counts as one at least, so that no number of instances of
@@ -33,21 +63,23 @@ pub struct Meshes<'d> {
 }
 
 impl<'d> Meshes<'d> {
-    pub fn new(document: &'d Document<'d>) -> Meshes<'d> {
+    pub fn new(document: &'d Document<'d>, places: &'d [Option<Places>]) -> Meshes<'d> {
         Meshes {
             document,
+            places,
             decoded: BTreeMap::new(),
-            positions: BTreeMap::new(),
+            triples: BTreeMap::new(),
             vertices: 0,
             triangles: 0,
         }
     }
 
-    /// Adds an instance of a mesh.
+    /// Adds an instance of a mesh, moved by `transform`.
     pub fn place(
         &mut self,
         index: usize,
-        placed: &Placed<'_>,
+        (placed, transform): (&Placed<'_>, &Affine),
+        parts: &[String],
         to: &mut Imported,
         left_out: &mut LeftOut,
     ) -> Result<(), Fault> {
@@ -55,14 +87,32 @@ impl<'d> Meshes<'d> {
         if placed.node.skin.is_some() {
             left_out.insert("skins: their meshes stand as modelled".to_owned());
         }
-        let mirrors = placed.transform.mirrors();
+        let mirrors = transform.mirrors();
+        let meshes = &self.document.root.meshes;
+        let names = [
+            placed.node.name.as_ref(),
+            meshes.get(index).and_then(|m| m.name.as_ref()),
+        ];
+        let part = names
+            .into_iter()
+            .flatten()
+            .find(|name| parts.contains(name));
         for drawn in mesh.iter() {
             self.spend(drawn.triangles.len().max(1), placed)?;
+            let material = to.part(part.map(String::as_str), drawn.material, parts);
             for &[a, b, c] in &drawn.triangles {
-                let corners = if mirrors { [a, c, b] } else { [a, b, c] };
-                let vertices = corners.map(|v| placed.transform.point(v).y_up_to_z_up());
-                let near = |v: &Vec3| v.x.abs().max(v.y.abs()).max(v.z.abs()) <= FAR;
-                if !vertices.iter().all(|v| v.is_finite() && near(v)) {
+                let order = if mirrors { [a, c, b] } else { [a, b, c] };
+                let corners = order.map(|i| {
+                    let own = drawn.vertices.corner(i);
+                    Corner {
+                        point: transform.point(own.point).y_up_to_z_up(),
+                        normal: own.normal.map(|n| transform.normal(n).y_up_to_z_up()),
+                        ..own
+                    }
+                });
+                let vertices = corners.map(|c| c.point).to_vec();
+                let near = |v: f64| v.abs() <= FAR;
+                if !vertices.iter().all(|v| near(v.x) && near(v.y) && near(v.z)) {
                     return Err(Fault::new(placed.place(), PartError::Far));
                 }
                 if !polygon::has_area(&vertices) {
@@ -70,9 +120,11 @@ impl<'d> Meshes<'d> {
                     continue;
                 }
                 to.summary.faces += 1;
+                // What varies over a triangle is always linear.
+                let shading = Shading::of_corners(&corners).ok().flatten().map(Box::new);
                 to.scene.polygons.push(Polygon {
-                    vertices: vertices.to_vec(),
-                    material: drawn.material,
+                    shading,
+                    ..Polygon::new(vertices, material)
                 });
             }
         }
@@ -140,68 +192,114 @@ impl<'d> Meshes<'d> {
         if attribute(Semantic::Colors(0)).is_some() {
             left_out.insert("colours of vertices: their materials' count".to_owned());
         }
-        let Some(positions) = attribute(Semantic::Positions) else {
+        if attribute(Semantic::Positions).is_none() {
             // A primitive without positions draws nothing, says the specification.
             left_out.insert("primitives without positions".to_owned());
             return Ok(None);
-        };
-        let positions = self.positions(positions.value())?;
-        let count = positions.len();
-        let corner = |index: u32| {
-            let index = index as usize;
-            let what = "vertex";
-            let missing = || fault(PartError::Missing { what, index, count });
-            positions.get(index).copied().ok_or_else(missing)
-        };
-        let corners = match primitive.indices {
-            Some(index) => {
-                let indices = accessor::indices(self.document, index.value())?.into_iter();
-                indices.map(corner).collect::<Result<Vec<Vec3>, Fault>>()?
-            }
-            None => positions.to_vec(),
-        };
+        }
         let materials = &self.document.root.materials;
         let material = match primitive.material {
             Some(material) => {
-                entry(materials, material.value(), "material", at)?;
+                entry(materials, material.value(), "material", &at)?;
                 material.value()
             }
             // The last one, which has no entry in the file.
             None => materials.len(),
         };
+        let places = self.places.get(material).copied().flatten();
+        let mut vertices = match draco::decode(self.document, primitive, places, &at)? {
+            Some(vertices) => self.counted(vertices, &at)?,
+            None => self.vertices(primitive, places)?,
+        };
+        let count = vertices.points.len();
+        let corners = match vertices.indices.take() {
+            Some(indices) => {
+                if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
+                    let (what, index) = ("vertex", *bad as usize);
+                    return Err(fault(PartError::Missing { what, index, count }));
+                }
+                indices
+            }
+            None => (0..count as u32).collect(),
+        };
         Ok(Some(Drawn {
+            vertices,
             triangles: triangles(mode, &corners),
             material,
         }))
     }
 
-    fn positions(&mut self, index: usize) -> Result<Rc<Vec<Vec3>>, Fault> {
-        if let Some(known) = self.positions.get(&index) {
+    /// The vertices of a primitive from its accessors.
+    fn vertices(
+        &mut self,
+        primitive: &Primitive,
+        places: Option<Places>,
+    ) -> Result<Vertices, Fault> {
+        let attribute = |semantic| {
+            let found = primitive.attributes.get(&Checked::Valid(semantic));
+            found.map(|index| index.value())
+        };
+        let points = attribute(Semantic::Positions);
+        let points = points
+            .map(|i| self.triple(i))
+            .transpose()?
+            .unwrap_or_default();
+        if !points.iter().flatten().all(|v| v.is_finite()) {
+            let index = attribute(Semantic::Positions).unwrap_or(0);
+            return Err(Fault::new(place("accessor", index, None), PartError::Far));
+        }
+        let normals = attribute(Semantic::Normals);
+        let normals = normals.map(|i| self.triple(i)).transpose()?;
+        let placed = places.and_then(|p| Some((p, attribute(Semantic::TexCoords(p.set))?)));
+        let places = placed.map(|(places, index)| {
+            let read = accessor::vectors::<2>(self.document, index)?;
+            Ok(Rc::new(read.into_iter().map(|p| places.moved(p)).collect()))
+        });
+        let indices = primitive.indices;
+        let indices = indices.map(|i| accessor::indices(self.document, i.value()));
+        let vertices = Vertices {
+            points,
+            normals,
+            places: places.transpose()?,
+            indices: indices.transpose()?,
+        };
+        Ok(vertices)
+    }
+
+    /// Adds to the vertices decoded.
+    fn counted(&mut self, vertices: Vertices, at: impl Fn() -> String) -> Result<Vertices, Fault> {
+        self.vertices += vertices.points.len();
+        match self.vertices > VERTEX_LIMIT {
+            true => Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT))),
+            false => Ok(vertices),
+        }
+    }
+
+    /// Positions or normals.
+    fn triple(&mut self, index: usize) -> Result<Rc<Vec<[f64; 3]>>, Fault> {
+        if let Some(known) = self.triples.get(&index) {
             return Ok(Rc::clone(known));
         }
-        let positions = accessor::positions(self.document, index)?;
-        let at = || place("accessor", index, None);
-        self.vertices += positions.len();
-        if self.vertices > VERTEX_LIMIT {
-            return Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT)));
-        }
-        if !positions.iter().all(|p| p.is_finite()) {
-            return Err(Fault::new(at(), PartError::Far));
-        }
-        let positions = Rc::new(positions);
-        self.positions.insert(index, Rc::clone(&positions));
-        Ok(positions)
+        let read = Rc::new(accessor::vectors::<3>(self.document, index)?);
+        let points = Rc::clone(&read);
+        let all = Vertices {
+            points,
+            ..Vertices::default()
+        };
+        self.counted(all, || place("accessor", index, None))?;
+        self.triples.insert(index, Rc::clone(&read));
+        Ok(read)
     }
 }
 
 /// The triangles of a primitive, each counter-clockwise as the mode has it. Corners too few for a
 /// triangle are left over.
-fn triangles(mode: Mode, corners: &[Vec3]) -> Vec<[Vec3; 3]> {
+fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {
             let edges = corners.iter().zip(corners.iter().skip(1));
             let triangles = edges.zip(corners.iter().skip(2)).enumerate();
-            let turned = |(i, ((a, b), c)): (usize, ((&Vec3, &Vec3), &Vec3))| match i % 2 {
+            let turned = |(i, ((a, b), c)): (usize, ((&u32, &u32), &u32))| match i % 2 {
                 0 => [*a, *b, *c],
                 _ => [*a, *c, *b],
             };

@@ -64,7 +64,7 @@ const WALL: &str = r#""materials":[{"name":"wall","pbrMetallicRoughness":{"baseC
 
 fn import(json: &str, binary: &[u8]) -> Result<Import, SceneError> {
     let files = Memory::default().with("a.glb", glb(json, binary));
-    read(&files, "a.glb", Options::default())
+    read(&files, "a.glb", &Options::default(), usize::MAX)
 }
 
 /// The square with nodes and whatever else.
@@ -143,7 +143,7 @@ fn buffers_come_from_anywhere() {
         .with("d.gltf", json("https://example.org/square.bin"))
         .with("e.gltf", json("data:text/plain,hello"))
         .with("f.gltf", json("none.bin"));
-    let read = |path| read(&files, path, Options::default());
+    let read = |path| read(&files, path, &Options::default(), usize::MAX);
     assert_eq!(read("set/a.gltf").unwrap(), inside);
     assert_eq!(read("b.gltf").unwrap(), inside);
     assert!(matches!(
@@ -351,7 +351,7 @@ fn double_sided_materials_get_a_back() {
     let json = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
         .replace(r#""name":"wall""#, r#""name":"wall","doubleSided":true"#);
     let files = Memory::default().with("a.glb", glb(&json, &square()));
-    let both = read(&files, "a.glb", Options::default()).unwrap();
+    let both = read(&files, "a.glb", &Options::default(), usize::MAX).unwrap();
     assert_eq!((both.summary.backs, both.scene.polygons.len()), (1, 2));
     let [front, back] = both.scene.polygons.as_slice() else {
         unreachable!()
@@ -363,7 +363,7 @@ fn double_sided_materials_get_a_back() {
         one_sided: true,
         ..Options::default()
     };
-    let front_only = read(&files, "a.glb", one_sided).unwrap();
+    let front_only = read(&files, "a.glb", &one_sided, usize::MAX).unwrap();
     assert_eq!(
         (front_only.summary.backs, front_only.scene.polygons.len()),
         (0, 1)

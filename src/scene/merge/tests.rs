@@ -24,10 +24,7 @@ fn grid(
             _ => [[0, 1, 3], [1, 2, 3]],
         };
         for cut in cuts {
-            out.push(Polygon {
-                vertices: cut.map(|i: usize| square[i]).to_vec(),
-                material: 0,
-            });
+            out.push(Polygon::new(cut.map(|i: usize| square[i]).to_vec(), 0));
         }
     }
     out
@@ -112,14 +109,16 @@ fn what_differs_stays_apart() {
         triangle.vertices.reverse();
     }
     assert_eq!(triangles(turned).polygons.len(), 2);
-    let quad = |x: f64| Polygon {
-        vertices: vec![
-            vec3(x, 0.0, 0.0),
-            vec3(x + 1.0, 0.0, 0.0),
-            vec3(x + 1.0, 1.0, 0.0),
-            vec3(x, 1.0, 0.0),
-        ],
-        material: 0,
+    let quad = |x: f64| {
+        Polygon::new(
+            vec![
+                vec3(x, 0.0, 0.0),
+                vec3(x + 1.0, 0.0, 0.0),
+                vec3(x + 1.0, 1.0, 0.0),
+                vec3(x, 1.0, 0.0),
+            ],
+            0,
+        )
     };
     let quads = vec![quad(0.0), quad(1.0)];
     assert_eq!(triangles(quads.clone()).polygons, quads);
@@ -144,10 +143,7 @@ fn edges_of_many_triangles_stay() {
     let wing = vec3(1.0, 0.5, 1.0);
     let [a, b] = [vec3(1.0, 0.0, 0.0), vec3(1.0, 1.0, 0.0)];
     for vertices in [vec![a, b, wing], vec![b, a, wing], many[0].vertices.clone()] {
-        many.push(Polygon {
-            vertices,
-            material: 0,
-        });
+        many.push(Polygon::new(vertices, 0));
     }
     let before = area(&many);
     let merged = triangles(many);

@@ -1,27 +1,26 @@
-//! Lines of OBJ and MTL files to vertices, faces and materials; what is wrong is refused with the
-//! number of its line.
+//! Lines of OBJ files to vertices and faces; what is wrong is refused with the number of its line.
 
-use std::collections::BTreeMap;
-
-use super::super::Material;
 use super::super::import::FAR;
+use super::super::shading::Corner;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
 use crate::geometry::{Vec3, vec3};
-use crate::units::Rgb;
+
+/// A corner by its numbers, from 0: vertex, place in the texture, normal.
+pub(super) type Indices = (u32, Option<u32>, Option<u32>);
 
 /// A face of the OBJ file.
 pub(super) struct Face {
     /// Its line, counted from 1.
     pub(super) line: usize,
-    /// Its corners, in the coordinates of the file.
-    pub(super) corners: Vec<Vec3>,
+    pub(super) corners: Vec<Indices>,
 }
 
-/// A `usemtl` with its faces, in the order of the file.
+/// Faces of one material and one group, in the order of the file.
 pub(super) struct Group {
-    pub(super) material: String,
-    /// Its line, counted from 1.
-    pub(super) line: usize,
+    /// As `usemtl` has it, and its line.
+    pub(super) material: Option<(String, usize)>,
+    /// The last `g` or `o`.
+    pub(super) part: Option<String>,
     pub(super) faces: Vec<Face>,
 }
 
@@ -33,6 +32,9 @@ pub(super) struct Obj {
     /// Each `mtllib`.
     pub(super) libraries: Vec<String>,
     vertices: Vec<Vec3>,
+    /// From the left and from the top.
+    places: Vec<[f64; 2]>,
+    normals: Vec<Vec3>,
     faces: usize,
     /// Of all faces together.
     corners: usize,
@@ -46,34 +48,65 @@ impl Obj {
         Ok(obj)
     }
 
+    /// What stands at a corner.
+    pub(super) fn corner(&self, (vertex, place, normal): Indices) -> Corner {
+        Corner {
+            point: self
+                .vertices
+                .get(vertex as usize)
+                .copied()
+                .unwrap_or_default(),
+            normal: normal.and_then(|i| self.normals.get(i as usize).copied()),
+            place: place.and_then(|i| self.places.get(i as usize).copied()),
+        }
+    }
+
     fn line(&mut self, text: &str, line: usize) -> Result<(), LineError> {
         let (keyword, rest) = split(text);
         match keyword {
             "v" => self.vertex(rest)?,
+            "vt" => {
+                let [u, v, _] = numbers("vt", rest, rest.split_whitespace().count().clamp(1, 3))?;
+                more(&mut self.places, [u, 1.0 - v], "places in textures")?;
+            }
+            "vn" => {
+                let [x, y, z] = numbers("vn", rest, 3)?;
+                more(&mut self.normals, vec3(x, y, z), "normals")?;
+            }
             "f" => self.face(rest, line)?,
-            "usemtl" => self.groups.push(Group {
-                material: named("usemtl", rest)?.to_owned(),
-                line,
-                faces: Vec::new(),
-            }),
+            "usemtl" => {
+                let material = Some((named("usemtl", rest)?.to_owned(), line));
+                let part = self.groups.last().and_then(|g| g.part.clone());
+                self.group(material, part);
+            }
+            "g" | "o" => {
+                let material = self.groups.last().and_then(|g| g.material.clone());
+                self.group(material, (!rest.is_empty()).then(|| rest.to_owned()));
+            }
             "mtllib" => self.libraries.push(named("mtllib", rest)?.to_owned()),
             _ => {}
         }
         Ok(())
     }
 
+    /// Begins another group, in the place of one that has no faces.
+    fn group(&mut self, material: Option<(String, usize)>, part: Option<String>) {
+        self.groups.pop_if(|last| last.faces.is_empty());
+        self.groups.push(Group {
+            material,
+            part,
+            faces: Vec::new(),
+        });
+    }
+
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
     fn vertex(&mut self, rest: &str) -> Result<(), LineError> {
         let found = rest.split_whitespace().count();
         let [x, y, z] = numbers("v", rest, found.clamp(3, 7))?;
-        if self.vertices.len() == VERTEX_LIMIT {
-            return Err(limit("vertices", VERTEX_LIMIT));
-        }
         if let Some(far) = [x, y, z].into_iter().find(|c| c.abs() > FAR) {
             return Err(LineError::Far(far));
         }
-        self.vertices.push(vec3(x, y, z));
-        Ok(())
+        more(&mut self.vertices, vec3(x, y, z), "vertices")
     }
 
     fn face(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
@@ -92,83 +125,68 @@ impl Obj {
                 return Err(limit(what, most));
             }
         }
-        let group = self.groups.last_mut().ok_or(LineError::NoMaterial)?;
-        let corners = rest.split_whitespace().map(|w| corner(w, &self.vertices));
+        let defined = [self.vertices.len(), self.places.len(), self.normals.len()];
+        let corners = rest.split_whitespace().map(|w| corner(w, defined));
         let corners = corners.collect::<Result<_, _>>()?;
-        group.faces.push(Face { line, corners });
-        Ok(())
-    }
-}
-
-/// The vertex of a corner: `7`, `7/1`, `7//2`, or `-1/…`, which counts from the last.
-fn corner(word: &str, vertices: &[Vec3]) -> Result<Vec3, LineError> {
-    let (first, others) = word.split_once('/').unwrap_or((word, ""));
-    let is_index = |part: &str| part.is_empty() || part.parse::<i64>().is_ok();
-    let well_formed = others.split('/').count() <= 2 && others.split('/').all(is_index);
-    let index = first.parse::<i64>().ok().filter(|_| well_formed);
-    let index = index.ok_or_else(|| LineError::Corner(cut(word)))?;
-    let defined = vertices.len();
-    let place = if index < 0 {
-        index.saturating_add(defined as i64)
-    } else {
-        index - 1
-    };
-    let vertex = usize::try_from(place).ok().and_then(|i| vertices.get(i));
-    vertex.copied().ok_or(LineError::Index { index, defined })
-}
-
-/// The materials of all MTL files.
-#[derive(Default)]
-pub(super) struct Materials {
-    /// In the order of the files.
-    pub(super) list: Vec<Material>,
-    /// Indices into `list`.
-    pub(super) by_name: BTreeMap<String, usize>,
-}
-
-impl Materials {
-    /// Adds the materials of an MTL file.
-    pub(super) fn read(&mut self, path: &str, bytes: &[u8]) -> Result<(), SceneError> {
-        let first = self.list.len();
-        each_line(path, bytes, |text, _| self.line(text, first))
-    }
-
-    /// Reads a line of the file whose materials begin at `first`.
-    fn line(&mut self, text: &str, first: usize) -> Result<(), LineError> {
-        let (keyword, rest) = split(text);
-        let open = self.list.iter_mut().skip(first).next_back();
-        match (keyword, open) {
-            ("newmtl", _) => {
-                let name = named("newmtl", rest)?.to_owned();
-                if self.by_name.insert(name.clone(), self.list.len()).is_some() {
-                    return Err(LineError::TwiceMaterial(cut(&name)));
-                }
-                self.list.push(Material::diffuse(name, Rgb::default()));
-            }
-            ("Kd" | "Ke", None) => return Err(LineError::Name("newmtl")),
-            ("Kd", Some(material)) => {
-                let kd = colour("Kd", rest)?;
-                if let Some(bad) = kd.iter().find(|v| !(0.0..=1.0).contains(*v)) {
-                    return Err(LineError::Reflectance(*bad));
-                }
-                material.reflectance = Rgb(kd);
-            }
-            ("Ke", Some(material)) => {
-                let ke = colour("Ke", rest)?;
-                if let Some(bad) = ke.iter().find(|v| **v < 0.0) {
-                    return Err(LineError::Emission(*bad));
-                }
-                material.emission = Rgb(ke);
-            }
-            _ => {}
+        if self.groups.is_empty() {
+            self.group(None, None);
+        }
+        if let Some(group) = self.groups.last_mut() {
+            group.faces.push(Face { line, corners });
         }
         Ok(())
     }
 }
 
+/// Adds one more of what a file defines, if it may.
+fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), LineError> {
+    if list.len() == VERTEX_LIMIT {
+        return Err(limit(what, VERTEX_LIMIT));
+    }
+    list.push(value);
+    Ok(())
+}
+
+/// The numbers of a corner: `7`, `7/1`, `7//2`, `7/1/2`; negative ones count from the last. A place
+/// in a texture or a normal that is not there is left out.
+fn corner(word: &str, [vertices, places, normals]: [usize; 3]) -> Result<Indices, LineError> {
+    let mut parts = word.split('/').map(|part| match part {
+        "" => Ok(None),
+        part => match part.parse::<i64>() {
+            Ok(index) => Ok(Some(index)),
+            Err(_) => Err(LineError::Corner(cut(word))),
+        },
+    });
+    let mut next = || parts.next().unwrap_or(Ok(None));
+    let (vertex, place, normal) = (next()?, next()?, next()?);
+    let Some(vertex) = vertex.filter(|_| parts.next().is_none()) else {
+        return Err(LineError::Corner(cut(word)));
+    };
+    let missing = LineError::Index {
+        index: vertex,
+        defined: vertices,
+    };
+    Ok((
+        position(vertex, vertices).ok_or(missing)?,
+        place.and_then(|i| position(i, places)),
+        normal.and_then(|i| position(i, normals)),
+    ))
+}
+
+/// What an index of a file means, from 0.
+fn position(index: i64, defined: usize) -> Option<u32> {
+    let place = match index < 0 {
+        true => index.saturating_add(defined as i64),
+        false => index - 1,
+    };
+    u32::try_from(place)
+        .ok()
+        .filter(|i| (*i as usize) < defined)
+}
+
 /// Calls `read` for every line, without comments and byte order mark, lines that end in a backslash
 /// joined with the next. Errors get the line's number.
-fn each_line(
+pub(super) fn each_line(
     path: &str,
     bytes: &[u8],
     mut read: impl FnMut(&str, usize) -> Result<(), LineError>,
@@ -214,12 +232,12 @@ fn without_comment(line: &str) -> &str {
 }
 
 /// The first word and what follows it.
-fn split(line: &str) -> (&str, &str) {
+pub(super) fn split(line: &str) -> (&str, &str) {
     let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     (keyword, rest.trim())
 }
 
-fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError> {
+pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError> {
     if rest.is_empty() {
         Err(LineError::Name(keyword))
     } else {
@@ -228,7 +246,7 @@ fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError>
 }
 
 /// Three channels, or one number for all three, as MTL allows.
-fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], LineError> {
+pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], LineError> {
     if rest.split_whitespace().count() == 1 {
         let [grey, ..] = numbers(keyword, rest, 1)?;
         return Ok([grey; 3]);
@@ -237,7 +255,11 @@ fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], LineError> {
 }
 
 /// The first three of `expected` finite numbers.
-fn numbers(keyword: &'static str, rest: &str, expected: usize) -> Result<[f64; 3], LineError> {
+pub(super) fn numbers(
+    keyword: &'static str,
+    rest: &str,
+    expected: usize,
+) -> Result<[f64; 3], LineError> {
     let found = rest.split_whitespace().count();
     let mut values = [0.0; 3];
     for (at, word) in rest.split_whitespace().enumerate().take(expected) {
@@ -264,6 +286,6 @@ pub(super) fn limit(what: &'static str, limit: usize) -> LineError {
 }
 
 /// Enough of a word for a message.
-fn cut(word: &str) -> String {
+pub(super) fn cut(word: &str) -> String {
     word.chars().take(40).collect()
 }

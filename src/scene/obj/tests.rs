@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::files::{FileError, Memory};
 use crate::geometry::{newell, vec3};
+use crate::scene::import;
 use crate::units::Rgb;
 
 const MTL: &str =
@@ -112,7 +113,6 @@ fn wrong_lines_are_named() {
                 defined: 4,
             },
         ),
-        ("usemtl wal", LineError::UnknownMaterial("wal".into())),
         ("usemtl", LineError::Name("usemtl")),
         (
             long.as_str(),
@@ -137,9 +137,50 @@ fn wrong_lines_are_named() {
             "{line}"
         );
     }
-    let early = HEAD.replace("usemtl wall", "f 1 2 3");
-    assert_eq!(refused(&early, MTL).2, LineError::NoMaterial);
     assert_eq!(refused("\u{0}\u{1}", MTL).2, LineError::NotText);
+}
+
+#[test]
+fn what_has_no_material_of_the_file_gets_one_and_it_is_said() {
+    let early = HEAD.replace(
+        "usemtl wall",
+        "f 1 2 3\nusemtl unknown\nf 1 2 3\nmtllib none.mtl",
+    );
+    let files = Memory::default()
+        .with("set/stage.obj", early)
+        .with("set/mtl/stage.mtl", MTL);
+    let stage = import::read(&files, "set/stage.obj", &Options::default(), usize::MAX).unwrap();
+    let names = |m: &usize| stage.scene.materials[*m].name.as_str();
+    let used: Vec<_> = stage
+        .scene
+        .polygons
+        .iter()
+        .map(|p| names(&p.material))
+        .collect();
+    assert_eq!(used, ["default", "unknown"]);
+    let said = stage.summary.left_out.join("; ");
+    for part in ["`usemtl`", "`unknown` (line", "none.mtl"] {
+        assert!(said.contains(part), "{said}");
+    }
+}
+
+#[test]
+fn groups_that_are_named_become_materials() {
+    let text = format!("{HEAD}g door panel\nf 1 2 3\no\nf 1 2 3\n");
+    let files = Memory::default()
+        .with("set/stage.obj", text)
+        .with("set/mtl/stage.mtl", MTL);
+    let options = Options {
+        parts: vec!["door panel".to_owned()],
+        ..Options::default()
+    };
+    let stage = import::read(&files, "set/stage.obj", &options, usize::MAX).unwrap();
+    let names = stage
+        .scene
+        .polygons
+        .iter()
+        .map(|p| stage.scene.materials[p.material].name.as_str());
+    assert_eq!(names.collect::<Vec<_>>(), ["door panel", "wall"]);
 }
 
 #[test]
@@ -189,6 +230,15 @@ fn wrong_materials_are_named() {
         Err(SceneError::File(FileError::Missing(_)))
     ));
     assert!(matches!(read("", MTL), Err(SceneError::Empty { .. })));
+}
+
+/// A square with a square hole, the outline led to the hole and back along one edge.
+#[test]
+fn holes_are_bridged() {
+    let obj = "mtllib mtl/stage.mtl\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\n\
+               v 3 3 0\nv 3 1 0\nusemtl wall\nf 1 2 3 4 1 5 6 7 8 5\n";
+    let scene = read(obj, MTL).unwrap();
+    assert!((scene.polygons.iter().map(area).sum::<f64>() - 12.0).abs() < 1e-12);
 }
 
 /// Kd exactly 1 is the furnace's wall, a flat polygon its own reflection twice: dropped.

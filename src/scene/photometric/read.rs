@@ -241,7 +241,7 @@ fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
     let lamp_factor = words.positive("the ballast-lamp factor")?;
     words.number("the input watts")?;
     let vertical = verticals(words, vertical)?;
-    let (horizontal, symmetry) = horizontals(words, horizontal)?;
+    let (mut horizontal, symmetry) = horizontals(words, horizontal)?;
     let scale = multiplier * ballast * lamp_factor;
     let mut candela = Vec::new();
     for _ in 0..vertical.len() * horizontal.len() {
@@ -252,6 +252,10 @@ fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
             return words.fail(Wrong::Range { what, value, must });
         }
         candela.push(value * scale);
+    }
+    if symmetry == Symmetry::None && horizontal.last().is_some_and(|last| *last < 360.0) {
+        horizontal.push(360.0);
+        candela.extend_from_within(..vertical.len());
     }
     if let Some((line, text)) = words.all.next() {
         let wrong = Wrong::More(shown(text));
@@ -299,6 +303,14 @@ fn ends(
     }
 }
 
+/// Is the next angle 360, by the last step?
+fn is_one_short(angles: &[f64]) -> bool {
+    match angles {
+        [.., before, last] => (2.0 * last - before - 360.0).abs() < 1e-6,
+        _ => false,
+    }
+}
+
 fn horizontals(
     words: &mut Words<'_>,
     count: usize,
@@ -312,6 +324,8 @@ fn horizontals(
         (0.0, 180.0) => Symmetry::Half,
         (90.0, 270.0) => Symmetry::Across,
         (0.0, 360.0) => Symmetry::None,
+        // Some stop one step short of where they began.
+        (0.0, last) if last > 180.0 && is_one_short(&angles) => Symmetry::None,
         _ => {
             return words.fail(Wrong::Span {
                 what,

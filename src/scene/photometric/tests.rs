@@ -260,3 +260,16 @@ fn a_file_cut_anywhere_is_refused() {
         }
     }
 }
+
+/// 0 to 345 by 15: the last step leads back to the first plane.
+#[test]
+fn planes_that_stop_one_step_short_go_round() {
+    let candela = |v: f64, h: f64| 100.0 + v + 50.0 * h.to_radians().cos();
+    let whole = parsed(&file(&steps(0.0, 90.0, 7), &steps(0.0, 360.0, 25), candela));
+    let short = parsed(&file(&steps(0.0, 90.0, 7), &steps(0.0, 345.0, 24), candela));
+    for h in [0.0_f64, 100.0, 345.0, 352.5, 359.0] {
+        let at = |d: &Distribution| d.intensity(0.7, h.to_radians());
+        assert!((at(&whole) - at(&short)).abs() < 1e-9, "{h}");
+    }
+    assert!((whole.flux() - short.flux()).abs() < 1e-9);
+}

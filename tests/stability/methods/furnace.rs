@@ -44,15 +44,13 @@ pub struct Solved {
 
 /// Grey polygons.
 pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
-    let polygon = |vertices: &Vec<Vec3>| Polygon {
-        vertices: vertices.clone(),
-        material: 0,
-    };
+    let polygon = |vertices: &Vec<Vec3>| Polygon::new(vertices.clone(), 0);
     Scene {
         materials: vec![Material {
             name: "wall".into(),
             reflectance: Rgb([0.5; 3]),
             emission: Rgb::default(),
+            texture: None,
         }],
         polygons: polygons.iter().map(polygon).collect(),
     }

@@ -1,0 +1,65 @@
+//! Image files of a stage to [`Pixels`], each once, within a limit of memory.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Pixels;
+use crate::picture::{Codes, PictureError, jpeg, png};
+
+/// Bytes of all textures of a stage file at most, decoded.
+pub const MOST_BYTES: usize = 1 << 30;
+
+/// Reads images.
+#[derive(Debug)]
+pub struct TextureReader {
+    /// Bytes that may still be taken.
+    left: usize,
+    /// By name; why it was not read.
+    known: BTreeMap<String, Result<Arc<Pixels>, String>>,
+}
+
+impl TextureReader {
+    /// Within so many bytes.
+    pub fn new(memory: usize) -> TextureReader {
+        TextureReader {
+            left: memory.min(MOST_BYTES),
+            known: BTreeMap::new(),
+        }
+    }
+
+    /// The image of this name.
+    ///
+    /// # Errors
+    /// Why it cannot be read, as the end of a sentence.
+    pub fn read(
+        &mut self,
+        name: &str,
+        content: impl FnOnce() -> Result<Vec<u8>, String>,
+    ) -> Result<Arc<Pixels>, String> {
+        if let Some(known) = self.known.get(name) {
+            return known.clone();
+        }
+        let pixels = content().and_then(|bytes| self.pixels(&bytes));
+        self.known.insert(name.to_owned(), pixels.clone());
+        pixels
+    }
+
+    fn pixels(&mut self, bytes: &[u8]) -> Result<Arc<Pixels>, String> {
+        let (size, codes) = codes(bytes, self.left / 3).map_err(|e| e.to_string())?;
+        let pixels = Pixels::new(size, &codes);
+        self.left = self.left.saturating_sub(pixels.bytes());
+        Ok(Arc::new(pixels))
+    }
+}
+
+/// The codes of an image of either format, with alpha.
+fn codes(bytes: &[u8], limit: usize) -> Result<Codes, PictureError> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => png::codes(bytes, limit),
+        [0xff, 0xd8, ..] => jpeg::codes(bytes, limit),
+        _ => Err(PictureError::Unsupported {
+            format: "image",
+            reason: "it is neither PNG nor JPEG".to_owned(),
+        }),
+    }
+}

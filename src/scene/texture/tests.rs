@@ -1,0 +1,89 @@
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+use super::*;
+
+/// Columns and rows of black and white, `cell` texels each.
+fn checked(size: [usize; 2], cell: usize) -> Texture {
+    let code = |i: usize| {
+        let (x, y) = (i % size[0] / cell, i / size[0] / cell);
+        let v = if (x + y) % 2 == 0 { 255 } else { 0 };
+        [v, v, v, 255]
+    };
+    let codes: Vec<[u8; 4]> = (0..size[0] * size[1]).map(code).collect();
+    Texture {
+        pixels: Arc::new(Pixels::new(size, &codes)),
+        ..Texture::plain([1.0; 4], Alpha::Opaque)
+    }
+}
+
+#[test]
+fn texels_stand_at_their_centres_and_the_image_repeats() {
+    let texture = checked([4, 4], 1);
+    let at = |u: f64, v: f64| texture.reflectance([u, v], [[0.0; 2]; 2])[0];
+    for whole in [-3.0, 0.0, 2.0] {
+        assert!((at(whole + 0.125, 0.125) - 1.0).abs() < 1e-4);
+        assert!(at(whole + 0.375, 0.125) < 1e-4);
+        assert!((at(whole + 0.25, 0.125) - 0.5).abs() < 1e-4);
+    }
+    assert_eq!(wrapped(-1.0, 4, Wrap::Mirror), 0);
+    assert_eq!(wrapped(4.0, 4, Wrap::Mirror), 3);
+    assert_eq!(wrapped(9.0, 4, Wrap::Clamp), 3);
+    assert_eq!(wrapped(f64::NAN, 4, Wrap::Repeat), 0);
+}
+
+#[test]
+fn a_footprint_is_averaged_along_its_longer_side_only() {
+    // Rows of one texel: across them grey, along them black or white.
+    let rows: Vec<[u8; 4]> = (0..64 * 64)
+        .map(|i| {
+            if (i / 64) % 2 == 0 {
+                [255; 4]
+            } else {
+                [0, 0, 0, 255]
+            }
+        })
+        .collect();
+    let texture = Texture {
+        pixels: Arc::new(Pixels::new([64, 64], &rows)),
+        ..Texture::plain([1.0; 4], Alpha::Opaque)
+    };
+    let place = [0.5, 0.5 / 64.0];
+    let along = texture.reflectance(place, [[0.2, 0.0], [0.0, 1.0 / 64.0]]);
+    assert!(along[0] > 0.99, "{along:?}");
+    let across = texture.reflectance(place, [[1.0 / 64.0, 0.0], [0.0, 0.25]]);
+    assert!((across[0] - 0.5).abs() < 0.05, "{across:?}");
+}
+
+#[test]
+fn means_are_of_light_and_large_images_are_halved() {
+    for size in [[1, 1], [7, 5], [64, 3], [4096, 2]] {
+        let texture = checked(size, 1);
+        let white = (0..size[0] * size[1])
+            .filter(|i| (i % size[0] + i / size[0]) % 2 == 0)
+            .count();
+        let exact = white as f64 / (size[0] * size[1]) as f64;
+        let mean = texture.mean_reflectance()[0];
+        assert!((mean - exact).abs() < 1e-3, "{size:?} {mean} {exact}");
+        assert!(texture.pixels.size().iter().all(|n| *n <= MOST_SIDE));
+    }
+}
+
+#[test]
+fn what_is_transparent_lends_no_colour() {
+    let codes = [[255, 0, 0, 255], [0, 255, 0, 0]];
+    let pixels = Arc::new(Pixels::new([2, 1], &codes));
+    let texture = |alpha| Texture {
+        pixels: Arc::clone(&pixels),
+        ..Texture::plain([1.0; 4], alpha)
+    };
+    let [r, g, _] = texture(Alpha::Blend).mean_reflectance();
+    assert!((r - 1.0).abs() < 1e-3 && g < 1e-3);
+    assert!(texture(Alpha::Blend).is_cut() && !texture(Alpha::Opaque).is_cut());
+    let mask = texture(Alpha::Mask(0.5));
+    assert!(mask.stops([0.25, 0.5], 0.9) && !mask.stops([0.75, 0.5], 0.1));
+    assert!(
+        texture(Alpha::Blend).stops([0.5, 0.5], 0.4)
+            && !texture(Alpha::Blend).stops([0.5, 0.5], 0.6)
+    );
+    assert!(!Texture::plain([1.0; 4], Alpha::Blend).is_cut());
+}
