@@ -1,5 +1,5 @@
 //! Photometric files: what a luminaire measured in a laboratory sends into each direction
-//! (IES LM-63 of 1986, 1991, 1995, 2002 and 2019).
+//! (IES LM-63 of 1986, 1991, 1995, 2002 and 2019, and EULUMDAT).
 //!
 //! Invariants of a [`Distribution`]: vertical and horizontal angles increase strictly, every
 //! intensity is finite and not negative, its flux is positive. Only type C (vertical angle 0
@@ -8,6 +8,7 @@
 //! `TILT` block is checked and left alone: intensities are those of the lamp as it was measured.
 //! It depends on neither where the luminaire hangs nor files' names.
 
+mod eulumdat;
 mod read;
 
 use std::f64::consts::{PI, TAU};
@@ -82,7 +83,10 @@ impl Distribution {
     /// # Errors
     /// [`PhotometricError`] with the line.
     pub fn parse(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
-        read::distribution(bytes)
+        match eulumdat::is(bytes) {
+            true => eulumdat::distribution(bytes),
+            false => read::distribution(bytes),
+        }
     }
 
     /// Intensity in candela at `vertical` radians from the axis (0 to pi) and `horizontal` radians

@@ -146,8 +146,8 @@ fn claims_are_held_against_the_bytes() {
         (r#""version":"2.0""#, r#""copyright":"me""#, "not glTF"),
         (
             r#""asset""#,
-            r#""extensionsRequired":["KHR_draco_mesh_compression"],"asset""#,
-            "the extension `KHR_draco_mesh_compression`",
+            r#""extensionsRequired":["KHR_meshopt_compression"],"asset""#,
+            "the extension `KHR_meshopt_compression`",
         ),
         (
             r#"[{"mesh":0}]"#,

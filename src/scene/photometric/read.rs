@@ -100,7 +100,7 @@ struct Words<'a> {
     line: usize,
 }
 
-fn shown(text: &str) -> String {
+pub(super) fn shown(text: &str) -> String {
     text.chars().take(40).collect()
 }
 

@@ -273,3 +273,66 @@ fn planes_that_stop_one_step_short_go_round() {
     }
     assert!((whole.flux() - short.flux()).abs() < 1e-9);
 }
+
+/// A EULUMDAT file of these planes and angles: 2000 lumens, half of a thousandth a unit.
+fn eulumdat(symmetry: u8, candela: impl Fn(f64, f64) -> f64) -> String {
+    let (planes, angles) = (steps(0.0, 330.0, 12), steps(0.0, 90.0, 10));
+    let mut lines = vec!["Nobody".to_owned(), "2".into(), symmetry.to_string()];
+    lines.extend(["12", "30", "10", "10"].map(String::from));
+    lines.extend(["", "Lamp", "", "a.ldt", ""].map(String::from));
+    lines.extend(["100"; 9].map(String::from));
+    lines.extend(["100", "80", "0,5", "0", "1"].map(String::from));
+    lines.extend(["1", "LED", "2000", "3000 K", "80", "20"].map(String::from));
+    lines.extend(["0.5"; 10].map(String::from));
+    let given: Vec<f64> = match symmetry {
+        1 => vec![0.0],
+        2 => planes.iter().copied().take(7).collect(),
+        3 => (0..7).map(|i| 270.0 + 30.0 * f64::from(i)).collect(),
+        4 => planes.iter().copied().take(4).collect(),
+        _ => planes.clone(),
+    };
+    lines.extend(planes.iter().chain(&angles).map(f64::to_string));
+    for h in given {
+        lines.extend(
+            angles
+                .iter()
+                .map(|v| candela(*v, h.rem_euclid(360.0)).to_string()),
+        );
+    }
+    lines.join("\r\n")
+}
+
+#[test]
+fn eulumdat_gives_candela_in_every_symmetry() {
+    let of = |v: f64, x: f64| 100.0 + v + x;
+    for symmetry in 0..=4_u8 {
+        let around = |h: f64| match symmetry {
+            0 => 20.0 * h.to_radians().cos() + 5.0 * h.to_radians().sin(),
+            2 => 20.0 * h.to_radians().cos(),
+            3 => 20.0 * h.to_radians().sin(),
+            4 => 20.0 * (2.0 * h).to_radians().cos(),
+            _ => 0.0,
+        };
+        let file = eulumdat(symmetry, |v, h| of(v, around(h)));
+        let found = parsed(&file);
+        for i in 0..12 {
+            let h = 30.0 * f64::from(i);
+            // 2 klm times the factor of a half.
+            let wanted = of(40.0, around(h));
+            let light = found.intensity(40_f64.to_radians(), h.to_radians());
+            assert!(
+                (light - wanted).abs() < 1e-9,
+                "{symmetry} at {h}: {light} {wanted}"
+            );
+        }
+        assert_eq!(found.lamp_lumens(), Some(2000.0));
+        for cut in [30, 60, 100] {
+            let part: Vec<&str> = file.lines().take(cut).collect();
+            let result = Distribution::parse(part.join("\n").as_bytes());
+            assert!(
+                result.is_err() || symmetry == 1 && cut == 100,
+                "{symmetry} {cut}"
+            );
+        }
+    }
+}
