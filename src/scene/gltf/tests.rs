@@ -408,3 +408,69 @@ fn lights_come_along() {
     };
     assert!((share(beam) - 0.5).abs() < 1e-9 && (share(field) - 0.1).abs() < 1e-9);
 }
+
+/// A unit square with normals and places in a texture, as a Draco encoder of speed 3 has it.
+const DRACO: [u8; 188] = [
+    68, 82, 65, 67, 79, 2, 2, 1, 1, 0, 0, 0, 4, 2, 2, 2, 0, 0, 1, 31, 255, 1, 17, 255, 1, 17, 255,
+    1, 17, 3, 255, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 9, 3, 0, 0, 0, 1, 1, 9, 3, 0, 1, 0, 1, 3, 9, 2, 0,
+    2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    128, 63, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 0,
+    0, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 128, 63, 0, 0, 128, 63, 0, 0, 0, 0,
+    0, 0, 128, 63, 0, 0, 128, 63, 0, 0, 0, 0,
+];
+
+#[test]
+fn draco_gives_the_same_square_and_damage_an_error() {
+    let json = r#"{"asset":{"version":"2.0"},"extensionsRequired":["KHR_draco_mesh_compression"],
+        "buffers":[{"byteLength":188}],"bufferViews":[{"buffer":0,"byteLength":188}],
+        "accessors":[{"componentType":5126,"count":4,"type":"VEC3"},
+          {"componentType":5125,"count":6,"type":"SCALAR"}],
+        "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"extensions":
+          {"KHR_draco_mesh_compression":{"bufferView":0,"attributes":{"POSITION":0,"NORMAL":1}}}}]}],
+        "nodes":[{"mesh":0}]}"#;
+    let stage = import(json, &DRACO).unwrap();
+    let [whole] = stage.scene.polygons.as_slice() else {
+        unreachable!()
+    };
+    assert_eq!(whole.vertices.len(), 4);
+    assert!(close(normal(whole), vec3(0.0, -1.0, 0.0)) && whole.shading.is_none());
+    for at in 0..DRACO.len() {
+        let mut damaged = DRACO;
+        damaged[at] ^= 0x85;
+        let _ = import(json, &damaged);
+    }
+    let cut = [&DRACO[..100], &[0; 88]].concat();
+    assert!(
+        import(json, &cut[..]).is_ok()
+            || matches!(refused(import(json, &cut)).1, PartError::Json(_))
+    );
+}
+
+/// Copies of a mesh stand where the instances' attributes put them.
+#[test]
+fn instances_of_a_node_are_placed() {
+    let places = floats(&[0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
+    let binary = [square(), places].concat();
+    let json = described(&format!(
+        r#"{WALL},"nodes":[{{"mesh":0,"extensions":{{"EXT_mesh_gpu_instancing":
+            {{"attributes":{{"TRANSLATION":2}}}}}}}}]"#
+    ));
+    let json = json
+        .replace(r#"{"byteLength":60}"#, r#"{"byteLength":96}"#)
+        .replace(
+            r#""byteLength":12}]"#,
+            r#""byteLength":12},{"buffer":0,"byteOffset":60,"byteLength":36}]"#,
+        )
+        .replace(
+            r#""type":"SCALAR"}]"#,
+            r#""type":"SCALAR"},{"bufferView":2,"componentType":5126,"count":3,"type":"VEC3"}]"#,
+        );
+    let stage = import(&json, &binary).unwrap();
+    assert_eq!(stage.scene.polygons.len(), 3);
+    let far = |axis: usize, at: f64| {
+        let mut all = stage.scene.polygons.iter().flat_map(|p| &p.vertices);
+        all.any(|v| (v[axis] - at).abs() < 1e-6)
+    };
+    assert!(far(0, 6.0) && far(2, 8.0));
+}
