@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 
 use super::Repl;
 use super::verb::{self, Complete, VERBS, VerbSpec};
+use crate::engine::Document;
 use crate::lang::{self, codes};
 use crate::plan::Metric;
 use crate::show::FADES;
@@ -40,7 +41,13 @@ pub struct Completion {
 impl Repl {
     /// The names of the show as it stands.
     pub fn vocabulary(&self) -> Vocabulary {
-        let document = self.engine.document();
+        Vocabulary::of(self.engine.document())
+    }
+}
+
+impl Vocabulary {
+    /// The names of a document's show.
+    pub fn of(document: &Document) -> Vocabulary {
         let show = document.show();
         let texts = document.diagnostics().sources.texts();
         let values = texts.flat_map(lang::values).collect();
@@ -78,6 +85,30 @@ impl Vocabulary {
         Vocabulary {
             materials,
             ..Vocabulary::default()
+        }
+    }
+
+    /// What a statement of a show's text may go on with at its end; `files` where the name of one
+    /// stands there.
+    pub fn complete_statement(&self, typed: &str) -> Completion {
+        let start = typed
+            .rfind(|c: char| c.is_whitespace() || "(){},=+".contains(c))
+            .map_or(0, |i| i + 1);
+        let (before, word) = typed.split_at_checked(start).unwrap_or((typed, ""));
+        let offer = match before.split_whitespace().next() {
+            None => offer(lang::keywords().iter().copied()),
+            Some(first) => self.of_declaration(first, before),
+        };
+        let words: BTreeSet<String> = offer
+            .into_iter()
+            .flatten()
+            .chain(units(word))
+            .filter(|w| w.starts_with(word) && w != word)
+            .collect();
+        Completion {
+            start,
+            words: words.into_iter().collect(),
+            files: false,
         }
     }
 
