@@ -49,10 +49,13 @@ use crate::units::CueNumber;
 
 pub use self::sheet::Limits;
 
+/// The means to read and render the show at a path, whose files these are.
+pub type MeansOf = dyn Fn(&Path, Box<dyn Files>) -> Host;
+
 /// What the embedding program gives: limits, and the means to render the show at a path.
 pub struct Means {
     pub limits: Limits,
-    pub host: Box<dyn Fn(&Path, Box<dyn Files>) -> Host>,
+    pub host: Box<MeansOf>,
 }
 
 /// Serves the client at standard input and output until it leaves.

@@ -1,6 +1,5 @@
 use super::*;
 use crate::files::Monotonic;
-use crate::radiosity::Radiosity;
 use proptest::prelude::*;
 use std::fs;
 use std::thread::JoinHandle;
@@ -41,7 +40,6 @@ impl Editor {
                 file: 1 << 20,
             },
             host: Box::new(|_, files| Host {
-                renderer: Arc::new(Radiosity),
                 files,
                 clock: Box::new(Monotonic::default()),
                 ..Host::default()
