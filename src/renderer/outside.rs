@@ -7,6 +7,8 @@
 //! uses sums of its pictures as pictures of sums. A setting with negative numbers takes two runs:
 //! the picture of its negative part is subtracted from that of its positive part.
 
+mod scene;
+
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -25,6 +27,19 @@ use crate::work::Work;
 pub const SETTINGS: &str = "{settings}";
 /// What stands for the path of the picture in the command.
 pub const OUTPUT: &str = "{output}";
+
+/// What stands for the path of the scene in the command; the numbers lie beside it in `scene.bin`.
+pub const SCENE: &str = "{scene}";
+/// What stands for the path of a script that comes with the program.
+const SCRIPT: &str = "{script}";
+
+/// Renderers that the program knows how to call by their names: a script of Python, and its steps of
+/// quality.
+const KNOWN: [(&str, &str, u8); 1] = [(
+    "mitsuba",
+    include_str!("../../examples/outside/mitsuba.py"),
+    4,
+)];
 
 /// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
 /// deviate by up to 5e-4 by their rounding alone.
@@ -80,16 +95,30 @@ pub struct Call {
     pub steps: u8,
     /// The show's file, given to the program.
     pub show: Option<PathBuf>,
+    /// A script that comes with the program, for Python.
+    pub script: Option<&'static str>,
 }
 
 impl Call {
     /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
-    /// quality.
+    /// quality. Or the name of a renderer that the program knows how to call, such as `mitsuba`, with
+    /// arguments for its script.
     ///
     /// # Errors
     /// [`OutsideError::Command`] and [`OutsideError::Mark`].
     pub fn parse(line: &str) -> Result<Call, OutsideError> {
         let (program, arguments) = split(line)?;
+        if let Some((_, script, steps)) = KNOWN.iter().find(|known| known.0 == program) {
+            let marks = [SCRIPT, SCENE, SETTINGS, OUTPUT].map(str::to_owned);
+            return Ok(Call {
+                program: "python3".to_owned(),
+                arguments: marks.into_iter().chain(arguments).collect(),
+                timeout: 600.0,
+                steps: *steps,
+                show: None,
+                script: Some(script),
+            });
+        }
         for mark in [SETTINGS, OUTPUT] {
             if !arguments.iter().any(|a| a.contains(mark)) {
                 return Err(OutsideError::Mark(mark));
@@ -101,14 +130,20 @@ impl Call {
             timeout: 600.0,
             steps: 1,
             show: None,
+            script: None,
         })
+    }
+
+    /// Does the program read the scene?
+    fn reads_scene(&self) -> bool {
+        self.arguments.iter().any(|a| a.contains(SCENE))
     }
 }
 
 /// What the renderer reads: one picture to render.
 #[derive(Debug, Serialize)]
 pub struct Request<'a> {
-    /// Version of this form.
+    /// Version of this form: 1 where the scene is written too.
     pub schema: u32,
     /// The show's file, if it has one; its stage files lie beside it.
     pub show: Option<String>,
@@ -118,6 +153,9 @@ pub struct Request<'a> {
     pub quality: u8,
     /// Steps of the scale.
     pub steps: u8,
+    /// For what is random: the same for the same picture, another for any other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u32>,
     /// Every bank, then the fixed lights, with settings from 0: 1 is full.
     pub coordinates: Vec<Coordinate<'a>>,
 }
@@ -210,8 +248,16 @@ impl Transport for Outside {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         check_quality(quality, self.finest())?;
+        let scene = match self.0.call.reads_scene() {
+            true => Some(scene::files(setup).map_err(OutsideError::Settings)?),
+            false => None,
+        };
+        if let Some((json, binary)) = &scene {
+            check_memory("the scene's files", json.len() + binary.len(), work.memory)?;
+        }
         let operator = OutsideOperator {
             renderer: Arc::clone(&self.0),
+            scene,
             names: setup.rig.sources.iter().map(|s| s.name.clone()).collect(),
             view: setup.view.clone(),
             quality,
@@ -269,6 +315,8 @@ impl Renderer {
 /// G for one rig, view and quality.
 struct OutsideOperator {
     renderer: Arc<Renderer>,
+    /// `scene.json` and `scene.bin`, where the program reads them.
+    scene: Option<(Vec<u8>, Vec<u8>)>,
     names: Vec<String>,
     view: View,
     quality: Quality,
@@ -284,7 +332,11 @@ impl OutsideOperator {
         let call = &self.renderer.call;
         let point = |p: crate::geometry::Vec3| [p.x, p.y, p.z];
         let request = Request {
-            schema: 0,
+            schema: match self.scene {
+                Some(_) => scene::SCHEMA,
+                None => 0,
+            },
+            seed: self.scene.as_ref().map(|_| seed(setting, self.quality)),
             show: call.show.as_ref().map(|p| p.display().to_string()),
             view: Camera {
                 from: point(self.view.from),
@@ -315,10 +367,18 @@ impl OutsideOperator {
         let (width, height) = self.size();
         // Some five times the picture's own floats: other channels may stand beside R, G and B.
         let pixels = (width as u64 * height as u64).saturating_mul(64);
+        let mut inputs: Vec<(&str, &str, &[u8])> = vec![(SETTINGS, "settings.json", &request)];
+        if let Some((json, binary)) = &self.scene {
+            inputs.push((SCENE, "scene.json", json));
+            inputs.push(("{numbers}", "scene.bin", binary));
+        }
+        if let Some(script) = self.renderer.call.script {
+            inputs.push((SCRIPT, "render.py", script.as_bytes()));
+        }
         let done = self.renderer.processes.run(&Job {
             program: &self.renderer.call.program,
             arguments: &self.renderer.call.arguments,
-            inputs: &[(SETTINGS, "settings.json", &request)],
+            inputs: &inputs,
             output: (OUTPUT, "picture.exr"),
             limit: (pixels + HEADER).min(work.memory as u64),
             timeout: self.renderer.call.timeout,
@@ -390,6 +450,17 @@ impl OutsideOperator {
             double: off(&[(2.0, a), (-1.0, twice)], twice),
         })
     }
+}
+
+/// A number that goes with a setting at a quality.
+fn seed(setting: &[f64], quality: Quality) -> u32 {
+    let bits = setting.iter().map(|value| value.to_bits());
+    let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
+        (seed ^ bits)
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .rotate_left(29)
+    });
+    (mixed >> 33) as u32
 }
 
 impl Prepared for OutsideOperator {

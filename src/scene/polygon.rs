@@ -56,7 +56,7 @@ pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeErro
 
 /// A simple polygon of at most [`BENT_LIMIT`] corners as triangles; `None` where there is no way to
 /// cut it.
-pub(super) fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
+pub(crate) fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
     let mut triangles = Flat::new(corners, normal(corners)?).triangles()?;
     triangles.retain(|triangle| normal(triangle).is_some());
     Some(triangles)

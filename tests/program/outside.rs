@@ -88,6 +88,7 @@ fn call(mode: &str, steps: u8) -> Call {
         timeout: 120.0,
         steps,
         show: None,
+        script: None,
     }
 }
 
@@ -308,6 +309,7 @@ fn the_manual_shows_the_settings() {
     let request = Request {
         schema: 0,
         show: None,
+        script: None,
         view: Camera {
             from: [0.0; 3],
             to: [0.0; 3],
@@ -317,6 +319,7 @@ fn the_manual_shows_the_settings() {
         },
         quality: 1,
         steps: 1,
+        seed: None,
         coordinates: vec![Coordinate {
             name: "day",
             value: 1.0,

@@ -188,3 +188,149 @@ fn commands_without_their_marks_are_refused() {
         Err(OutsideError::Command(SplitError::Open))
     ));
 }
+
+/// A floor of two triangles, a spot on it, and an l-shaped panel.
+fn lit_floor() -> Setup {
+    use crate::scene::{Emitter, Light, Material, Polygon, Spot};
+    use crate::units::Rgb;
+    let flat = |points: &[(f64, f64)]| points.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect();
+    let scene = Scene {
+        materials: vec![
+            Material::diffuse("floor", Rgb([0.5, 0.4, 0.3])),
+            Material::diffuse("pane", Rgb([0.0; 3])),
+        ],
+        polygons: vec![
+            Polygon::new(flat(&[(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]), 0),
+            Polygon::new(
+                flat(&[
+                    (0.0, 3.0),
+                    (3.0, 3.0),
+                    (3.0, 4.0),
+                    (1.0, 4.0),
+                    (1.0, 6.0),
+                    (0.0, 6.0),
+                ]),
+                1,
+            ),
+        ],
+    };
+    let lights = vec![
+        Light::Spot(Spot {
+            position: vec3(1.0, 1.0, 3.0),
+            aim: vec3(1.0, 1.0, 0.0),
+            beam: 20.0,
+            field: 40.0,
+            intensity: Rgb([900.0, 800.0, 700.0]),
+        }),
+        Light::Panel {
+            material: 1,
+            radiance: Rgb([2.0; 3]),
+        },
+    ];
+    let source = |(name, light): (&str, usize)| Source {
+        name: name.to_owned(),
+        emitters: vec![Emitter {
+            light,
+            filter: Rgb([1.0, 0.5, 0.25]),
+        }],
+    };
+    let sources = [("lamp", 0), ("pane", 1)].map(source).to_vec();
+    Setup::new(scene, Rig { lights, sources }, setup(&[]).view)
+}
+
+#[test]
+fn the_scene_is_written_with_its_triangles_and_lights() {
+    let (json, binary) = super::scene::files(&lit_floor()).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    assert_eq!(json["schema"], 1);
+    let meshes = json["meshes"].as_array().unwrap();
+    assert_eq!(
+        (
+            meshes[0]["triangles"].as_u64(),
+            meshes[1]["triangles"].as_u64()
+        ),
+        (Some(2), Some(4))
+    );
+    // Nine floats of corners and nine of normals for each triangle.
+    assert_eq!(binary.len(), (2 + 4) * 18 * 4);
+    let offset = meshes[1]["offset"].as_u64().unwrap() as usize;
+    let float = |at: usize| f32::from_le_bytes(binary[at..at + 4].try_into().unwrap());
+    let corner = |i: usize| {
+        vec3(
+            f64::from(float(offset + 12 * i)),
+            f64::from(float(offset + 12 * i + 4)),
+            0.0,
+        )
+    };
+    let area = |t: usize| {
+        (corner(3 * t + 1) - corner(3 * t))
+            .cross(corner(3 * t + 2) - corner(3 * t))
+            .z
+            / 2.0
+    };
+    let total: f64 = (0..4).map(area).sum();
+    assert!(
+        (0..4).all(|t| area(t) > 0.0) && (total - 5.0).abs() < 1e-6,
+        "{total}"
+    );
+    let spot = &json["lights"][0];
+    assert_eq!(
+        (&spot["kind"], spot["intensity"][2].as_f64()),
+        (&"spot".into(), Some(700.0))
+    );
+    let shares = spot["shares"].as_array().unwrap();
+    let end = spot["end"].as_f64().unwrap();
+    // Half at half the beam, between two steps of the table.
+    let at = 10.0_f64.to_radians() / end * (shares.len() - 1) as f64;
+    let share = |i: usize| shares[i].as_f64().unwrap();
+    let low = at.floor() as usize;
+    let half = share(low) + (share(low + 1) - share(low)) * at.fract();
+    assert!((half - 0.5).abs() < 1e-3, "{half}");
+    assert_eq!(
+        json["sources"][1]["emitters"],
+        serde_json::json!([[1, [1.0, 0.5, 0.25]]])
+    );
+}
+
+#[test]
+fn a_program_that_reads_the_scene_gets_it_with_a_seed() {
+    let seeds = Arc::new(Mutex::new(Vec::new()));
+    let seen = Arc::clone(&seeds);
+    let run = move |job: &Job<'_>| {
+        let marks: Vec<&str> = job.inputs.iter().map(|input| input.0).collect();
+        assert_eq!(marks, [SETTINGS, SCENE, "{numbers}"]);
+        let request: serde_json::Value = serde_json::from_slice(job.inputs[0].2).unwrap();
+        assert_eq!(request["schema"], 1);
+        let mut seeds = seen.lock().unwrap();
+        seeds.push((
+            request["coordinates"].to_string(),
+            request["seed"].as_u64().unwrap(),
+        ));
+        done(3, 2, 1.0)
+    };
+    let call = Call::parse("render {scene} {settings} {output}").unwrap();
+    let outside = Outside::with(call, Box::new(run));
+    let mut operator = outside
+        .prepare(&lit_floor(), Quality(1), Work::silent())
+        .unwrap();
+    operator
+        .render(
+            &[vec![1.0, 0.0], vec![0.0, 1.0], vec![1.0, 0.0]],
+            Work::silent(),
+        )
+        .unwrap();
+    let seeds = seeds.lock().unwrap();
+    let last = &seeds[seeds.len() - 3..];
+    assert!(last[0] == last[2] && last[0].1 != last[1].1, "{seeds:?}");
+}
+
+#[test]
+fn a_known_renderer_is_called_by_its_name() {
+    let call = Call::parse("mitsuba --samples 64").unwrap();
+    assert_eq!(call.program, "python3");
+    assert_eq!(
+        call.arguments[1..],
+        [SCENE, SETTINGS, OUTPUT, "--samples", "64"]
+    );
+    assert!(call.steps == 4 && call.script.unwrap().contains("mi.render"));
+}
