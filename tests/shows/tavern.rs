@@ -43,6 +43,8 @@ fn the_files_are_what_the_program_makes() {
         beside_the_show("tavern.mtl") == model::mtl(),
         "run the example"
     );
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    set::has_its_images(&folder, model::PAINTERS, model::SIDE, model::paint);
 }
 
 #[test]
