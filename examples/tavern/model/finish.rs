@@ -152,7 +152,7 @@ pub fn plaster(u: f64, v: f64) -> f64 {
     let cloud = fractal([u * 5.0, v * 5.0], [5, 5], 4);
     let crack = fractal([u * 4.0 + 9.0, v * 4.0 + 5.0], [4, 4], 4) - 0.5;
     let crack = (1.0 - 90.0 * crack.abs()).max(0.0) * (3.0 * cloud - 1.2).clamp(0.0, 1.0);
-    0.70 + 0.34 * cloud - 0.16 * crack
+    0.70 + 0.34 * cloud - 0.06 * crack
 }
 
 /// Eight courses of bricks in running bond.
@@ -207,7 +207,7 @@ pub fn brocade(u: f64, v: f64) -> f64 {
         0.0
     };
     let worn = fractal([u * 8.0, v * 8.0], [8, 8], 2) - 0.5;
-    0.58 + 0.36 * f64::max(line, 0.8 * flower) + 0.1 * worn
+    0.81 + 0.18 * f64::max(line, 0.8 * flower) + 0.1 * worn
 }
 
 /// Studded doors: four rows of nails on lacquered planks.
