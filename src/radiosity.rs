@@ -46,7 +46,7 @@ use crate::picture::Image;
 use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
 };
-use crate::scene::{Light, Material, Rig};
+use crate::scene::{Light, Material, Polygon, Rig};
 use crate::work::Work;
 use camera::fragment::{Fragment, Fragments, fragments};
 use compose::gather_weights;
@@ -136,10 +136,17 @@ impl Transport for Radiosity {
 /// references than hemicubes are in the same time, and its cost grows far less than the polygons do.
 pub const MANY_POLYGONS: usize = 2500;
 
+/// Polygons shaded by normals that vary beyond which rays serve a scene: they take such normals as they
+/// are, hemicubes mix the light of neighbours ([`rounding`]).
+const MANY_ROUND: usize = 1000;
+
 /// Which of the two methods serves a scene, at every step: what light passes through only rays know.
 fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
-    scene.polygons.len() > MANY_POLYGONS || scene.materials.iter().any(Material::is_cut)
+    let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
+    scene.polygons.len() > MANY_POLYGONS
+        || scene.materials.iter().any(Material::is_cut)
+        || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }
 
 /// Threads that live for one call of the operator; `None` where the platform has none, and loops
