@@ -81,7 +81,7 @@ fn listed(names: &[String]) -> String {
 fn materials(stage: &StageFile) -> Table {
     let columns = ["material", "reflectance", "m2", ""];
     let mut table = Table::new(columns.map(str::to_owned).to_vec(), "");
-    for material in &stage.materials {
+    for material in stage.materials.iter().filter(|m| m.area > 0.0) {
         let [r, g, b] = material.reflectance.0.map(|c| format!("{c:.2}"));
         table.push([
             material.name.clone(),
