@@ -147,6 +147,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             print(explain(code)?);
             Ok(0)
         }
+        OwnCommand::Stage { file } => reports::stage(file, settings.memory()),
         OwnCommand::Repl { show, commands } => {
             let (wake, events) = channel();
             let background: Box<dyn Background> = Box::new(Threads::new(wake.clone()));

@@ -24,6 +24,7 @@ mod refiner;
 mod rendering;
 pub mod session;
 mod setup;
+mod stage;
 mod versions;
 
 use std::path::Path;
@@ -53,7 +54,9 @@ pub use self::plan::PlanOptions;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary};
 pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
 pub use self::session::Session;
+pub use self::stage::{StageFile, StageMaterial};
 pub use self::versions::Serving;
+pub use crate::scene::LampShape;
 
 pub(crate) use self::limit::TimedCall;
 

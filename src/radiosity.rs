@@ -21,6 +21,7 @@ mod indirect;
 mod lists;
 mod memory;
 mod mesh;
+mod rounding;
 pub mod step;
 mod unit_lights;
 mod visibility;
@@ -59,6 +60,7 @@ use memory::MemoryBudget;
 use mesh::element::Element;
 use mesh::stitching::Stitching;
 use rayon::ThreadPool;
+use rounding::Rounding;
 use std::sync::Arc;
 use step::{STEPS, Step};
 use unit_lights::{Composed, UnitLights};
@@ -134,14 +136,17 @@ impl Transport for Radiosity {
 /// references than hemicubes are in the same time, and its cost grows far less than the polygons do.
 pub const MANY_POLYGONS: usize = 2500;
 
-/// Which of the two methods serves a scene, at every step: what light passes through, and normals that
-/// vary over a polygon, only rays know.
+/// Polygons shaded by normals that vary beyond which rays serve a scene: they take such normals as they
+/// are, hemicubes mix the light of neighbours ([`rounding`]).
+const MANY_ROUND: usize = 1000;
+
+/// Which of the two methods serves a scene, at every step: what light passes through only rays know.
 fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
-    let is_smooth = |p: &Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
+    let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
     scene.polygons.len() > MANY_POLYGONS
         || scene.materials.iter().any(Material::is_cut)
-        || scene.polygons.iter().any(is_smooth)
+        || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }
 
 /// Threads that live for one call of the operator; `None` where the platform has none, and loops
@@ -207,6 +212,8 @@ struct Operator {
     /// Those of the second gather; without it the elements are the gather points.
     gather_points: Option<GatherPoints>,
     fragments: Fragments,
+    /// Where the picture shows something round.
+    rounding: Option<Rounding>,
     /// Of each fragment, where the scene has textures.
     paints: Vec<[f32; 3]>,
     /// For each fragment the gather points around it and their weights.
@@ -245,6 +252,12 @@ impl Operator {
         let every = fragments.all().len() * each;
         budget.take("direct light at every fragment", every)?;
 
+        let rounding = Rounding::new(&surfaces, &fragments);
+        budget.take(
+            "round surfaces",
+            rounding.as_ref().map_or(0, Rounding::bytes),
+        )?;
+
         let layout = Layout::of_elements(&surfaces, step.elements);
         budget.take("the mesh", layout.cells() * ELEMENT_BYTES)?;
         let seeds = seeds(setting, &lights, view.from);
@@ -273,7 +286,13 @@ impl Operator {
 
         let gather_points = if step.gather_points > 0 {
             let left = budget.share(1, work);
-            let found = GatherPoints::new(gather_scene, &seeds, &fragments, step, left)?;
+            let found = GatherPoints::new(
+                gather_scene,
+                &seeds,
+                (&fragments, rounding.as_ref()),
+                step,
+                left,
+            )?;
             budget.take("gather points", found.bytes())?;
             Some(found)
         } else {
@@ -283,7 +302,11 @@ impl Operator {
         let reflected = size_of::<[f32; 3]>() * gathering.elements.len() * rig.lights.len();
         budget.take("reflected light at every gather point", reflected)?;
         work.check()?;
-        let gather_weights = weights(&surfaces, &mesh, gather_points.as_ref(), &fragments);
+        let gather_weights = weights(
+            (&surfaces, &mesh),
+            gather_points.as_ref(),
+            (&fragments, rounding.as_ref()),
+        );
         work.check()?;
         Ok(Operator {
             rig: Arc::clone(rig),
@@ -293,6 +316,7 @@ impl Operator {
             element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
             solutions: rig.lights.iter().map(|_| None).collect(),
             visible_shares: visible_shares(&mesh, &fragments),
+            rounding,
             paints: compose::paints(&surfaces, &fragments),
             surfaces,
             vertices,
@@ -334,24 +358,39 @@ impl UnitLights for Operator {
 
 /// For each fragment its gather points with their interpolation weights.
 fn weights(
-    surfaces: &Surfaces,
-    mesh: &Mesh,
+    (surfaces, mesh): (&Surfaces, &Mesh),
     gather_points: Option<&GatherPoints>,
-    fragments: &Fragments,
+    (fragments, rounding): (&Fragments, Option<&Rounding>),
 ) -> Lists<(u32, f32)> {
-    match gather_points {
-        // The outermost stand on the facets' edges, so that no stitching is needed.
-        Some(gather_points) => gather_weights(fragments.all(), |f, weights| {
-            let around = gather_points.mesh.stencil(f.facet, f.point).into_iter();
-            weights.extend(around.filter(|(_, w)| *w > 0.0));
-        }),
-        None => {
-            let stitching = Stitching::new(surfaces);
-            gather_weights(fragments.all(), |f, weights| {
-                stitching.stencil(mesh, f.facet, f.point, weights);
-            })
+    let stitching = gather_points.is_none().then(|| Stitching::new(surfaces));
+    let around = |facet: usize, point: Vec3, weights: &mut Vec<(u32, f32)>| {
+        match (gather_points, &stitching) {
+            (None, Some(stitching)) => stitching.stencil(mesh, facet, point, weights),
+            // The outermost stand on the facets' edges, so that no stitching is needed.
+            (found, _) => {
+                let mesh = found.map_or(mesh, |found| &found.mesh);
+                let around = mesh.stencil(facet, point).into_iter();
+                weights.extend(around.filter(|(_, w)| *w > 0.0));
+            }
         }
-    }
+    };
+    let Some(rounding) = rounding else {
+        return gather_weights(fragments.all(), |_, f, weights| {
+            around(f.facet, f.point, weights);
+        });
+    };
+    gather_weights(fragments.all(), |number, f, weights| {
+        for (facet, point, share) in rounding.places(number, f) {
+            let first = weights.len();
+            around(facet, point, weights);
+            weights[first..].iter_mut().for_each(|(_, w)| *w *= share);
+        }
+        // A place without gather points leaves its share to the others.
+        let sum: f32 = weights.iter().map(|(_, w)| w).sum();
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|(_, w)| *w /= sum);
+        }
+    })
 }
 
 /// For each element its share of the picture.

@@ -29,6 +29,7 @@ pub mod results;
 pub mod run;
 pub mod session;
 pub mod sheet;
+pub mod stage;
 pub mod table;
 pub mod target;
 pub mod tradeoff;

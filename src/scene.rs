@@ -24,7 +24,7 @@ pub mod texture;
 
 use std::collections::BTreeMap;
 
-use crate::geometry::{Vec3, block, diameter, newell};
+use crate::geometry::{Vec3, block, diameter, newell, vec3};
 use crate::units::Rgb;
 
 pub use self::light::{Light, Measured, Projection, Spot};
@@ -109,6 +109,10 @@ pub struct Scene {
 /// about 1e-6 of a distance count as one plane to the rasterizer.
 const THICKNESS: f64 = 2e-5;
 
+/// What a luminaire's own shape reflects: frosted glass and its fitting, so that an unlit lamp is no
+/// black ball.
+const HOUSING: f64 = 0.3;
+
 impl Scene {
     /// Adds another file's materials and polygons.
     ///
@@ -143,8 +147,18 @@ impl Scene {
 
     /// Area in square metres of all polygons of the material of this index.
     pub fn area(&self, material: usize) -> f64 {
-        let own = self.polygons.iter().filter(|p| p.material == material);
-        own.map(|p| 0.5 * newell(&p.vertices).length()).sum()
+        self.areas().get(material).copied().unwrap_or_default()
+    }
+
+    /// Area in square metres of all polygons of each material.
+    pub fn areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.materials.len()];
+        for polygon in &self.polygons {
+            if let Some(area) = areas.get_mut(polygon.material) {
+                *area += 0.5 * newell(&polygon.vertices).length();
+            }
+        }
+        areas
     }
 
     /// Adds a solid of the material called `name`, made with this reflectance when there is none.
@@ -155,9 +169,14 @@ impl Scene {
         if known.is_none() {
             self.materials.push(Material::diffuse(name, reflectance));
         }
-        let faces = solid.polygons().unwrap_or_default().into_iter();
-        self.polygons
-            .extend(faces.map(|vertices| Polygon::new(vertices, material)));
+        for vertices in solid.polygons().unwrap_or_default() {
+            let point = vertices.first().copied().unwrap_or_default();
+            let plane = (point, polygon::doubled_area(&vertices).normalized());
+            self.polygons.push(Polygon {
+                shading: solid.shading(plane).map(Box::new),
+                ..Polygon::new(vertices, material)
+            });
+        }
     }
 
     /// Gives each polygon that light passes through somewhere a number of its own, which its back
@@ -193,11 +212,12 @@ impl Scene {
         }
     }
 
-    /// Adds a shape as polygons of a black material of this name, behind all others; its light is
-    /// the rig's. The error that shapes are allowed is kept.
+    /// Adds a shape as polygons of a material of this name, behind all others, which reflects
+    /// [`HOUSING`]; its light is the rig's. The error that shapes are allowed is kept.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
-        self.materials.push(Material::diffuse(name, Rgb::default()));
+        self.materials
+            .push(Material::diffuse(name, Rgb([HOUSING; 3])));
         let polygons = shape.polygons(shape::TOLERANCE).into_iter();
         self.polygons
             .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
@@ -309,7 +329,7 @@ impl Rig {
     }
 }
 
-/// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y.
+/// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y; `roll` turns it from there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The eye.
@@ -318,8 +338,90 @@ pub struct View {
     pub to: Vec3,
     /// Vertical field of view, full angle, degrees.
     pub fov: f64,
+    /// Clockwise for who looks through it, degrees: the picture turns the other way.
+    pub roll: f64,
     /// Picture width in pixels.
     pub width: usize,
     /// Picture height in pixels.
     pub height: usize,
+}
+
+impl View {
+    /// Unit vectors to the right, to the top and into the picture; not finite where it looks nowhere.
+    pub fn axes(&self) -> [Vec3; 3] {
+        let forward = (self.to - self.from).normalized();
+        let [right, up] = upright(forward);
+        let (sine, cosine) = self.roll.to_radians().sin_cos();
+        [
+            right * cosine - up * sine,
+            up * cosine + right * sine,
+            forward,
+        ]
+    }
+}
+
+impl Camera {
+    /// The view from it, as large as that.
+    pub fn view(&self, [width, height]: [usize; 2]) -> View {
+        let [right, up] = upright(self.direction);
+        View {
+            from: self.position,
+            to: self.position + self.direction,
+            fov: self.fov,
+            roll: self.up.dot(right).atan2(self.up.dot(up)).to_degrees(),
+            width,
+            height,
+        }
+    }
+}
+
+/// To the right and to the top of a picture that looks `forward` and is not rolled.
+fn upright(forward: Vec3) -> [Vec3; 2] {
+    let vertical = forward.x.hypot(forward.y) < 1e-9;
+    let above = if vertical {
+        vec3(0.0, 1.0, 0.0)
+    } else {
+        vec3(0.0, 0.0, 1.0)
+    };
+    let right = forward.cross(above).normalized();
+    [right, right.cross(forward)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_becomes_a_view_with_its_axes() {
+        let [right, up] = upright(vec3(0.6, 0.0, 0.8));
+        let (s, c) = 0.7_f64.sin_cos();
+        let camera = Camera {
+            name: String::new(),
+            position: vec3(1.0, 2.0, 3.0),
+            direction: vec3(0.6, 0.0, 0.8),
+            up: up * c + right * s,
+            fov: 30.0,
+        };
+        let view = camera.view([4, 3]);
+        assert!((view.roll.to_radians() - 0.7).abs() < 1e-12);
+        let found = view.axes();
+        let wanted = [right * c - up * s, camera.up, camera.direction];
+        let off = found.iter().zip(wanted).map(|(a, b)| (*a - b).length());
+        assert!(off.fold(0.0, f64::max) < 1e-12);
+    }
+
+    #[test]
+    fn a_rolled_view_sees_its_right_low() {
+        let view = View {
+            from: Vec3::ZERO,
+            to: vec3(0.0, 1.0, 0.0),
+            fov: 40.0,
+            roll: 90.0,
+            width: 4,
+            height: 3,
+        };
+        let [right, up, _] = view.axes();
+        assert!((right - vec3(0.0, 0.0, -1.0)).length() < 1e-12);
+        assert!((up - vec3(1.0, 0.0, 0.0)).length() < 1e-12);
+    }
 }

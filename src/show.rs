@@ -148,8 +148,10 @@ pub struct View {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// The camera itself.
+    /// The camera itself; only its size counts where it is `imported`.
     pub camera: scene::View,
+    /// The name of a camera of the stage's files that it is.
+    pub imported: Option<String>,
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`, which share a level.

@@ -1,14 +1,18 @@
-//! Builds Luther's Tavern: `cargo run --example tavern_model` writes `tavern.obj` and `tavern.mtl`
-//! beside this file.
+//! Builds Luther's Tavern: `cargo run --example tavern_model` writes `tavern.obj`, `tavern.mtl`
+//! and the images of its surfaces beside this file.
 //!
 //! The set is an open box: the house is the fourth wall, and the roof stays open downstage for the
 //! overhead lights. Metres; X to stage left, Y upstage, Z up here, Y up in the file as OBJ has it.
 //! Every face is convex and planar, its front where the vertices run counter-clockwise; solids are
 //! closed but for sides on the floor or against a wall. The numbers come out the same on every
-//! machine, and a test compares the files byte for byte.
+//! machine, and a test compares the files byte for byte, the images pixel
+//! for pixel.
 
 use std::path::Path;
 
+#[path = "model/finish.rs"]
+#[allow(dead_code, reason = "the paint shop works for Turandot too")]
+mod finish;
 #[path = "model/furniture.rs"]
 mod furniture;
 #[path = "model/luminaire.rs"]
@@ -24,7 +28,8 @@ mod stair;
 #[path = "model/wavefront.rs"]
 mod wavefront;
 
-pub use material::MATERIALS;
+pub use finish::{SIDE, paint};
+pub use material::{MATERIALS, PAINTERS};
 pub use solid::{Frame, Point, Set, octagon};
 
 /// The whole set, in the order in which a crew would put it up.
@@ -39,16 +44,17 @@ pub fn tavern() -> Set {
 
 /// The text of the OBJ file.
 pub fn obj(set: &Set) -> String {
-    wavefront::obj(set, "Luther's Tavern", "tavern")
+    wavefront::obj(set, MATERIALS, "Luther's Tavern", "tavern")
 }
 
 /// The text of the MTL file.
 pub fn mtl() -> String {
-    wavefront::mtl(MATERIALS, "Luther's Tavern", "tavern")
+    wavefront::mtl(MATERIALS, PAINTERS, "Luther's Tavern", "tavern")
 }
 
 fn main() -> std::io::Result<()> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
     std::fs::write(folder.join("tavern.obj"), obj(&tavern()))?;
-    std::fs::write(folder.join("tavern.mtl"), mtl())
+    std::fs::write(folder.join("tavern.mtl"), mtl())?;
+    wavefront::write_images(&folder, PAINTERS)
 }

@@ -1,5 +1,5 @@
 //! Builds the set of Turandot: `cargo run --example turandot_model` writes `turandot.obj`,
-//! `turandot.mtl` and the two slides `dusk.png` and `night.png` beside this file.
+//! `turandot.mtl`, the images of its surfaces and the two slides `dusk.png` and `night.png` beside this file.
 //!
 //! A square before the palace, under an open sky: gatehouses left and right, a stair to a terrace
 //! with two pavilions, a pagoda in the middle, the walls of Peking and a sky cloth behind. Metres;
@@ -9,6 +9,9 @@
 
 use std::path::Path;
 
+#[path = "../tavern/model/finish.rs"]
+#[allow(dead_code, reason = "the paint shop of the tavern can do more")]
+mod finish;
 #[path = "model/gate.rs"]
 mod gate;
 #[path = "model/slide.rs"]
@@ -31,8 +34,9 @@ mod solid;
 #[path = "../tavern/model/wavefront.rs"]
 mod wavefront;
 
+pub use finish::{SIDE, paint};
 pub use gobo::{HEIGHT, WIDTH, dusk, night};
-pub use material::MATERIALS;
+pub use material::{MATERIALS, PAINTERS};
 pub use solid::Set;
 
 /// The whole set, from the ground up.
@@ -48,12 +52,12 @@ pub fn turandot() -> Set {
 
 /// The text of the OBJ file.
 pub fn obj(set: &Set) -> String {
-    wavefront::obj(set, "Turandot", "turandot")
+    wavefront::obj(set, MATERIALS, "Turandot", "turandot")
 }
 
 /// The text of the MTL file.
 pub fn mtl() -> String {
-    wavefront::mtl(MATERIALS, "Turandot", "turandot")
+    wavefront::mtl(MATERIALS, PAINTERS, "Turandot", "turandot")
 }
 
 fn main() -> std::io::Result<()> {
@@ -64,5 +68,5 @@ fn main() -> std::io::Result<()> {
         let png = footlight::picture::png::encode(WIDTH, HEIGHT, &slide);
         std::fs::write(folder.join(name), png.map_err(std::io::Error::other)?)?;
     }
-    Ok(())
+    wavefront::write_images(&folder, PAINTERS)
 }

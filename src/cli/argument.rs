@@ -177,6 +177,13 @@ pub enum OwnCommand {
         #[arg(id = "CODE")]
         code: String,
     },
+    /// what a stage's file holds: extent, polygons, materials, lights, cameras
+    #[command(after_help = "Example:\n  footlight stage set.glb")]
+    Stage {
+        /// An OBJ or glTF file
+        #[arg(id = "FILE", value_name = "FILE")]
+        file: PathBuf,
+    },
     /// show every save of a file that is edited elsewhere: errors, changes, the picture
     #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
         Example:\n  footlight watch show.lxq -o now.png")]

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
-use super::{folder_of, print};
-use crate::engine::{self, Document, Host, Serving, TEXT_LIMIT, Version};
+use super::{file_limit, folder_of, print};
+use crate::engine::{self, Document, Host, Serving, StageFile, TEXT_LIMIT, Version};
 use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
 use crate::repl::Error;
 use crate::report::{self, versions::Comparison};
@@ -32,6 +32,15 @@ fn lay_out(path: &Path, look: bool, memory: usize) -> Result<bool, Error> {
         Disk.edit(path, text.as_bytes())?;
     }
     Ok(other)
+}
+
+/// Prints what a stage's file holds.
+pub fn stage(path: &Path, memory: usize) -> Result<u8, Error> {
+    let files = Folder::new(folder_of(path), file_limit(memory));
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let stage = StageFile::read(&files, &name, memory)?;
+    print(report::stage::describe(&name, &stage));
+    Ok(0)
 }
 
 /// Two versions of a show.

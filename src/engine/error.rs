@@ -9,6 +9,7 @@ use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
 use crate::renderer::TransportError;
+use crate::scene::import::SceneError;
 use crate::timeline::TooManyKeys;
 use crate::units::{CueNumber, Time};
 use crate::work::Cancelled;
@@ -20,6 +21,9 @@ pub enum Error {
     /// The show, its stage files or an edit has errors; [`Diagnostics::render`] writes them.
     #[error("{}", .0.render(Style::Plain).trim_end())]
     Show(Diagnostics),
+    /// A stage's file cannot be read.
+    #[error("{0}")]
+    Stage(#[from] SceneError),
     /// The show has more key settings than memory is meant for.
     #[error("the show is too large: {0}")]
     TooManyKeys(#[from] TooManyKeys),

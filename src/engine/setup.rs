@@ -16,7 +16,9 @@ use crate::scene::import;
 use crate::scene::luminaire_asset::LuminaireAssets;
 use crate::scene::shape::Shape;
 use crate::scene::solid::Solid;
-use crate::scene::{Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, Shading, View, still};
+use crate::scene::{
+    Camera, Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, Shading, View, still,
+};
 use crate::show::{self, Show};
 use crate::units::Rgb;
 
@@ -54,6 +56,7 @@ pub(super) struct Loaded {
     inputs: Inputs,
     images: Images,
     luminaires: LuminaireAssets,
+    cameras: Vec<Camera>,
     notes: Notes,
     pub setup: Setup,
 }
@@ -103,36 +106,39 @@ pub(super) fn load(
     old: Option<&Loaded>,
 ) -> Result<(Option<Loaded>, Vec<Diagnostic>), Vec<Diagnostic>> {
     let inputs = Inputs::of(show);
-    let scene = match old.filter(|l| l.inputs == inputs) {
-        Some(old) => {
-            let lamps = old.luminaires.lamps.clone();
-            Ok((Arc::clone(&old.setup.scene), lamps, old.notes.clone()))
-        }
+    let stages = match old.filter(|l| l.inputs == inputs) {
+        Some(old) => Ok(Stages {
+            scene: Arc::clone(&old.setup.scene),
+            lamps: old.luminaires.lamps.clone(),
+            cameras: old.cameras.clone(),
+            notes: old.notes.clone(),
+        }),
         None => read_scene(show, spans, source),
     };
     let none = Images::new();
     let known = old.map_or(&none, |l| &l.images);
     let images = read_images(show, spans, source, known);
     let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
-    let (scene, notes, images, luminaires) = match (scene, images, luminaires) {
-        (Ok((scene, lamps, notes)), Ok(images), Ok(luminaires)) => {
-            let luminaires = LuminaireAssets {
-                lamps,
-                ..luminaires
-            };
-            (scene, notes, images, luminaires)
-        }
-        (scene, images, luminaires) => {
-            let errors = [scene.err(), images.err(), luminaires.err()];
+    let (stages, images, mut luminaires) = match (stages, images, luminaires) {
+        (Ok(stages), Ok(images), Ok(luminaires)) => (stages, images, luminaires),
+        (stages, images, luminaires) => {
+            let errors = [stages.err(), images.err(), luminaires.err()];
             return Err(errors.into_iter().flatten().flatten().collect());
         }
     };
+    let Stages {
+        scene,
+        lamps,
+        cameras,
+        notes,
+    } = stages;
+    luminaires.lamps = lamps;
     let rig = show.rig_with(&scene, &images, &luminaires);
     let rig = rig.map_err(|errors| {
         let diagnostics = errors.iter().map(|e| diagnostics::of_rig(e, &scene, spans));
         diagnostics.collect::<Vec<_>>()
     })?;
-    let view = show.view().map(|v| v.camera.clone());
+    let view = view(show, &cameras, spans).map_err(|error| vec![error])?;
     let view = if only_images(&rig) {
         view.or_else(|| images.values().next().map(|i| view_of(i)))
     } else if show.stages.is_empty() && show.surfaces.iter().all(|s| s.solids.is_empty()) {
@@ -157,10 +163,25 @@ pub(super) fn load(
         inputs,
         images,
         luminaires,
+        cameras,
         notes,
         setup: Setup { scene, rig, view },
     };
     Ok((Some(loaded), warnings))
+}
+
+/// The show's view; that of a camera of the stages is looked up.
+fn view(show: &Show, cameras: &[Camera], spans: &SpanMap) -> Result<Option<View>, Diagnostic> {
+    let Some(view) = show.view() else {
+        return Ok(None);
+    };
+    let Some(name) = &view.imported else {
+        return Ok(Some(view.camera.clone()));
+    };
+    match cameras.iter().find(|camera| camera.name == *name) {
+        Some(camera) => Ok(Some(camera.view([view.camera.width, view.camera.height]))),
+        None => Err(diagnostics::of_camera((view, name), cameras, spans)),
+    }
 }
 
 /// The images that banks are given as, all of one size, which is the view's where there is one.
@@ -213,6 +234,7 @@ fn view_of(image: &Image) -> View {
         from: vec3(0.0, -1.0, 0.0),
         to: Vec3::ZERO,
         fov: 40.0,
+        roll: 0.0,
         width: image.width(),
         height: image.height(),
     }
@@ -233,15 +255,18 @@ fn options(stage: &show::Stage, show: &Show) -> import::Options {
     }
 }
 
-/// The scene, the lights of its files, and what is not taken of them.
-fn read_scene(
-    show: &Show,
-    spans: &SpanMap,
-    source: Source<'_>,
-) -> Result<(Arc<Scene>, Vec<Lamp>, Notes), Vec<Diagnostic>> {
+/// What is read of the stages' files.
+struct Stages {
+    scene: Arc<Scene>,
+    lamps: Vec<Lamp>,
+    cameras: Vec<Camera>,
+    notes: Notes,
+}
+
+fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages, Vec<Diagnostic>> {
     let mut scene = Scene::default();
     let mut notes = Notes::new();
-    let mut lamps = Vec::new();
+    let (mut lamps, mut cameras) = (Vec::new(), Vec::new());
     let mut errors = Vec::new();
     for (number, stage) in show.stages.iter().enumerate() {
         match import::read(
@@ -256,6 +281,7 @@ fn read_scene(
                 }
                 scene.append(read.scene);
                 lamps.extend(read.lamps);
+                cameras.extend(read.cameras);
             }
             Err(error) => errors.push(diagnostics::of_stage(&error, stage, spans)),
         }
@@ -265,7 +291,12 @@ fn read_scene(
     }
     if errors.is_empty() {
         show.add_light_geometry(&mut scene);
-        Ok((Arc::new(scene), lamps, notes))
+        Ok(Stages {
+            scene: Arc::new(scene),
+            lamps,
+            cameras,
+            notes,
+        })
     } else {
         Err(errors)
     }

@@ -119,7 +119,7 @@ pub enum Declaration<'a> {
 /// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.
 #[derive(Debug)]
 pub struct Clause<'a> {
-    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `size`, or the value itself when bare.
+    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `lens`, `roll`, `size`, or the value itself when bare.
     pub word: Word<'a>,
     /// What follows the keyword: one value, or three of a position.
     pub values: Vec<Word<'a>>,
@@ -129,7 +129,7 @@ pub struct Clause<'a> {
 /// `box from P to P`, `quad P P P P` …
 #[derive(Debug)]
 pub struct Solid<'a> {
-    /// `quad`, `box`, `disc` or `cylinder`.
+    /// `quad`, `box`, `disc`, `cylinder` or `sphere`.
     pub kind: Word<'a>,
     /// Three lengths of each of a quad's four corners.
     pub corners: Vec<Word<'a>>,

@@ -71,6 +71,7 @@ codes! {
     SLIDE = "E310" "an image that cannot be thrown";
     NO_LAMP = "E311" "a light that the stage does not have";
     LAMP = "E312" "a light of the stage that cannot be used";
+    NO_CAMERA = "E313" "a camera that the stage does not have";
     UNUSED_BANK = "W001" "a bank that no cue moves";
     UNUSED_LIGHT = "W002" "a light in no bank";
     STILL_CUE = "W003" "a cue that moves nothing";

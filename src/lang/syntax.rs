@@ -195,10 +195,10 @@ fn words(rule: Rule) -> &'static str {
         Rule::material => "the name of a material",
         Rule::reflectance => "a reflectance (like #6b4a2f or 0.4)",
         Rule::position => "a position (like `0, -2.5, 3`)",
-        Rule::solid | Rule::solid_kind => "a solid (`quad`, `box`, `disc`, `cylinder`)",
+        Rule::solid | Rule::solid_kind => "a solid (`quad`, `box`, `disc`, `cylinder`, `sphere`)",
         Rule::solid_clause => "a clause (like `radius 20cm`)",
         Rule::corners => "four positions (like `-1, 0, 0`)",
-        Rule::size => "a size (like 640x360)",
+        Rule::size => "a size (like 640x360 or 1080p)",
         Rule::light_kind => light::EXPECTED,
         Rule::path | Rule::interpolation => "a path (like `spline 0 30, 4 80`)",
         Rule::spline_kind => "a kind of spline (like `natural`)",
@@ -230,6 +230,7 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_from => "`from`",
         Rule::kw_image | Rule::image => "`image`",
         Rule::kw_layer => "`layer`",
+        Rule::kw_lens => "`lens`",
         Rule::kw_level => "`level`",
         Rule::kw_one_sided => "`one-sided`",
         Rule::kw_radius => "`radius`",
@@ -242,6 +243,7 @@ fn keyword(rule: Rule) -> &'static str {
         Rule::kw_turn => "`turn`",
         Rule::kw_up => "`up`",
         Rule::kw_via | Rule::via => "`via`",
+        Rule::kw_roll => "`roll`",
         Rule::kw_scale => "`scale`",
         Rule::kw_y => "`y up`",
         Rule::kw_z => "`z up`",
@@ -268,7 +270,7 @@ pub fn is_inner_word(word: &str) -> bool {
 const INNER_WORDS: &str = "\
     aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
-    follow fov from full gap gel hang hermite image inside layer level like linear monotone natural \
-    note off on one-sided out part plain pulse quad radius rate refined reflectance repeat rgb scale \
+    follow fov from full gap gel hang hermite image inside layer lens level like linear monotone natural \
+    note off on one-sided out part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap spline square steps time to tolerance tone turn two-sided up via white \
     y z";

@@ -127,12 +127,14 @@ impl SceneKey {
             from,
             to,
             fov,
+            roll,
             width,
             height,
         } = view;
         hasher.point(*from);
         hasher.point(*to);
         hasher.number(*fov);
+        hasher.number(*roll);
         hasher.count(*width);
         hasher.count(*height);
         SceneKey(hasher.finish())
@@ -466,6 +468,7 @@ mod tests {
             from: vec3(0.0, -9.0, 1.7),
             to: Vec3::ZERO,
             fov: 40.0,
+            roll: 0.0,
             width: 64,
             height: 36,
         }

@@ -43,6 +43,7 @@ fn view() -> View {
         from: vec3(0.0, -9.0, 1.7),
         to: Vec3::ZERO,
         fov: 40.0,
+        roll: 0.0,
         width: SIZE.0,
         height: SIZE.1,
     }

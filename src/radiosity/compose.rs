@@ -18,21 +18,21 @@ use std::f64::consts::PI;
 /// Fragments whose weights are found at once.
 const RUN: usize = 4096;
 
-/// For each fragment the gather points around it with their interpolation weights, as `around`
-/// adds them to a list.
+/// For each fragment the gather points around it with their interpolation weights, as `around`,
+/// given its number, adds them to a list.
 pub fn gather_weights(
     fragments: &[Fragment],
-    around: impl Fn(&Fragment, &mut Vec<(u32, f32)>) + Sync,
+    around: impl Fn(usize, &Fragment, &mut Vec<(u32, f32)>) + Sync,
 ) -> Lists<(u32, f32)> {
-    let run = |fragments: &[Fragment]| {
+    let run = |(number, fragments): (usize, &[Fragment])| {
         let (mut out, mut weights) = (Lists::default(), Vec::new());
-        for f in fragments {
-            around(f, &mut weights);
+        for (f, number) in fragments.iter().zip(number * RUN..) {
+            around(number, f, &mut weights);
             out.push(weights.drain(..));
         }
         out
     };
-    Lists::concat(fragments.par_chunks(RUN).map(run).collect())
+    Lists::concat(fragments.par_chunks(RUN).enumerate().map(run).collect())
 }
 
 /// Reflectance of each fragment, its texture averaged over what it covers; none where the scene has no

@@ -362,6 +362,7 @@ fn calibration_setup() -> Setup {
         from: vec3(-1.7, -1.9, 1.8),
         to: vec3(0.2, 0.3, 0.6),
         fov: 60.0,
+        roll: 0.0,
         width: 96,
         height: 64,
     };

@@ -169,6 +169,8 @@ pub struct Camera {
     pub to: [f64; 3],
     /// Vertical field of view, degrees.
     pub fov: f64,
+    /// Clockwise for who looks through it, degrees.
+    pub roll: f64,
     /// Pixels a row.
     pub width: usize,
     /// Rows.
@@ -342,6 +344,7 @@ impl OutsideOperator {
                 from: point(self.view.from),
                 to: point(self.view.to),
                 fov: self.view.fov,
+                roll: self.view.roll,
                 width: self.view.width,
                 height: self.view.height,
             },

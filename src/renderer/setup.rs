@@ -57,6 +57,7 @@ mod tests {
             from: vec3(0.0, -1.0, 0.0),
             to: vec3(0.0, 0.0, 0.0),
             fov: 40.0,
+            roll: 0.0,
             width: 2,
             height: 1,
         };

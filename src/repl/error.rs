@@ -181,7 +181,7 @@ fn engine_code(error: &engine::Error) -> u8 {
         error if error.is_cancel() => 130,
         E::OutOfTime { .. } => 130,
         E::Show(_) => 1,
-        E::File(_) | E::Picture(_) | E::Reference(_) | E::TaskLost => 3,
+        E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost => 3,
         E::Render(TransportError::Outside(_)) => 3,
         E::Render(_) => 1,
         E::Plan(_) => 70,

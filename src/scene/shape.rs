@@ -68,12 +68,7 @@ impl Shape {
     /// Its polygons, as few as keep `tolerance` (the finest table entry where none does).
     pub fn polygons(&self, tolerance: f64) -> Vec<Vec<Vec3>> {
         match *self {
-            Shape::Sphere { centre, radius } => {
-                let place = |v: &Vec3| centre + *v * radius;
-                let faces = sphere(enough(&SPHERES, tolerance));
-                let moved = faces.iter().map(|f| f.iter().map(place).collect());
-                moved.collect()
-            }
+            Shape::Sphere { centre, radius } => ball(centre, radius, enough(&SPHERES, tolerance)),
             Shape::Disc {
                 centre,
                 aim,
@@ -89,6 +84,14 @@ impl Shape {
 fn enough(table: &[(usize, f64)], tolerance: f64) -> usize {
     let fit = table.iter().find(|(_, error)| *error <= tolerance);
     fit.or(table.last()).map_or(1, |(count, _)| *count)
+}
+
+/// A polyhedron of a sphere's area, with `10 frequency^2 + 2` faces.
+pub(super) fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>> {
+    let place = |v: &Vec3| centre + *v * radius;
+    let faces = sphere(frequency);
+    let moved = faces.iter().map(|f| f.iter().map(place).collect());
+    moved.collect()
 }
 
 /// A regular polygon of the area of a circle, counter-clockwise seen from where `axis` points.

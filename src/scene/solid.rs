@@ -1,4 +1,4 @@
-//! Solids that a show declares itself: quads, boxes, discs and cylinders as polygons.
+//! Solids that a show declares itself: quads, boxes, discs, cylinders and spheres as polygons.
 //!
 //! Round ones are regular polygons of the circle's area. Invariants: polygons are planar, simple,
 //! counter-clockwise seen from where they are to be seen. It does not depend on materials.
@@ -6,7 +6,8 @@
 use crate::geometry::{Vec3, vec3};
 
 use super::polygon::{self, ShapeError};
-use super::shape::ring;
+use super::shading::Shading;
+use super::shape::{ball, ring};
 
 /// Something that stands on the stage.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +52,15 @@ pub enum Solid {
         /// Faces around.
         sides: usize,
     },
+    /// A ball.
+    Sphere {
+        /// Metres.
+        centre: Vec3,
+        /// Metres.
+        radius: f64,
+        /// Faces around, about.
+        sides: usize,
+    },
 }
 
 impl Solid {
@@ -93,6 +103,26 @@ impl Solid {
                 radius,
                 sides,
             } => Ok(cylinder(from, to, radius, sides)),
+            Solid::Sphere {
+                centre,
+                radius,
+                sides,
+            } => Ok(ball(centre, radius, sides.div_ceil(5))),
+        }
+    }
+
+    /// How the face of this plane (a point of it, its unit normal) is shaded, where it is round.
+    pub fn shading(&self, (point, normal): (Vec3, Vec3)) -> Option<Shading> {
+        match *self {
+            Solid::Cylinder { from, to, .. } => {
+                let axis = (to - from).normalized();
+                let is_end = normal.dot(axis).abs() > 0.5;
+                (!is_end).then(|| Shading::round_axis(from, axis))
+            }
+            Solid::Sphere { centre, .. } if (point - centre).length() > 0.0 => {
+                Some(Shading::round_centre(centre))
+            }
+            _ => None,
         }
     }
 

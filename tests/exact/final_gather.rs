@@ -48,6 +48,7 @@ fn view() -> View {
         from: vec3(0.3, 0.3, 2.2),
         to: vec3(4.0, 3.5, 0.4),
         fov: 70.0,
+        roll: 0.0,
         width: 40,
         height: 30,
     }

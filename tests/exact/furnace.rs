@@ -19,6 +19,7 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
         from: vec3(0.4, 0.5, 1.1),
         to: vec3(2.0, 3.0, 1.0),
         fov: 80.0,
+        roll: 0.0,
         width: 20,
         height: 15,
     };
@@ -107,6 +108,7 @@ fn integrating_sphere() {
         from: vec3(-0.6, 0.1, -0.3),
         to: Vec3::ZERO,
         fov: 100.0,
+        roll: 0.0,
         width: 16,
         height: 16,
     };

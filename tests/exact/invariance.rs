@@ -111,6 +111,7 @@ fn inside() -> View {
         from: vec3(0.3, 0.3, 1.8),
         to: vec3(3.0, 2.4, 0.4),
         fov: 70.0,
+        roll: 0.0,
         width: 32,
         height: 24,
     }

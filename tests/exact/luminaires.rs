@@ -88,6 +88,7 @@ fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
             from: axis * (1.0 - near),
             to: axis,
             fov: 2.0 * (1.0 / near).atan().to_degrees(),
+            roll: 0.0,
             width: pixels,
             height: pixels,
         };
@@ -195,6 +196,7 @@ fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
         from: Vec3::ZERO,
         to: vec3(0.0, 1.0, 0.0),
         fov: 90.0,
+        roll: 0.0,
         width: pixels,
         height: pixels,
     };

@@ -219,6 +219,7 @@ impl Meter {
             from: self.centre + self.normal * self.distance,
             to: self.centre,
             fov: 2.0 * (half / self.distance).atan().to_degrees(),
+            roll: 0.0,
             width: self.counts[0],
             height: self.counts[1],
         }

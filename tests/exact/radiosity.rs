@@ -88,6 +88,7 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
         from: vec3(0.0, 0.0, 2.0),
         to: vec3(0.0, 0.0, 0.0),
         fov: 90.0,
+        roll: 0.0,
         width: 4,
         height: 4,
     };

@@ -314,6 +314,7 @@ fn the_manual_shows_the_settings() {
             from: [0.0; 3],
             to: [0.0; 3],
             fov: 32.0,
+            roll: 0.0,
             width: 160,
             height: 90,
         },

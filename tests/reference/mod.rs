@@ -86,6 +86,7 @@ fn case(
             from,
             to,
             fov,
+            roll: 0.0,
             width,
             height,
         },

@@ -87,6 +87,7 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
             from: vec3(0.05 * span, 0.04 * span, 0.8 * tall),
             to: vec3(0.6 * span, 0.7 * span, 0.2 * tall),
             fov: 55.0,
+            roll: 0.0,
             width,
             height,
         },

@@ -1,6 +1,9 @@
 //! What holds for every set that a program makes: faces that can be drawn, fronts to the house.
 
+use std::path::Path;
+
 use footlight::geometry::{Vec3, newell, vec3};
+use footlight::picture::png;
 use footlight::scene::View;
 
 /// A face by what it is of, and its corners.
@@ -10,6 +13,28 @@ pub type VertexBuffer = (String, Vec<Vec3>);
 pub fn outline(material: &str, object: &str, vertices: &[[f64; 3]]) -> VertexBuffer {
     let corners = vertices.iter().map(|&[x, y, z]| vec3(x, y, z));
     (format!("{material} of {object}"), corners.collect())
+}
+
+/// A painter of an image, by the name of its file.
+type Painter<'a> = (&'a str, fn(f64, f64) -> f64);
+
+/// The images of a set's surfaces are what its program paints, pixel by pixel, and small together.
+pub fn has_its_images(
+    folder: &Path,
+    painters: &[Painter<'_>],
+    side: usize,
+    paint: fn(fn(f64, f64) -> f64) -> Vec<u8>,
+) {
+    let mut bytes = 0;
+    for (name, painter) in painters {
+        let grey: Vec<u8> = paint(*painter).iter().flat_map(|g| [*g; 3]).collect();
+        let made = png::encode(side, side, &grey).unwrap();
+        let found = std::fs::read(folder.join(format!("{name}.png"))).unwrap();
+        let read = |bytes: &[u8]| png::decode(bytes, 1 << 24).unwrap();
+        assert!(read(&found) == read(&made), "{name}: run the example");
+        bytes += found.len();
+    }
+    assert!(bytes < 250_000, "{bytes} bytes of images");
 }
 
 /// Every face is planar and convex, runs counter-clockwise and has an area.

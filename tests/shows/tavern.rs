@@ -43,6 +43,8 @@ fn the_files_are_what_the_program_makes() {
         beside_the_show("tavern.mtl") == model::mtl(),
         "run the example"
     );
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    set::has_its_images(&folder, model::PAINTERS, model::SIDE, model::paint);
 }
 
 #[test]
@@ -124,7 +126,11 @@ fn the_rig_fits_the_stage() {
     let files = Folder::new(folder, 1 << 24);
     let stage = &show.stages[0];
     let scene = obj::import(&files, &stage.path, stage.z_up).unwrap();
-    assert_eq!(scene.polygons.len(), model::tavern().faces.len());
+    // Round faces that taper are cut in two.
+    let faces = model::tavern().faces;
+    let round = faces.iter().filter(|f| !f.normals.is_empty()).count();
+    let cut = scene.polygons.len() - faces.len();
+    assert!(cut <= round, "{cut} more polygons than faces");
     let rig = show.rig(&scene).unwrap();
     let lit = |s: &footlight::scene::Source| s.emitters.iter().map(|e| e.light).collect::<Vec<_>>();
     let mut lit: Vec<usize> = rig.sources.iter().flat_map(lit).collect();

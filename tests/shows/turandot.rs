@@ -53,6 +53,7 @@ fn the_files_are_what_the_program_makes() {
         beside_the_show("turandot.mtl") == model::mtl().as_bytes(),
         "{told}"
     );
+    set::has_its_images(&folder(), model::PAINTERS, model::SIDE, model::paint);
     for (name, slide) in [("dusk.png", model::dusk()), ("night.png", model::night())] {
         // Pixel by pixel: how they are packed is the encoder's affair.
         let made = png::encode(model::WIDTH, model::HEIGHT, &slide).unwrap();

@@ -27,6 +27,7 @@ fn beyond() -> View {
         from: vec3(2.0, 4.9, 1.5),
         to: vec3(2.0, 2.3, 0.8),
         fov: 80.0,
+        roll: 0.0,
         width: 24,
         height: 18,
     }
@@ -162,6 +163,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
         from: eye[0],
         to: vec3(2.6, 2.0, 0.3),
         fov: 75.0,
+        roll: 0.0,
         width: 32,
         height: 24,
     };
@@ -196,6 +198,7 @@ fn what_shows_of_a_nearly_hidden_board_is_not_black() {
         from: vec3(2.0, 2.0, 0.95),
         to: vec3(2.0, 3.0, 0.95),
         fov: 46.0,
+        roll: 0.0,
         width: 80,
         height: 40,
     };

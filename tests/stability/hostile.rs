@@ -70,6 +70,7 @@ fn plain() -> Stage {
             from: vec3(-2.0, -5.0, 2.0),
             to: vec3(0.5, 0.5, 0.5),
             fov: 50.0,
+            roll: 0.0,
             width: 24,
             height: 16,
         },

@@ -257,6 +257,7 @@ fn from_above(x: f64) -> View {
         from: vec3(x, 0.0, 4.0),
         to: vec3(0.0, 0.0, 0.0),
         fov: 20.0,
+        roll: 0.0,
         width: 9,
         height: 9,
     }

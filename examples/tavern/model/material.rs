@@ -1,28 +1,42 @@
 //! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
 
-use super::wavefront::{Material, glow, paint};
+use super::finish::{self, Finish, Painter, grain, upright};
+use super::wavefront::{Material, finished, glow, paint};
+
+/// The images of its surfaces by the names of their files.
+pub const PAINTERS: &[(&str, Painter)] = &[
+    ("boards", finish::boards),
+    ("timber", finish::timber),
+    ("plaster", finish::plaster),
+    ("brick", finish::brick),
+];
+
+/// Boards as wide as the floor's: five in 0.775 m.
+const BOARDS: Option<Finish> = upright("boards", [0.775, 3.1]);
+const TIMBER: Option<Finish> = grain("timber", [0.6, 2.4]);
+const PLASTER: Option<Finish> = upright("plaster", [2.4, 2.4]);
 
 /// Every material of the set.
 pub const MATERIALS: &[Material] = &[
     // --- the room ---
-    paint("boards_light", [0.27, 0.17, 0.095]),
-    paint("boards_mid", [0.22, 0.132, 0.072]),
-    paint("boards_dark", [0.165, 0.096, 0.052]),
-    paint("plaster", [0.56, 0.47, 0.35]),
-    paint("ceiling", [0.30, 0.22, 0.15]),
+    finished("boards_light", [0.27, 0.17, 0.095], BOARDS),
+    finished("boards_mid", [0.22, 0.132, 0.072], BOARDS),
+    finished("boards_dark", [0.165, 0.096, 0.052], BOARDS),
+    finished("plaster", [0.56, 0.47, 0.35], PLASTER),
+    finished("ceiling", [0.30, 0.22, 0.15], BOARDS),
     paint("flies", [0.07, 0.06, 0.05]),
-    paint("wainscot", [0.19, 0.105, 0.056]),
-    paint("timber", [0.13, 0.078, 0.046]),
-    paint("brick", [0.34, 0.17, 0.115]),
+    finished("wainscot", [0.19, 0.105, 0.056], BOARDS),
+    finished("timber", [0.13, 0.078, 0.046], TIMBER),
+    finished("brick", [0.34, 0.17, 0.115], upright("brick", [0.9, 0.56])),
     paint("soot", [0.07, 0.06, 0.055]),
     paint("stone", [0.42, 0.39, 0.35]),
     paint("lead", [0.09, 0.09, 0.095]),
     // --- what stands in it ---
-    paint("oak", [0.31, 0.18, 0.09]),
-    paint("bench", [0.25, 0.14, 0.07]),
-    paint("counter", [0.34, 0.165, 0.075]),
-    paint("rail", [0.24, 0.125, 0.06]),
-    paint("barrel", [0.29, 0.18, 0.095]),
+    finished("oak", [0.31, 0.18, 0.09], TIMBER),
+    finished("bench", [0.25, 0.14, 0.07], TIMBER),
+    finished("counter", [0.34, 0.165, 0.075], TIMBER),
+    finished("rail", [0.24, 0.125, 0.06], TIMBER),
+    finished("barrel", [0.29, 0.18, 0.095], TIMBER),
     paint("iron", [0.07, 0.07, 0.075]),
     paint("enamel", [0.74, 0.70, 0.60]),
     paint("pewter", [0.46, 0.46, 0.48]),

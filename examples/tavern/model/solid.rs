@@ -4,6 +4,8 @@
 //! trigonometry, so that the same coordinates come out on every machine. This module knows nothing
 //! of taverns.
 
+use super::finish::unit;
+
 /// A point in metres: X to stage left, Y upstage, Z up.
 pub type Point = [f64; 3];
 
@@ -16,6 +18,8 @@ pub struct Face {
     pub material: &'static str,
     /// Counter-clockwise seen from the front.
     pub vertices: Vec<Point>,
+    /// Of its corners, where it is part of something round.
+    pub normals: Vec<Point>,
 }
 
 /// Where something stands: local X along `along`, local Y a quarter turn from it to the left, Z up.
@@ -58,6 +62,12 @@ impl Frame {
         Frame::facing(self.place(by), [c * x - s * y, s * x + c * y])
     }
 
+    /// From local directions to the stage's, at length 1.
+    fn direction(self, [x, y, z]: Point) -> Point {
+        let [c, s] = self.along;
+        unit([c * x - s * y, s * x + c * y, z])
+    }
+
     /// From local coordinates to the stage's.
     pub fn place(self, [x, y, z]: Point) -> Point {
         let ([ox, oy, oz], [c, s]) = (self.origin, self.along);
@@ -98,10 +108,30 @@ impl Set {
 
     /// One polygon in local coordinates.
     pub fn face(&mut self, frame: Frame, material: &'static str, vertices: &[Point]) {
+        self.round_face(frame, material, vertices, &[]);
+    }
+
+    /// The same of something round, with the normals of its corners, of any length.
+    pub fn round_face(
+        &mut self,
+        frame: Frame,
+        material: &'static str,
+        vertices: &[Point],
+        normals: &[Point],
+    ) {
         self.faces.push(Face {
             object: self.object,
             material,
             vertices: vertices.iter().map(|p| frame.place(*p)).collect(),
+            normals: normals.iter().map(|n| frame.direction(*n)).collect(),
+        });
+    }
+
+    /// A face that is made already, as part of the object at hand.
+    pub fn add(&mut self, face: Face) {
+        self.faces.push(Face {
+            object: self.object,
+            ..face
         });
     }
 
@@ -199,7 +229,7 @@ impl Set {
     }
 
     /// The mantle of a prism, cone or barrel: rings of one polygon, given as (scale, height) from
-    /// the foot upwards, joined by planar trapezoids.
+    /// the foot upwards, joined by planar trapezoids; round from six corners on.
     pub fn mantle(
         &mut self,
         frame: Frame,
@@ -207,7 +237,8 @@ impl Set {
         outline: &[[f64; 2]],
         rings: &[[f64; 2]],
     ) {
-        for ([r0, z0], [r1, z1]) in rings.iter().zip(rings.iter().skip(1)) {
+        let slopes = slopes(rings);
+        for (i, ([r0, z0], [r1, z1])) in rings.iter().zip(rings.iter().skip(1)).enumerate() {
             for [[ax, ay], [bx, by]] in edges(outline) {
                 let quad = [
                     [ax * r0, ay * r0, *z0],
@@ -215,7 +246,17 @@ impl Set {
                     [bx * r1, by * r1, *z1],
                     [ax * r1, ay * r1, *z1],
                 ];
-                self.face(frame, material, &quad);
+                let normals = slopes.get(i).filter(|_| outline.len() >= 6);
+                let normals = normals.map(|[[o0, u0], [o1, u1]]| {
+                    [
+                        [ax * o0, ay * o0, *u0],
+                        [bx * o0, by * o0, *u0],
+                        [bx * o1, by * o1, *u1],
+                        [ax * o1, ay * o1, *u1],
+                    ]
+                });
+                let normals = normals.as_ref().map_or(&[][..], |n| n.as_slice());
+                self.round_face(frame, material, &quad, normals);
             }
         }
     }
@@ -250,6 +291,24 @@ impl Set {
             .collect();
         self.face(frame, material, &down);
     }
+}
+
+/// For each band between rings the normals at its lower and its upper ring: out, and up. Where two
+/// bands meet at less than 45 degrees they share the mean of theirs.
+fn slopes(rings: &[[f64; 2]]) -> Vec<[[f64; 2]; 2]> {
+    let band = |([r0, z0], [r1, z1]): (&[f64; 2], &[f64; 2])| {
+        let (out, up) = (z1 - z0, r0 - r1);
+        let length = (out * out + up * up).sqrt();
+        [out / length, up / length]
+    };
+    let own: Vec<[f64; 2]> = rings.iter().zip(rings.iter().skip(1)).map(band).collect();
+    let joined = |a: [f64; 2], b: Option<&[f64; 2]>| match b {
+        Some(b) if a[0] * b[0] + a[1] * b[1] > 0.5_f64.sqrt() => [a[0] + b[0], a[1] + b[1]],
+        _ => a,
+    };
+    let below = |i: usize| i.checked_sub(1).and_then(|i| own.get(i));
+    let both = |(i, a): (usize, &[f64; 2])| [joined(*a, below(i)), joined(*a, own.get(i + 1))];
+    own.iter().enumerate().map(both).collect()
 }
 
 /// The edges of an outline, the last one back to the first corner.

@@ -1,32 +1,50 @@
 //! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
 
-use super::wavefront::{Material, glow, paint};
+use super::finish::{self, Finish, Painter, grain, upright};
+use super::wavefront::{Material, finished, glow, paint};
+
+/// The images of its surfaces by the names of their files.
+pub const PAINTERS: &[(&str, Painter)] = &[
+    ("paving", finish::paving),
+    ("masonry", finish::masonry),
+    ("tiles", finish::tiles),
+    ("brocade", finish::brocade),
+    ("plaster", finish::plaster),
+    ("timber", finish::timber),
+    ("studs", finish::studs),
+];
+
+const PAVING: Option<Finish> = upright("paving", [2.0, 2.0]);
+const MASONRY: Option<Finish> = upright("masonry", [1.4, 1.2]);
+const TILES: Option<Finish> = upright("tiles", [1.6, 1.5]);
+const PLASTER: Option<Finish> = upright("plaster", [3.0, 3.0]);
+const TIMBER: Option<Finish> = grain("timber", [0.6, 2.4]);
 
 /// Every material of the set.
 pub const MATERIALS: &[Material] = &[
     // --- stone ---
-    paint("slab_light", [0.34, 0.32, 0.29]),
-    paint("slab_mid", [0.29, 0.27, 0.245]),
-    paint("slab_dark", [0.24, 0.22, 0.20]),
-    paint("way", [0.47, 0.44, 0.40]),
-    paint("marble", [0.62, 0.60, 0.56]),
-    paint("terrace", [0.36, 0.31, 0.27]),
-    paint("relief", [0.45, 0.39, 0.33]),
+    finished("slab_light", [0.34, 0.32, 0.29], PAVING),
+    finished("slab_mid", [0.29, 0.27, 0.245], PAVING),
+    finished("slab_dark", [0.24, 0.22, 0.20], PAVING),
+    finished("way", [0.47, 0.44, 0.40], PAVING),
+    finished("marble", [0.62, 0.60, 0.56], MASONRY),
+    finished("terrace", [0.36, 0.31, 0.27], MASONRY),
+    finished("relief", [0.45, 0.39, 0.33], MASONRY),
     // --- wood and tile ---
-    paint("lacquer", [0.42, 0.055, 0.035]),
-    paint("beam", [0.09, 0.20, 0.19]),
-    paint("soffit", [0.44, 0.20, 0.09]),
+    finished("lacquer", [0.42, 0.055, 0.035], TIMBER),
+    finished("beam", [0.09, 0.20, 0.19], TIMBER),
+    finished("soffit", [0.44, 0.20, 0.09], TIMBER),
     paint("gilt", [0.60, 0.41, 0.13]),
-    paint("tile", [0.075, 0.155, 0.14]),
-    paint("yellow_tile", [0.40, 0.25, 0.065]),
-    paint("wall", [0.36, 0.14, 0.09]),
-    paint("door", [0.28, 0.03, 0.025]),
+    finished("tile", [0.075, 0.155, 0.14], TILES),
+    finished("yellow_tile", [0.40, 0.25, 0.065], TILES),
+    finished("wall", [0.36, 0.14, 0.09], PLASTER),
+    finished("door", [0.28, 0.03, 0.025], upright("studs", [0.8, 0.8])),
     paint("lattice", [0.10, 0.045, 0.03]),
-    paint("interior", [0.62, 0.47, 0.29]),
+    finished("interior", [0.62, 0.47, 0.29], PLASTER),
     // --- what stands about ---
     paint("bronze", [0.40, 0.27, 0.11]),
     paint("iron", [0.06, 0.06, 0.065]),
-    paint("robe", [0.62, 0.64, 0.60]),
+    finished("robe", [0.62, 0.64, 0.60], upright("brocade", [0.5, 0.5])),
     paint("face", [0.62, 0.47, 0.37]),
     paint("bark", [0.07, 0.05, 0.04]),
     paint("needle", [0.045, 0.085, 0.05]),

@@ -141,19 +141,12 @@ pub fn finial(set: &mut Set, at: Frame, size: f64) {
 
 /// The half of a column that the house sees: rings as (radius, height) from the foot upwards.
 pub fn column(set: &mut Set, at: Frame, material: &'static str, rings: &[[f64; 2]]) {
-    let outline = hexagon();
-    let next = outline.iter().cycle().skip(1);
-    for ([ax, ay], [bx, by]) in outline.iter().zip(next).filter(|(a, b)| a[1] + b[1] < 0.0) {
-        for ([r0, z0], [r1, z1]) in rings.iter().zip(rings.iter().skip(1)) {
-            let quad = [
-                [ax * r0, ay * r0, *z0],
-                [bx * r0, by * r0, *z0],
-                [bx * r1, by * r1, *z1],
-                [ax * r1, ay * r1, *z1],
-            ];
-            set.face(at, material, &quad);
-        }
-    }
+    let mut whole = Set::default();
+    whole.mantle(at, material, &hexagon(), rings);
+    // Three of six sides face the house.
+    let sides = whole.faces.into_iter().enumerate();
+    let seen = sides.filter(|(i, _)| i % 6 >= 3).map(|(_, face)| face);
+    seen.for_each(|face| set.add(face));
 }
 
 /// A thin upright bar, of which only the front is seen.

@@ -8,7 +8,7 @@ use crate::picture::PictureError;
 use crate::scene::gltf::PartError;
 use crate::scene::import::SceneError;
 use crate::scene::still::{ImageError, Refused};
-use crate::scene::{ImageFile, Scene};
+use crate::scene::{Camera, ImageFile, Scene};
 use crate::show::{NodeId, RigError, Show, Stage, Surface, View};
 
 fn error(
@@ -145,14 +145,11 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
         }
         RigError::NoImage { id, .. } => (codes::IMAGE, id, Vec::new()),
         RigError::Unread { id, .. } => (codes::PHOTOMETRIC, id, Vec::new()),
-        RigError::NoLamp { id, name, known } => {
-            let help = match nearest(name, known.iter().map(String::as_str)) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if known.is_empty() => "lights come with glTF files only".to_owned(),
-                None => format!("the stage has {}", some(known)),
-            };
-            (codes::NO_LAMP, id, vec![help])
-        }
+        RigError::NoLamp { id, name, known } => (
+            codes::NO_LAMP,
+            id,
+            vec![of_stage_files(name, known, "lights")],
+        ),
         RigError::Distant { id, .. } => {
             let help = "hang a `spot` far away with a narrow beam, or a `panel` for the sky";
             (codes::LAMP, id, said(help))
@@ -167,6 +164,27 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
         }
     };
     error(code, cause.to_string(), *id, spans, help)
+}
+
+/// A view from a camera that the stage does not have.
+pub(super) fn of_camera(
+    (view, name): (&View, &str),
+    cameras: &[Camera],
+    spans: &SpanMap,
+) -> Diagnostic {
+    let known: Vec<String> = cameras.iter().map(|camera| camera.name.clone()).collect();
+    let message = format!("the stage has no camera `{name}`");
+    let help = of_stage_files(name, &known, "cameras");
+    error(codes::NO_CAMERA, message, view.id, spans, vec![help])
+}
+
+/// Which light or camera of the stage could have been meant.
+fn of_stage_files(name: &str, known: &[String], what: &str) -> String {
+    match nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => format!("{what} come with glTF files only"),
+        None => format!("the stage has {}", some(known)),
+    }
 }
 
 /// An image that cannot be used, at every statement that names it.

@@ -198,7 +198,8 @@ fn role(rule: Rule) -> &'static str {
     match rule {
         Rule::kw_from => "from",
         Rule::kw_to => "to",
-        Rule::kw_fov => "fov",
+        Rule::kw_fov | Rule::kw_lens => "fov",
+        Rule::kw_roll => "roll",
         Rule::kw_size => "size",
         Rule::kw_at => "at",
         Rule::kw_aim => "aim",

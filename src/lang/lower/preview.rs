@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Lower;
 use crate::diagnostic::Diagnostic;
+use crate::geometry::Vec3;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::quantity::{self, Unit, Wanted};
@@ -13,6 +14,19 @@ use crate::scene;
 
 use crate::show::{Stage, ToneCurve, View};
 use crate::units::fraction;
+
+/// The frame behind a `lens`: its height in metres.
+const FRAME: f64 = 0.024;
+
+/// A view of which nothing is known.
+const NOWHERE: scene::View = scene::View {
+    from: Vec3::ZERO,
+    to: Vec3::ZERO,
+    fov: 0.0,
+    roll: 0.0,
+    width: 0,
+    height: 0,
+};
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this module.
@@ -205,14 +219,50 @@ impl<'a> Lower<'a, '_> {
     fn view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
+        let value = |word: &str| {
+            let clause = clauses.iter().find(|c| c.word.text == word);
+            clause.and_then(|c| c.values.first())
+        };
+        let size = value("size").map_or(Some((640, 360)), |w| self.size(*w));
+        let (width, height) = size.unwrap_or_default();
+        let imported = value("from").filter(|w| w.text.starts_with('"'));
+        let camera = match imported {
+            Some(_) => self.imported_view(name, clauses),
+            None => self.own_view(span, name, clauses),
+        };
+        self.show.views.push(View {
+            id,
+            name: name.text.to_owned(),
+            camera: scene::View {
+                width,
+                height,
+                ..camera
+            },
+            imported: imported.map(|w| unquoted(*w)),
+        });
+    }
+
+    /// The view of a camera of the stage: nothing of it is known yet.
+    fn imported_view(&mut self, name: Word<'a>, clauses: &[Clause<'a>]) -> scene::View {
+        let is_more = |c: &&Clause<'a>| !["from", "size"].contains(&c.word.text);
+        if let Some(clause) = clauses.iter().find(is_more) {
+            let message = format!("a camera of the stage has its own `{}`", clause.word.text);
+            let help = format!("write `view {} from \"Camera\"  size 720p`", name.text);
+            let at = (clause.span, "not here");
+            self.report
+                .error::<()>(codes::DOES_NOT_FIT, message, at, help);
+        }
+        NOWHERE
+    }
+
+    fn own_view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) -> scene::View {
         let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
         let mut point = |word| find(word).map(|c| self.position(&c.values));
         let (from, to) = (point("from"), point("to"));
-        let range = "a field of view is 1 to 170 degrees";
-        let fov = find("fov").and_then(|c| c.values.first());
-        let fov = fov.map(|w| self.within(*w, Wanted::Angle, (1.0, 170.0), range));
-        let size = find("size").and_then(|c| c.values.first());
-        let size = size.map_or(Some((640, 360)), |w| self.size(*w));
+        if let (Some(fov), Some(lens)) = (find("fov"), find("lens")) {
+            self.once(&mut Some(fov.span), "the angle", lens.span);
+        }
+        let fov = self.field_of_view(find("fov"), find("lens"));
         for (missing, there) in [
             ("from", from.is_some()),
             ("to", to.is_some()),
@@ -228,8 +278,7 @@ impl<'a> Lower<'a, '_> {
                 self.report.error::<()>(codes::MISSING, message, at, help);
             }
         }
-        let flat = |v: Option<Option<_>>| v.flatten();
-        let (from, to) = (flat(from), flat(to));
+        let (from, to) = (from.flatten(), to.flatten());
         if from.is_some() && from == to {
             let message = format!(
                 "the view `{}` looks nowhere: `from` and `to` are one point",
@@ -238,18 +287,32 @@ impl<'a> Lower<'a, '_> {
             self.report
                 .error::<()>(codes::RANGE, message, (span, "no direction"), "");
         }
-        let (width, height) = size.unwrap_or_default();
-        self.show.views.push(View {
-            id,
-            name: name.text.to_owned(),
-            camera: scene::View {
-                from: from.unwrap_or_default(),
-                to: to.unwrap_or_default(),
-                fov: fov.flatten().unwrap_or_default(),
-                width,
-                height,
-            },
-        });
+        let range = "a roll is -180 to 180 degrees";
+        let roll = find("roll").and_then(|c| c.values.first());
+        let roll = roll.and_then(|w| self.within(*w, Wanted::Angle, (-180.0, 180.0), range));
+        scene::View {
+            from: from.unwrap_or_default(),
+            to: to.unwrap_or_default(),
+            fov: fov.flatten().unwrap_or_default(),
+            roll: roll.unwrap_or_default(),
+            ..NOWHERE
+        }
+    }
+
+    /// In degrees; none where neither is said.
+    fn field_of_view(
+        &mut self,
+        fov: Option<&Clause<'a>>,
+        lens: Option<&Clause<'a>>,
+    ) -> Option<Option<f64>> {
+        let value = |clause: Option<&Clause<'a>>| clause.and_then(|c| c.values.first()).copied();
+        if let Some(word) = value(fov) {
+            let range = "a field of view is 1 to 170 degrees";
+            return Some(self.within(word, Wanted::Angle, (1.0, 170.0), range));
+        }
+        let range = "a lens is 4mm to 1300mm long";
+        let long = self.within(value(lens)?, Wanted::Length, (0.004, 1.3), range);
+        Some(long.map(|long| 2.0 * (0.5 * FRAME / long).atan().to_degrees()))
     }
 
     /// Reports keywords that stand twice among the clauses of a statement.

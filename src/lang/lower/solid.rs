@@ -13,7 +13,7 @@ use crate::units::Rgb;
 
 /// Sides of what is round, if nothing else is said: of a cylinder as few as look round on a stage,
 /// of a disc as many as a light has that is one.
-const SIDES: [(&str, usize); 2] = [("cylinder", 12), ("disc", 16)];
+const SIDES: [(&str, usize); 3] = [("cylinder", 12), ("disc", 16), ("sphere", 15)];
 /// The most sides.
 const MOST_SIDES: u32 = 64;
 /// The least length of a solid's edge, metres.
@@ -25,6 +25,7 @@ fn clauses_of(kind: &str) -> (&'static [&'static str], &'static [&'static str]) 
         "box" => (&["from", "to"], &["inside"]),
         "disc" => (&["at", "aim", "radius"], &["sides", "two-sided"]),
         "cylinder" => (&["from", "to", "radius"], &["sides"]),
+        "sphere" => (&["at", "radius"], &["sides"]),
         _ => (&[], &["two-sided"]),
     }
 }
@@ -34,6 +35,7 @@ fn example(kind: &str) -> &'static str {
         "box" => "box from -1, 0, 0  to 1, 1, 0.4",
         "disc" => "disc at 0, 0, 0.8  aim 0, 0, 2  radius 60cm",
         "cylinder" => "cylinder from 2, 2, 0  to 2, 2, 3  radius 20cm",
+        "sphere" => "sphere at 2, 2, 1  radius 40cm",
         _ => "quad -3, 4, 0  3, 4, 0  3, 4, 5  -3, 4, 5",
     }
 }
@@ -141,6 +143,11 @@ impl<'a> Lower<'a, '_> {
                 sides: self.sides(kind, find("sides"))?,
                 two_sided,
             },
+            "sphere" => Solid::Sphere {
+                centre: self.point(find("at"))?,
+                radius: self.radius(find("radius"))?,
+                sides: self.sides(kind, find("sides"))?,
+            },
             _ => Solid::Cylinder {
                 from: self.point(find("from"))?,
                 to: self.point(find("to"))?,
@@ -204,6 +211,7 @@ impl<'a> Lower<'a, '_> {
                 let same = (*to - *from).length() < LEAST;
                 same.then_some("the cylinder has no length: `from` and `to` are one point")
             }
+            Solid::Sphere { .. } => None,
             Solid::Quad { .. } => match made.polygons() {
                 Ok(faces) if faces.is_empty() => Some("the quad has no area"),
                 Ok(_) => None,
@@ -229,7 +237,8 @@ mod tests {
         let text = "surface all reflectance 0.5\n  box from 1, 2, 3 to 0, 0, 0 inside\n  \
                     quad 0, 0, 0  (1ft), 0, 0  1, 1, 0  0, 1, 0 two-sided\n  \
                     disc radius 60cm at 0, 0, 1 aim 0, 0, 2\n  \
-                    cylinder from 0, 0, 0 to 0, 0, 3 radius 1ft sides 6\n";
+                    cylinder from 0, 0, 0 to 0, 0, 3 radius 1ft sides 6\n  \
+                    sphere at 0, 0, 1 radius 1\n";
         let show = parse(&mut Sources::default(), "a", text).show.unwrap();
         let solids = &show.surfaces[0].solids;
         let cuboid = Solid::Cuboid {
@@ -240,10 +249,12 @@ mod tests {
         assert_eq!(solids[0], cuboid);
         assert!(solids[1].two_sided() && !solids[2].two_sided());
         let sides = |solid: &Solid| match solid {
-            Solid::Disc { sides, .. } | Solid::Cylinder { sides, .. } => *sides,
+            Solid::Disc { sides, .. }
+            | Solid::Cylinder { sides, .. }
+            | Solid::Sphere { sides, .. } => *sides,
             _ => 0,
         };
-        assert_eq!([sides(&solids[2]), sides(&solids[3])], [16, 6]);
+        assert_eq!([2, 3, 4].map(|i: usize| sides(&solids[i])), [16, 6, 15]);
     }
 
     #[test]

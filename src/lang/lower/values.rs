@@ -23,6 +23,14 @@ pub struct Setting {
     pub colour: Option<(Rgb, Span)>,
 }
 
+/// Sizes of pictures by their names.
+const SIZES: [(&str, (&str, &str)); 4] = [
+    ("360p", ("640", "360")),
+    ("720p", ("1280", "720")),
+    ("1080p", ("1920", "1080")),
+    ("4k", ("3840", "2160")),
+];
+
 impl Lower<'_, '_> {
     pub fn fault<T>(&mut self, word: Word<'_>, wanted: Wanted, fault: &Fault) -> Option<T> {
         let diagnostic = match fault {
@@ -235,9 +243,12 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// Pixels, `640x360`.
+    /// Pixels, `640x360` or one of [`SIZES`].
     pub fn size(&mut self, word: Word<'_>) -> Option<(usize, usize)> {
-        let (width, height) = word.text.split_once('x')?;
+        let (width, height) = match SIZES.iter().find(|(name, _)| *name == word.text) {
+            Some((_, size)) => *size,
+            None => word.text.split_once('x').unwrap_or_default(),
+        };
         let pixels = |t: &str| t.parse().ok().filter(|n| (1..=limits::PIXELS).contains(n));
         match (pixels(width), pixels(height)) {
             (Some(width), Some(height)) => Some((width, height)),
@@ -247,7 +258,7 @@ impl Lower<'_, '_> {
                     "`{}` is out of range: pictures are 1 to {most} pixels a side",
                     word.text
                 );
-                let help = "write a size as `640x360`";
+                let help = "write a size as `640x360`, `720p`, `1080p` or `4k`";
                 self.report
                     .error(codes::RANGE, message, (word.span, "out of range"), help)
             }

@@ -11,7 +11,7 @@
     reason = "sub-pixels are addressed within the band's buffer by construction"
 )]
 
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::Vec3;
 use crate::radiosity::camera::coverage::{Shares, Silhouettes, Square};
 use crate::radiosity::geometry::clipper::PlanePoint;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
@@ -171,23 +171,16 @@ pub fn camera(view: &View) -> Result<Camera, TransportError> {
     if !(view.fov > 0.0 && view.fov < 180.0) {
         return Err(bad("must have a field between 0 and 180 degrees"));
     }
-    let forward = (view.to - view.from).normalized();
-    if !forward.is_finite() || !view.from.is_finite() || forward == Vec3::ZERO {
+    let [right, up, forward] = view.axes();
+    if !right.is_finite() || !view.from.is_finite() || right == Vec3::ZERO {
         return Err(bad("must look from one point to another"));
     }
-    let vertical = forward.x.hypot(forward.y) < 1e-9;
-    let up = if vertical {
-        vec3(0.0, 1.0, 0.0)
-    } else {
-        vec3(0.0, 0.0, 1.0)
-    };
-    let right = forward.cross(up).normalized();
     let slope = (view.fov.to_radians() * 0.5).tan();
     let step = 2.0 * slope / view.height as f64;
     Ok(Camera {
         origin: view.from,
         right,
-        up: right.cross(forward),
+        up,
         forward,
         left: -0.5 * step * view.width as f64,
         top: slope,

@@ -14,6 +14,7 @@ use crate::radiosity::direct::Setting;
 use crate::radiosity::indirect::form::{BLOCK, Block, Rows};
 use crate::radiosity::indirect::hemicube::{Hemicube, SurfaceProximity, Table, hash_to_unit};
 use crate::radiosity::mesh::{CellRequest, Layout, Mesh};
+use crate::radiosity::rounding::Rounding;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
 use crate::renderer::TransportError;
@@ -66,7 +67,7 @@ impl GatherPoints {
     pub fn new(
         gather_scene: GatherScene<'_>,
         seeds: &[Vec3],
-        fragments: &Fragments,
+        (fragments, rounding): (&Fragments, Option<&Rounding>),
         step: Step,
         work: Work<'_>,
     ) -> Result<GatherPoints, TransportError> {
@@ -79,11 +80,14 @@ impl GatherPoints {
             work.memory,
         )?;
         let mut requests = vec![CellRequest::default(); layout.cells()];
-        for f in fragments.all() {
-            for (cell, weight) in layout.grid(f.facet).iter().flat_map(|g| g.stencil(f.point)) {
+        let mut want = |facet: usize, point: Vec3| {
+            for (cell, weight) in layout.grid(facet).iter().flat_map(|g| g.stencil(point)) {
                 requests[cell].wanted |= weight > 0.0;
             }
-        }
+        };
+        fragments.all().iter().for_each(|f| want(f.facet, f.point));
+        let round = rounding.into_iter().flat_map(Rounding::receivers);
+        round.for_each(|r| want(r.facet, r.point));
         record_visible_points(&layout, fragments, &mut requests);
         let mesh = layout.mesh(setting, seeds, &requests, work)?;
         let table = Table::new(step.gather_resolution);

@@ -69,7 +69,9 @@ impl Operator {
         let marks = lights
             .iter()
             .map(|&l| self.lights[l].mark_bytes(&self.surfaces));
-        let points = self.fragment_receivers.points.len() + self.element_receivers.points.len();
+        let places = self.rounding.as_ref().map_or(0, |r| r.sorted.points.len());
+        let points =
+            self.fragment_receivers.points.len() + self.element_receivers.points.len() + places;
         marks.max().unwrap_or(0) + 2 * size_of::<f32>() * points
     }
 
@@ -93,7 +95,7 @@ impl Operator {
         let precision = self.precision(self.tolerance * level);
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
-        let seen = irradiance(
+        let mut seen = irradiance(
             self.setting(),
             &shining,
             receivers,
@@ -101,6 +103,11 @@ impl Operator {
             precision,
             work,
         )?;
+        if let Some(rounding) = &self.rounding {
+            let places = &rounding.sorted;
+            let there = irradiance(self.setting(), &shining, places, None, precision, work)?;
+            rounding.mix(&mut seen, &there);
+        }
         let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
         Ok(wanted
             .map(|(l, m)| (self.on_fragments(*l, &seen), m))

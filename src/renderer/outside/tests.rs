@@ -22,6 +22,7 @@ fn setup(names: &[&str]) -> Setup {
         from: vec3(0.0, -1.0, 2.0),
         to: vec3(0.0, 0.0, 0.0),
         fov: 40.0,
+        roll: 0.0,
         width: 3,
         height: 2,
     };

@@ -32,6 +32,32 @@ fn parsed(text: &str) -> Distribution {
 }
 
 #[test]
+fn candela_in_ten_directions_of_planes_that_stop_short_of_360() {
+    // Bilinear in the angles, so that interpolation is exact within a cell; periodic in steps of 15.
+    let shape = |v: f64, h: f64| 2000.0 - 20.0 * v + 0.5 * v * f64::min(h, 360.0 - h);
+    let d = parsed(&file(&steps(0.0, 90.0, 19), &steps(0.0, 345.0, 24), shape));
+    for (v, h) in [
+        (0.0, 0.0),
+        (5.0, 15.0),
+        (12.5, 7.5),
+        (33.0, 171.0),
+        (40.0, 180.0),
+        (41.0, 199.5),
+        (60.0, 270.0),
+        (62.5, 345.0),
+        (77.0, 352.5),
+        (89.0, 359.9),
+    ] {
+        let found = d.intensity(f64::to_radians(v), f64::to_radians(h));
+        let wanted = shape(v, h);
+        assert!(
+            (found / wanted - 1.0).abs() < 1e-12,
+            "{v} {h}: {found} {wanted}"
+        );
+    }
+}
+
+#[test]
 fn flux_of_known_distributions() {
     // A Lambertian disc of 1000 cd has 1000 pi lm. Linear between 5 degrees the cosine loses
     // (5 degrees)^2 / 12 of itself: 6.3e-4.

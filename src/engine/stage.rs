@@ -1,0 +1,86 @@
+//! What a stage's file holds, for those who do not know it yet.
+
+use super::Error;
+use crate::files::Files;
+use crate::scene::import::{self, Options, Summary};
+use crate::scene::{LampShape, Scene};
+use crate::units::Rgb;
+
+/// A stage's file as it is read without anything said of it.
+#[derive(Clone, Debug)]
+pub struct StageFile {
+    /// Least and greatest coordinates of its polygons, metres, Z up.
+    pub extent: [[f64; 3]; 2],
+    /// What was done to its polygons.
+    pub summary: Summary,
+    /// Polygons that it becomes, backs included.
+    pub polygons: usize,
+    /// In the order of the file.
+    pub materials: Vec<StageMaterial>,
+    /// Lights by name.
+    pub lights: Vec<(String, LampShape)>,
+    /// Names of its cameras.
+    pub cameras: Vec<String>,
+}
+
+/// A material of a stage's file.
+#[derive(Clone, Debug)]
+pub struct StageMaterial {
+    /// Its name.
+    pub name: String,
+    /// Of a texture the mean.
+    pub reflectance: Rgb,
+    /// Emitted luminance, cd/m2.
+    pub luminance: f64,
+    /// Of all its polygons, square metres.
+    pub area: f64,
+    /// Texels across and down; none without an image.
+    pub texture: Option<[usize; 2]>,
+    /// Light passes through it somewhere.
+    pub is_cut: bool,
+}
+
+impl StageFile {
+    /// Reads the file at `path` in about `memory` bytes at most.
+    ///
+    /// # Errors
+    /// [`Error::Stage`] where it cannot be read.
+    pub fn read(files: &dyn Files, path: &str, memory: usize) -> Result<StageFile, Error> {
+        let import::Import {
+            scene,
+            lamps,
+            cameras,
+            summary,
+        } = import::read(files, path, &Options::default(), memory)?;
+        let corners = || scene.polygons.iter().flat_map(|p| &p.vertices);
+        let first = corners().next().copied().unwrap_or_default();
+        let low = corners().fold(first, |low, v| low.min(*v));
+        let high = corners().fold(first, |high, v| high.max(*v));
+        Ok(StageFile {
+            extent: [low, high].map(|v| [v.x, v.y, v.z]),
+            polygons: scene.polygons.len(),
+            materials: materials(&scene),
+            lights: lamps.into_iter().map(|l| (l.name, l.shape)).collect(),
+            cameras: cameras.into_iter().map(|c| c.name).collect(),
+            summary,
+        })
+    }
+}
+
+fn materials(scene: &Scene) -> Vec<StageMaterial> {
+    let areas = scene.areas();
+    let materials = scene.materials.iter().zip(areas);
+    let described = materials.map(|(material, area)| StageMaterial {
+        name: material.name.clone(),
+        reflectance: material.reflectance,
+        luminance: material.emission.luminance(),
+        area,
+        texture: material
+            .texture
+            .as_ref()
+            .map(|texture| texture.pixels.size())
+            .filter(|size| *size != [1, 1]),
+        is_cut: material.is_cut(),
+    });
+    described.collect()
+}

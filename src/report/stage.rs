@@ -1,0 +1,130 @@
+//! What a stage's file holds, in words.
+
+use std::fmt::Write;
+
+use super::table::Table;
+use super::words::count;
+use crate::engine::{LampShape, StageFile, StageMaterial};
+use crate::printable::Printable;
+
+/// Characters of a line at most.
+const WIDTH: usize = 240;
+
+/// Extent, polygons, lights, cameras, materials, and what is not taken as it stands.
+pub fn describe(name: &str, stage: &StageFile) -> Printable {
+    let mut text = format!("{name}: {}\n", extent(stage));
+    let _ = writeln!(text, "{}", polygons(stage));
+    let light = |(name, shape): &(String, LampShape)| format!("`{name}` ({})", kind(shape));
+    let lights: Vec<String> = stage.lights.iter().map(light).collect();
+    let _ = writeln!(text, "lights: {}", listed(&lights));
+    let cameras: Vec<String> = stage.cameras.iter().map(|c| format!("`{c}`")).collect();
+    let _ = writeln!(text, "cameras: {}", listed(&cameras));
+    for note in &stage.summary.left_out {
+        let _ = writeln!(text, "not as it stands: {note}");
+    }
+    let _ = writeln!(text, "to begin with: {}\n", view(stage));
+    let mut out = Printable::from(text);
+    out.push(&materials(stage).text(1, WIDTH));
+    out
+}
+
+fn extent(stage: &StageFile) -> String {
+    let [low, high] = &stage.extent;
+    let size: Vec<String> = low
+        .iter()
+        .zip(high)
+        .map(|(low, high)| metres(high - low))
+        .collect();
+    let point = |p: &[f64; 3]| p.map(metres).join(", ");
+    format!(
+        "{} m (across, deep, high), from {} to {}",
+        size.join(" x "),
+        point(low),
+        point(high)
+    )
+}
+
+fn polygons(stage: &StageFile) -> String {
+    let summary = &stage.summary;
+    let mut text = format!(
+        "{} become {}",
+        count(summary.faces, "face"),
+        count(stage.polygons, "polygon")
+    );
+    let parts = [
+        (summary.merged, "triangles merged"),
+        (summary.bent, "bent faces cut"),
+        (summary.dropped, "faces without area left out"),
+        (summary.backs, "backs added"),
+    ];
+    for (n, what) in parts.iter().filter(|(n, _)| *n > 0) {
+        let _ = write!(text, ", {n} {what}");
+    }
+    text
+}
+
+fn kind(shape: &LampShape) -> &'static str {
+    match shape {
+        LampShape::Point => "point",
+        LampShape::Spot { .. } => "spot",
+        LampShape::Distant => "directional: cannot be used",
+    }
+}
+
+fn listed(names: &[String]) -> String {
+    match names {
+        [] => "none".to_owned(),
+        names => names.join(", "),
+    }
+}
+
+fn materials(stage: &StageFile) -> Table {
+    let columns = ["material", "reflectance", "m2", ""];
+    let mut table = Table::new(columns.map(str::to_owned).to_vec(), "");
+    for material in stage.materials.iter().filter(|m| m.area > 0.0) {
+        let [r, g, b] = material.reflectance.0.map(|c| format!("{c:.2}"));
+        table.push([
+            material.name.clone(),
+            format!("{r} {g} {b}"),
+            metres(material.area),
+            beside(material),
+        ]);
+    }
+    table
+}
+
+fn beside(material: &StageMaterial) -> String {
+    let texture = material.texture.map(|[w, h]| format!("texture {w}x{h}"));
+    let cut = material.is_cut.then(|| "lets light through".to_owned());
+    let glow =
+        (material.luminance > 0.0).then(|| format!("shines {:.3} cd/m2", material.luminance));
+    let parts: Vec<String> = [texture, cut, glow].into_iter().flatten().collect();
+    parts.join(", ")
+}
+
+/// A view from the house that holds all of it.
+fn view(stage: &StageFile) -> String {
+    let [low, high] = stage.extent;
+    let [x, y, z] = [0, 1, 2].map(|k: usize| match (low.get(k), high.get(k)) {
+        (Some(low), Some(high)) => (0.5 * (low + high), high - low),
+        _ => (0.0, 0.0),
+    });
+    let span = (x.1.hypot(y.1)).hypot(z.1);
+    let away = y.0 - 1.4 * span;
+    let from = [x.0, away, z.0 + 0.3 * span].map(metres).join(", ");
+    let to = [x.0, y.0, z.0].map(metres).join(", ");
+    format!("view house from {from}  to {to}  fov 40")
+}
+
+/// With as many digits as are worth reading.
+fn metres(length: f64) -> String {
+    let text = match length.abs() {
+        l if l >= 100.0 => format!("{length:.0}"),
+        l if l >= 1.0 => format!("{length:.2}"),
+        _ => format!("{length:.4}"),
+    };
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
