@@ -48,8 +48,20 @@ pub struct Fader {
     pub varies: bool,
     /// From level to setting.
     pub law: Law,
-    /// Its colour in CSS; `None` takes the page's own.
-    pub colour: Option<String>,
+}
+
+/// A bank of colour mixers: a fader of its level, a control of its colour.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mixer {
+    /// Its name.
+    pub name: String,
+    /// The coordinate of its red emitter; green and blue follow.
+    pub first: usize,
+    /// From level to light.
+    pub law: Law,
+    /// Seconds, level, and the shares of red, green and blue (0 to 1, linear), at least once; straight
+    /// between, two of one time at a jump.
+    pub track: Vec<[f64; 5]>,
 }
 
 /// A dimmer's law from level (0 to 1) to setting.
@@ -90,6 +102,8 @@ pub struct Contents<'a> {
     pub title: &'a str,
     /// Its coordinates, in order.
     pub faders: Vec<Fader>,
+    /// Its banks of colour mixers, in order.
+    pub mixers: Vec<Mixer>,
     /// Its cues, in time.
     pub cues: Vec<Cue>,
     /// Its key settings and segments.
@@ -141,6 +155,7 @@ struct Data<'a> {
     dither: bool,
     made: String,
     coordinates: &'a [Fader],
+    mixers: &'a [Mixer],
     cues: &'a [Cue],
     settings: &'a [Vec<f64>],
     segments: Vec<Stretch<'a>>,
@@ -293,6 +308,7 @@ fn html<'a>(
         dither: contents.tone.dither,
         made: remark(contents, size, full),
         coordinates: &contents.faders,
+        mixers: &contents.mixers,
         cues: &contents.cues,
         settings: contents.keys.keys(),
         segments: segments.iter().map(stretch).collect(),
@@ -331,6 +347,7 @@ fn filled(title: &str, json: &str) -> String {
         include_str!("page/go.js"),
         include_str!("page/webgl.js"),
         include_str!("page/canvas.js"),
+        include_str!("page/faders.js"),
         include_str!("page/desk.js"),
         include_str!("page/load.js"),
     ];
@@ -391,7 +408,6 @@ mod tests {
             picture: 1,
             varies: true,
             law: Law::Power(2),
-            colour: None,
         }
     }
 
@@ -401,6 +417,7 @@ mod tests {
         let contents = Contents {
             title,
             faders: vec![fader("{{show}}")],
+            mixers: Vec::new(),
             cues: Vec::new(),
             keys: &keys,
             pictures: vec![image; 3],
