@@ -7,6 +7,7 @@
 //! invariant of [`crate::show`].
 
 mod ast;
+mod beginning;
 mod build;
 pub mod codes;
 pub mod edit;
@@ -31,6 +32,7 @@ mod token;
 use ast::Word;
 
 pub use ast::Span;
+pub use beginning::Beginning;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
