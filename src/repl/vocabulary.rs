@@ -396,8 +396,8 @@ mod tests {
     #[test]
     fn every_word_of_a_show_is_offered_in_its_place_and_none_that_cannot_stand() {
         let tavern = include_str!("../../examples/tavern/tavern.lxq");
-        let sketch = include_str!("../../examples/sketch/sketch.lxq");
-        for text in [tavern, sketch] {
+        let first = include_str!("../../examples/first.lxq");
+        for text in [tavern, first] {
             let mut sources = crate::diagnostic::Sources::default();
             let show = lang::parse(&mut sources, "show.lxq", text).show.unwrap();
             let values = lang::values(text);

@@ -31,13 +31,12 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     let faders = coordinates.iter().enumerate();
     let contents = Contents {
         title: &visible(&show.title),
-        faders: faders
-            .map(|(i, c)| fader(show, c, keys.len() + i))
-            .collect(),
+        faders: faders.map(|(i, c)| fader(show, c, i)).collect(),
         mixers: mixers(document),
         cues: cues(document, coordinates.len()),
         keys: document.keys(),
-        pictures: keys.iter().chain(&banks).collect(),
+        pictures: keys.iter().collect(),
+        banks: banks.iter().collect(),
         tone,
     };
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
@@ -47,13 +46,16 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
     let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;
+    let keys = match made.blends {
+        true => format!("{} and ", count(keys.len(), "key image")),
+        false => String::new(),
+    };
     let smaller = match made.size == playback.size() {
         true => "",
         false => ", made smaller to stay below 20 MB",
     };
     let text = format!(
-        "{} and {} of {width}x{height}{smaller}; {:.1} MB",
-        count(keys.len(), "key image"),
+        "{keys}{} of {width}x{height}{smaller}; {:.1} MB",
         count(banks.len(), "bank image"),
         made.html.len() as f64 / 1e6
     );

@@ -20,6 +20,8 @@ const PLACES: &[&str] = &[
     "cue 1 { x @ }",
     "cue 1 { x 5 @ }",
     "cue 1 { x spline 0 0, @ }",
+    "cue 1 { x spline @, 9s 50 }",
+    "cue 1 { x hermite 0 0 slope 1, @ }",
     "cue 1 { x (@) }",
     "cue 1 { @ { x 5 } }",
     "curve c = @",

@@ -27,7 +27,7 @@ fn open() -> Repl {
 }
 
 fn said(show: &mut Repl, line: &str) -> String {
-    show.execute(line).unwrap().text.to_string()
+    show.execute(line).unwrap().text.trim_end().to_owned()
 }
 
 #[test]

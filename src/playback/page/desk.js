@@ -37,14 +37,18 @@ function cueAt(time) {
   return found;
 }
 
-/// The sum that shows faders held by hand: every picture that is lit, by its setting. Null while
-/// none is held: then the keys are blended. (A sum alone, since taking a lamp's 8 bits away from a
-/// key's would leave the rounding of both.)
-function sumAt(settings) {
-  if (desk.held.size === 0 && !desk.rest) return null;
-  const setting = ({ law }, i) => (desk.held.has(i) ? settingOf(law, desk.held.get(i)) : settings[i]);
-  const terms = show.coordinates.map((c, i) => ({ picture: c.picture, weight: setting(c, i) }));
+/// The sum of every picture that is lit, by its setting.
+function sumOf(settings) {
+  const terms = show.coordinates.map((c, i) => ({ picture: show.keys + c.picture, weight: settings[i] }));
   return terms.filter(({ weight }) => weight !== 0);
+}
+
+/// The sum that shows faders held by hand. Null while none is held: then the keys are blended, where
+/// the page has them. (A sum alone, since taking a lamp's 8 bits away from a key's would leave the
+/// rounding of both.)
+function sumAt(settings) {
+  if (show.keys > 0 && desk.held.size === 0 && !desk.rest) return null;
+  return sumOf(settings.map((setting, i) => (desk.held.has(i) ? settingOf(show.coordinates[i].law, desk.held.get(i)) : setting)));
 }
 
 // ---- what can be done -------------------------------------------------------------------------
@@ -142,7 +146,8 @@ function drawThumbnails(milliseconds) {
   const until = performance.now() + milliseconds;
   while (pictured < cueRows.length && performance.now() < until) {
     const { thumbnail } = cueRows[pictured];
-    desk.renderer.draw(momentAt(show, settled(show, pictured)), null);
+    const moment = momentAt(show, settled(show, pictured));
+    desk.renderer.draw(moment, show.keys > 0 ? null : sumOf(moment.settings));
     thumbnail.getContext("2d").drawImage(element("picture"), 0, 0, thumbnail.width, thumbnail.height);
     pictured++;
     desk.dirty = true;
