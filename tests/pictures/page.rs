@@ -360,7 +360,10 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("show.html");
-    std::fs::write(&file, page(&mut show, &store)).unwrap();
+    let html = page(&mut show, &store);
+    std::fs::write(&file, &html).unwrap();
+    let added_file = folder.path().join("added.html");
+    std::fs::write(&added_file, without_keys(&html)).unwrap();
     let times = TIMES.map(|t| t.to_string()).join(",");
     let pictures = TIMES.map(|t| picture(&mut show, &store, &format!("{t}s")));
     let mixed = mixture(&mut show, 3.1);
@@ -397,6 +400,13 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
             usize::from(off) <= HELD.len(),
             "{name}, mixed by hand: {off} of 255"
         );
+        // The same from the banks' pictures alone.
+        let added = browser.report(&added_file, &format!("test={times}{more}"));
+        for ((time, line), picture) in TIMES.iter().zip(&added[2..]).zip(&pictures) {
+            let off = apart(line, picture);
+            eprintln!("{name} at {time} s, added up: {off} of 255");
+            assert!(off <= 6, "{name} at {time} s, added up: {off} of 255");
+        }
         // Dithered: the pattern of `picture`, one step beside the plain page here and there.
         let dithered_lines = browser.report(&dithered_file, &format!("test={times}{more}"));
         for (at, time) in TIMES.iter().enumerate() {
@@ -421,6 +431,19 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
             browser.console()
         );
     }
+}
+
+/// A page as it is where the keys' pictures would not fit.
+fn without_keys(html: &str) -> String {
+    let (head, rest) = html.split_once("id=\"show\">").unwrap();
+    let (data, tail) = rest.split_once("</script>").unwrap();
+    let mut data: Value = serde_json::from_str(data).unwrap();
+    let keys = data["keys"].as_u64().unwrap() as usize;
+    assert!(keys > 1);
+    data["pictures"].as_array_mut().unwrap().drain(..keys);
+    data["keys"] = json!(0);
+    let data = data.to_string().replace('<', "\\u003c");
+    format!("{head}id=\"show\">{data}</script>{tail}")
 }
 
 /// What a person does, by keyboard and by the names that a screen reader tells.

@@ -47,7 +47,10 @@ fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
     let told = until("wrote");
     assert!(told.contains("cue 2: lamp 80 -> 40 at 0:02"), "{told}");
     // Where the light changed most; it stays through what moves no cue.
-    let moment = |told: &str| told.lines().find_map(|l| Some(l.split_once(": coarse")?.0.to_owned()));
+    let moment = |told: &str| {
+        told.lines()
+            .find_map(|l| Some(l.split_once(": coarse")?.0.to_owned()))
+    };
     assert_eq!(moment(&told).as_deref(), Some("3.5s"), "{told}");
     let second = fs::read(&picture).unwrap();
     assert_ne!(first, second);
