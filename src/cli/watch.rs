@@ -10,6 +10,7 @@ use crate::files::{Disk, Stamp, Store};
 use crate::lang;
 use crate::printable::Printable;
 use crate::repl::{Call, Error, Repl, find};
+use crate::report::words;
 
 /// How often the files are looked at.
 const PAUSE: Duration = Duration::from_millis(40);
@@ -164,7 +165,9 @@ fn change(
     print(said);
     let count = repl.engine().document().diagnostics().warnings();
     if count > 0 {
-        print(format!("{count} warnings: `footlight check` tells them\n"));
+        let them = if count == 1 { "it" } else { "them" };
+        let warnings = words::count(count, "warning");
+        print(format!("{warnings}: `footlight check` tells {them}\n"));
     }
     if let Some(time) = time.filter(|_| watched.at.is_none()) {
         *shown = Some(time);

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use super::Error;
 use super::compile::{self, Compiled, Source};
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostics, Label};
 use crate::files::{self, FileError, Files, Store};
 use crate::lang;
 use crate::lang::edit::{self, Change, Edit, Splice};
 use crate::renderer::Setup;
-use crate::show::Show;
+use crate::show::{NodeId, Show};
 use crate::timeline::{KeySequence, Timeline};
 use crate::units::Time;
 
@@ -203,6 +203,16 @@ impl Document {
     /// What is legal in the show but surely not meant, with the texts that it points into.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.compiled.version.diagnostics
+    }
+
+    /// The statement or words that `id` stands for, without a text of its own.
+    pub(super) fn place(&self, id: NodeId) -> Option<Label> {
+        let span = self.compiled.version.spans.get(id)?;
+        Some(Label {
+            file: span.file as usize,
+            span: span.range(),
+            text: String::new(),
+        })
     }
 
     /// Everything that follows from the text, to be held while the document changes.

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use super::{Engine, Error};
+use crate::diagnostic::Label;
 use crate::linalg::Dependent;
 use crate::picture::Image;
 use crate::plan;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Stored;
 use crate::renderer::Quality;
+use crate::show::Bank;
 
 /// Images at hand, in memory and in the store.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,7 +49,59 @@ pub struct Freed {
     pub store: Option<(usize, u64, std::path::PathBuf)>,
 }
 
+/// A bank whose light is nowhere in the view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnlitBank {
+    /// Its name.
+    pub name: String,
+    /// Where it is declared.
+    pub place: Option<Label>,
+}
+
+/// Of the brightest light in the images of all banks, what no display shows.
+const UNSEEN: f32 = 1e-6;
+
 impl Engine {
+    /// Banks whose light, alone at full, is nowhere in the view. Light bounces, so that only images
+    /// tell: none is rendered for this, and where not all coarse ones are at hand the list is empty.
+    pub fn unlit_banks(&mut self) -> Vec<UnlitBank> {
+        let peaks: Vec<f32> = self.coarse_at_hand().iter().map(|i| peak(i)).collect();
+        let brightest = peaks.iter().copied().fold(0.0, f32::max);
+        let show = self.document.show();
+        let coordinates = show.coordinates();
+        let mut lit = vec![peaks.is_empty(); show.banks.len()];
+        for (coordinate, peak) in coordinates.iter().zip(&peaks) {
+            if let Some(lit) = coordinate.bank.and_then(|bank| lit.get_mut(bank)) {
+                *lit |= *peak > UNSEEN * brightest;
+            }
+        }
+        let unlit = show.banks.iter().zip(lit).filter(|(_, lit)| !lit);
+        let of = |(bank, _): (&Bank, bool)| UnlitBank {
+            name: bank.name.clone(),
+            place: self.document.place(bank.id),
+        };
+        unlit.map(of).collect()
+    }
+
+    /// The coarse image of each coordinate alone at full; none where one would have to be rendered.
+    fn coarse_at_hand(&mut self) -> Vec<Arc<Image>> {
+        if let Some(pool) = self.pool() {
+            return pool.coarse().to_vec();
+        }
+        let [quality, _] = self.coarse_steps();
+        let Some(rendering) = &self.rendering else {
+            return Vec::new();
+        };
+        let (units, store) = (rendering.units(), self.host.store.as_ref());
+        let at_hand = rendering.at_hand(&self.image_cache, quality, &units, store);
+        if at_hand.contains(&false) {
+            return Vec::new();
+        }
+        let (found, _) = rendering.find(&mut self.image_cache, quality, &units, None, store);
+        let all: Option<Vec<_>> = found.into_iter().collect();
+        all.unwrap_or_default()
+    }
+
     /// What images there are beyond the pool's own, and which of the stored ones serve the show;
     /// `None` where the show has no stage or view.
     ///
@@ -124,6 +178,11 @@ impl Engine {
         }
         Ok(Freed { memory, store })
     }
+}
+
+/// The brightest channel of an image.
+fn peak(image: &Image) -> f32 {
+    image.data().iter().copied().fold(0.0, f32::max)
 }
 
 /// Every image a pool holds, each once.

@@ -89,6 +89,7 @@ codes! {
     REPEAT_JUMP = "W015" "a repeated path that jumps";
     LAMP_INSIDE = "W016" "a lamp inside a solid";
     STAGE_NOTES = "W017" "a stage that is not taken as it stands";
+    UNLIT = "W018" "a bank without light at the view";
     LONG_RUN = "W030" "a run of minutes";
 }
 

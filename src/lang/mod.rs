@@ -7,6 +7,7 @@
 //! invariant of [`crate::show`].
 
 mod ast;
+mod beginning;
 mod build;
 pub mod codes;
 pub mod edit;
@@ -33,6 +34,7 @@ use std::ops::Range;
 use ast::Word;
 
 pub use ast::Span;
+pub use beginning::Beginning;
 pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};

@@ -3,7 +3,7 @@
 //! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
 //! stage's names, not the show's: they are not in this table.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::ast::{Span, Word};
 use super::codes;
@@ -81,12 +81,15 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub struct Names<'a> {
     table: BTreeMap<&'a str, Entry>,
+    /// What was declared under a name that was taken.
+    refused: BTreeSet<(&'a str, Kind)>,
 }
 
 impl<'a> Names<'a> {
     /// Declares a name; the earlier entry when there is one, which stays.
     pub fn declare(&mut self, name: Word<'a>, kind: Kind, index: Option<usize>) -> Option<Entry> {
         if let Some(earlier) = self.get(name.text) {
+            self.refused.insert((name.text, kind));
             return Some(earlier);
         }
         let span = name.span;
@@ -98,6 +101,14 @@ impl<'a> Names<'a> {
     /// Looks a name up.
     pub fn get(&self, name: &str) -> Option<Entry> {
         self.table.get(name).copied()
+    }
+
+    /// Whether one of these kinds was declared under a name that was taken: uses of it then pass in
+    /// silence.
+    pub fn is_refused(&self, name: &str, kinds: &[Kind]) -> bool {
+        kinds
+            .iter()
+            .any(|kind| self.refused.contains(&(name, *kind)))
     }
 
     /// The declared names of some kinds, in order.

@@ -3,6 +3,8 @@
 //! Nothing of the parser generator leaves this module: neither its errors nor the names of its
 //! rules. Its process-wide switches are not touched.
 
+use std::collections::BTreeSet;
+
 use pest::Parser as _;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pairs;
@@ -81,6 +83,18 @@ pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
             between_items: positives.contains(&Rule::close_brace),
         }
     })
+}
+
+/// Where parsing a statement stops, and the rules that could stand there; `None` where it does not.
+pub fn stop(rule: Rule, text: &str) -> Option<(usize, BTreeSet<Rule>)> {
+    let error = generated::Grammar::parse(rule, text).err()?;
+    let at = match error.location {
+        InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
+    };
+    match error.variant {
+        ErrorVariant::ParsingError { positives, .. } => Some((at, positives.into_iter().collect())),
+        ErrorVariant::CustomError { .. } => None,
+    }
 }
 
 /// How much of the beginning of `text` is a token of this rule.

@@ -42,14 +42,26 @@ pub enum PageError {
 pub struct Fader {
     /// Its name.
     pub name: String,
-    /// Where its picture alone at full stands among the page's.
+    /// Where its picture alone at full stands among [`Contents::banks`].
     pub picture: usize,
     /// Whether a fader moves it; the fixed lights have none.
     pub varies: bool,
     /// From level to setting.
     pub law: Law,
-    /// Its colour in CSS; `None` takes the page's own.
-    pub colour: Option<String>,
+}
+
+/// A bank of colour mixers: a fader of its level, a control of its colour.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mixer {
+    /// Its name.
+    pub name: String,
+    /// The coordinate of its red emitter; green and blue follow.
+    pub first: usize,
+    /// From level to light.
+    pub law: Law,
+    /// Seconds, level, and the shares of red, green and blue (0 to 1, linear), at least once; straight
+    /// between, two of one time at a jump.
+    pub track: Vec<[f64; 5]>,
 }
 
 /// A dimmer's law from level (0 to 1) to setting.
@@ -90,12 +102,16 @@ pub struct Contents<'a> {
     pub title: &'a str,
     /// Its coordinates, in order.
     pub faders: Vec<Fader>,
+    /// Its banks of colour mixers, in order.
+    pub mixers: Vec<Mixer>,
     /// Its cues, in time.
     pub cues: Vec<Cue>,
     /// Its key settings and segments.
     pub keys: &'a KeySequence,
-    /// Pictures, all of one size: those of the keys in their order, then those that faders name.
+    /// Pictures of the keys in their order.
     pub pictures: Vec<&'a Image>,
+    /// Pictures that faders name, of the same size.
+    pub banks: Vec<&'a Image>,
     /// How light is shown.
     pub tone: Tone,
 }
@@ -107,6 +123,8 @@ pub struct Page {
     pub html: String,
     /// Width and height of its pictures.
     pub size: (usize, usize),
+    /// Whether it has the keys' pictures; else it adds those of the banks up.
+    pub blends: bool,
 }
 
 /// A picture as the page reads it.
@@ -141,7 +159,10 @@ struct Data<'a> {
     dither: bool,
     made: String,
     coordinates: &'a [Fader],
+    mixers: &'a [Mixer],
     cues: &'a [Cue],
+    /// How many pictures are those of keys; the banks' follow.
+    keys: usize,
     settings: &'a [Vec<f64>],
     segments: Vec<Stretch<'a>>,
     pictures: Vec<Picture>,
@@ -150,31 +171,39 @@ struct Data<'a> {
 /// Bytes that [`write`] takes at most, about: a picture as it is coded on each thread, and the file
 /// twice, which holds no more than all pictures uncompressed in base64.
 pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
-    let pictures = contents.pictures.iter();
+    let pictures = contents.pictures.iter().chain(&contents.banks);
     let channels: usize = pictures.map(|image| image.data().len()).sum();
-    let one = contents.pictures.first().map_or(0, |i| i.data().len());
+    let one = contents.banks.first().map_or(0, |i| i.data().len());
     threads * one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
 }
 
-/// The page of a show in at most `budget` bytes. Pictures that would not fit are made smaller,
-/// all alike, down to 160 pixels a row.
+/// The page of a show in at most `budget` bytes. Where the keys' pictures would not fit, as with
+/// effects, those of the banks are added up instead; if these do not fit either, they are made
+/// smaller, all alike, down to 160 pixels a row.
 ///
 /// # Errors
 /// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
 pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
-    let full = contents.pictures.first().map_or((0, 0), |i| i.size());
+    let full = contents.banks.first().map_or((0, 0), |i| i.size());
     let mut size = full;
+    let mut keys = contents.pictures.as_slice();
     loop {
-        let needed = match attempt(contents, size, budget, work)? {
+        let all: Vec<&Image> = keys.iter().chain(&contents.banks).copied().collect();
+        let needed = match attempt(&all, contents.tone, size, budget, work)? {
             Ok(pictures) => {
-                let html = html(contents, pictures, size, full)?;
+                let html = html(contents, pictures, keys.len(), (size, full))?;
                 if html.len() <= budget {
-                    return Ok(Page { html, size });
+                    let blends = !keys.is_empty();
+                    return Ok(Page { html, size, blends });
                 }
                 html.len()
             }
             Err(estimate) => estimate,
         };
+        if !keys.is_empty() {
+            keys = &[];
+            continue;
+        }
         // The size of the file goes with the number of pixels, and small ones compress less well.
         let side = (0.95 * budget as f64 / needed as f64).sqrt();
         let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
@@ -186,27 +215,32 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
     }
 }
 
+/// Pictures from which those of a page are estimated well within a factor of two.
+const ENOUGH: usize = 32;
+
 /// All pictures in a size that keeps the budget, or else the bytes that they would take.
 type Attempt = Result<Vec<Picture>, usize>;
 
 fn attempt(
-    contents: &Contents<'_>,
+    all: &[&Image],
+    tone: Tone,
     size: (usize, usize),
     budget: usize,
     work: Work<'_>,
 ) -> Result<Attempt, PageError> {
-    let total = contents.pictures.len();
+    let total = all.len();
     let mut pictures = Vec::with_capacity(total);
     let mut bytes = 0;
-    for together in contents.pictures.chunks(work.threads.max(1)) {
+    for together in all.chunks(work.threads.max(1)) {
         work.check()?;
-        for picture in all_coded(together, size, contents.tone) {
+        for picture in all_coded(together, size, tone) {
             let picture = picture?;
             bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
             pictures.push(picture);
         }
-        if bytes > budget {
-            return Ok(Err(bytes * total / pictures.len()));
+        let estimate = bytes * total / pictures.len();
+        if bytes > budget || (pictures.len() >= ENOUGH && estimate > 2 * budget) {
+            return Ok(Err(estimate));
         }
         work.progress.report("page", pictures.len(), total);
     }
@@ -271,8 +305,8 @@ fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
 fn html<'a>(
     contents: &'a Contents<'_>,
     pictures: Vec<Picture>,
-    size: (usize, usize),
-    full: (usize, usize),
+    keys: usize,
+    (size, full): ((usize, usize), (usize, usize)),
 ) -> Result<String, PageError> {
     let segments = contents.keys.segments();
     let stretch = |s: &'a Segment| Stretch {
@@ -291,9 +325,11 @@ fn html<'a>(
             Curve::Plain => "plain",
         },
         dither: contents.tone.dither,
-        made: remark(contents, size, full),
+        made: remark(contents, keys, size, full),
         coordinates: &contents.faders,
+        mixers: &contents.mixers,
         cues: &contents.cues,
+        keys,
         settings: contents.keys.keys(),
         segments: segments.iter().map(stretch).collect(),
         pictures,
@@ -308,8 +344,12 @@ fn html<'a>(
 }
 
 /// What the page says of itself.
-fn remark(contents: &Contents<'_>, size: (usize, usize), full: (usize, usize)) -> String {
-    let keys = contents.keys.keys().len();
+fn remark(
+    contents: &Contents<'_>,
+    keys: usize,
+    size: (usize, usize),
+    full: (usize, usize),
+) -> String {
     let (width, height) = size;
     let of = match size == full {
         true => String::new(),
@@ -318,9 +358,16 @@ fn remark(contents: &Contents<'_>, size: (usize, usize), full: (usize, usize)) -
             full.0, full.1
         ),
     };
+    let stops = contents.tone.exposure;
+    let how = match keys {
+        0 => format!("bank images of {width}x{height}{of}; every moment is a sum of them"),
+        _ => format!(
+            "{keys} key images of {width}x{height}{of}; every moment is at most three blends of them"
+        ),
+    };
     format!(
-        "Made with Footlight: {keys} key images of {width}x{height}{of}; every moment is at most \
-         three blends of them. Faders mix in light, each through its dimmer."
+        "Made with Footlight: {how}, at an exposure of {stops:.2} stops. Faders mix in light, each \
+         through its dimmer."
     )
 }
 
@@ -331,6 +378,7 @@ fn filled(title: &str, json: &str) -> String {
         include_str!("page/go.js"),
         include_str!("page/webgl.js"),
         include_str!("page/canvas.js"),
+        include_str!("page/faders.js"),
         include_str!("page/desk.js"),
         include_str!("page/load.js"),
     ];
@@ -388,10 +436,9 @@ mod tests {
     fn fader(name: &str) -> Fader {
         Fader {
             name: name.to_owned(),
-            picture: 1,
+            picture: 0,
             varies: true,
             law: Law::Power(2),
-            colour: None,
         }
     }
 
@@ -401,9 +448,11 @@ mod tests {
         let contents = Contents {
             title,
             faders: vec![fader("{{show}}")],
+            mixers: Vec::new(),
             cues: Vec::new(),
             keys: &keys,
-            pictures: vec![image; 3],
+            pictures: vec![image; 2],
+            banks: vec![image],
             tone: tone(),
         };
         write(&contents, budget, Work::silent())
@@ -415,7 +464,15 @@ mod tests {
         let whole = made("Show", &image, BUDGET).unwrap();
         assert_eq!(whole.size, (400, 300));
         assert!(!whole.html.contains("made smaller"));
-        let budget = whole.html.len() / 2;
+        assert!(whole.blends && whole.html.contains("at most three blends"));
+        let added = made("Show", &image, whole.html.len() / 2).unwrap();
+        assert_eq!((added.size, added.blends), ((400, 300), false));
+        assert!(
+            added
+                .html
+                .contains("bank images of 400x300; every moment is a sum")
+        );
+        let budget = added.html.len() / 2;
         let small = made("Show", &image, budget).unwrap();
         assert!(small.html.len() <= budget && small.html.len() > budget * 7 / 10);
         let (width, height) = small.size;

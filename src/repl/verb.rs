@@ -38,16 +38,14 @@ impl OptionSpec {
 pub enum Complete {
     /// Nothing that is known.
     Nothing,
-    /// These words.
-    Words(&'static [&'static str]),
-    /// Every name of the show.
+    /// Every name of the show, and numbers of cues.
     Names,
-    /// Banks, groups and looks, and these words.
-    Movable(&'static [&'static str]),
-    /// Banks and groups, and these words.
-    Banks(&'static [&'static str]),
-    /// Numbers of cues, and these words.
-    Cues(&'static [&'static str]),
+    /// Levels, as in a look.
+    Levels,
+    /// Banks and groups.
+    Banks,
+    /// Numbers of cues.
+    Cues,
     /// Names of views.
     Views,
     /// Verbs.

@@ -7,11 +7,12 @@
 use std::collections::BTreeSet;
 
 use super::Repl;
+use super::usage;
 use super::verb::{self, Complete, VERBS, VerbSpec};
 use crate::engine::Document;
 use crate::lang::{self, codes};
 use crate::plan::Metric;
-use crate::show::FADES;
+use crate::show::{FADES, Show};
 
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +22,7 @@ pub struct Vocabulary {
     looks: Vec<String>,
     lights: Vec<String>,
     curves: Vec<String>,
+    effects: Vec<String>,
     views: Vec<String>,
     values: Vec<String>,
     cues: Vec<String>,
@@ -48,21 +50,28 @@ impl Repl {
 impl Vocabulary {
     /// The names of a document's show.
     pub fn of(document: &Document) -> Vocabulary {
-        let show = document.show();
         let texts = document.diagnostics().sources.texts();
-        let values = texts.flat_map(lang::values).collect();
         let scene = document.setup().map(|setup| &setup.scene);
         let materials = scene.into_iter().flat_map(|scene| &scene.materials);
+        Vocabulary::of_show(
+            document.show(),
+            texts.flat_map(lang::values).collect(),
+            materials.map(|m| m.name.clone()).collect(),
+        )
+    }
+
+    fn of_show(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
         Vocabulary {
             banks: show.banks.iter().map(|b| b.name.clone()).collect(),
             groups: show.groups.iter().map(|g| g.name.clone()).collect(),
             looks: show.looks.iter().map(|l| l.name.clone()).collect(),
             lights: show.lights.iter().map(|l| l.name.clone()).collect(),
             curves: show.curves.iter().map(|c| c.name.clone()).collect(),
+            effects: show.effects.iter().map(|e| e.name.clone()).collect(),
             views: show.views.iter().map(|v| v.name.clone()).collect(),
             values,
             cues: show.cues.iter().map(|c| c.number.to_string()).collect(),
-            materials: materials.map(|m| m.name.clone()).collect(),
+            materials,
         }
     }
 }
@@ -70,8 +79,7 @@ impl Vocabulary {
 /// Bytes of a line, before the cursor, that are looked at.
 const LINE: usize = 4096;
 
-/// What a line can go on with, before it is cut down to what begins as the word does; `None` where
-/// the name of a file is wanted.
+/// What a line can go on with; `None` where the name of a file is wanted.
 type Offer = Option<Vec<String>>;
 
 fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
@@ -95,14 +103,12 @@ impl Vocabulary {
             .rfind(|c: char| c.is_whitespace() || "(){},=+".contains(c))
             .map_or(0, |i| i + 1);
         let (before, word) = typed.split_at_checked(start).unwrap_or((typed, ""));
-        let offer = match before.split_whitespace().next() {
-            None => offer(lang::keywords().iter().copied()),
-            Some(first) => self.of_declaration(first, before),
+        let offered = match before.trim().is_empty() {
+            true => lang::keywords().iter().map(|w| (*w).to_owned()).collect(),
+            false => self.of_statement(before, word),
         };
-        let words: BTreeSet<String> = offer
-            .into_iter()
-            .flatten()
-            .chain(units(word))
+        let words = offered.into_iter();
+        let words: BTreeSet<String> = words
             .filter(|w| w.starts_with(word) && w != word)
             .collect();
         Completion {
@@ -129,15 +135,10 @@ impl Vocabulary {
             });
         let (before, word) = typed.split_at(start);
         let offer = self.offer(before, word);
-        let units = match lang::is_declaration(typed) {
-            true => units(word),
-            false => Vec::new(),
-        };
         let files = offer.is_none();
         let words: BTreeSet<String> = offer
             .into_iter()
             .flatten()
-            .chain(units)
             .filter(|w| w.starts_with(word) && w != word)
             .collect();
         Completion {
@@ -157,25 +158,22 @@ impl Vocabulary {
     }
 
     fn offer(&self, before: &str, word: &str) -> Offer {
-        let first = before.split_whitespace().next();
-        match first {
-            None => {
-                let verbs = VERBS.iter().map(|spec| spec.name);
-                offer(verbs.chain(lang::keywords().iter().copied()))
+        let Some(first) = before.split_whitespace().next() else {
+            let verbs = VERBS.iter().map(|spec| spec.name);
+            return offer(verbs.chain(lang::keywords().iter().copied()));
+        };
+        match verb::find(first) {
+            Ok(spec) if !lang::is_declaration(&format!("{before}{word}")) => {
+                self.of_verb(spec, before, word)
             }
-            Some(first) => match verb::find(first) {
-                Ok(spec) if !lang::is_declaration(&format!("{before}{word}")) => {
-                    self.of_verb(spec, before, word)
-                }
-                _ => self.of_declaration(first, before),
-            },
+            _ => Some(self.of_statement(before, word)),
         }
     }
 
     fn of_verb(&self, spec: &'static VerbSpec, before: &str, word: &str) -> Offer {
-        let mut tokens = before.split_whitespace();
-        let last = tokens.next_back().filter(|token| token.starts_with('-'));
-        let option = last.and_then(|last| spec.options.iter().find(|o| o.is_named_by(last)));
+        let tokens: Vec<&str> = before.split_whitespace().skip(1).collect();
+        let option_of = |token: &str| spec.options.iter().find(|o| o.is_named_by(token));
+        let option = tokens.last().and_then(|last| option_of(last));
         if let Some((name, value)) = option.and_then(|o| Some((o.name, o.value?))) {
             return self.of_option(name, value);
         }
@@ -183,21 +181,45 @@ impl Vocabulary {
             let options = spec.options.iter().map(|o| format!("--{}", o.name));
             return Some(options.collect());
         }
-        match spec.complete {
-            Complete::Nothing => Some(Vec::new()),
-            Complete::Words(words) => offer(words.iter().copied()),
-            Complete::Names => offer(self.names().chain(strings(&self.cues))),
-            Complete::Views => offer(strings(&self.views)),
-            Complete::Cues(words) => offer(strings(&self.cues).chain(words.iter().copied())),
-            Complete::Verbs => offer(VERBS.iter().map(|spec| spec.name)),
-            Complete::Codes => offer(codes::TABLE.iter().map(|row| row.code)),
-            Complete::Movable(words) => offer(self.movable().chain(words.iter().copied())),
-            Complete::Banks(words) => {
-                let banks = strings(&self.banks).chain(strings(&self.groups));
-                offer(banks.chain(words.iter().copied()))
-            }
-            Complete::Files => None,
+        if let Complete::Levels = spec.complete {
+            let levels = before.split_once(spec.name).map_or("", |(_, rest)| rest);
+            return Some(self.of_statement(&format!("look tried {{{levels}"), word));
         }
+        let mut typed = Vec::new();
+        let mut rest = tokens.iter();
+        while let Some(token) = rest.next() {
+            match option_of(token) {
+                Some(option) if option.value.is_some() => drop(rest.next()),
+                Some(_) => {}
+                None => typed.push(*token),
+            }
+        }
+        let usage = [spec.kinds.join(" | "), spec.words.to_owned()].join(" ");
+        let next = usage::next(&usage, &typed);
+        if matches!(spec.complete, Complete::Files) && !next.is_empty() {
+            return None;
+        }
+        let words = next.iter().flat_map(|next| self.of_usage(spec, next));
+        Some(words.collect())
+    }
+
+    /// What a word of a usage stands for: itself, unless it is in capitals.
+    fn of_usage(&self, spec: &VerbSpec, word: &str) -> Vec<String> {
+        let own = |names: &[String]| names.to_vec();
+        if !word.contains(char::is_uppercase) {
+            return vec![word.to_owned()];
+        }
+        let all = match (spec.complete, word) {
+            (_, "WORD") => offer(lang::keywords().iter().copied()),
+            (Complete::Names | Complete::Cues, "N" | "CUE") => Some(own(&self.cues)),
+            (Complete::Names, "NAME") => offer(self.names()),
+            (Complete::Banks, _) => offer(strings(&self.banks).chain(strings(&self.groups))),
+            (Complete::Views, _) => Some(own(&self.views)),
+            (Complete::Verbs, _) => offer(VERBS.iter().map(|spec| spec.name)),
+            (Complete::Codes, _) => offer(codes::TABLE.iter().map(|row| row.code)),
+            _ => None,
+        };
+        all.unwrap_or_default()
     }
 
     fn of_option(&self, name: &str, value: &str) -> Offer {
@@ -210,29 +232,68 @@ impl Vocabulary {
         }
     }
 
-    fn of_declaration(&self, first: &str, before: &str) -> Offer {
-        let last = before.split_whitespace().next_back().unwrap_or_default();
-        let open =
-            |opening, closing| before.matches(opening).count() > before.matches(closing).count();
-        if open('(', ')') {
-            return offer(strings(&self.values).chain(["full", "out"]));
+    /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
+    /// is meant there, and numbers with the unit that is.
+    fn of_statement(&self, before: &str, word: &str) -> Vec<String> {
+        let Some(beginning) = lang::Beginning::of(before) else {
+            return Vec::new();
+        };
+        let begun = |offered: &&str| offered.starts_with(word);
+        let keywords = lang::words().into_iter().filter(begun);
+        let names = self.names_of(before).into_iter().filter(begun);
+        let mut out: Vec<String> = keywords
+            .filter(|k| beginning.takes_keyword(k))
+            .chain(names.filter(|name| beginning.takes(name)))
+            .map(str::to_owned)
+            .collect();
+        out.extend(units(before, word).filter(|number| beginning.takes(number)));
+        out
+    }
+
+    /// Names of the kind that is meant behind the beginning of a statement.
+    fn names_of(&self, before: &str) -> Vec<&str> {
+        let mut words = before.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        let last = words.next_back().unwrap_or(first);
+        let is_list = before.contains('=');
+        if before.matches('(').count() > before.matches(')').count() {
+            return strings(&self.values).chain(["full", "out"]).collect();
         }
-        match (first, last) {
-            (_, "dimmer") => offer(strings(&self.curves).chain(["linear", "square"])),
+        let (own, more): (&[String], &[&str]) = match (first, last) {
+            (_, "dimmer") => (&self.curves, &["linear", "square"]),
+            ("cue", "effect") => (&self.effects, &["none"]),
+            ("light", "like") => (&self.lights, &[]),
+            ("light", "panel") | ("surface", "surface") => (&self.materials, &[]),
+            ("bank" | "fixed", _) if is_list => (&self.lights, &[]),
+            ("group", _) if is_list => (&self.banks, &[]),
+            ("cue", "cue") => (&self.cues, &[]),
             ("cue", "curve") => {
-                offer(strings(&self.curves).chain(FADES.iter().map(|fade| fade.name)))
+                let fades = FADES.iter().map(|fade| fade.name);
+                return strings(&self.curves).chain(fades).collect();
             }
-            ("light", "like") => offer(strings(&self.lights)),
-            ("light", "panel") | ("surface", "surface") => offer(strings(&self.materials)),
-            ("bank" | "fixed", _) if before.contains('=') => {
-                offer(strings(&self.lights).chain(["channel", "dimmer", "rgb", "level"]))
+            ("cue", _) => return self.movable().collect(),
+            ("look", _) if before.matches('{').count() > before.matches('}').count() => {
+                return self.movable().collect();
             }
-            ("group", _) if before.contains('=') => offer(strings(&self.banks)),
-            ("cue" | "look", _) if open('{', '}') || before.contains('=') => {
-                offer(self.movable().chain(lang::words()))
-            }
-            (_, last) if last == first => offer(self.names()),
-            _ => offer(lang::words()),
+            ("look", _) if is_list => (&self.looks, &[]),
+            (_, last) if last == first => (self.declared_by(first), &[]),
+            _ => (&[], &[]),
+        };
+        strings(own).chain(more.iter().copied()).collect()
+    }
+
+    /// The names that statements of a word have declared.
+    fn declared_by(&self, word: &str) -> &[String] {
+        match word {
+            "bank" => &self.banks,
+            "group" => &self.groups,
+            "look" => &self.looks,
+            "light" => &self.lights,
+            "curve" => &self.curves,
+            "effect" => &self.effects,
+            "view" => &self.views,
+            "let" => &self.values,
+            _ => &[],
         }
     }
 
@@ -247,6 +308,7 @@ impl Vocabulary {
         self.movable()
             .chain(strings(&self.lights))
             .chain(strings(&self.curves))
+            .chain(strings(&self.effects))
             .chain(strings(&self.views))
             .chain(strings(&self.values))
     }
@@ -256,16 +318,26 @@ fn strings(names: &[String]) -> impl Iterator<Item = &str> {
     names.iter().map(String::as_str)
 }
 
-/// A number that goes on with a unit.
-fn units(word: &str) -> Vec<String> {
+/// A number that goes on with a unit of the kind that is meant behind `before`.
+fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
     let end = word.find(|c: char| !(c.is_ascii_digit() || c == '.'));
     let digits = word.get(..end.unwrap_or(word.len())).unwrap_or_default();
-    if digits.is_empty() {
-        return Vec::new();
-    }
-    let units = ["s", "ms", "m", "cm", "ft", "in", "deg", "%"];
-    units.map(|unit| format!("{digits}{unit}")).to_vec()
+    let last = before.split_whitespace().next_back().unwrap_or_default();
+    let units: &[&str] = match last {
+        _ if digits.is_empty() => &[],
+        "time" | "up" | "down" | "delay" | "follow" | "hang" | "gap" => &["s", "ms"],
+        "at" if before.starts_with("cue") => &["s", "ms"],
+        "beam" | "field" | "fov" | "turn" => &["deg"],
+        "tolerance" | "depth" => &["%"],
+        "at" | "aim" | "from" | "to" | "radius" | "scale" => LENGTHS,
+        last if last.ends_with(',') && !before.starts_with("cue") => LENGTHS,
+        _ => &["%"],
+    };
+    let digits = digits.to_owned();
+    units.iter().map(move |unit| format!("{digits}{unit}"))
 }
+
+const LENGTHS: &[&str] = &["m", "cm", "mm", "ft", "in"];
 
 #[cfg(test)]
 mod tests {
@@ -279,12 +351,18 @@ mod tests {
             looks: own(&["night"]),
             lights: own(&["lamp1", "moon"]),
             curves: own(&["dawn"]),
+            effects: own(&["candle"]),
             views: own(&["stalls"]),
             values: own(&["slow"]),
             cues: own(&["1", "12"]),
             materials: own(&["boards"]),
         }
     }
+
+    const IN_A_CUE: &[&str] = &[
+        "assert", "at", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
+        "lamps", "late", "night", "note", "part", "repeat", "snap", "time", "up", "warm",
+    ];
 
     #[track_caller]
     fn offers(line: &str, words: &[&str]) {
@@ -307,7 +385,26 @@ mod tests {
         );
         offers("picture --ba", &["--bank"]);
         offers("picture --bank la", &["lamps", "late"]);
-        offers("cue 3 { la", &["lamps", "late", "layer"]);
+        offers("cue 3 { la", &["lamps", "late"]);
+        offers("cue 3 { lamps 85 cu", &["cueonly", "curve"]);
+        offers("cue 3 { lamps be", &["bezier"]);
+        offers("cue 3 { be", &[]);
+        offers("cue 3 { lamps 60 effect ", &["candle", "none"]);
+        offers("cue 3 { time 5 ", IN_A_CUE);
+        offers("cue 3 \"Ev", &[]);
+        offers("light k spot at 1", &["1cm", "1ft", "1in", "1m", "1mm"]);
+        offers("light k spot at 1, 2, 3 b", &["beam"]);
+        offers("view stalls from 0, 0, 0 ", &["fov", "from", "size", "to"]);
+        offers("preview { t", &["tolerance", "tone"]);
+        offers("set lamps f", &["full"]);
+        offers("goto 12 ", &["at"]);
+        offers("view stalls ", &[]);
+        offers("copy cue 1 ", &["to"]);
+        offers("delete cue 1", &["12"]);
+        offers("stop ", &["now"]);
+        offers("pool drop ", &["all", "unused"]);
+        offers("refine ", &["&", "for", "until"]);
+        offers("chart ", &["plan", "session", "transport"]);
         offers("cue 3 { lamps 5 curve d", &["dawn"]);
         offers("cue 3 { time (sl", &["slow"]);
         offers("bank x = m", &["moon"]);
@@ -319,6 +416,78 @@ mod tests {
         assert!(vocabulary().complete("picture -o ", 11).files);
         assert!(vocabulary().complete("save ", 5).files);
         assert_eq!(vocabulary().complete("bank é = m", 11).start, 10);
+    }
+
+    /// Whatever stands in these shows is offered where it stands, once its first letter is typed; and
+    /// the grammar goes on behind all that is offered.
+    #[test]
+    fn every_word_of_a_show_is_offered_in_its_place_and_none_that_cannot_stand() {
+        let tavern = include_str!("../../examples/tavern/tavern.lxq");
+        let first = include_str!("../../examples/first.lxq");
+        for text in [tavern, first] {
+            let mut sources = crate::diagnostic::Sources::default();
+            let show = lang::parse(&mut sources, "show.lxq", text).show.unwrap();
+            let values = lang::values(text);
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let named = words
+                .windows(2)
+                .filter(|w| ["panel", "surface"].contains(&w[0]));
+            let materials = named.map(|w| w[1].to_owned()).collect();
+            let vocabulary = Vocabulary::of_show(&show, values, materials);
+            let known: Vec<&str> = lang::words()
+                .into_iter()
+                .chain(vocabulary.names())
+                .collect();
+            for statement in statements(text) {
+                goes_on(&vocabulary, &known, &statement);
+            }
+        }
+    }
+
+    /// The statements of a text without its comments.
+    fn statements(text: &str) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        for line in text
+            .lines()
+            .map(|line| line.split("//").next().unwrap_or_default())
+        {
+            match (
+                line.starts_with(|c: char| c.is_ascii_lowercase()),
+                out.last_mut(),
+            ) {
+                (false, Some(last)) => *last = format!("{last}\n{line}"),
+                _ => out.push(line.to_owned()),
+            }
+        }
+        out.retain(|statement| !statement.trim().is_empty());
+        out
+    }
+
+    fn goes_on(vocabulary: &Vocabulary, known: &[&str], statement: &str) {
+        let is_start = |(at, _): &(usize, char)| {
+            let before = &statement[..*at];
+            before.ends_with(|c: char| c.is_whitespace() || "(){},=+".contains(c))
+                && before.trim().contains(char::is_whitespace)
+                && before.matches('"').count().is_multiple_of(2)
+        };
+        for (at, letter) in statement.char_indices().filter(is_start) {
+            let rest = &statement[at..];
+            let end = rest.find(|c: char| c.is_whitespace() || "(){},=+".contains(c));
+            let word = &rest[..end.unwrap_or(rest.len())];
+            let before = &statement[..at];
+            if known.contains(&word) && word.len() > 1 {
+                let line = format!("{before}{letter}");
+                let found = vocabulary.complete(&line, line.len()).words;
+                assert!(
+                    found.iter().any(|f| f == word),
+                    "{line}: {word} is not in {found:?}"
+                );
+            }
+            let beginning = lang::Beginning::of(before).unwrap();
+            for offered in vocabulary.complete(before, before.len()).words {
+                assert!(beginning.takes(&offered), "{before}{offered}");
+            }
+        }
     }
 
     #[test]

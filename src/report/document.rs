@@ -6,7 +6,7 @@ use super::sheet::hex;
 use super::words::{count, label, seconds};
 use crate::diagnostic::{Diagnostic, Style};
 use crate::engine::measure::LongRun;
-use crate::engine::{Document, Edited, LiveControl};
+use crate::engine::{Document, Edited, LiveControl, UnlitBank};
 use crate::lang::{self, codes, edit::Action};
 use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
@@ -25,9 +25,18 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any; a `long` run is one.
-pub fn check(document: &Document, long: Option<LongRun>, style: Style) -> Printable {
+/// Warnings, and whether the show has any; a `long` run and `unlit` banks are some.
+pub fn check(
+    document: &Document,
+    long: Option<LongRun>,
+    unlit: Vec<UnlitBank>,
+    style: Style,
+) -> Printable {
     let mut diagnostics = document.diagnostics().clone();
+    let view = document.view();
+    diagnostics
+        .list
+        .extend(unlit.into_iter().map(|bank| self::unlit(bank, view)));
     diagnostics.list.extend(long.map(long_run));
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {
@@ -39,6 +48,17 @@ pub fn check(document: &Document, long: Option<LongRun>, style: Style) -> Printa
         n => format!("no errors, {}", count(n, "warning")),
     });
     text
+}
+
+/// The warning of a bank whose light is nowhere in the view.
+fn unlit(bank: UnlitBank, view: Option<&str>) -> Diagnostic {
+    let place = view.map_or_else(|| "its picture".to_owned(), |view| format!("view `{view}`"));
+    let message = format!("`{}` at full puts no light into {place}", bank.name);
+    let mut warning = Diagnostic::warning(codes::UNLIT, message).help(
+        "aim its lights at what the view shows, put them before the set, or look from elsewhere",
+    );
+    warning.labels.extend(bank.place);
+    warning
 }
 
 /// The warning of a run of minutes.

@@ -1,21 +1,26 @@
 //! The page that plays a show in a browser.
 
+use std::collections::BTreeSet;
+
 use super::Error;
-use super::curves::hue;
 use super::words::count;
 use crate::engine::{self, Document, Engine};
 use crate::picture::tone::Tone;
 use crate::playback::Playback;
-use crate::playback::page::{self, Contents, Cue, Fader, Law};
+use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
 use crate::printable::visible;
 use crate::renderer::contract::check_memory;
-use crate::report::sheet::time;
-use crate::show::{Coordinate, Dimmer, Link, Show};
-use crate::timeline;
+use crate::report::sheet::{fades, time};
+use crate::show::{Bank, Coordinate, Dimmer, Link, Show};
+use crate::timeline::{self, Timeline};
 use crate::units::Time;
 
 /// Levels at which the page gets a user's dimmer curve.
 const LEVELS: usize = 257;
+
+/// How densely the page gets a move of level and colour.
+const STEPS_A_SECOND: f64 = 8.0;
+const MOST_STEPS: usize = 400;
 
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
@@ -26,12 +31,12 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     let faders = coordinates.iter().enumerate();
     let contents = Contents {
         title: &visible(&show.title),
-        faders: faders
-            .map(|(i, c)| fader(show, c, keys.len() + i))
-            .collect(),
+        faders: faders.map(|(i, c)| fader(show, c, i)).collect(),
+        mixers: mixers(document),
         cues: cues(document, coordinates.len()),
         keys: document.keys(),
-        pictures: keys.iter().chain(&banks).collect(),
+        pictures: keys.iter().collect(),
+        banks: banks.iter().collect(),
         tone,
     };
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
@@ -41,13 +46,16 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
     let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;
+    let keys = match made.blends {
+        true => format!("{} and ", count(keys.len(), "key image")),
+        false => String::new(),
+    };
     let smaller = match made.size == playback.size() {
         true => "",
         false => ", made smaller to stay below 20 MB",
     };
     let text = format!(
-        "{} and {} of {width}x{height}{smaller}; {:.1} MB",
-        count(keys.len(), "key image"),
+        "{keys}{} of {width}x{height}{smaller}; {:.1} MB",
         count(banks.len(), "bank image"),
         made.html.len() as f64 / 1e6
     );
@@ -56,7 +64,18 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
 
 fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
     let bank = coordinate.bank.and_then(|b| show.banks.get(b));
-    let law = match bank.filter(|b| !b.rgb).map_or(Dimmer::Linear, |b| b.dimmer) {
+    Fader {
+        name: coordinate.name.clone(),
+        picture,
+        varies: bank.is_some(),
+        law: bank
+            .filter(|b| !b.rgb)
+            .map_or(Law::Power(1), |b| law(show, b)),
+    }
+}
+
+fn law(show: &Show, bank: &Bank) -> Law {
+    match bank.dimmer {
         Dimmer::Linear => Law::Power(1),
         Dimmer::Square => Law::Power(2),
         curve @ Dimmer::Curve(_) => {
@@ -64,14 +83,60 @@ fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
             let levels: Vec<f64> = (0..LEVELS).map(level).collect();
             Law::Table(timeline::settings(curve, &show.curves, &levels))
         }
-    };
-    Fader {
-        name: coordinate.name.clone(),
-        picture,
-        varies: bank.is_some(),
-        law,
-        colour: hue(coordinate).map(|[r, g, b]| format!("rgb({r} {g} {b})")),
     }
+}
+
+fn mixers(document: &Document) -> Vec<Mixer> {
+    let show = document.show();
+    let reds = show.coordinates().into_iter().enumerate();
+    let reds = reds.filter(|(_, c)| c.channel == Some(0));
+    let parameters = show.first_parameters();
+    let mixer = |(first, red): (usize, Coordinate)| {
+        let index = red.bank?;
+        let bank = show.banks.get(index)?;
+        Some(Mixer {
+            name: bank.name.clone(),
+            first,
+            law: law(show, bank),
+            track: track(document.timeline(), first, *parameters.get(index)?),
+        })
+    };
+    reds.filter_map(mixer).collect()
+}
+
+/// Level and colour of a bank of mixers where they move. What lies straight between two others is
+/// left out.
+fn track(timeline: &Timeline, red: usize, parameter: usize) -> Vec<[f64; 5]> {
+    let mut times = BTreeSet::from([timeline.start(), timeline.end()]);
+    for (start, end) in (red..red + 3).flat_map(|c| timeline.moves(c)) {
+        let length = *end - *start;
+        let steps = ((length.seconds() * STEPS_A_SECOND) as usize).clamp(8, MOST_STEPS);
+        times.extend((0..=steps).map(|k| *start + length.scaled(k as f64 / steps as f64)));
+        times.extend([*start, *end].map(|at| at - Time::from_micros(1)));
+    }
+    let mut out: Vec<[f64; 5]> = Vec::new();
+    for time in times.range(timeline.start()..=timeline.end()) {
+        let levels = timeline.levels(*time);
+        let mut point = [time.seconds(); 5];
+        for (to, level) in point.iter_mut().skip(1).zip(levels.iter().skip(parameter)) {
+            *to = (level * 1e4).round() / 1e4;
+        }
+        if let [.., a, b] = out.as_slice()
+            && straight(a, b, &point)
+        {
+            out.pop();
+        }
+        out.push(point);
+    }
+    out
+}
+
+/// Whether `b` lies on the line from `a` to `c`.
+fn straight(a: &[f64; 5], b: &[f64; 5], c: &[f64; 5]) -> bool {
+    let ([from, a @ ..], [at, b @ ..], [to, c @ ..]) = (a, b, c);
+    let share = (at - from) / (to - from);
+    let mut values = a.iter().zip(b).zip(c);
+    values.all(|((a, b), c)| (a + share * (c - a) - b).abs() < 2e-4)
 }
 
 fn cues(document: &Document, coordinates: usize) -> Vec<Cue> {
@@ -101,13 +166,15 @@ fn arrival(moves: &[(Time, Time)], cue: &timeline::CueTime) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// Up, down and delay of a cue's first part, and what the cue starts: `6/9, delay 2, hang 1`.
+/// Time and delay of a cue's first fades, and what the cue starts, as they are written:
+/// `time 6/9, delay 2, hang 1`.
 fn timing(cue: &crate::show::Cue) -> String {
     let mut words = Vec::new();
-    if let Some(part) = cue.parts.first() {
+    if let Some(part) = cue.parts.iter().find(|part| fades(part)) {
         words.push(match part.up == part.down {
-            true => time(part.up),
-            false => format!("{}/{}", time(part.up), time(part.down)),
+            true if part.up == Time::ZERO => "snap".to_owned(),
+            true => format!("time {}", time(part.up)),
+            false => format!("time {}/{}", time(part.up), time(part.down)),
         });
         if part.delay > Time::ZERO {
             words.push(format!("delay {}", time(part.delay)));

@@ -124,7 +124,7 @@ pub fn describe(plan: &PlanReport) -> String {
     let curved = plan.segments.iter().filter(|s| s.degree > 1).count();
     let _ = writeln!(
         text,
-        "{}, {} of them curved; {}; rank {}",
+        "{}, {} of them curved; {}; rank {}: so many refined pictures make every key",
         count(plan.segments.len(), "segment"),
         curved,
         count(plan.keys.len(), "key"),
@@ -132,7 +132,7 @@ pub fn describe(plan: &PlanReport) -> String {
     );
     let _ = writeln!(
         text,
-        "{} of {} for an error of {} % (metric {})",
+        "{} of {} for an error of {} % of the light (metric {}); predicted after each",
         count(plan.used, "refined picture"),
         plan.rank,
         percent(plan.tolerance),

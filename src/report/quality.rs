@@ -28,7 +28,39 @@ pub fn describe(forecast: &QualityForecast) -> String {
         rows.push(row);
     }
     let machine = words::machine(&forecast.machine);
-    format!("{} on {machine}\n{}", forecast.operator, set_right(&rows))
+    let table = set_right(&rows);
+    let legend = legend(&columns);
+    format!(
+        "{} on {machine}\n{}\n{legend}",
+        forecast.operator,
+        table.trim_end()
+    )
+}
+
+/// What the columns mean.
+fn legend(columns: &[&str]) -> String {
+    const MEANINGS: &[(&str, &str)] = &[
+        ("elements", "pieces of surface that exchange light"),
+        ("hemicube", "pixels along the edge of what each piece sees"),
+        (
+            "gather points",
+            "places where bounced light is computed once more",
+        ),
+        ("gather hemicube", "pixels along the edge there"),
+        ("sub-pixels", "parts of a pixel in which light is computed"),
+        ("tolerance", "of direct light between such parts"),
+        ("rays", "of bounced light in a pixel of one surface"),
+        ("samples at first", "of direct light in a pixel"),
+        ("samples at most", "where a pixel is noisy"),
+        ("noise", "aimed at, as a share of the light"),
+    ];
+    let known = MEANINGS.iter().filter(|(name, _)| columns.contains(name));
+    let mut lines = vec![
+        "prepare: once for a set and a rig; all banks: a picture of each; one more: a further picture"
+            .to_owned(),
+    ];
+    lines.extend(known.map(|(name, meaning)| format!("{name}: {meaning}")));
+    lines.join("\n")
 }
 
 /// What any step sets, in the order of the first that does.

@@ -64,7 +64,7 @@ pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> Strin
 /// One line about where the sequence stands.
 fn step(refined: usize, error: f64, seconds: f64) -> String {
     format!(
-        "{refined:>3} refined  predicted error {:>8} %  {seconds:.1} s",
+        "{refined:>3} refined  predicted error {:>8} % of the light  {seconds:.1} s",
         percent(error)
     )
 }
@@ -90,7 +90,11 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
     let mut text = format!("{words}: ");
     if let Some(error) = error {
         let refined = count(*refined, "refined picture");
-        let _ = write!(text, "error {} % with {refined}; ", percent(*error));
+        let _ = write!(
+            text,
+            "predicted error {} % of the light with {refined}; ",
+            percent(*error)
+        );
     }
     text.push_str(if why.is_empty() { "done" } else { &why });
     let mut notes: Vec<String> = done.warnings.iter().map(warning).collect();
@@ -107,7 +111,11 @@ pub fn status(status: &Status, words: &str) -> String {
                 0 => "no picture finished yet".to_owned(),
                 n => format!("{} in {}", count(n, "picture"), seconds(status.seconds)),
             };
-            let _ = writeln!(text, "{done}, error {} %", percent(error));
+            let _ = writeln!(
+                text,
+                "{done}, predicted error {} % of the light",
+                percent(error)
+            );
         }
         None => text.push_str("before the first refined picture\n"),
     }
@@ -117,7 +125,7 @@ pub fn status(status: &Status, words: &str) -> String {
     if let Some(ahead) = &status.ahead {
         let _ = writeln!(
             text,
-            "  to come: {}, predicted to be there in {} with error {} %",
+            "  to come: {}, predicted to be there in {} with an error of {} % of the light",
             count(ahead.images, "picture"),
             seconds(ahead.seconds),
             percent(ahead.error)
@@ -154,7 +162,11 @@ pub fn idle(engine: &Engine) -> String {
     let mut text = "nothing is running in the background".to_owned();
     if let Some(step) = engine.steps().last() {
         let refined = count(step.refined, "refined picture");
-        let _ = write!(text, "; {refined}, error {} %", percent(step.error));
+        let _ = write!(
+            text,
+            "; {refined}, predicted error {} % of the light",
+            percent(step.error)
+        );
     }
     text
 }
@@ -162,7 +174,7 @@ pub fn idle(engine: &Engine) -> String {
 /// The next steps of a forecast of `all` steps, with what they cost.
 pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) -> String {
     let mut text = format!(
-        "predicted error {} % with {}; {} left to refine, at quality {}\n",
+        "predicted error {} % of the light with {}; {} left to refine, at quality {}\n",
         percent(forecast.error),
         count(engine.refined(), "refined picture"),
         count(all, "direction"),

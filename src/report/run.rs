@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::document::headline;
 use super::manifest::Results;
-use super::words::{count, percent};
+use super::words::{count, exposure, percent};
 use super::{Error, results, sheet};
 use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WorstMoment};
 use crate::plan::PlanReport;
@@ -27,6 +27,8 @@ pub struct Summary {
     pub seconds: [f64; 5],
     /// How its images were come by.
     pub statistics: CacheStatistics,
+    /// The exposure of its pictures, stops.
+    pub exposure: f64,
     /// What could not be made of its results, and why.
     pub missing: Option<String>,
     /// The folder with the results.
@@ -80,6 +82,7 @@ pub fn run(
         worst: engine.worst_moment()?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         statistics: engine.statistics().since(before),
+        exposure: engine.tone_of(done.playback.images()).exposure,
         missing,
         folder: folder.to_owned(),
     })
@@ -134,7 +137,7 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     let coarse_words = format!("{} {at}", count(sources, "picture"));
     text += &line("coarse", &coarse_words, coarse);
     let plan_words = format!(
-        "{}, {}, rank {}",
+        "{}, {}, rank {} (pictures that make all keys)",
         count(done.plan.segments.len(), "segment"),
         count(done.plan.keys.len(), "key"),
         done.plan.rank
@@ -167,6 +170,7 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
     let cues = count(engine.show().cues.len(), "cue picture");
     text += &line("write", &format!("page, {cues}, sheets, charts"), write);
+    let _ = writeln!(text, "  {}", exposure(engine.show(), done.exposure));
     if let Some(missing) = &done.missing {
         let _ = writeln!(text, "  {missing}");
     }

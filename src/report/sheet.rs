@@ -8,7 +8,7 @@ mod difference;
 mod level;
 mod track;
 
-pub use cue::cue_sheet;
+pub use cue::{cue_sheet, fades};
 pub use difference::{Change, CurveChange, Difference, difference};
 pub use level::{clock, hex, time};
 pub use track::{Held, TrackSheet, track_sheet};

@@ -92,6 +92,11 @@ impl Target {
         })
     }
 
+    /// Whether the file has light as it is displayed, which an exposure changes.
+    pub fn is_exposed(&self) -> bool {
+        !matches!(self, Target::Layers(..) | Target::Numbered(_, Kind::Exr(_)))
+    }
+
     /// The first option that this kind of file would silently ignore.
     pub fn idle(&self, options: TargetOptions) -> Option<Idle> {
         let layers = matches!(self, Target::Layers(..));

@@ -1,7 +1,8 @@
 //! Numbers and small things in words, the same in every report.
 
 use crate::engine::measure::Machine;
-use crate::show::{Cue, Show};
+use crate::lang;
+use crate::show::{Cue, Preview, Show};
 use crate::units::Time;
 
 /// `1 cue`, `2 cues`.
@@ -30,6 +31,20 @@ pub fn figure(share: f64) -> String {
         p if p >= 0.0995 || p == 0.0 => format!("{percent:.2}"),
         _ => format!("{percent:.3}"),
     }
+}
+
+/// The exposure of a sequence, and what to type to hold one that was chosen.
+pub fn exposure(show: &Show, stops: f64) -> String {
+    if show.preview.exposure.is_some() {
+        return format!("exposure {stops} stops, as `preview` says");
+    }
+    let held = Preview {
+        exposure: Some((stops * 100.0).round() / 100.0),
+        bias: 0.0,
+        ..show.preview.clone()
+    };
+    let held = lang::preview_statement(&held);
+    format!("exposure {stops:.2} stops, chosen for the whole sequence; this holds it:\n  {held}")
 }
 
 /// Seconds with the unit that suits them: `12 ms`, `3.40 s`; from a minute on whole ones, `1:30`.

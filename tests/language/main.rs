@@ -16,6 +16,7 @@ mod hostile;
 mod live;
 mod manual;
 mod paper;
+mod typed;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,11 +2,12 @@
 //! says nothing to the console; with WebGL and without. Where no Chromium is installed it is
 //! skipped.
 
-use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::cell::{Cell, RefCell};
+use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
 
 use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, MemoryStore, Store};
@@ -48,7 +49,7 @@ bank wash image \"wash.exr\" rgb
 curve slow = spline 0 0, 0.5 20, 1 100
 cue 1 \"Evening\" at 0:00 { snap  warm 80  cool 10  edge 30 }
 cue 2 at 0:02 { time 3  curve ease  warm 15  cool full }
-cue 3 \"Wash\" at 0:04 { time 2  wash #ff8000 }
+cue 3 \"Wash\" at 0:04 { time 2  wash #ff8000  note \"on <b>applause</b>\" }
 cue 4 at 0:07 { snap  warm 0  edge full  hang 1 }
 cue 5 { time 2  cool 20  edge 0 }
 ";
@@ -95,132 +96,146 @@ fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     light.data().iter().map(code).collect()
 }
 
-/// A browser, driven over HTTP by the WebDriver protocol (W3C); it ends with the test.
+/// Chromium, driven through its pipe by the DevTools protocol; it ends with the test.
 struct Browser {
-    driver: Child,
-    port: u16,
+    process: Child,
+    orders: RefCell<ChildStdin>,
+    answers: Receiver<Value>,
     session: String,
+    count: Cell<u64>,
+    /// What the page has said to the console.
+    said: RefCell<Vec<Value>>,
     _profile: tempfile::TempDir,
 }
 
-impl Browser {
-    /// `None` where there is no Chromium with its driver.
-    fn start(graphics: &[&str]) -> Option<Browser> {
-        let mut command = Command::new("chromedriver");
-        command
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null());
-        let mut driver = match command.spawn() {
-            Ok(driver) => driver,
-            Err(error) => {
-                eprintln!("skipped: chromedriver does not run here ({error})");
-                return None;
+/// What a test waits for at most.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// The messages of a pipe, each ended by a zero.
+fn messages(pipe: ChildStdout) -> Receiver<Value> {
+    let (sender, receiver) = channel();
+    std::thread::spawn(move || {
+        let parts = BufReader::new(pipe).split(0);
+        for message in parts.map_while(Result::ok) {
+            let message = serde_json::from_slice(&message).unwrap();
+            if sender.send(message).is_err() {
+                return;
             }
+        }
+    });
+    receiver
+}
+
+impl Browser {
+    /// `None` where there is no Chromium.
+    fn start(graphics: &[&str]) -> Option<Browser> {
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        let runs = |name: &&&str| Command::new(**name).arg("--version").output().is_ok();
+        let Some(name) = names.iter().find(runs) else {
+            eprintln!("skipped: Chromium does not run here");
+            return None;
         };
-        let mut lines = BufReader::new(driver.stdout.take().unwrap()).lines();
-        let started = lines.find_map(|line| {
-            let line = line.unwrap();
-            let (_, port) = line.split_once("successfully on port ")?;
-            port.trim_end_matches('.').parse().ok()
-        });
         let profile = tempfile::tempdir().unwrap();
+        // The browser reads from the third file and writes to the fourth.
+        let mut process = Command::new("sh")
+            .args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null"])
+            .args([name, "--headless", "--no-sandbox", "--disable-quic"])
+            .args([
+                "--no-first-run",
+                "--disable-sync",
+                "--remote-debugging-pipe",
+            ])
+            .args([
+                "--disable-background-networking",
+                "--disable-component-update",
+            ])
+            .args(graphics)
+            .arg(format!("--user-data-dir={}", profile.path().display()))
+            .arg("about:blank")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
         let mut browser = Browser {
-            driver,
-            port: started.unwrap(),
+            orders: RefCell::new(process.stdin.take().unwrap()),
+            answers: messages(process.stdout.take().unwrap()),
+            process,
             session: String::new(),
+            count: Cell::new(0),
+            said: RefCell::default(),
             _profile: profile,
         };
-        let mut words: Vec<String> = [
-            "--headless",
-            "--no-sandbox",
-            "--disable-quic",
-            "--no-first-run",
-            "--disable-sync",
-            "--disable-background-networking",
-            "--disable-component-update",
-        ]
-        .iter()
-        .chain(graphics)
-        .map(|word| (*word).to_owned())
-        .collect();
-        words.push(format!(
-            "--user-data-dir={}",
-            browser._profile.path().display()
-        ));
-        let wanted = json!({ "capabilities": { "alwaysMatch": {
-            "goog:chromeOptions": { "args": words },
-            "goog:loggingPrefs": { "browser": "ALL" },
-        } } });
-        let made = browser.post("/session", &wanted);
-        browser.session = format!("/session/{}", made["sessionId"].as_str().unwrap());
+        let targets = browser.order("Target.getTargets", json!({}));
+        let targets = targets["targetInfos"].as_array().unwrap().clone();
+        let page = targets.iter().find(|t| t["type"] == "page").unwrap();
+        let attach = json!({ "targetId": page["targetId"], "flatten": true });
+        let attached = browser.order("Target.attachToTarget", attach);
+        browser.session = attached["sessionId"].as_str().unwrap().to_owned();
+        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
+            browser.order(domain, json!({}));
+        }
         Some(browser)
     }
 
-    fn post(&self, path: &str, body: &Value) -> Value {
-        self.ask(
-            "POST",
-            &format!("{}{path}", self.session),
-            &body.to_string(),
-        )
-    }
-
-    /// The `value` of an answer.
-    fn ask(&self, verb: &str, path: &str, body: &str) -> Value {
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        let patience = Some(Duration::from_secs(60));
-        stream.set_read_timeout(patience).unwrap();
-        let length = body.len();
-        write!(
-            stream,
-            "{verb} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-             Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n{body}"
-        )
-        .unwrap();
-        // The driver keeps its connections open, whatever it is asked: the length says when to
-        // stop.
-        let mut answer = BufReader::new(stream);
-        let (mut head, mut length) = (String::new(), 0);
-        while !head.ends_with("\r\n\r\n") {
-            let start = head.len();
-            assert!(answer.read_line(&mut head).unwrap() > 0, "{head}");
-            let line = head[start..].to_lowercase();
-            if let Some(bytes) = line.strip_prefix("content-length:") {
-                length = bytes.trim().parse().unwrap();
+    /// The `result` of an order.
+    fn order(&self, method: &str, parameters: Value) -> Value {
+        let id = self.count.get() + 1;
+        self.count.set(id);
+        let mut order = json!({ "id": id, "method": method, "params": parameters });
+        if !self.session.is_empty() {
+            order["sessionId"] = json!(self.session);
+        }
+        let mut pipe = self.orders.borrow_mut();
+        write!(pipe, "{order}\0").unwrap();
+        pipe.flush().unwrap();
+        loop {
+            let answer = self.answers.recv_timeout(PATIENCE).unwrap();
+            match answer["method"].as_str() {
+                Some("Runtime.consoleAPICalled" | "Runtime.exceptionThrown" | "Log.entryAdded") => {
+                    self.said.borrow_mut().push(answer);
+                }
+                Some(_) => {}
+                None if answer["id"] == id => {
+                    assert!(answer["error"].is_null(), "{method}: {answer}");
+                    return answer["result"].clone();
+                }
+                None => {}
             }
         }
-        let mut body = vec![0; length];
-        answer.read_exact(&mut body).unwrap();
-        let answer: Value = serde_json::from_slice(&body).unwrap();
-        assert!(head.contains(" 200 "), "{verb} {path}: {answer}");
-        answer["value"].clone()
+    }
+
+    fn evaluate(&self, script: &str) -> Value {
+        let expression = format!("(() => {{ {script} }})()");
+        let wanted = json!({ "expression": expression, "returnByValue": true });
+        self.order("Runtime.evaluate", wanted)
     }
 
     /// What a script on the page returns.
     fn run(&self, script: &str) -> Value {
-        self.post("/execute/sync", &json!({ "script": script, "args": [] }))
+        let answer = self.evaluate(script);
+        assert!(answer["exceptionDetails"].is_null(), "{script}: {answer}");
+        answer["result"]["value"].clone()
     }
 
     /// Opens a page and waits until the script is true.
     fn open(&self, page: &Path, query: &str, until: &str) {
         let address = format!("file://{}?{query}", page.display());
-        self.post("/url", &json!({ "url": address }));
+        self.order("Page.navigate", json!({ "url": address }));
         self.wait(until);
     }
 
     fn wait(&self, until: &str) {
-        for _ in 0..600 {
-            if self.run(&format!("return Boolean({until})")) == json!(true) {
+        let begin = Instant::now();
+        while begin.elapsed() < PATIENCE {
+            let answer = self.evaluate(&format!("return Boolean({until})"));
+            if answer["result"]["value"] == json!(true) {
                 return;
             }
-            std::thread::sleep(Duration::from_millis(100));
+            std::thread::sleep(Duration::from_millis(50));
         }
         let page = self.run("return document.body.innerText.slice(0, 500)");
-        assert!(
-            page.is_null(),
-            "{until} never came; console: {}; {page}",
-            self.console()
-        );
+        panic!("{until} never came; console: {:?}; {page}", self.console());
     }
 
     /// The lines of a page's report of frames at some seconds.
@@ -230,27 +245,46 @@ impl Browser {
         text.as_str().unwrap().lines().map(str::to_owned).collect()
     }
 
-    /// What the page has said to the console since it was last asked.
-    fn console(&self) -> Value {
-        self.post("/se/log", &json!({ "type": "browser" }))
+    /// What the page has said to the console.
+    fn console(&self) -> Vec<Value> {
+        self.said.borrow().clone()
     }
 
-    /// Types a key into whatever has the focus.
+    /// Types a key, by its name, into whatever has the focus.
     fn press(&self, key: &str) {
-        let actions = ["keyDown", "keyUp"].map(|kind| json!({ "type": kind, "value": key }));
-        let actions = json!({ "actions": [{ "type": "key", "id": "keys", "actions": actions }] });
-        self.post("/actions", &actions);
+        let (number, text) = match key {
+            "Enter" => (13, "\r"),
+            "Escape" => (27, ""),
+            "End" => (35, ""),
+            "Home" => (36, ""),
+            "ArrowLeft" => (37, ""),
+            "ArrowRight" => (39, ""),
+            "ArrowDown" => (40, ""),
+            letter => (u32::from(letter.to_uppercase().as_bytes()[0]), letter),
+        };
+        for kind in ["keyDown", "keyUp"] {
+            let event = json!({
+                "type": kind, "key": key, "windowsVirtualKeyCode": number,
+                "text": if kind == "keyDown" { text } else { "" },
+            });
+            self.order("Input.dispatchKeyEvent", event);
+        }
+    }
+
+    /// Shows the page in a window of this size.
+    fn resize(&self, width: u32, height: u32) {
+        let size = json!({
+            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false,
+        });
+        self.order("Emulation.setDeviceMetricsOverride", size);
     }
 }
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        if !self.session.is_empty() && !std::thread::panicking() {
-            self.ask("DELETE", &self.session, "");
-        }
         // It may have ended by itself.
-        let _ = self.driver.kill();
-        let _ = self.driver.wait();
+        let _ = self.process.kill();
+        let _ = self.process.wait();
     }
 }
 
@@ -326,7 +360,10 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("show.html");
-    std::fs::write(&file, page(&mut show, &store)).unwrap();
+    let html = page(&mut show, &store);
+    std::fs::write(&file, &html).unwrap();
+    let added_file = folder.path().join("added.html");
+    std::fs::write(&added_file, without_keys(&html)).unwrap();
     let times = TIMES.map(|t| t.to_string()).join(",");
     let pictures = TIMES.map(|t| picture(&mut show, &store, &format!("{t}s")));
     let mixed = mixture(&mut show, 3.1);
@@ -363,6 +400,13 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
             usize::from(off) <= HELD.len(),
             "{name}, mixed by hand: {off} of 255"
         );
+        // The same from the banks' pictures alone.
+        let added = browser.report(&added_file, &format!("test={times}{more}"));
+        for ((time, line), picture) in TIMES.iter().zip(&added[2..]).zip(&pictures) {
+            let off = apart(line, picture);
+            eprintln!("{name} at {time} s, added up: {off} of 255");
+            assert!(off <= 6, "{name} at {time} s, added up: {off} of 255");
+        }
         // Dithered: the pattern of `picture`, one step beside the plain page here and there.
         let dithered_lines = browser.report(&dithered_file, &format!("test={times}{more}"));
         for (at, time) in TIMES.iter().enumerate() {
@@ -381,8 +425,25 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
                 plain.len()
             );
         }
-        assert_eq!(browser.console(), json!([]), "{name}");
+        assert!(
+            browser.console().is_empty(),
+            "{name}: {:?}",
+            browser.console()
+        );
     }
+}
+
+/// A page as it is where the keys' pictures would not fit.
+fn without_keys(html: &str) -> String {
+    let (head, rest) = html.split_once("id=\"show\">").unwrap();
+    let (data, tail) = rest.split_once("</script>").unwrap();
+    let mut data: Value = serde_json::from_str(data).unwrap();
+    let keys = data["keys"].as_u64().unwrap() as usize;
+    assert!(keys > 1);
+    data["pictures"].as_array_mut().unwrap().drain(..keys);
+    data["keys"] = json!(0);
+    let data = data.to_string().replace('<', "\\u003c");
+    format!("{head}id=\"show\">{data}</script>{tail}")
 }
 
 /// What a person does, by keyboard and by the names that a screen reader tells.
@@ -414,22 +475,22 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     browser.press("p");
     browser.wait("!desk.playing");
     // Arrows, End and Home; the time is told in words.
-    browser.press("\u{e010}");
+    browser.press("End");
     browser.wait("document.getElementById('clock').textContent === '0:10.0'");
-    browser.press("\u{e012}");
+    browser.press("ArrowLeft");
     browser.wait("Math.abs(desk.time - 9) < 1e-9");
-    browser.press("\u{e011}");
-    browser.press("\u{e015}");
+    browser.press("Home");
+    browser.press("ArrowDown");
     // The list follows with the next frame drawn.
     browser.wait(
         "desk.time === 2 && document.querySelector('[aria-current=step]')\
-         ?.getAttribute('aria-label') === 'Cue 2, at 0:02.0'",
+         ?.getAttribute('aria-label') === 'Cue 2, at 0:02.0, time 3'",
     );
     browser.wait("document.getElementById('told').textContent.includes('Cue 2')");
     // A fader by its label: what it held, what it holds, and the way back.
     browser.run("document.querySelector('#bank-0').focus()");
     for _ in 0..5 {
-        browser.press("\u{e014}");
+        browser.press("ArrowRight");
     }
     browser.wait("document.getElementById('changed').textContent.includes('warm 80 \u{2192} 85')");
     browser.wait(
@@ -447,6 +508,9 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     show.execute("goto 3").unwrap();
     let said = show.execute("go").unwrap().text;
     assert!(said.starts_with("at 10s, cue 5"), "{said}");
+    colours_are_mixed_by_hand(&browser);
+    keys_do_the_same_wherever_the_focus_is(&browser);
+    the_page_fits(&browser);
     // Every control has a name.
     let unnamed = browser.run(
         "return [...document.querySelectorAll('input, button')].filter((e) => \
@@ -454,7 +518,71 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     );
     assert_eq!(unnamed, json!(0));
     assert_eq!(text("title"), json!("A </script> & <b>title</b> \u{e4}"));
-    assert_eq!(browser.console(), json!([]));
+    assert!(browser.console().is_empty(), "{:?}", browser.console());
+}
+
+/// A bank of mixers has a level and a colour; the colour stays while the level moves.
+fn colours_are_mixed_by_hand(browser: &Browser) {
+    browser.run("toCue(3)");
+    browser.wait("document.querySelector('[type=color]').value === '#ff8000'");
+    browser.run(
+        "const well = document.querySelector('[aria-label=\"wash, colour\"]'); \
+         well.value = '#0040ff'; well.dispatchEvent(new Event('input'));",
+    );
+    let changed = "document.getElementById('changed').textContent";
+    browser.wait(&format!(
+        "{changed} === 'Held: wash 100 #ff8000 \u{2192} 100 #0040ff'"
+    ));
+    browser.run("document.querySelector('#bank-3').focus()");
+    for _ in 0..4 {
+        browser.press("ArrowLeft");
+    }
+    browser.wait(&format!("{changed}.endsWith(' 96 #0040ff')"));
+    // Light of level and colour: 0.96 of the decoded code (64/255 of sRGB is 0.05127 of light).
+    let held = browser.run("return [3, 4, 5].map((i) => desk.held.get(i).toFixed(4)).join(' ')");
+    assert_eq!(held, json!("0.0000 0.0492 0.9600"));
+    browser.press("Escape");
+    browser
+        .wait("desk.held.size === 0 && document.querySelector('[type=color]').value === '#ff8000'");
+}
+
+fn keys_do_the_same_wherever_the_focus_is(browser: &Browser) {
+    for place in [
+        ".bank input",
+        "[type=color]",
+        "#stop",
+        "#cues button",
+        "summary",
+    ] {
+        browser.run("toCue(2); document.getElementById('help').open = false;");
+        browser.run(&format!("document.querySelector('{place}').focus()"));
+        browser.press(" ");
+        browser.wait("desk.cue === 4 || desk.cue === 3");
+        let help = browser.run("return document.getElementById('help').open");
+        assert_eq!(help, json!(false), "{place}");
+    }
+    browser.run("document.querySelectorAll('#cues button')[1].focus()");
+    browser.press("Enter");
+    browser.wait("desk.cue === 1 && desk.time === 2 && !desk.playing");
+    // The note of the cue that GO runs is in sight, and it is no HTML.
+    browser
+        .wait("document.getElementById('next').textContent === 'GO: 3 Wash (on <b>applause</b>)'");
+}
+
+fn the_page_fits(browser: &Browser) {
+    let facts = browser.run("return document.getElementById('facts').textContent");
+    assert_eq!(facts, json!("5 cues, 4 banks, 0:10"));
+    let lit = "[...document.querySelectorAll('#cues canvas')].filter((c) => \
+        c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some((v, i) => i % 4 < 3 && v > 40)).length";
+    browser.wait(&format!("{lit} === 5"));
+    for (width, height) in [(1280, 800), (1440, 900), (390, 844)] {
+        browser.resize(width, height);
+        browser.wait("document.documentElement.scrollWidth <= innerWidth");
+        let go = "document.getElementById('go').getBoundingClientRect().bottom < innerHeight";
+        browser.wait(go);
+    }
+    browser.resize(1280, 800);
+    browser.wait("document.getElementById('banks').getBoundingClientRect().bottom < innerHeight");
 }
 
 /// What GO comes to, from random presses in the page's own code: one line a press, the cue and the
@@ -463,6 +591,15 @@ const PRESSES: &str = r#"
 const show = JSON.parse(require("fs").readFileSync(process.argv[2], "utf8"));
 let state = Number(process.argv[3]);
 const random = () => (state = (state * 48271) % 2147483647) / 2147483647;
+for (const mixer of show.mixers) {
+  for (let i = 0; i < 200; i++) {
+    const time = show.start + (show.end - show.start) * random();
+    const { level, colour } = mixAt(mixer.track, time), light = settingOf(mixer.law, level);
+    const settings = settingsAt(show, time).slice(mixer.first, mixer.first + 3);
+    const off = Math.max(...settings.map((setting, c) => Math.abs(light * colour[c] - setting)));
+    if (off > 0.01) throw Error(`${mixer.name} at ${time}: ${settings} is not ${light} of ${colour}`);
+  }
+}
 const run = standing(show), near = (a, b) => Math.abs(a - b) < 1e-6;
 for (let presses = 0; ; presses++) {
   const before = lightOf(show, run), was = run.cue;
@@ -489,7 +626,7 @@ cue 1 { time 2  warm 30 }
 cue 2 { time 3/5  warm 80  cool 40  follow 1 }
 cue 3 { time 20  edge 70  delay 1  hang 2 }
 cue 4 { snap  warm 10 }
-cue 5 { time 4  wash 60 #ff8000 }
+cue 5 { time 4  curve ease  wash 60 #ff8000 }
 cue 6 { time 2  wash #0040ff  cool out }
 cue 7 { blackout }
 ";

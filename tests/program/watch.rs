@@ -18,7 +18,7 @@ fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
     let show = folder.path().join("first.lxq");
     let picture = folder.path().join("now.png");
     let mut child = Command::new(env!("CARGO_BIN_EXE_footlight"))
-        .args(["--quiet", "watch", "--count", "3", "-o"])
+        .args(["--quiet", "watch", "--count", "4", "-o"])
         .arg(&picture)
         .arg(&show)
         .stdout(Stdio::piped())
@@ -46,6 +46,12 @@ fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
     fs::write(&show, text.replace("lamp 80", "lamp 40")).unwrap();
     let told = until("wrote");
     assert!(told.contains("cue 2: lamp 80 -> 40 at 0:02"), "{told}");
+    // Where the light changed most; it stays through what moves no cue.
+    let moment = |told: &str| {
+        told.lines()
+            .find_map(|l| Some(l.split_once(": coarse")?.0.to_owned()))
+    };
+    assert_eq!(moment(&told).as_deref(), Some("3.5s"), "{told}");
     let second = fs::read(&picture).unwrap();
     assert_ne!(first, second);
 
@@ -59,10 +65,19 @@ fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
     .unwrap();
     let told = until("wrote");
     assert!(told.contains("read again"), "{told}");
+    assert_eq!(moment(&told).as_deref(), Some("3.5s"), "{told}");
     let third = fs::read(&picture).unwrap();
     assert_ne!(second, third);
 
     fs::write(&show, text.replace("lamp 80", "lmap 80")).unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    assert_eq!(fs::read(&picture).unwrap(), third);
+    // The mistake is mended and a light is changed.
+    let mended = text.replace("lamp 80", "lamp 40");
+    fs::write(&show, mended.replace("900 cd/m2", "400 cd/m2")).unwrap();
+    let told = until("wrote");
+    assert_eq!(moment(&told).as_deref(), Some("3.5s"), "{told}");
+    assert_ne!(fs::read(&picture).unwrap(), third);
     assert_eq!(child.wait().unwrap().code(), Some(0));
     let mut said = String::new();
     child
@@ -75,5 +90,4 @@ fn every_save_is_told_and_an_error_leaves_the_last_good_show() {
         said.contains("E010") && said.contains("the last good show is kept"),
         "{said}"
     );
-    assert_eq!(fs::read(&picture).unwrap(), third);
 }

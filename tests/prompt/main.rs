@@ -20,6 +20,7 @@ mod operator;
 mod session;
 mod store;
 mod study;
+mod told;
 mod transcripts;
 mod tune;
 

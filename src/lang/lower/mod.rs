@@ -168,6 +168,7 @@ impl<'a> Lower<'a, '_> {
     fn find(&mut self, name: Word<'_>, kinds: &[Kind], words: &[&'a str]) -> Option<(Kind, usize)> {
         match self.names.get(name.text) {
             Some(entry) if kinds.contains(&entry.kind) => entry.index.map(|i| (entry.kind, i)),
+            Some(_) if self.names.is_refused(name.text, kinds) => None,
             Some(entry) => {
                 let message = format!(
                     "expected {}, but `{}` is {}",

@@ -99,6 +99,9 @@ impl<'a> Lower<'a, '_> {
             ("dither", "off") => self.show.preview.dither = false,
             ("exposure", "auto") => self.show.preview.exposure = None,
             ("tone" | "dither", _) => return self.unfit(key, value),
+            (other, signed) if signed.starts_with('+') && other != "exposure" => {
+                return self.unfit(key, value);
+            }
             _ if !is_quantity => return self.unfit(key, value),
             ("tolerance", _) => {
                 let range = "a tolerance is 0% to 100%";
@@ -130,8 +133,7 @@ impl<'a> Lower<'a, '_> {
             }
             ("exposure", _) => {
                 let range = "an exposure is -30 to 30 stops";
-                let stops = self.within(value, Wanted::Number, (-30.0, 30.0), range)?;
-                self.show.preview.exposure = Some(stops);
+                self.show.preview.exposure = Some(self.stops(value, range)?);
             }
             ("coarse", _) => self.show.preview.coarse = self.step(value, quality)?,
             _ => self.show.preview.refined = self.step(value, quality)?,
@@ -141,11 +143,14 @@ impl<'a> Lower<'a, '_> {
 
     /// The stops behind `exposure auto`.
     fn bias(&mut self, word: Word<'a>) -> Option<()> {
+        self.show.preview.bias = self.stops(word, "stops are -30 to 30")?;
+        Some(())
+    }
+
+    fn stops(&mut self, word: Word<'a>, range: &str) -> Option<f64> {
         let text = word.text.trim_start_matches('+');
         let unsigned = Word { text, ..word };
-        let range = "stops are -30 to 30";
-        self.show.preview.bias = self.within(unsigned, Wanted::Number, (-30.0, 30.0), range)?;
-        Some(())
+        self.within(unsigned, Wanted::Number, (-30.0, 30.0), range)
     }
 
     /// Reports a value that is not of its setting's kind.
@@ -156,6 +161,9 @@ impl<'a> Lower<'a, '_> {
             ("dither", _) => format!("`dither` is `on` or `off`, not `{word}`"),
             ("white", _) => {
                 format!("`white` is a colour temperature such as `3200 K`, not `{word}`")
+            }
+            (_, signed) if signed.starts_with('+') => {
+                format!("only `exposure` has a `+`, `{key}` is a plain number")
             }
             (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
             (_, "on" | "off") => format!("only `dither` is `on` or `off`, `{key}` is a number"),

@@ -1,8 +1,7 @@
-// The desk: time, cues, faders, and what is told about them.
+// The desk: time, cues, and what is told about them.
 
 const show = JSON.parse(document.getElementById("show").textContent);
 const element = (id) => document.getElementById(id);
-const SVG = "http://www.w3.org/2000/svg";
 
 function clock(seconds, digits = 1) {
   const unit = 10 ** digits, whole = Math.round(seconds * unit);
@@ -11,6 +10,9 @@ function clock(seconds, digits = 1) {
   const rest = (s - 60 * minutes).toFixed(digits).padStart(digits ? digits + 3 : 2, "0");
   return hours ? `${hours}:${two(minutes % 60)}:${rest}` : `${minutes}:${rest}`;
 }
+
+/// Seconds that are left, a countdown.
+const seconds = (left) => (left < 60 ? `${left.toFixed(1)} s` : clock(left));
 
 function made(tag, options = {}, ...children) {
   const out = document.createElement(tag);
@@ -35,14 +37,18 @@ function cueAt(time) {
   return found;
 }
 
-/// The sum that shows faders held by hand: every picture that is lit, by its setting. Null while
-/// none is held: then the keys are blended. (A sum alone, since taking a lamp's 8 bits away from a
-/// key's would leave the rounding of both.)
-function sumAt(settings) {
-  if (desk.held.size === 0 && !desk.rest) return null;
-  const setting = ({ law }, i) => (desk.held.has(i) ? settingOf(law, desk.held.get(i)) : settings[i]);
-  const terms = show.coordinates.map((c, i) => ({ picture: c.picture, weight: setting(c, i) }));
+/// The sum of every picture that is lit, by its setting.
+function sumOf(settings) {
+  const terms = show.coordinates.map((c, i) => ({ picture: show.keys + c.picture, weight: settings[i] }));
   return terms.filter(({ weight }) => weight !== 0);
+}
+
+/// The sum that shows faders held by hand. Null while none is held: then the keys are blended, where
+/// the page has them. (A sum alone, since taking a lamp's 8 bits away from a key's would leave the
+/// rounding of both.)
+function sumAt(settings) {
+  if (show.keys > 0 && desk.held.size === 0 && !desk.rest) return null;
+  return sumOf(settings.map((setting, i) => (desk.held.has(i) ? settingOf(show.coordinates[i].law, desk.held.get(i)) : setting)));
 }
 
 // ---- what can be done -------------------------------------------------------------------------
@@ -99,17 +105,6 @@ function toCue(i) {
   tell(`Cue ${cueName(i)}, at its start`);
 }
 
-function hold(i, level) {
-  desk.held.set(i, level);
-  desk.dirty = true;
-}
-
-function release(i) {
-  if (i === undefined) desk.held.clear(); else desk.held.delete(i);
-  desk.dirty = true;
-  tell(i === undefined ? "All faders released" : `${show.coordinates[i].name} released`);
-}
-
 let telling;
 function tell(text) {
   clearTimeout(telling);
@@ -118,88 +113,24 @@ function tell(text) {
 
 // ---- what stands on the page -------------------------------------------------------------------
 
-const rows = [];
 const cueRows = [];
-
-function curvePath(i) {
-  const points = [];
-  // Both sides of every segment's ends, so that jumps are upright.
-  for (const segment of show.segments) {
-    const steps = segment.degree < 2 ? 1 : 16;
-    for (let k = 0; k <= steps; k++) {
-      const t = k / steps;
-      const [f0, f1, f2] = factors(segment.degree, t);
-      const [a, b, c, d] = fourKeys(segment.keys).map((key) => show.settings[key][i]);
-      const mixed = (x, y, f) => x + f * (y - x);
-      const value = mixed(mixed(a, b, f0), mixed(c, d, f1), f2);
-      const time = segment.start + t * (segment.end - segment.start);
-      const x = length > 0 ? 1000 * (time - show.start) / length : 0;
-      points.push(`${x.toFixed(2)} ${(100 - 100 * levelOf(show.coordinates[i].law, value)).toFixed(2)}`);
-    }
-  }
-  return "M" + points.join("L");
-}
-
-function curve(i) {
-  const svg = document.createElementNS(SVG, "svg");
-  svg.setAttribute("viewBox", "0 -3 1000 106");
-  svg.setAttribute("preserveAspectRatio", "none");
-  svg.setAttribute("aria-hidden", "true");
-  const line = curvePath(i);
-  const parts = [["area", "path", { d: `${line}L1000 100L0 100Z` }], ["edge", "path", { d: line }],
-    ["hand", "line", { x1: 0, x2: 1000, y1: 0, y2: 0 }], ["now", "line", { x1: 0, x2: 0, y1: -3, y2: 103 }]];
-  for (const [kind, tag, attributes] of parts) {
-    const part = document.createElementNS(SVG, tag);
-    part.setAttribute("class", kind);
-    for (const [name, value] of Object.entries(attributes)) part.setAttribute(name, value);
-    const colour = show.coordinates[i].colour;
-    if (colour && kind === "edge") part.style.stroke = colour;
-    if (colour && kind === "area") { part.style.fill = colour; part.style.fillOpacity = 0.25; }
-    svg.append(part);
-  }
-  return svg;
-}
-
-function buildBanks() {
-  const list = element("banks");
-  show.coordinates.forEach((coordinate, i) => {
-    if (!coordinate.varies) return;
-    const id = `bank-${i}`;
-    const label = made("label", { htmlFor: id, title: coordinate.name }, coordinate.name);
-    const fader = made("input", { id, type: "range", min: 0, max: 100, step: 1, value: 0 });
-    const output = made("output", { htmlFor: id });
-    const svg = curve(i);
-    const row = made("div", { className: "bank" }, label, fader, output, svg);
-    fader.addEventListener("input", () => hold(i, fader.value / 100));
-    fader.addEventListener("dblclick", () => release(i));
-    fader.addEventListener("keydown", (event) => {
-      if (event.key === "Escape" || event.key === "Delete") release(i);
-    });
-    const drag = (event) => {
-      const box = svg.getBoundingClientRect();
-      running(false);
-      seek(show.start + length * (event.clientX - box.left) / box.width);
-    };
-    svg.addEventListener("pointerdown", (event) => { svg.setPointerCapture(event.pointerId); drag(event); });
-    svg.addEventListener("pointermove", (event) => { if (event.buttons & 1) drag(event); });
-    list.append(row);
-    rows.push({ i, row, fader, output, hand: svg.querySelector(".hand"), now: svg.querySelector(".now") });
-  });
-}
 
 function buildCues() {
   show.cues.forEach((cue, i) => {
-    const name = made("span", { className: "name" }, cue.label || "");
-    if (i > 0 && show.cues[i - 1].starts) name.prepend(made("i", { title: "starts by itself" }, "\u21b3 "));
-    const when = made("span", { className: "when" }, clock(cue.go, cue.go % 1 ? 1 : 0));
-    const about = [cue.timing, cue.note].filter(Boolean).join(" \u00b7 ");
-    const button = made("button", { type: "button" }, made("b", {}, cue.number), name, when,
-      made("span", { className: "about" }, about), made("span", { className: "done" }));
-    button.setAttribute("aria-label", `Cue ${cueName(i)}, at ${clock(cue.go)}, time ${about}`);
+    const thumbnail = made("canvas", { width: 160, height: Math.round(160 * show.size[1] / show.size[0]) });
+    const byItself = i > 0 && show.cues[i - 1].starts;
+    const name = made("span", { className: "name" }, made("b", {}, cue.number), ` ${cue.label}`);
+    const timing = made("span", { className: "timing" }, byItself ? `\u21b3 ${cue.timing}` : cue.timing);
+    if (byItself) timing.title = "starts by itself";
+    const when = made("span", { className: "when" });
+    const button = made("button", { type: "button" }, thumbnail, name, when, timing,
+      made("span", { className: "note" }, cue.note), made("span", { className: "done" }));
+    thumbnail.setAttribute("aria-hidden", "true");
+    const about = [clock(cue.go), byItself && "starts by itself", cue.timing, cue.note].filter(Boolean);
+    button.setAttribute("aria-label", `Cue ${cueName(i)}, at ${about.join(", ")}`);
     button.addEventListener("click", () => toCue(i));
-    const item = made("li", {}, button);
-    element("cues").append(item);
-    cueRows.push(button);
+    element("cues").append(made("li", {}, button));
+    cueRows.push({ button, when, thumbnail });
     if (length > 0) {
       const mark = made("i");
       mark.style.left = `${100 * (cue.go - show.start) / length}%`;
@@ -208,46 +139,64 @@ function buildCues() {
   });
 }
 
+let pictured = 0;
+/// Draws the next cues, complete, into their rows, for so many milliseconds at most; the picture
+/// itself is drawn again with the next frame.
+function drawThumbnails(milliseconds) {
+  const until = performance.now() + milliseconds;
+  while (pictured < cueRows.length && performance.now() < until) {
+    const { thumbnail } = cueRows[pictured];
+    const moment = momentAt(show, settled(show, pictured));
+    desk.renderer.draw(moment, show.keys > 0 ? null : sumOf(moment.settings));
+    thumbnail.getContext("2d").drawImage(element("picture"), 0, 0, thumbnail.width, thumbnail.height);
+    pictured++;
+    desk.dirty = true;
+  }
+}
+
+/// What stands at a cue's right: the seconds that it has left, or until it starts by itself; else
+/// when it starts.
+function whenOf(i, current) {
+  const { go: from, complete, starts } = show.cues[i];
+  if (i === current && complete > desk.time) return seconds(complete - desk.time);
+  const follows = current >= 0 && i === current + 1 && show.cues[current].starts;
+  if (follows && desk.playing) return `in ${seconds(Math.max(from - desk.time, 0))}`;
+  return clock(from, from % 1 ? 1 : 0);
+}
+
+function refreshCues(current, next) {
+  const { time } = desk;
+  cueRows.forEach(({ button, when }, i) => {
+    const { go: from, complete } = show.cues[i];
+    const done = complete > from ? (time - from) / (complete - from) : Number(time >= from);
+    button.style.setProperty("--done", i === current ? `${100 * Math.min(Math.max(done, 0), 1)}%` : "0%");
+    button.classList.toggle("next", i === next);
+    when.textContent = whenOf(i, current);
+    if (i === current && button.getAttribute("aria-current") === null) {
+      button.setAttribute("aria-current", "step");
+      const list = element("cues"), top = button.offsetTop - list.offsetTop;
+      if (top < list.scrollTop || top + 2 * button.offsetHeight > list.scrollTop + list.clientHeight) list.scrollTop = top - button.offsetHeight;
+    } else if (i !== current) button.removeAttribute("aria-current");
+  });
+}
+
 /// Everything but the picture, to the desk's state.
 function refresh(settings) {
   const { time } = desk;
   const current = desk.cue, next = nextCue();
   const left = desk.playing && !desk.sequence ? remaining(desk) : 0;
-  element("left").textContent = left > 0 ? `${clock(left)} to go` : "";
+  const standing = current >= 0 ? `Cue ${cueName(current)}` : "";
   element("clock").textContent = clock(time);
+  element("left").textContent = left > 0 ? `${seconds(left)} left` : "";
+  element("current").textContent = standing;
+  element("next").textContent = next < 0 ? "" : `GO: ${cueName(next)}${show.cues[next].note ? ` (${show.cues[next].note})` : ""}`;
   const scrub = element("scrub");
   scrub.value = time;
-  scrub.setAttribute("aria-valuetext", `${clock(time)}${current >= 0 ? ", cue " + cueName(current) : ""}`);
-  element("current").textContent = current >= 0 ? `Cue ${cueName(current)}` : "";
-  element("picture").setAttribute("aria-label", `The stage at ${clock(time)}${current >= 0 ? ", cue " + cueName(current) : ""}`);
-  cueRows.forEach((button, i) => {
-    const { go: from, complete } = show.cues[i];
-    const done = complete > from ? (time - from) / (complete - from) : Number(time >= from);
-    button.style.setProperty("--done", i === current ? `${100 * Math.min(Math.max(done, 0), 1)}%` : "0%");
-    button.classList.toggle("next", i === next);
-    if (i === current && button.getAttribute("aria-current") === null) {
-      button.setAttribute("aria-current", "step");
-      const list = element("cues"), top = button.offsetTop - list.offsetTop;
-      if (top < list.scrollTop || top + button.offsetHeight > list.scrollTop + list.clientHeight) list.scrollTop = top - list.clientHeight / 2;
-    } else if (i !== current) button.removeAttribute("aria-current");
-  });
-  const changed = [];
-  const playhead = length > 0 ? 1000 * (time - show.start) / length : 0;
-  for (const { i, row, fader, output, hand, now } of rows) {
-    const { law, name } = show.coordinates[i];
-    const sheet = levelOf(law, settings[i]), held = desk.held.get(i);
-    const level = held ?? sheet;
-    row.classList.toggle("held", held !== undefined);
-    output.textContent = percent(level);
-    if (held === undefined || document.activeElement !== fader) fader.value = percent(level);
-    fader.setAttribute("aria-valuetext", held === undefined ? `${percent(level)} percent` : `${percent(level)} percent, held; the sheet says ${percent(sheet)}`);
-    for (const end of ["y1", "y2"]) hand.setAttribute(end, 100 - 100 * level);
-    for (const end of ["x1", "x2"]) now.setAttribute(end, playhead);
-    if (held !== undefined) changed.push(`${name} ${percent(sheet)} \u2192 ${percent(held)}`);
-  }
-  element("changed").textContent = changed.length ? `Held: ${changed.join(", ")}` : "Move a fader to mix by hand.";
-  element("changed").classList.toggle("held", changed.length > 0);
-  element("release").hidden = changed.length === 0;
+  const moment = `${clock(time)}${standing && ", " + standing[0].toLowerCase() + standing.slice(1)}`;
+  scrub.setAttribute("aria-valuetext", moment);
+  element("picture").setAttribute("aria-label", `The stage at ${moment}`);
+  refreshCues(current, next);
+  refreshFaders(settings);
 }
 
 function frame(now) {
@@ -264,7 +213,7 @@ function frame(now) {
     const light = lightOf(show, desk);
     desk.renderer.draw(moment, sumAt(light));
     refresh(light);
-  }
+  } else if (desk.renderer && !desk.playing) drawThumbnails(8);
   requestAnimationFrame(frame);
 }
 
@@ -288,13 +237,14 @@ function onKey(event) {
   const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
   if (!action || event.key === "Escape" && slider) return;
   event.preventDefault();
-  action();
+  // A key that is held down is pressed once, but for the arrows.
+  if (!event.repeat || event.key.startsWith("Arrow")) action();
 }
 
 function build() {
-  const banks = show.coordinates.filter((c) => c.varies).length;
   const counted = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`;
-  element("facts").textContent = `${counted(show.cues.length, "cue")}, ${counted(banks, "bank")}, ${clock(length, 0)}`;
+  buildFaders();
+  element("facts").textContent = `${counted(show.cues.length, "cue")}, ${counted(faders.length, "bank")}, ${clock(length, 0)}`;
   element("of").textContent = `of ${clock(show.end)}`;
   element("made").textContent = show.made;
   const scrub = element("scrub");
@@ -313,9 +263,6 @@ function build() {
   element("full").addEventListener("click", () => element("frame").requestFullscreen?.());
   element("play").addEventListener("click", () => play(!desk.playing));
   element("release").addEventListener("click", () => release());
-  for (const { i, fader } of (buildBanks(), rows)) {
-    fader.addEventListener("change", () => desk.held.has(i) && tell(`${show.coordinates[i].name} held at ${percent(desk.held.get(i))}`));
-  }
   buildCues();
   document.addEventListener("keydown", onKey);
   // A button takes Space when the key is let go.

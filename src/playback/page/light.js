@@ -16,15 +16,19 @@ function fourKeys(keys) {
   return [keys[0], keys[1] ?? keys[0], keys[2] ?? last, keys[3] ?? last];
 }
 
-/// What a moment shows: four keys and their factors, and the settings of all coordinates.
-function momentAt(show, time) {
-  const list = show.segments;
+/// How many of a list in time have begun.
+function begun(list, time, start) {
   let low = 0, high = list.length;
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (list[middle].start <= time) low = middle + 1; else high = middle;
+    if (start(list[middle]) <= time) low = middle + 1; else high = middle;
   }
-  const segment = list[Math.max(low - 1, 0)];
+  return low;
+}
+
+/// What a moment shows: four keys and their factors, and the settings of all coordinates.
+function momentAt(show, time) {
+  const segment = show.segments[Math.max(begun(show.segments, time, (s) => s.start) - 1, 0)];
   const length = segment.end - segment.start;
   const t = length > 0 ? Math.min(Math.max((time - segment.start) / length, 0), 1) : 0;
   const [f0, f1, f2] = factors(segment.degree, t);
@@ -54,6 +58,23 @@ function levelOf(law, setting) {
   return (i - 1 + (rise > 0 ? (s - law[i - 1]) / rise : 1)) / (law.length - 1);
 }
 
+/// Level and colour of a bank of mixers at a time: straight between the points of its track.
+function mixAt(track, time) {
+  const after = begun(track, time, (point) => point[0]);
+  const a = track[Math.max(after - 1, 0)], b = track[Math.min(after, track.length - 1)];
+  const t = b[0] > a[0] ? (time - a[0]) / (b[0] - a[0]) : 0;
+  const [level, ...colour] = a.slice(1).map((v, k) => v + t * (b[k + 1] - v));
+  return { level, colour };
+}
+
+/// The code of sRGB, 0 to 1, of linear light (IEC 61966-2-1); and back.
+function coded(light) {
+  return light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055;
+}
+function decodedLight(code) {
+  return code <= 0.04045 ? code / 12.92 : ((code + 0.055) / 1.055) ** 2.4;
+}
+
 /// The displayed code, 0 to 255 and not rounded, of exposed light.
 function shown(curve, light) {
   const x = Math.max(light, 0);
@@ -62,7 +83,7 @@ function shown(curve, light) {
     const y = 2 * x;
     b = y >= 5 ? 1 : y * (1 + y / 25) / (1 + y);
   }
-  return 255 * (b <= 0.0031308 ? 12.92 * b : 1.055 * b ** (1 / 2.4) - 0.055);
+  return 255 * coded(b);
 }
 
 /// What is added to a pixel's codes before they are rounded, where a show is dithered: Bayer's

@@ -89,12 +89,13 @@ async function start() {
     element("notice").textContent = "The graphics processor was reset; load the page again.";
   });
   desk.renderer = renderer;
+  drawThumbnails(300);
   for (const id of ["go", "back", "stop", "play", "full"]) element(id).disabled = false;
   if (asked.has("at")) seek(Number(asked.get("at")));
   for (const words of asked.getAll("hold")) {
     const [name, level] = words.split(":");
     const i = show.coordinates.findIndex((c) => c.name === name && c.varies);
-    if (i >= 0) hold(i, Math.min(Math.max(Number(level) / 100, 0), 1) || 0);
+    if (i >= 0) desk.held.set(i, Math.min(Math.max(Number(level) / 100, 0), 1) || 0);
   }
   requestAnimationFrame(frame);
   if (asked.has("test")) await test(renderer);

@@ -47,7 +47,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         _ if image.data().iter().all(|light| *light <= 0.0) => {
             ", dark: no light in sight".to_owned()
         }
-        Some(tone) => format!(", exposure {:.1}", tone.exposure),
+        Some(tone) => format!(", exposure {:.2}{}", tone.exposure, chosen(repl, call)),
         None => String::new(),
     };
     let text = format!("{what}: {}{exposure}{below}", made_of(repl, call));
@@ -84,6 +84,20 @@ fn made_of(repl: &Repl, call: &Call) -> String {
     }
 }
 
+/// How the exposure came about, where nobody said it.
+fn chosen(repl: &Repl, call: &Call) -> &'static str {
+    match call.has("exposure") || repl.engine.show().preview.exposure.is_some() {
+        true => "",
+        false if of_picture(repl, call) => " (auto, for this picture)",
+        false => " (auto)",
+    }
+}
+
+/// True for what is exposed by itself, as no sequence shows it.
+fn of_picture(repl: &Repl, call: &Call) -> bool {
+    call.has("bank") || repl.engine.show().cues.is_empty()
+}
+
 /// The exposure that is said, else that of the whole sequence, so that pictures of different moments
 /// compare. A bank alone and a show without cues are exposed for the picture itself.
 fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
@@ -95,7 +109,7 @@ fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
         })?;
         return Ok(repl.engine.tone_at(stops));
     }
-    match call.has("bank") || repl.engine.show().cues.is_empty() {
+    match of_picture(repl, call) {
         true => Ok(repl.engine.tone_of([image])),
         false => Ok(repl.engine.tone()?),
     }

@@ -7,6 +7,7 @@ use crate::repl::argument::{key_format, target};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film;
 use crate::report::target::{Sequence, Target};
+use crate::report::words::exposure;
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let target = call.path("output").map(|path| checked(path, call));
@@ -22,8 +23,12 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         playback,
         keys: call.option("keys").map(key_format).transpose()?,
     };
+    let exposure = exposure(engine.show(), sequence.tone.exposure);
     if let Some(target) = target {
-        let (text, piped) = target.write(&sequence, &console.outlets)?;
+        let (mut text, piped) = target.write(&sequence, &console.outlets)?;
+        if target.is_exposed() {
+            text = format!("{text}\n{exposure}");
+        }
         return Ok(Reply {
             beside: piped,
             ..Reply::text(text)
@@ -33,9 +38,12 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(match &console.canvas {
         None => {
             let (picture, text) = film::still(engine, &player, now);
-            Reply::pictured(picture, text)
+            Reply::pictured(picture, format!("{text}\n{exposure}"))
         }
-        Some(canvas) => Reply::text(film::perform(engine, &player, now, canvas.as_ref())),
+        Some(canvas) => {
+            let text = film::perform(engine, &player, now, canvas.as_ref());
+            Reply::text(format!("{text}\n{exposure}"))
+        }
     })
 }
 

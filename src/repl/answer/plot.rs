@@ -13,7 +13,7 @@ use crate::report::words::{count, percent};
 use crate::report::{self, results};
 
 /// What is drawn instead of banks where its word stands alone.
-pub const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
+const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
 
 pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let words = call.words();

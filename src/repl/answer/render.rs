@@ -7,6 +7,7 @@ use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
 use crate::repl::argument::{duration, fraction, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::words::exposure;
 use crate::report::{self, refine as words, run as whole_loop};
 
 /// Steps that `plan --next` lists unless another number is given.
@@ -109,10 +110,16 @@ fn in_background(call: &mut Call) -> Option<String> {
 }
 
 pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
-    Ok(Reply::text(match repl.engine.status() {
-        Some(status) => words::status(&status, repl.background()),
-        None => words::idle(&repl.engine),
-    }))
+    if let Some(status) = repl.engine.status() {
+        return Ok(Reply::text(words::status(&status, repl.background())));
+    }
+    let mut text = words::idle(&repl.engine);
+    // Before the first pictures none is chosen.
+    if repl.engine.pool().is_some() {
+        let stops = repl.engine.tone()?.exposure;
+        text = format!("{text}\n{}", exposure(repl.engine.show(), stops));
+    }
+    Ok(Reply::text(text))
 }
 
 pub fn wait(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

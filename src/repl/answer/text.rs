@@ -17,8 +17,9 @@ use crate::work::Cancelled;
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
     let long = repl.engine.long_run()?;
+    let unlit = repl.engine.unlit_banks();
     let document = repl.engine.document();
-    Ok(Reply::text(document::check(document, long, style)))
+    Ok(Reply::text(document::check(document, long, unlit, style)))
 }
 
 pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -1,7 +1,6 @@
 //! The table of verbs, in the order of the manual, with their options.
 
 use super::{Complete, OptionSpec, VerbSpec};
-use crate::repl::answer::plot::SUBJECTS;
 use crate::repl::answer::{edit, help, live, measure, picture, play, plot, render, session, text};
 use crate::repl::{Call, Error, Repl, Reply};
 
@@ -105,7 +104,6 @@ impl VerbSpec {
 
     const fn kinds(mut self, kinds: &'static [&'static str]) -> VerbSpec {
         self.kinds = kinds;
-        self.complete = Complete::Words(kinds);
         self
     }
 
@@ -130,14 +128,14 @@ pub const VERBS: &[VerbSpec] = &[
         "list banks and cues with their times, or the text of NAME",
         "show lamps",
     )
-    .words("[NAME]", Complete::Names),
+    .words("[NAME | cue N]", Complete::Names),
     verb(
         "at",
         live::at,
         "move to a time and print the levels and the light there",
         "at cue 2 + 1s",
     )
-    .words("[TIME | cue N [+ TIME]]", Complete::Cues(&["cue"])),
+    .words("[TIME | cue N [+ TIME]]", Complete::Cues),
     verb(
         "plan",
         render::plan,
@@ -170,7 +168,7 @@ pub const VERBS: &[VerbSpec] = &[
         "one picture of the show",
         "picture 1:30 -o evening.png",
     )
-    .words("[TIME | cue N [+ TIME]]", Complete::Cues(&["cue"]))
+    .words("[TIME | cue N [+ TIME]]", Complete::Cues)
     .options(&[
         value(
             "at",
@@ -199,10 +197,7 @@ pub const VERBS: &[VerbSpec] = &[
         "render refined pictures, most useful first; `&`: in the background",
         "refine until 2%",
     )
-    .words(
-        "[N | until X% | for TIME] [&]",
-        Complete::Words(&["until", "for"]),
-    )
+    .words("[N | until X% | for TIME] [&]", Complete::Nothing)
     .options(&[VIEW, METRIC]),
     verb(
         "status",
@@ -257,10 +252,7 @@ pub const VERBS: &[VerbSpec] = &[
         "draw curves of banks and groups, or keys, spectrum, basis, error",
         "plot -o curves.svg",
     )
-    .words(
-        "[BANK… | keys | spectrum | basis | error]",
-        Complete::Banks(&SUBJECTS),
-    )
+    .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks)
     .options(&[
         METRIC,
         value(
@@ -401,10 +393,7 @@ pub const VERBS: &[VerbSpec] = &[
         "what pictures there are and which serve this show, or free them",
         "pool drop unused",
     )
-    .words(
-        "[drop [unused | all]]",
-        Complete::Words(&["drop", "unused", "all"]),
-    )
+    .words("[drop [unused | all]]", Complete::Nothing)
     .command(),
     verb(
         "view",
@@ -431,14 +420,14 @@ pub const VERBS: &[VerbSpec] = &[
         "to the end of a cue, or to where a part of its time has gone by",
         "goto 2.5 at 50%",
     )
-    .words("CUE [at PART%]", Complete::Cues(&["at"])),
+    .words("CUE [at PART%]", Complete::Cues),
     verb(
         "set",
         live::set,
         "try levels without a cue; a move in time lets go of them",
         "set lamps 40 sky #203060",
     )
-    .words("[LEVELS]", Complete::Movable(&["full", "out", "to"])),
+    .words("[LEVELS]", Complete::Levels),
     verb(
         "release",
         live::release,
@@ -481,28 +470,28 @@ pub const VERBS: &[VerbSpec] = &[
         "take a cue or another declaration out",
         "delete cue 3",
     )
-    .words("WORD NAME", Complete::Cues(&["cue"])),
+    .words("cue N | WORD NAME", Complete::Names),
     verb(
         "copy",
         edit::copy,
         "write a cue once more under another number",
         "copy cue 2 to 7",
     )
-    .words("cue N to N", Complete::Cues(&["cue", "to"])),
+    .words("cue N to NUMBER", Complete::Cues),
     verb(
         "rename",
         edit::rename,
         "call something otherwise, wherever the show names it",
         "rename lamps to practicals",
     )
-    .words("NAME to NAME", Complete::Names),
+    .words("NAME to NEW", Complete::Names),
     verb(
         "blind",
         live::blind,
         "show edits but keep them only by `record`; `off` drops them",
         "blind",
     )
-    .words("[off]", Complete::Words(&["off"])),
+    .words("[off]", Complete::Nothing),
     verb("undo", text::undo, "take the last edit back", "undo"),
     verb(
         "redo",

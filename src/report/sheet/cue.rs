@@ -98,7 +98,7 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
 }
 
 /// Paths have times of their own; without any, the part's times count.
-fn fades(part: &Part) -> bool {
+pub fn fades(part: &Part) -> bool {
     let fade = |m: &crate::show::Move| matches!(m.motion, crate::show::Motion::To(_));
     part.moves.is_empty() || part.moves.iter().any(fade)
 }

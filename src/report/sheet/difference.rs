@@ -66,11 +66,14 @@ impl Difference {
         }
         if !self.curves.is_empty() {
             let widest = self.curves.iter().map(|c| columns(&c.name)).max();
-            let _ = writeln!(out, "\nhow far the light moved (percent of full):");
+            let _ = writeln!(
+                out,
+                "\nhow far the light moved, in percent of full (on average: root mean square over time):"
+            );
             for c in &self.curves {
                 let _ = writeln!(
                     out,
-                    "  {}  {:>6} over the sequence, at most {} at {}",
+                    "  {}  {:>6} on average, at most {} at {}",
                     left(&c.name, widest.unwrap_or(0)),
                     number(percent(c.norm)),
                     number(percent(c.largest)),

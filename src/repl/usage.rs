@@ -1,0 +1,101 @@
+//! The usage of a verb, `[TIME | cue N [+ TIME]]`, as what it says: which words may follow those that
+//! are typed. Words in capitals stand for others; one with `…` may stand several times.
+
+use std::collections::BTreeSet;
+
+/// The words of `usage` that may stand behind `typed`.
+pub fn next<'u>(usage: &'u str, typed: &[&str]) -> BTreeSet<&'u str> {
+    let mut out = BTreeSet::new();
+    for sequence in sequences(&mut pieces(usage).into_iter()) {
+        if let Some(word) = behind(&sequence, typed) {
+            out.insert(word.trim_end_matches('…'));
+        }
+    }
+    out
+}
+
+/// Brackets, bars and words.
+fn pieces(usage: &str) -> Vec<&str> {
+    let words = usage.split_whitespace();
+    let apart = words.flat_map(|word| word.split_inclusive('['));
+    let mut out = Vec::new();
+    for piece in apart {
+        let word = piece.trim_end_matches(']');
+        out.extend((!word.is_empty()).then_some(word));
+        out.extend(
+            piece
+                .get(word.len()..)
+                .unwrap_or_default()
+                .split_inclusive(']'),
+        );
+    }
+    out
+}
+
+/// All that a usage allows, up to the bracket that closes it.
+fn sequences<'u>(pieces: &mut impl Iterator<Item = &'u str>) -> Vec<Vec<&'u str>> {
+    let mut done = Vec::new();
+    let mut current = vec![Vec::new()];
+    while let Some(piece) = pieces.next() {
+        match piece {
+            "]" => break,
+            "|" => done.append(&mut std::mem::replace(&mut current, vec![Vec::new()])),
+            "[" => {
+                let inner = sequences(pieces);
+                let with = |start: &Vec<&'u str>| -> Vec<Vec<&'u str>> {
+                    let ends = inner.iter();
+                    ends.map(|end| [start.as_slice(), end].concat()).collect()
+                };
+                let longer: Vec<_> = current.iter().flat_map(with).collect();
+                current.extend(longer);
+            }
+            word => current.iter_mut().for_each(|sequence| sequence.push(word)),
+        }
+    }
+    done.append(&mut current);
+    done
+}
+
+/// The word of a sequence behind `typed`, where these are its beginning.
+fn behind<'u>(sequence: &[&'u str], typed: &[&str]) -> Option<&'u str> {
+    let mut words = sequence.iter().copied();
+    let mut word = words.next();
+    for token in typed {
+        let fits = word?.contains(char::is_uppercase) || word? == *token;
+        if !fits {
+            return None;
+        }
+        if !word?.ends_with('…') {
+            word = words.next();
+        }
+    }
+    word
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next;
+
+    #[test]
+    fn a_usage_says_what_follows() {
+        let follows = |usage, typed: &[&str], wanted: &[&str]| {
+            let found: Vec<&str> = next(usage, typed).into_iter().collect();
+            assert_eq!(found, wanted, "{usage}: {typed:?}");
+        };
+        let at = "[TIME | cue N [+ TIME]]";
+        follows(at, &[], &["TIME", "cue"]);
+        follows(at, &["cue"], &["N"]);
+        follows(at, &["cue", "5"], &["+"]);
+        follows(at, &["cue", "5", "+"], &["TIME"]);
+        follows(at, &["0:05"], &[]);
+        follows("[drop [unused | all]]", &["drop"], &["all", "unused"]);
+        follows("[BANK… | keys]", &["lamps", "sky"], &["BANK"]);
+        follows("[N | until X% | for TIME] [&]", &["3"], &["&"]);
+        follows(
+            "[N | until X% | for TIME] [&]",
+            &[],
+            &["&", "N", "for", "until"],
+        );
+        follows("", &[], &[]);
+    }
+}

@@ -1,0 +1,103 @@
+//! Every line that a message offers is one that works when it is typed.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use footlight::engine::{Document, Error};
+use footlight::files::Memory;
+use footlight::lang;
+use footlight::repl::Call;
+
+/// Where the words of a message may be meant to stand, at `@`.
+const PLACES: &[&str] = &[
+    "@",
+    "bank b = @",
+    "bank b = l @",
+    "bank b @",
+    "cue 1 { @ }",
+    "cue 1 @",
+    "cue 1 { x @ }",
+    "cue 1 { x 5 @ }",
+    "cue 1 { x spline 0 0, @ }",
+    "cue 1 { x spline @, 9s 50 }",
+    "cue 1 { x hermite 0 0 slope 1, @ }",
+    "cue 1 { x (@) }",
+    "cue 1 { @ { x 5 } }",
+    "curve c = @",
+    "curve c = @, 1 100",
+    "default time @",
+    "effect e = flicker @",
+    "group g = @",
+    "let v = @",
+    "light k @",
+    "light k spot at 0, 0, 1  aim 0, 0, 0  @",
+    "light k spot at @  aim 0, 0, 0  beam 20  field 30  900 cd",
+    "light k panel m @",
+    "look n { @ }",
+    "preview { @ }",
+    "stage \"set.obj\" @",
+    "surface s reflectance @",
+    "surface s reflectance 0.5 @",
+    "view v @",
+    "view v from 0, 0, 1  to 0, 0, 0  fov @",
+    "view v from 0, 0, 1  to 0, 0, 0  fov 30  @",
+];
+
+/// Codes of errors in a text; names and files of another show than this are none.
+fn faults(text: &str) -> BTreeSet<String> {
+    let show = format!("light l panel m\nbank x = l  rgb\n{text}\n");
+    let found = match Document::new("a.lxq", show.as_bytes(), &Memory::default()) {
+        Ok(_) => return BTreeSet::new(),
+        Err(Error::Show(found)) => found,
+        Err(other) => panic!("{text}: {other}"),
+    };
+    let of_elsewhere = |code: &&str| code.starts_with("E01") || code.starts_with("E3");
+    let codes = found.list.iter().map(|d| d.code);
+    let codes = codes.filter(|c| c.starts_with('E') && !of_elsewhere(c));
+    codes.map(str::to_owned).collect()
+}
+
+/// Whether words work somewhere: at the prompt, on the command line or in a show.
+fn works(words: &str) -> bool {
+    let line = words.strip_prefix("footlight ").unwrap_or(words);
+    let first = line.split_whitespace().next().unwrap_or_default();
+    let is_verb = footlight::repl::find(first).is_ok() && !lang::is_declaration(line);
+    if is_verb && Call::parse(line).is_ok() {
+        return true;
+    }
+    let filled = words.replace("NAME", "n").replace('…', "");
+    PLACES
+        .iter()
+        .any(|place| faults(&place.replace('@', &filled)).is_empty())
+}
+
+/// Single words, signs and units say what something is called; lines are to be typed.
+fn is_line(words: &str) -> bool {
+    words.contains(char::is_whitespace) || words.contains('{')
+}
+
+/// What stands between backticks in the help of messages.
+fn offered(text: &str) -> Vec<String> {
+    let help = text.lines().filter(|line| line.contains("help: "));
+    let quoted = help.flat_map(|line| line.split('`').skip(1).step_by(2));
+    quoted
+        .filter(|words| is_line(words))
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn every_line_that_a_message_offers_works_when_it_is_typed() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut lines = BTreeSet::new();
+    for entry in fs::read_dir(root.join("tests/errors")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "txt") {
+            lines.extend(offered(&fs::read_to_string(path).unwrap()));
+        }
+    }
+    assert!(lines.len() > 50, "{lines:?}");
+    let idle: Vec<_> = lines.iter().filter(|words| !works(words)).collect();
+    assert!(idle.is_empty(), "these lines do not work:\n{idle:#?}");
+}

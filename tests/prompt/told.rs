@@ -1,0 +1,97 @@
+//! What the prompt says of its own accord: banks without light, the exposure and how to hold it.
+
+use footlight::engine::Host;
+use footlight::files::MemoryStore;
+use footlight::repl::Repl;
+
+use crate::prompt;
+
+const SHOW: &str = "show \"Told\"
+preview { coarse 1  refined 2 }
+surface floor reflectance 0.5  quad -2, -2, 0  2, -2, 0  2, 2, 0  -2, 2, 0
+view house from 0, -5, 2  to 0, 0, 0  fov 40  size 32x24
+light key spot at 0, -1, 3  aim 0, 0, 0  beam 30  field 50  900 cd
+light cellar spot at 0, 0, -1  aim 0, 0, -3  beam 30  field 50  900 cd
+bank front = key
+bank low = cellar  rgb
+cue 1 at 0:00 { snap  front 80  low 50 }
+cue 2 { time 4  front 20 }
+";
+
+fn open() -> Repl {
+    let host = Host {
+        store: Box::new(MemoryStore::default()),
+        ..Host::default()
+    };
+    prompt("told.lxq", SHOW.as_bytes(), host).unwrap()
+}
+
+fn said(show: &mut Repl, line: &str) -> String {
+    show.execute(line).unwrap().text.trim_end().to_owned()
+}
+
+#[test]
+fn check_warns_of_a_bank_without_light_once_pictures_are_there_and_renders_none() {
+    let mut show = open();
+    let before = said(&mut show, "check");
+    assert!(!before.contains("W018"), "{before}");
+    assert_eq!(show.engine().statistics().rendered, 0);
+    said(&mut show, "picture");
+    let rendered = show.engine().statistics().rendered;
+    let after = said(&mut show, "check");
+    let warning = "\
+warning[W018]: `low` at full puts no light into view `house`
+ --> told.lxq:8:1
+  |
+8 | bank low = cellar  rgb
+  | ^^^^^^^^^^^^^^^^^^^^^^
+  |
+  = help: aim its lights at what the view shows, put them before the set, or look from elsewhere
+";
+    assert!(after.starts_with(warning), "{after}");
+    assert!(after.ends_with("no errors, 1 warning"), "{after}");
+    assert_eq!(show.engine().statistics().rendered, rendered);
+    said(
+        &mut show,
+        "light cellar spot at 0, 1, 3  aim 0, 0, 0  beam 30  field 50  900 cd",
+    );
+    said(&mut show, "picture");
+    let mended = said(&mut show, "check");
+    assert!(mended.ends_with("no errors"), "{mended}");
+}
+
+#[test]
+fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
+    let mut show = open();
+    let nothing_yet = said(&mut show, "status");
+    assert!(!nothing_yet.contains("exposure"), "{nothing_yet}");
+    let picture = said(&mut show, "picture");
+    let (_, stops) = picture.split_once("exposure ").unwrap();
+    let stops = stops.strip_suffix(" (auto)").unwrap().to_owned();
+    let told = format!("exposure {stops} stops, chosen for the whole sequence; this holds it:\n  ");
+    for line in [
+        "status",
+        "play",
+        "play -o show.html",
+        "run --count 0 -o out",
+    ] {
+        let text = said(&mut show, line);
+        assert!(text.contains(&told), "{line}: {text}");
+    }
+    let light = said(&mut show, "play -o keys.exr");
+    assert!(!light.contains("exposure"), "{light}");
+    let status = said(&mut show, "status");
+    said(&mut show, status.lines().last().unwrap().trim());
+    let picture = said(&mut show, "picture");
+    assert!(picture.ends_with(&format!("exposure {stops}")), "{picture}");
+    let status = said(&mut show, "status");
+    assert!(status.contains("stops, as `preview` says"), "{status}");
+    assert!(said(&mut show, "picture --bank front").ends_with(&format!("exposure {stops}")));
+    said(&mut show, "preview { exposure +1.5 }");
+    assert!(said(&mut show, "picture").ends_with("exposure 1.50"));
+    let refused = show.execute("preview { gap +2 }").unwrap_err().to_string();
+    assert!(
+        refused.contains("E026") || refused.contains("only `exposure` has a `+`"),
+        "{refused}"
+    );
+}
