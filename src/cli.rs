@@ -7,6 +7,7 @@ mod argument;
 mod drawing;
 mod editor;
 mod encoder;
+mod import;
 mod prompt;
 mod reports;
 mod screen;
@@ -130,6 +131,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let host = host(Some(versions.name()), settings, screen);
             reports::difference(&versions, output.as_deref(), (&host, screen))
         }
+        OwnCommand::Import(told) => import::import(told),
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
         }),

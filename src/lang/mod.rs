@@ -35,7 +35,7 @@ pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
-pub use names::nearest;
+pub use names::{is_reserved, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
 pub use token::{Token, tokens};
@@ -220,7 +220,7 @@ fn unquoted(word: Word<'_>) -> String {
 }
 
 /// A text between quotes, as the language writes it.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 

@@ -40,6 +40,24 @@ pub const TABLE: Formats = Formats {
     known: ".md, .csv or .txt",
 };
 
+/// Shows for other programs.
+pub const EXCHANGE: Formats = Formats {
+    endings: &["asc"],
+    known: ".asc (a desk: USITT ASCII)",
+};
+
+/// Shows of other programs.
+pub const FOREIGN: Formats = Formats {
+    endings: &["asc"],
+    known: ".asc (a desk: USITT ASCII)",
+};
+
+/// Shows.
+pub const SHOW: Formats = Formats {
+    endings: &["lxq"],
+    known: ".lxq",
+};
+
 /// One image.
 pub const PICTURE: Formats = Formats {
     endings: &["png", "exr"],

@@ -2,7 +2,9 @@
 
 use super::{Complete, OptionSpec, VerbSpec};
 use crate::repl::answer::plot::SUBJECTS;
-use crate::repl::answer::{edit, help, live, measure, picture, play, plot, render, session, text};
+use crate::repl::answer::{
+    edit, export, help, live, measure, picture, play, plot, render, session, text,
+};
 use crate::repl::{Call, Error, Repl, Reply};
 
 const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
@@ -525,6 +527,14 @@ pub const VERBS: &[VerbSpec] = &[
         "cuesheet -o cues.md",
     )
     .options(&[output("write a .md, .csv or .txt")])
+    .command(),
+    verb(
+        "export",
+        export::export,
+        "write the show for a desk, and report what is not in the file",
+        "export -o show.asc",
+    )
+    .options(&[JSON, output("write a .asc (USITT ASCII)")])
     .command(),
     verb(
         "fmt",
