@@ -72,6 +72,8 @@ struct Part {
     delay: Time,
     levels: BTreeSet<usize>,
     colours: BTreeSet<usize>,
+    /// The longest time of an emitter.
+    colour: Time,
 }
 
 impl Writer<'_> {
@@ -274,7 +276,7 @@ impl Writer<'_> {
             let _ = writeln!(self.text, "   {key} {}{delay}", clock(time));
         }
         if !part.colours.is_empty() && part.up != part.down {
-            let (time, delay) = (clock(part.up.max(part.down)), clock(part.delay));
+            let (time, delay) = (clock(part.colour), clock(part.delay));
             let _ = writeln!(self.text, "   $$TimeColor {time} {delay}");
         }
     }
@@ -336,6 +338,9 @@ impl Writer<'_> {
                     0 => part.levels.insert(bank),
                     _ => part.colours.insert(bank),
                 };
+                if which > 0 && was != target {
+                    part.colour = part.colour.max(if target > was { up } else { down });
+                }
             }
             if let Some(held) = self.held.get_mut(one.parameter) {
                 *held = target;
