@@ -11,6 +11,7 @@ mod import;
 mod prompt;
 mod reports;
 mod screen;
+mod send;
 mod stop;
 mod watch;
 
@@ -115,6 +116,9 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
                 stop::limit(time, screen);
             }
             let mut repl = open(Some(show), settings, screen)?;
+            if send::is_asked(call) {
+                return send::send(&repl, call, screen);
+            }
             let reply = repl.call(call)?;
             screen.reply(&reply);
             return Ok(if reply.stopped {

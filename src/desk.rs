@@ -9,7 +9,12 @@
 //! [`Diagnostic`]: crate::diagnostic::Diagnostic
 
 mod names;
+pub mod osc;
+pub mod patch;
+pub mod performance;
+pub mod qlc;
 pub mod usitt;
+pub mod wire;
 
 use std::fmt;
 

@@ -42,8 +42,8 @@ pub const TABLE: Formats = Formats {
 
 /// Shows for other programs.
 pub const EXCHANGE: Formats = Formats {
-    endings: &["asc"],
-    known: ".asc (a desk: USITT ASCII)",
+    endings: &["asc", "qxw"],
+    known: ".asc (a desk: USITT ASCII) or .qxw (QLC+)",
 };
 
 /// Shows of other programs.

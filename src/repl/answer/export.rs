@@ -1,7 +1,7 @@
 //! The show for another program.
 
 use super::usage;
-use crate::desk::usitt;
+use crate::desk::{qlc, usitt};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::{exchange, format};
 
@@ -12,8 +12,12 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     let document = repl.engine.document();
     let (show, timeline) = (document.show(), document.timeline());
-    let carried = usitt::write(show, timeline)
-        .map_err(|_| Error::Usage("the cues make no timeline".to_owned()))?;
+    let write = match format::ending(path).as_str() {
+        "qxw" => qlc::write,
+        _ => usitt::write,
+    };
+    let carried =
+        write(show, timeline).map_err(|_| Error::Usage("the cues make no timeline".to_owned()))?;
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
     match call.has("json") {
         true => {

@@ -242,6 +242,34 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         FLOAT,
         value(
+            "sacn",
+            "N",
+            "send as E1.31 (sACN), from universe N on, 44 frames a second",
+        ),
+        value(
+            "to",
+            "HOST",
+            "of --sacn, to this machine in place of multicast",
+        ),
+        value("priority", "P", "of --sacn, 0 to 200 (default: 100)"),
+        value(
+            "artnet",
+            "HOST",
+            "send as Art-Net to this machine or broadcast address",
+        ),
+        value(
+            "bind",
+            "ADDRESS",
+            "the interface to send from and listen at (default: 127.0.0.1)",
+        ),
+        value(
+            "patch",
+            "FILE",
+            "addresses of banks (default: their channels)",
+        ),
+        value("osc", "PORT", "wait for GO by OSC at this port"),
+        value("osc-to", "HOST:PORT", "of --osc, who is told cue and time"),
+        value(
             "chroma",
             "C",
             "colour of a video: 420 (default) or 444, BT.709",
@@ -531,10 +559,10 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "export",
         export::export,
-        "write the show for a desk, and report what is not in the file",
+        "write the show for a desk or QLC+, and report what is not in the file",
         "export -o show.asc",
     )
-    .options(&[JSON, output("write a .asc (USITT ASCII)")])
+    .options(&[JSON, output("write a .asc (USITT ASCII) or a .qxw (QLC+)")])
     .command(),
     verb(
         "fmt",
