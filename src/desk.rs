@@ -8,6 +8,7 @@
 //! [`Show`]: crate::show::Show
 //! [`Diagnostic`]: crate::diagnostic::Diagnostic
 
+pub mod mvr;
 mod names;
 pub mod osc;
 pub mod patch;

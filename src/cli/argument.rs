@@ -178,8 +178,9 @@ pub enum OwnCommand {
         #[arg(id = "CODE")]
         code: String,
     },
-    /// the text of a show for a file of another program: a desk's cues
-    #[command(after_help = "Example:\n  footlight import show.asc -o show.lxq")]
+    /// the text of a show for a file of another program: a desk's cues, a plan's rig
+    #[command(after_help = "Example:\n  footlight import show.asc -o show.lxq\n  \
+        footlight import plan.mvr -o rig.lxq")]
     Import(Imported),
     /// show every save of a file that is edited elsewhere: errors, changes, the picture
     #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::lang;
 
 /// Letters of a name that is made of a label.
-const LONGEST: usize = 24;
+const LONGEST: usize = 32;
 
 /// Names that are given, each once.
 #[derive(Debug, Default)]

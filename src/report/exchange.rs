@@ -8,8 +8,10 @@ use crate::desk::Loss;
 
 #[derive(Serialize)]
 struct Losses<'a> {
-    wrote: &'a str,
+    wrote: &'a [String],
     losses: &'a [Loss],
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    assumed: &'a [String],
 }
 
 /// The losses of a file that is called `wrote`, a line each.
@@ -28,10 +30,23 @@ pub fn describe(losses: &[Loss]) -> String {
     out
 }
 
-/// The same as one object with the file's name.
+/// What a file does not say, a line each.
+pub fn assumptions(assumed: &[String]) -> String {
+    if assumed.is_empty() {
+        return String::new();
+    }
+    let lines: String = assumed.iter().map(|what| format!("  {what}\n")).collect();
+    format!("assumed, as the file does not say it:\n{lines}")
+}
+
+/// All of it as one object, with the files that were written.
 ///
 /// # Errors
 /// None with names that are text.
-pub fn json(wrote: &str, losses: &[Loss]) -> Result<String, Error> {
-    Ok(serde_json::to_string_pretty(&Losses { wrote, losses })?)
+pub fn json(wrote: &[String], losses: &[Loss], assumed: &[String]) -> Result<String, Error> {
+    Ok(serde_json::to_string_pretty(&Losses {
+        wrote,
+        losses,
+        assumed,
+    })?)
 }

@@ -46,12 +46,6 @@ pub const EXCHANGE: Formats = Formats {
     known: ".asc (a desk: USITT ASCII) or .qxw (QLC+)",
 };
 
-/// Shows of other programs.
-pub const FOREIGN: Formats = Formats {
-    endings: &["asc"],
-    known: ".asc (a desk: USITT ASCII)",
-};
-
 /// Shows.
 pub const SHOW: Formats = Formats {
     endings: &["lxq"],

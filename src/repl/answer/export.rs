@@ -21,8 +21,8 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
     match call.has("json") {
         true => {
-            let wrote = path.display().to_string();
-            let json = exchange::json(&wrote, &carried.losses)?;
+            let wrote = [path.display().to_string()];
+            let json = exchange::json(&wrote, &carried.losses, &[])?;
             Ok(Reply::text(crate::printable::json(&json)))
         }
         false => {
