@@ -17,6 +17,9 @@ pub mod qlc;
 pub mod usitt;
 pub mod wire;
 
+#[cfg(test)]
+mod tests;
+
 use std::fmt;
 
 use serde::Serialize;

@@ -97,6 +97,10 @@
 /// - [`commands`](manual::commands): what can I type?
 /// - [`files`](manual::files): which files go in and come out?
 /// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
+/// - [`desk`](manual::desk): how does a show come from a desk, and go back?
+/// - [`plan`](manual::plan): how does the rig of my plan come in?
+/// - [`qlc`](manual::qlc): how does a show get to QLC+?
+/// - [`live`](manual::live): how does a show get to a visualiser, or to real lamps?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
@@ -110,6 +114,14 @@ pub mod manual {
     pub mod files {}
     #[doc = include_str!("manual/accuracy.md")]
     pub mod accuracy {}
+    #[doc = include_str!("manual/desk.md")]
+    pub mod desk {}
+    #[doc = include_str!("manual/plan.md")]
+    pub mod plan {}
+    #[doc = include_str!("manual/qlc.md")]
+    pub mod qlc {}
+    #[doc = include_str!("manual/live.md")]
+    pub mod live {}
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
     #[doc = include_str!("manual/security.md")]
