@@ -20,6 +20,10 @@ import sacn
 
 PROGRAM = os.path.abspath(sys.argv[1])
 ADDRESS = "10.77.0.1"
+# OLA does not hear what comes from its own address.
+SENDER = "10.77.0.2"
+# OLA's universe whose lower four bits are Art-Net's universe 0.
+ARTNET = "16"
 SHOW = """show "Network"
 bank lamps channel 1
 bank wash  channel 2  dimmer square
@@ -49,13 +53,14 @@ def interface():
     run("ip", "link", "set", "lo", "up")
     run("ip", "link", "add", "stage", "type", "veth", "peer", "name", "wings")
     run("ip", "link", "set", "wings", "up")
-    run("ip", "addr", "add", f"{ADDRESS}/24", "dev", "stage")
+    for address in [ADDRESS, SENDER]:
+        run("ip", "addr", "add", f"{address}/24", "dev", "stage")
     run("ip", "link", "set", "stage", "up", "multicast", "on")
     run("ip", "route", "add", "224.0.0.0/4", "dev", "stage")
 
 
 def olad(folder):
-    """OLA as an ordinary user, with E1.31 on universe 1 and Art-Net on universe 2."""
+    """OLA as an ordinary user, with E1.31 on universe 1 and Art-Net on universe 16."""
     for name, text in {"e131": f"enabled = true\nip = {ADDRESS}\n", "artnet": f"enabled = true\nip = {ADDRESS}\n"}.items():
         with open(os.path.join(folder, f"ola-{name}.conf"), "w") as file:
             file.write(text)
@@ -70,12 +75,12 @@ def olad(folder):
     for _ in range(100):
         time.sleep(0.2)
         devices = subprocess.run(["ola_dev_info"], capture_output=True, text=True).stdout
-        if "E1.31" in devices and "Art-Net" in devices:
+        if "E1.31" in devices and "ArtNet" in devices:
             break
     for line in devices.splitlines():
         if line.startswith("Device "):
             number = line.split()[1].rstrip(":")
-            for universe, name in [("1", "E1.31"), ("2", "Art-Net")]:
+            for universe, name in [("1", "E1.31"), (ARTNET, "ArtNet")]:
                 if name in line:
                     run("ola_patch", "-d", number, "-p", "0", "-i", "-u", universe)
     return server
@@ -108,13 +113,13 @@ with tempfile.TemporaryDirectory() as folder:
         ended.append((universe, changed))
 
     worst = 0.0
-    command = [PROGRAM, "play", show, "--sacn", "1", "--artnet", ADDRESS, "--bind", ADDRESS]
+    command = [PROGRAM, "play", show, "--sacn", "1", "--artnet", ADDRESS, "--bind", SENDER]
     program = subprocess.Popen(command)
     begun = time.time()
     try:
         for cue, wanted in enumerate(WANTED):
             time.sleep(max(0.0, begun + 4 * cue + 3 - time.time()))
-            for name, values in [("sacn", last.get("sacn", ())), ("OLA E1.31", held(1)), ("OLA Art-Net", held(2))]:
+            for name, values in [("sacn", last.get("sacn", ())), ("OLA E1.31", held(1)), ("OLA Art-Net", held(ARTNET))]:
                 found = list(values[:5])
                 off = max((abs(f - w) for f, w in zip(found, wanted)), default=255.0)
                 worst = max(worst, off if found else 255.0)
