@@ -24,6 +24,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::timeline::TimelineError;
+use crate::work::Cancelled;
+
 /// Something that does not go across, or only nearly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Loss {
@@ -93,6 +96,23 @@ impl fmt::Display for Loss {
 /// To two decimals, so that a rounding is not said to be nothing.
 fn round(percent: f64) -> f64 {
     (percent * 100.0).ceil() / 100.0
+}
+
+/// Why a show is not written for another program.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The cues make no timeline.
+    #[error("the cues make no timeline")]
+    Timeline(Vec<TimelineError>),
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<Vec<TimelineError>> for ExportError {
+    fn from(errors: Vec<TimelineError>) -> ExportError {
+        ExportError::Timeline(errors)
+    }
 }
 
 /// The text of a foreign file, with what it does not hold of the show.

@@ -179,7 +179,7 @@ pub enum OwnCommand {
         code: String,
     },
     /// the text of a show for a file of another program: a desk's cues, a plan's rig
-    #[command(after_help = "Example:\n  footlight import show.asc -o show.lxq\n  \
+    #[command(after_help = "Example:\n  footlight import house.asc -o house.lxq\n  \
         footlight import plan.mvr -o rig.lxq")]
     Import(Imported),
     /// show every save of a file that is edited elsewhere: errors, changes, the picture

@@ -42,7 +42,7 @@ pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
     let show = document.show();
     let mut run = match remote {
         None => Run::Clock(document.timeline()),
-        Some(remote) => Run::Hand(Performance::new(show).map_err(refused)?, remote),
+        Some(remote) => Run::Hand(Box::new(Performance::new(show).map_err(refused)?), remote),
     };
     let (mut sent, mut late) = (0_u32, Vec::new());
     let began = Instant::now();
@@ -98,7 +98,7 @@ enum Run<'d> {
     /// The preview's clock.
     Clock(&'d Timeline),
     /// Messages.
-    Hand(Performance<'d>, Remote),
+    Hand(Box<Performance<'d>>, Remote),
 }
 
 impl Run<'_> {

@@ -138,8 +138,10 @@ impl Plan {
                 for (file, inner) in geometry(node) {
                     self.set(node, file, frame.then(inner));
                 }
-                let symbols = node.descendants().filter(|n| n.has_tag_name("Symbol"));
-                for symbol in symbols.filter(|_| tag != "GroupObject") {
+                let own = node.children().find(|n| n.has_tag_name("Geometries"));
+                let symbols = own.into_iter().flat_map(|own| own.children());
+                let symbols = symbols.filter(|n| n.has_tag_name("Symbol"));
+                for symbol in symbols {
                     let id = symbol
                         .attribute("symdef")
                         .unwrap_or("")
@@ -165,6 +167,9 @@ impl Plan {
     }
 
     fn set(&mut self, node: Node<'_, '_>, file: String, frame: Frame) {
+        if self.sets.len() > MOST {
+            return;
+        }
         let line = line(node);
         let lower = file.to_ascii_lowercase();
         if lower.ends_with(".glb") || lower.ends_with(".gltf") {

@@ -172,8 +172,8 @@ impl<'s> Performance<'s> {
     /// The cue that was started last, by its place in the show.
     pub fn cue(&self, now: Time) -> Option<usize> {
         let started = self.timeline.cues().iter().zip(&self.order);
-        let begun = started.filter(|(times, _)| times.go <= now);
-        begun.last().and_then(|(_, cue)| *cue)
+        let mut begun = started.filter(|(times, _)| times.go <= now);
+        begun.next_back().and_then(|(_, cue)| *cue)
     }
 
     /// Holds a bank at a level, 0 to 1, until it is released; false where there is no such bank.

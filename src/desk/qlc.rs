@@ -4,10 +4,11 @@
 use std::fmt::Write as _;
 
 use super::patch::{Frames, Patch, Slot};
-use super::{Carried, Loss};
+use super::{Carried, ExportError, Loss};
 use crate::show::{Link, Show};
 use crate::timeline::{Timeline, TimelineError, cue_moves, lights};
 use crate::units::Time;
+use crate::work::Work;
 
 /// The function that runs the cues; scenes follow.
 const CHASER: usize = 0;
@@ -19,8 +20,8 @@ const SAMPLES: i32 = 32;
 /// The workspace for a show, with what of the show is not in it.
 ///
 /// # Errors
-/// Where the cues make no timeline.
-pub fn write(show: &Show, timeline: &Timeline) -> Result<Carried, Vec<TimelineError>> {
+/// Where the cues make no timeline, or on cancel.
+pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let (patch, mut losses) = Patch::of_channels(show);
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE Workspace>\n\
         <Workspace xmlns=\"http://www.qlcplus.org/Workspace\" CurrentWindow=\"VirtualConsole\">\n \
@@ -46,6 +47,7 @@ pub fn write(show: &Show, timeline: &Timeline) -> Result<Carried, Vec<TimelineEr
     console(&show.title, &mut text);
     text.push_str("</Workspace>\n");
     for (index, cue) in show.cues.iter().enumerate() {
+        work.check()?;
         let far = bend(
             show,
             timeline,

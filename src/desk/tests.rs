@@ -16,6 +16,7 @@ use crate::lang;
 use crate::show::Show;
 use crate::timeline::Timeline;
 use crate::units::{CueNumber, Time};
+use crate::work::Work;
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();
@@ -198,7 +199,7 @@ fn cues_start_when_somebody_says_so() {
 #[test]
 fn a_workspace_has_every_cue() {
     let show = parsed(SHOW);
-    let carried = qlc::write(&show, &Timeline::new(&show).unwrap()).unwrap();
+    let carried = qlc::write(&show, &Timeline::new(&show).unwrap(), Work::silent()).unwrap();
     assert!(carried.text.contains(
         "<Step Number=\"1\" FadeIn=\"2000\" Hold=\"1000\" FadeOut=\"0\" Note=\"\">2</Step>"
     ));

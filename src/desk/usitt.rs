@@ -25,6 +25,10 @@ pub const LIMIT: usize = 16 << 20;
 const MOST_CUES: usize = 10_000;
 /// Channels of a file.
 const MOST_CHANNELS: usize = 10_000;
+/// Groups of a file, and submasters and presets.
+const MOST_GROUPS: usize = 2_000;
+/// Channels in all groups.
+const MOST_MEMBERS: usize = 1_000_000;
 
 /// The text of a show for the desk's file `name`, and the file's own text, into which a diagnostic
 /// points.

@@ -9,6 +9,7 @@ use footlight::files::Folder;
 use footlight::lang;
 use footlight::show::Show;
 use footlight::timeline::Timeline;
+use footlight::work::Work;
 
 fn parsed(name: &str, text: &str) -> Show {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
@@ -16,9 +17,7 @@ fn parsed(name: &str, text: &str) -> Show {
     let (mut known, mut sources) = (lang::LoweringCache::default(), Sources::default());
     let files = Folder::new(&folder, 16 << 20);
     let parsed = lang::parse_again(&mut known, &files, &mut sources, name, text);
-    parsed
-        .show
-        .unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
+    parsed.show.unwrap()
 }
 
 /// By cue and channel, levels in percent when the cue is complete and nothing overtakes it.
@@ -47,7 +46,7 @@ fn the_examples_go_to_a_desk_and_come_back() {
             .join("examples")
             .join(name);
         let show = parsed(name, &fs::read_to_string(path).unwrap());
-        let carried = usitt::write(&show, &Timeline::new(&show).unwrap()).unwrap();
+        let carried = usitt::write(&show, &Timeline::new(&show).unwrap(), Work::silent()).unwrap();
         let (_, back) = usitt::import("back.asc", carried.text.as_bytes());
         let back = back.unwrap();
         let (before, after) = (levels(&show), levels(&parsed("back.lxq", &back.text)));

@@ -69,11 +69,11 @@ fn sets(
 ) -> Result<(), ZipError> {
     let mut written = BTreeSet::new();
     for set in &plan.sets {
-        let Some(bytes) = archive.read(&set.file)? else {
+        if !archive.has(&set.file) {
             let what = format!("`{}` is not in the archive", set.file);
             out.losses.push(Loss::new(what).line(set.line));
             continue;
-        };
+        }
         let plain = |c: char| {
             if c.is_alphanumeric() || ".-_".contains(c) {
                 c
@@ -99,7 +99,9 @@ fn sets(
             let _ = write!(text, "  turn {}", rounded(turn));
         }
         text.push('\n');
-        if written.insert(path.clone()) {
+        if written.insert(path.clone())
+            && let Some(bytes) = archive.read(&set.file)?
+        {
             out.files.push((path, bytes));
         }
     }

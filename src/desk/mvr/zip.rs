@@ -3,6 +3,7 @@
 //! The crate for it pulls random numbers and cleaning of memory for encryption, which does not compile
 //! for the web; `flate2` is here for PNG anyway.
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::io::Read as _;
 
@@ -13,6 +14,8 @@ use flate2::read::DeflateDecoder;
 const MOST_FILES: usize = 10_000;
 /// Bytes of one file when it is unpacked.
 const MOST_BYTES: u64 = 64 << 20;
+/// Bytes of all files that are unpacked.
+const MOST_IN_ALL: u64 = 1 << 30;
 
 /// Why an archive cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -30,7 +33,7 @@ pub enum ZipError {
     #[error("`{0}` in it is packed by method {1}; only stored and deflated files are read")]
     Method(String, u16),
     /// A file is larger than what is read.
-    #[error("`{0}` in it has more than 64 MB")]
+    #[error("`{0}` in it has more than 64 MB, or all files have more than 1 GB")]
     TooLarge(String),
 }
 
@@ -47,6 +50,7 @@ struct Entry {
 pub struct Archive<'a> {
     bytes: &'a [u8],
     files: BTreeMap<String, Entry>,
+    unpacked: Cell<u64>,
 }
 
 impl<'a> Archive<'a> {
@@ -83,12 +87,21 @@ impl<'a> Archive<'a> {
             files.insert(String::from_utf8_lossy(text).into_owned(), entry);
             at += 46 + name + extra + comment;
         }
-        Ok(Archive { bytes, files })
+        Ok(Archive {
+            bytes,
+            files,
+            unpacked: Cell::new(0),
+        })
     }
 
     /// The names of the files.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.files.keys().map(String::as_str)
+    }
+
+    /// True where there is a file of this name.
+    pub fn has(&self, name: &str) -> bool {
+        self.files.contains_key(name)
     }
 
     /// A file's bytes; `None` where there is no such file.
@@ -113,7 +126,8 @@ impl<'a> Archive<'a> {
                 .read_to_end(&mut out),
             method => return Err(ZipError::Method(name.to_owned(), method)),
         };
-        if out.len() as u64 > MOST_BYTES {
+        self.unpacked.set(self.unpacked.get() + out.len() as u64);
+        if out.len() as u64 > MOST_BYTES || self.unpacked.get() > MOST_IN_ALL {
             return Err(ZipError::TooLarge(name.to_owned()));
         }
         let mut crc = Crc::new();

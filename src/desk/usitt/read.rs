@@ -4,11 +4,11 @@
 //! gone through twice: first for everything but cues, then for the cues of the first list. Every
 //! record is either used or counted among the losses.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::model::{Channel, Cue, Curve, Desk, Group, Look, Part, Tenths};
 use super::record::{Record, records};
-use super::{LIMIT, MOST_CHANNELS, MOST_CUES};
+use super::{LIMIT, MOST_CHANNELS, MOST_CUES, MOST_GROUPS, MOST_MEMBERS};
 use crate::desk::Loss;
 use crate::diagnostic::Diagnostic;
 use crate::units::Time;
@@ -63,6 +63,8 @@ struct Reader {
     section: Section,
     /// Bytes of a fixture type's parameters, by type and parameter.
     sizes: BTreeMap<(u32, u32), u32>,
+    kinds: BTreeSet<u32>,
+    members: usize,
     palettes: BTreeMap<String, BTreeMap<u32, Values>>,
     unread: BTreeMap<String, Unread>,
     /// The list whose cues are read, and how many cues others have.
@@ -144,6 +146,12 @@ impl Reader {
             return Ok(());
         }
         self.known += 1;
+        if self.show.groups.len().max(self.show.looks.len()) >= MOST_GROUPS {
+            return record.refuse(
+                format!("more than {MOST_GROUPS} groups or submasters"),
+                "leave out what no cue uses",
+            );
+        }
         let number = record.words().next();
         self.section = match record.key.as_str() {
             "cue" => self.cue(record)?,
@@ -268,7 +276,7 @@ impl Reader {
         let mut words = record.words();
         let number = record.channel(words.next().unwrap_or_default())?;
         let words: Vec<u32> = words.map_while(|word| word.parse().ok()).collect();
-        let known = |kind: &&u32| self.sizes.keys().any(|(number, _)| number == *kind);
+        let known = |kind: &&u32| self.kinds.contains(kind);
         let kind = words.iter().take(2).find(known).or(words.first()).copied();
         let channel = self.channel(number, record)?;
         channel.personality = kind;
@@ -299,6 +307,7 @@ impl Reader {
         let words: Vec<u32> = record.words().map_while(|word| word.parse().ok()).collect();
         if let [parameter, size, ..] = words.as_slice() {
             self.sizes.insert((number, *parameter), *size);
+            self.kinds.insert(number);
         }
         Ok(())
     }
@@ -353,6 +362,16 @@ impl Reader {
                 );
             }
             channels.extend(first..=last);
+            if channels.len() > MOST_MEMBERS {
+                break;
+            }
+        }
+        self.members += channels.len();
+        if self.members > MOST_MEMBERS {
+            return record.refuse(
+                format!("more than {MOST_MEMBERS} channels in all groups"),
+                "leave out what no cue uses",
+            );
         }
         for channel in &channels {
             self.channel(*channel, record)?;

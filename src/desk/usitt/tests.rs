@@ -18,6 +18,7 @@ use crate::lang;
 use crate::show::{Link, Show};
 use crate::timeline::{Timeline, cue_moves};
 use crate::units::{Rgb, Time};
+use crate::work::Work;
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();
@@ -27,7 +28,7 @@ fn parsed(text: &str) -> Show {
 }
 
 fn exported(show: &Show) -> Carried {
-    write(show, &Timeline::new(show).unwrap()).unwrap()
+    write(show, &Timeline::new(show).unwrap(), Work::silent()).unwrap()
 }
 
 fn imported(text: &str) -> Carried {

@@ -5,10 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use super::model::{FULL, Tenths, step, tenths};
-use crate::desk::{Carried, Loss};
+use crate::desk::{Carried, ExportError, Loss};
 use crate::show::{Bank, Cue, Dimmer, Fade, Link, Motion, Show, Trigger};
-use crate::timeline::{Moved, Timeline, TimelineError, Timing, cue_moves};
+use crate::timeline::{Moved, Timeline, Timing, cue_moves};
 use crate::units::{Rgb, Time, percent};
+use crate::work::Work;
 
 /// Columns of a line, as the standard allows.
 const WIDTH: usize = 80;
@@ -20,8 +21,8 @@ const SAMPLES: i32 = 64;
 /// The file for a show, with what of the show is not in it.
 ///
 /// # Errors
-/// Where the cues make no timeline.
-pub fn write(show: &Show, timeline: &Timeline) -> Result<Carried, Vec<TimelineError>> {
+/// Where the cues make no timeline, or on cancel.
+pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let moves = cue_moves(show)?;
     let mut writer = Writer {
         show,
@@ -40,6 +41,7 @@ pub fn write(show: &Show, timeline: &Timeline) -> Result<Carried, Vec<TimelineEr
     writer.head();
     writer.selections();
     for (index, (cue, moves)) in show.cues.iter().zip(&moves).enumerate() {
+        work.check()?;
         writer.cue(index, cue, moves);
     }
     writer.text.push_str("EndData\n");
@@ -143,7 +145,8 @@ impl Writer<'_> {
             self.text.push('\n');
         }
         for (index, bank) in self.show.banks.iter().enumerate() {
-            let kind = KINDS[usize::from(!bank.rgb)];
+            let [mixing, plain] = KINDS;
+            let kind = if bank.rgb { mixing } else { plain };
             let _ = writeln!(self.text, "$Patch {} {kind} 0 0 1", self.channel(index));
             self.label(&bank.name);
         }

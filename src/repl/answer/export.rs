@@ -1,7 +1,8 @@
 //! The show for another program.
 
 use super::usage;
-use crate::desk::{qlc, usitt};
+use crate::desk::{ExportError, qlc, usitt};
+use crate::engine;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::{exchange, format};
 
@@ -16,8 +17,11 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         "qxw" => qlc::write,
         _ => usitt::write,
     };
-    let carried =
-        write(show, timeline).map_err(|_| Error::Usage("the cues make no timeline".to_owned()))?;
+    let work = repl.engine.host().work();
+    let carried = write(show, timeline, work).map_err(|error| match error {
+        ExportError::Cancelled(cancelled) => engine::Error::from(cancelled).into(),
+        ExportError::Timeline(_) => Error::Usage(error.to_string()),
+    })?;
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
     match call.has("json") {
         true => {
