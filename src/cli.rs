@@ -7,9 +7,11 @@ mod argument;
 mod drawing;
 mod editor;
 mod encoder;
+mod import;
 mod prompt;
 mod reports;
 mod screen;
+mod send;
 mod stop;
 mod watch;
 
@@ -116,6 +118,9 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
                 stop::limit(time, screen);
             }
             let mut repl = open(Some(show), settings, screen)?;
+            if send::is_asked(call) {
+                return send::send(&repl, call, screen);
+            }
             let reply = repl.call(call)?;
             screen.reply(&reply);
             return Ok(if reply.stopped {
@@ -132,6 +137,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let host = host(Some(versions.name()), settings, screen);
             reports::difference(&versions, output.as_deref(), (&host, screen))
         }
+        OwnCommand::Import(told) => import::import(told),
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
         }),

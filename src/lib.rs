@@ -74,13 +74,14 @@
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
+//! | 5 | `desk` | shows and rigs of other programs: USITT ASCII, QLC+, MVR and GDTF; packets of the lighting network | lang, timeline, show, units, diagnostic, work | flate2, roxmltree |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
-//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
-//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
+//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, desk, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
+//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, desk, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
 //! | 11 | `lsp` | the language server: an editor's texts in, diagnostics, completion, names, hints, pictures out | repl, engine, lang, diagnostic, show, timeline, picture, files, units, work | crossbeam_channel, lsp_server, lsp_types, serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -98,6 +99,10 @@
 /// - [`editors`](manual::editors): how do I write shows in my editor?
 /// - [`files`](manual::files): which files go in and come out?
 /// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
+/// - [`desk`](manual::desk): how does a show come from a desk, and go back?
+/// - [`plan`](manual::plan): how does the rig of my plan come in?
+/// - [`qlc`](manual::qlc): how does a show get to QLC+?
+/// - [`live`](manual::live): how does a show get to a visualiser, or to real lamps?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
@@ -113,6 +118,14 @@ pub mod manual {
     pub mod files {}
     #[doc = include_str!("manual/accuracy.md")]
     pub mod accuracy {}
+    #[doc = include_str!("manual/desk.md")]
+    pub mod desk {}
+    #[doc = include_str!("manual/plan.md")]
+    pub mod plan {}
+    #[doc = include_str!("manual/qlc.md")]
+    pub mod qlc {}
+    #[doc = include_str!("manual/live.md")]
+    pub mod live {}
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
     #[doc = include_str!("manual/security.md")]
@@ -131,6 +144,10 @@ pub mod check;
 mod check;
 #[cfg(feature = "cli")]
 mod cli;
+#[cfg(feature = "internals")]
+pub mod desk;
+#[cfg(not(feature = "internals"))]
+mod desk;
 #[cfg(feature = "internals")]
 pub mod diagnostic;
 #[cfg(not(feature = "internals"))]

@@ -11,6 +11,7 @@ pub mod comparison;
 pub mod curves;
 pub mod document;
 pub mod error;
+pub mod exchange;
 pub mod explain;
 pub mod film;
 pub mod format;

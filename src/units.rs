@@ -117,6 +117,9 @@ impl fmt::Display for Time {
 pub struct CueNumber(u32);
 
 impl CueNumber {
+    /// The first that a cue may have.
+    pub const FIRST: CueNumber = CueNumber(1);
+
     /// The number of `thousandths`; `None` outside 1 to 9,999,999.
     pub fn from_thousandths(thousandths: u32) -> Option<CueNumber> {
         (1..=9_999_999)

@@ -6,8 +6,11 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use footlight::desk::{mvr, usitt};
+use footlight::diagnostic::Sources;
 use footlight::engine::PoolPlace;
 use footlight::files::{Memory, MemoryStore, Store};
+use footlight::lang;
 use footlight::picture::exr::{self, Precision};
 use footlight::{Engine, Host, Image, Time};
 
@@ -59,6 +62,8 @@ fn cases() -> Vec<Case> {
         vec![("hall.lxq", hall), ("hall.gltf", packed)],
         vec![("images.lxq", IMAGES.into()), ("a.exr", exr)],
         vec![("stored.lxq", STORED.into())],
+        vec![("house.asc", read("desk/house.asc"))],
+        vec![("plan.mvr", read("desk/plan.mvr"))],
     ]
 }
 
@@ -102,8 +107,22 @@ fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
     }
 }
 
-/// Opens a show; true where it has no errors.
+/// Opens a show, or what a file of another program comes to; true where it has no errors.
 fn opens(case: &Case) -> bool {
+    let (name, bytes) = &case[0];
+    let imported = match name.rsplit_once('.') {
+        Some((_, "asc")) => usitt::import(name, bytes).1.map(|carried| carried.text),
+        Some((_, "mvr")) => mvr::import(name, bytes, "set").map(|carried| carried.text),
+        _ => return opens_show(case),
+    };
+    imported.is_ok_and(|text| {
+        lang::parse(&mut Sources::default(), name, &text)
+            .show
+            .is_some()
+    })
+}
+
+fn opens_show(case: &Case) -> bool {
     let mut files = Memory::default();
     for (name, content) in &case[1..] {
         files = files.with(name, content.clone());

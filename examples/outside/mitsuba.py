@@ -21,14 +21,12 @@ WIDEST = 80
 
 
 def camera(view):
-    ahead = [t - f for t, f in zip(view["to"], view["from"])]
-    upright = abs(ahead[0]) + abs(ahead[1]) > 1e-9 * abs(ahead[2])
     return {
         "type": "perspective",
         "fov": view["fov"],
         "fov_axis": "y",
         "to_world": mi.ScalarTransform4f().look_at(
-            view["from"], view["to"], view.get("up", [0, 0, 1] if upright else [0, 1, 0])
+            view["from"], view["to"], view["up"]
         ),
         "film": {
             "type": "hdrfilm",

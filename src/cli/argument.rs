@@ -10,6 +10,7 @@ use clap::builder::{PossibleValuesParser, StringValueParser, TypedValueParser, V
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 
+use super::import::Imported;
 use super::watch::Watched;
 use crate::diagnostic::Style;
 use crate::engine::POOL_LIMIT;
@@ -184,6 +185,10 @@ pub enum OwnCommand {
         #[arg(id = "FILE", value_name = "FILE")]
         file: PathBuf,
     },
+    /// the text of a show for a file of another program: a desk's cues, a plan's rig
+    #[command(after_help = "Example:\n  footlight import house.asc -o house.lxq\n  \
+        footlight import plan.mvr -o rig.lxq")]
+    Import(Imported),
     /// show every save of a file that is edited elsewhere: errors, changes, the picture
     #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
         Example:\n  footlight watch show.lxq -o now.png")]

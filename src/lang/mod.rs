@@ -40,7 +40,7 @@ pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
-pub use names::{Kind, nearest};
+pub use names::{Kind, is_reserved, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
 pub use token::{Token, tokens};
@@ -225,7 +225,7 @@ fn unquoted(word: Word<'_>) -> String {
 }
 
 /// A text between quotes, as the language writes it.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }
 

@@ -167,6 +167,8 @@ pub struct Camera {
     pub from: [f64; 3],
     /// The point in the middle of the picture.
     pub to: [f64; 3],
+    /// Unit vector to the top of the picture.
+    pub up: [f64; 3],
     /// Vertical field of view, degrees.
     pub fov: f64,
     /// Clockwise for who looks through it, degrees.
@@ -343,6 +345,7 @@ impl OutsideOperator {
             view: Camera {
                 from: point(self.view.from),
                 to: point(self.view.to),
+                up: point(self.view.axes()[1]),
                 fov: self.view.fov,
                 roll: self.view.roll,
                 width: self.view.width,

@@ -1,6 +1,7 @@
 //! The verbs' functions: each reads its words, calls the engine, and has the report word it.
 
 pub(super) mod edit;
+pub(super) mod export;
 pub(super) mod help;
 pub(super) mod live;
 pub(super) mod measure;

@@ -108,9 +108,7 @@ impl Vocabulary {
             false => self.of_statement(before, word),
         };
         let words = offered.into_iter();
-        let words: BTreeSet<String> = words
-            .filter(|w| w.starts_with(word) && w != word)
-            .collect();
+        let words: BTreeSet<String> = words.filter(|w| w.starts_with(word) && w != word).collect();
         Completion {
             start,
             words: words.into_iter().collect(),

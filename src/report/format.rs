@@ -40,6 +40,18 @@ pub const TABLE: Formats = Formats {
     known: ".md, .csv or .txt",
 };
 
+/// Shows for other programs.
+pub const EXCHANGE: Formats = Formats {
+    endings: &["asc", "qxw"],
+    known: ".asc (a desk: USITT ASCII) or .qxw (QLC+)",
+};
+
+/// Shows.
+pub const SHOW: Formats = Formats {
+    endings: &["lxq"],
+    known: ".lxq",
+};
+
 /// One image.
 pub const PICTURE: Formats = Formats {
     endings: &["png", "exr"],

@@ -31,6 +31,7 @@ pub use dimmer::{lights, settings};
 pub use error::{TimelineError, Warning};
 pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
 pub use positivity::knots as fewest_knots;
+pub use track::{Moved, Timing};
 
 use std::collections::BTreeMap;
 
@@ -38,6 +39,14 @@ use self::dimmer::Law;
 use self::track::{MemoryBudget, Track};
 use crate::show::Show;
 use crate::units::Time;
+
+/// What each cue moves, with what `assert`, an earlier `cueonly` and a colour alone imply.
+///
+/// # Errors
+/// Where the moves are more than memory holds.
+pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
+    track::motions(show, &mut MemoryBudget::new(usize::MAX))
+}
 
 /// A show as curves.
 #[derive(Clone, Debug, PartialEq)]

@@ -28,21 +28,30 @@ const MOST_PIECES: usize = 500_000;
 const NEVER: Time = Time::from_micros(i64::MAX / 4);
 
 /// A part's times and shape.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Timing {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Between GO and the start.
     pub delay: Time,
+    /// Of a rise.
     pub up: Time,
+    /// Of a fall.
     pub down: Time,
+    /// The shape of fades.
     pub fade: Fade,
 }
 
 /// One parameter's motion in one cue, written or implied.
 #[derive(Clone, Debug)]
-pub(super) struct Moved<'a> {
+pub struct Moved<'a> {
+    /// The text that says so.
     pub id: NodeId,
+    /// Index into [`Show::parameters`].
     pub parameter: usize,
+    /// What it does.
     pub motion: Cow<'a, Motion>,
+    /// How many times over.
     pub repeat: u32,
+    /// When and how fast.
     pub timing: Timing,
 }
 

@@ -50,6 +50,10 @@ impl Place {
             let from = project().join("examples/outside").join(name);
             fs::copy(from, folder.path().join(name)).unwrap();
         }
+        for name in ["house.asc", "plan.mvr"] {
+            let from = project().join("examples/desk").join(name);
+            fs::copy(from, folder.path().join(name)).unwrap();
+        }
         fs::create_dir(folder.path().join("refs")).unwrap();
         let place = Place(folder);
         assert!(place.shell("footlight fmt old.lxq").status.success());
@@ -116,7 +120,13 @@ fn every_example_of_the_help_runs() {
     let has_python = python.is_ok_and(|output| output.status.success());
     let before = examples.len();
     for page in fs::read_dir(project().join("src/manual")).unwrap() {
-        let page = fs::read_to_string(page.unwrap().path()).unwrap();
+        let page = page.unwrap().path();
+        // Those of these pages follow one another; `roads.rs` runs them.
+        let roads = ["desk.md", "live.md", "plan.md", "qlc.md"];
+        if roads.iter().any(|road| page.ends_with(road)) {
+            continue;
+        }
+        let page = fs::read_to_string(page).unwrap();
         let lines = page.lines().filter_map(|l| l.strip_prefix("footlight "));
         let lines = lines.filter(|l| !l.contains("ffmpeg"));
         let lines = lines.filter(|l| has_python || !l.contains("python3"));

@@ -19,6 +19,7 @@ mod memory;
 mod moments;
 mod outside;
 mod readme;
+mod roads;
 mod stop;
 mod store_process;
 mod terminal;

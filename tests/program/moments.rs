@@ -10,7 +10,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 /// Every verb that works on a show, with what makes it go all the way; `SHOW` is the show's file.
-pub const VERBS: [&[&str]; 16] = [
+pub const VERBS: [&[&str]; 17] = [
     &["check", "SHOW"],
     &["plan", "SHOW"],
     &["plan", "SHOW", "--metric", "settings"],
@@ -25,6 +25,7 @@ pub const VERBS: [&[&str]; 16] = [
     &["pool", "SHOW"],
     &["tracksheet", "SHOW"],
     &["cuesheet", "SHOW"],
+    &["export", "SHOW", "-o", "desk.asc"],
     &["diff", "SHOW", "other.lxq"],
     &["fmt", "--check", "SHOW"],
 ];

@@ -309,10 +309,10 @@ fn the_manual_shows_the_settings() {
     let request = Request {
         schema: 0,
         show: None,
-        script: None,
         view: Camera {
             from: [0.0; 3],
             to: [0.0; 3],
+            up: [0.0; 3],
             fov: 32.0,
             roll: 0.0,
             width: 160,

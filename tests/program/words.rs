@@ -140,6 +140,8 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "play",
         "blind",
         "fmt --check",
+        "export -o desk.asc",
+        "export -o desk.qxw",
         "cuesheet -o sheet.csv",
         "cuesheet -o sheet.md",
         "cuesheet -o sheet.txt",

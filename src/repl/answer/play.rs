@@ -10,6 +10,15 @@ use crate::report::target::{Sequence, Target};
 use crate::report::words::exposure;
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let options = [
+        "sacn", "to", "priority", "artnet", "bind", "patch", "osc", "osc-to",
+    ];
+    if let Some(option) = options.into_iter().find(|option| call.has(option)) {
+        return usage(format!(
+            "`--{option}` is for sending, which is a command: footlight play show.lxq --artnet \
+             127.0.0.1"
+        ));
+    }
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
     if let Some(target) = &target {

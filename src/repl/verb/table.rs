@@ -1,7 +1,9 @@
 //! The table of verbs, in the order of the manual, with their options.
 
 use super::{Complete, OptionSpec, VerbSpec};
-use crate::repl::answer::{edit, help, live, measure, picture, play, plot, render, session, text};
+use crate::repl::answer::{
+    edit, export, help, live, measure, picture, play, plot, render, session, text,
+};
 use crate::repl::{Call, Error, Repl, Reply};
 
 const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
@@ -234,6 +236,34 @@ pub const VERBS: &[VerbSpec] = &[
                  refined pictures)",
         ),
         FLOAT,
+        value(
+            "sacn",
+            "N",
+            "send as E1.31 (sACN), from universe N on, 44 frames a second",
+        ),
+        value(
+            "to",
+            "HOST",
+            "of --sacn, to this machine in place of multicast",
+        ),
+        value("priority", "P", "of --sacn, 0 to 200 (default: 100)"),
+        value(
+            "artnet",
+            "HOST",
+            "send as Art-Net to this machine or broadcast address",
+        ),
+        value(
+            "bind",
+            "ADDRESS",
+            "the interface to send from and listen at (default: 127.0.0.1)",
+        ),
+        value(
+            "patch",
+            "FILE",
+            "addresses of banks (default: their channels)",
+        ),
+        value("osc", "PORT", "wait for GO by OSC at this port"),
+        value("osc-to", "HOST:PORT", "of --osc, who is told cue and time"),
         value(
             "chroma",
             "C",
@@ -514,6 +544,14 @@ pub const VERBS: &[VerbSpec] = &[
         "cuesheet -o cues.md",
     )
     .options(&[output("write a .md, .csv or .txt")])
+    .command(),
+    verb(
+        "export",
+        export::export,
+        "write the show for a desk or QLC+, and report what is not in the file",
+        "export -o show.asc",
+    )
+    .options(&[JSON, output("write a .asc (USITT ASCII) or a .qxw (QLC+)")])
     .command(),
     verb(
         "fmt",

@@ -1,0 +1,111 @@
+//! `import`: a show or a rig of another program as the text of a show.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use super::print;
+use crate::desk::{Loss, mvr, usitt};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::engine;
+use crate::files::{Disk, Store as _, is_same};
+use crate::printable;
+use crate::repl::Error;
+use crate::report::{self, exchange, format};
+
+/// What `import` is told.
+#[derive(Debug, Args)]
+pub struct Imported {
+    /// The file of the other program: USITT ASCII (.asc) or MVR (.mvr)
+    #[arg(id = "FILE")]
+    file: PathBuf,
+    /// The show to write (.lxq)
+    #[arg(long, short, value_name = "SHOW")]
+    output: PathBuf,
+    /// Print what does not go across as data
+    #[arg(long)]
+    json: bool,
+}
+
+/// Writes the show and reports what is not in it.
+pub fn import(told: &Imported) -> Result<u8, Error> {
+    format::SHOW.check(&told.output)?;
+    if is_same(&told.file, &told.output) {
+        return Err(report::Error::ShowsFile(told.output.clone()).into());
+    }
+    let imported = match format::ending(&told.file).as_str() {
+        "mvr" => rig(told)?,
+        "asc" => desk(told)?,
+        _ => {
+            let file = shown(&told.file);
+            return Err(Error::Usage(format!(
+                "`{file}` cannot be imported: it is to end in .asc (a desk: USITT ASCII) or .mvr (a \
+                 plan)"
+            )));
+        }
+    };
+    let (wrote, losses, assumed) = imported;
+    match told.json {
+        true => print(printable::json(&exchange::json(&wrote, &losses, &assumed)?)),
+        false => {
+            let wrote: String = wrote.iter().map(|file| format!("wrote {file}\n")).collect();
+            print(wrote + &exchange::describe(&losses) + &exchange::assumptions(&assumed))
+        }
+    };
+    Ok(0)
+}
+
+/// What was written, what was lost and what was assumed.
+type Report = (Vec<String>, Vec<Loss>, Vec<String>);
+
+/// A desk's show.
+fn desk(told: &Imported) -> Result<Report, Error> {
+    let bytes = Disk.read(&told.file, usitt::LIMIT as u64)?;
+    let (text, carried) = usitt::import(&file_name(&told.file), &bytes);
+    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &told.file, &text))?;
+    Disk.output(&told.output, carried.text.as_bytes())?;
+    Ok((vec![shown(&told.output)], carried.losses, Vec::new()))
+}
+
+/// The rig of a plan, with its set in a folder beside the show and its addresses in a file.
+fn rig(told: &Imported) -> Result<Report, Error> {
+    let bytes = Disk.read(&told.file, mvr::LIMIT as u64)?;
+    let stem = told.output.file_stem().unwrap_or_default();
+    let folder = format!("{}-set", stem.to_string_lossy());
+    let carried = mvr::import(&file_name(&told.file), &bytes, &folder);
+    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &told.file, ""))?;
+    let beside = super::folder_of(&told.output);
+    for (path, bytes) in &carried.files {
+        Disk.output(&beside.join(path), bytes)?;
+    }
+    let mut wrote = vec![shown(&told.output)];
+    if !carried.patch.is_empty() {
+        let patch = told.output.with_extension("patch");
+        Disk.output(&patch, carried.patch.as_bytes())?;
+        wrote.push(shown(&patch));
+    }
+    if !carried.files.is_empty() {
+        wrote.push(format!(
+            "{} ({} files)",
+            shown(&beside.join(folder)),
+            carried.files.len()
+        ));
+    }
+    Disk.output(&told.output, carried.text.as_bytes())?;
+    Ok((wrote, carried.losses, carried.assumed))
+}
+
+fn shown(path: &Path) -> String {
+    path.display().to_string()
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
+}
+
+fn refused(diagnostic: Diagnostic, path: &Path, text: &str) -> Error {
+    engine::Error::Show(Diagnostics::of(vec![diagnostic], &shown(path), text)).into()
+}

@@ -1,0 +1,440 @@
+//! `play` onto the lighting network: E1.31 and Art-Net out, OSC in and out.
+//!
+//! Nothing is sent beyond this machine unless the address of an interface is said, and nothing listens
+//! unless a port is.
+
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use super::print;
+use super::screen::Screen;
+use crate::desk::osc::{self, Argument};
+use crate::desk::patch::{Frames, Patch};
+use crate::desk::performance::Performance;
+use crate::desk::wire::{self, Source};
+use crate::engine::{self, Document};
+use crate::files::{Disk, Store as _};
+use crate::repl::{Call, Error, Repl};
+use crate::timeline::{Timeline, TimelineError};
+use crate::units::{CueNumber, Time};
+
+/// Frames a second: as many as DMX512 carries.
+const RATE: u32 = 44;
+/// Messages that are read between two frames.
+const MOST_MESSAGES: usize = 64;
+/// Bytes of a patch file.
+const PATCH_LIMIT: u64 = 1 << 20;
+
+/// True where a `play` is to be sent.
+pub fn is_asked(call: &Call) -> bool {
+    call.verb.name == "play" && (call.has("sacn") || call.has("artnet"))
+}
+
+/// Sends the show until its end, or until it is stopped.
+pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
+    let document = repl.engine().document();
+    let mut network = Network::open(call, document)?;
+    let remote = Remote::open(call)?;
+    print(network.describe(remote.as_ref()));
+    let show = document.show();
+    let mut run = match remote {
+        None => Run::Clock(document.timeline()),
+        Some(remote) => Run::Hand(Box::new(Performance::new(show).map_err(refused)?), remote),
+    };
+    let (mut sent, mut late) = (0_u32, Vec::new());
+    let began = Instant::now();
+    let mut frame = 0_u32;
+    let stopped = loop {
+        let due = began + Duration::from_secs(1) * frame / RATE;
+        thread::sleep(due.saturating_duration_since(Instant::now()));
+        late.push(due.elapsed());
+        let now = Time::nearest(began.elapsed().as_secs_f64());
+        let settings = run.settings(now, document)?;
+        network.send(&settings).map_err(lost)?;
+        sent += 1;
+        if run.is_over(now) {
+            break false;
+        }
+        if screen.stop().is_asked() {
+            break true;
+        }
+        // A machine that was asleep goes on with the frame of now.
+        let passed = began.elapsed().as_secs_f64() * f64::from(RATE);
+        frame = (frame + 1).max(passed as u32);
+    };
+    network.terminate().map_err(lost)?;
+    print(report(sent, &mut late, began.elapsed()));
+    Ok(if stopped { screen.stop().code() } else { 0 })
+}
+
+fn report(sent: u32, late: &mut [Duration], time: Duration) -> String {
+    late.sort_unstable();
+    let at = late.len().saturating_sub(1) * 99 / 100;
+    let worst = late.get(at).copied().unwrap_or_default();
+    format!(
+        "{sent} frames in {:.1} s; 99 of 100 at most {:.1} ms late\n",
+        time.as_secs_f64(),
+        worst.as_secs_f64() * 1000.0
+    )
+}
+
+fn lost(error: io::Error) -> Error {
+    Error::Device(format!("the network: {error}"))
+}
+
+fn refused(_: Vec<TimelineError>) -> Error {
+    Error::Usage("the cues make no timeline when they are started so".to_owned())
+}
+
+fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
+    Err(Error::Usage(message.into()))
+}
+
+/// What runs the cues.
+enum Run<'d> {
+    /// The preview's clock.
+    Clock(&'d Timeline),
+    /// Messages.
+    Hand(Box<Performance<'d>>, Remote),
+}
+
+impl Run<'_> {
+    fn settings(&mut self, now: Time, document: &Document) -> Result<Vec<f64>, Error> {
+        match self {
+            Run::Clock(timeline) => Ok(timeline.evaluate(timeline.start() + now)),
+            Run::Hand(performance, remote) => {
+                remote.serve(performance, now, document)?;
+                Ok(performance.settings(now))
+            }
+        }
+    }
+
+    fn is_over(&self, now: Time) -> bool {
+        match self {
+            Run::Clock(timeline) => timeline.start() + now >= timeline.end(),
+            Run::Hand(..) => false,
+        }
+    }
+}
+
+/// Where frames go.
+struct Network {
+    socket: UdpSocket,
+    patch: Patch,
+    frames: Frames,
+    /// The universe that the patch's first is, and where it goes if not to its group.
+    sacn: Option<(u16, Option<IpAddr>)>,
+    artnet: Option<IpAddr>,
+    source: Source,
+    sequence: u8,
+    notes: Vec<String>,
+}
+
+impl Network {
+    fn open(call: &Call, document: &Document) -> Result<Network, Error> {
+        let bind = call.option("bind").map(address).transpose()?;
+        let sacn = call.option("sacn").map(universe).transpose()?;
+        let to = call.option("to").map(host).transpose()?;
+        let artnet = call.option("artnet").map(host).transpose()?;
+        if sacn.is_none() && (to.is_some() || call.has("priority")) {
+            return usage("`--to` and `--priority` are for `--sacn`");
+        }
+        let outside = |host: IpAddr| !host.is_loopback();
+        if bind.is_none() && sacn.is_some() && to.is_none_or(outside) {
+            return usage(
+                "`--sacn` goes out through an interface: say its address, such as `--bind \
+                 192.168.1.20`, or try it on this machine with `--to 127.0.0.1`",
+            );
+        }
+        if bind.is_none() && artnet.is_some_and(outside) {
+            return usage(
+                "`--artnet` leaves this machine through an interface: say its address, such as \
+                 `--bind 192.168.1.20`, or try it with `--artnet 127.0.0.1`",
+            );
+        }
+        let (patch, notes) = patch(call.path("patch"), document)?;
+        let universes = patch.dark().last_key_value().map_or(1, |(last, _)| *last);
+        let first = sacn.unwrap_or(1);
+        if u32::from(first) + u32::from(universes)
+            > u32::from(crate::desk::patch::MOST_UNIVERSES) + 1
+        {
+            return usage(format!(
+                "{universes} universes from {first} on go beyond 63999"
+            ));
+        }
+        if artnet.is_some() && universes > wire::MOST_PORTS {
+            return usage("Art-Net has 32768 universes");
+        }
+        let own = bind.unwrap_or(Ipv4Addr::LOCALHOST.into());
+        let socket = UdpSocket::bind((own, 0)).map_err(|error| {
+            Error::Device(format!(
+                "no interface of this machine has the address {own}: {error}"
+            ))
+        })?;
+        socket.set_broadcast(true).map_err(lost)?;
+        socket.set_multicast_ttl_v4(8).map_err(lost)?;
+        Ok(Network {
+            socket,
+            frames: patch.dark(),
+            patch,
+            sacn: sacn.map(|first| (first, to)),
+            artnet,
+            source: Source {
+                cid: cid(),
+                name: format!("Footlight: {}", document.show().title),
+                priority: call.option("priority").map_or(Ok(100), priority)?,
+            },
+            sequence: 0,
+            notes,
+        })
+    }
+
+    fn describe(&self, remote: Option<&Remote>) -> String {
+        let mut out: String = self
+            .notes
+            .iter()
+            .map(|note| format!("note: {note}\n"))
+            .collect();
+        let count = self.frames.len();
+        if let Some((first, to)) = self.sacn {
+            let to = to.map_or("by multicast".to_owned(), |to| format!("to {to}"));
+            out.push_str(&format!("E1.31 {to}: universes {count}, from {first}\n"));
+        }
+        if let Some(to) = self.artnet {
+            out.push_str(&format!("Art-Net to {to}: universes {count}, from 0\n"));
+        }
+        if let Some(at) = remote.and_then(|remote| remote.socket.local_addr().ok()) {
+            out.push_str(&format!(
+                "waiting for /footlight/go at {at}; Ctrl-C ends it\n"
+            ));
+        }
+        out
+    }
+
+    fn send(&mut self, settings: &[f64]) -> io::Result<()> {
+        self.patch.fill(settings, &mut self.frames);
+        self.sequence = self.sequence.wrapping_add(1);
+        for (universe, values) in &self.frames {
+            self.packet(*universe, values, false)?;
+            if let Some(to) = self.artnet {
+                let packet = wire::artnet(universe - 1, self.sequence, values);
+                self.socket.send_to(&packet, (to, wire::ARTNET_PORT))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// One packet of E1.31.
+    fn packet(&self, universe: u16, values: &[u8], terminated: bool) -> io::Result<()> {
+        let Some((first, to)) = self.sacn else {
+            return Ok(());
+        };
+        let universe = first + (universe - 1);
+        let packet = wire::sacn(&self.source, universe, self.sequence, values, terminated);
+        let to = to.unwrap_or(IpAddr::from(wire::sacn_group(universe)));
+        self.socket.send_to(&packet, (to, wire::SACN_PORT))?;
+        Ok(())
+    }
+
+    /// Says three times that the stream is terminated, as the standard has it.
+    fn terminate(&mut self) -> io::Result<()> {
+        for _ in 0..3 {
+            self.sequence = self.sequence.wrapping_add(1);
+            for (universe, values) in &self.frames {
+                self.packet(*universe, values, true)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The patch of a file, or that of the channels with what was moved.
+fn patch(path: Option<&Path>, document: &Document) -> Result<(Patch, Vec<String>), Error> {
+    let show = document.show();
+    let Some(path) = path else {
+        let (patch, losses) = Patch::of_channels(show);
+        return Ok((patch, losses.iter().map(ToString::to_string).collect()));
+    };
+    let bytes = Disk.read(path, PATCH_LIMIT)?;
+    let name = path.display().to_string();
+    let text = engine::decode(&name, &bytes)?;
+    match Patch::parse(show, &text) {
+        Ok(patch) => Ok((patch, Vec::new())),
+        Err(error) => usage(format!("{name}: {error}")),
+    }
+}
+
+/// A random number by which receivers know this sender.
+fn cid() -> [u8; 16] {
+    use std::hash::{BuildHasher as _, Hasher as _, RandomState};
+    let half = || RandomState::new().build_hasher().finish().to_be_bytes();
+    let mut out = [0; 16];
+    for (place, byte) in out.iter_mut().zip(half().into_iter().chain(half())) {
+        *place = byte;
+    }
+    out
+}
+
+fn universe(text: &str) -> Result<u16, Error> {
+    match text.parse() {
+        Ok(universe @ 1..=63_999) => Ok(universe),
+        _ => usage(format!("`{text}` is no universe: 1 to 63999")),
+    }
+}
+
+fn priority(text: &str) -> Result<u8, Error> {
+    match text.parse() {
+        Ok(priority @ 0..=200) => Ok(priority),
+        _ => usage(format!("`{text}` is no priority: 0 to 200")),
+    }
+}
+
+fn address(text: &str) -> Result<IpAddr, Error> {
+    match text.parse::<Ipv4Addr>() {
+        Ok(address) => Ok(address.into()),
+        Err(_) => usage(format!(
+            "`{text}` is no address of an interface, such as 192.168.1.20"
+        )),
+    }
+}
+
+/// The address of a machine by its name or number.
+fn host(text: &str) -> Result<IpAddr, Error> {
+    let found = (text, 0).to_socket_addrs().ok();
+    let found = found.and_then(|mut all| all.find(SocketAddr::is_ipv4));
+    match found {
+        Some(found) => Ok(found.ip()),
+        None => usage(format!("there is no machine `{text}`")),
+    }
+}
+
+/// Open Sound Control: what starts cues, and who is told.
+struct Remote {
+    socket: UdpSocket,
+    to: Option<SocketAddr>,
+    told: Option<(Option<usize>, i64)>,
+}
+
+impl Remote {
+    fn open(call: &Call) -> Result<Option<Remote>, Error> {
+        let to = call.option("osc-to").map(target).transpose()?;
+        let Some(port) = call.option("osc") else {
+            return match to {
+                None => Ok(None),
+                Some(_) => usage("`--osc-to` is for `--osc`, such as `--osc 8000`"),
+            };
+        };
+        let Some(port) = port.parse().ok().filter(|port: &u16| *port > 0) else {
+            return usage(format!("`{port}` is no port: 1 to 65535"));
+        };
+        let own = call
+            .option("bind")
+            .map_or(Ok(Ipv4Addr::LOCALHOST.into()), address)?;
+        if to.is_some_and(|to| !to.ip().is_loopback()) && own.is_loopback() {
+            return usage("`--osc-to` leaves this machine: say an interface with `--bind`");
+        }
+        let open = UdpSocket::bind((own, port)).and_then(|socket| {
+            socket.set_nonblocking(true)?;
+            Ok(socket)
+        });
+        let socket =
+            open.map_err(|error| Error::Device(format!("port {port} of {own}: {error}")))?;
+        Ok(Some(Remote {
+            socket,
+            to,
+            told: None,
+        }))
+    }
+
+    /// Does what the messages that came ask for, and says where the show is.
+    fn serve(
+        &mut self,
+        performance: &mut Performance<'_>,
+        now: Time,
+        document: &Document,
+    ) -> Result<(), Error> {
+        let mut packet = [0; 2048];
+        for _ in 0..MOST_MESSAGES {
+            let Ok(length) = self.socket.recv(&mut packet) else {
+                break;
+            };
+            for message in osc::read(packet.get(..length).unwrap_or_default()) {
+                if let Err(errors) = obey(performance, &message, now) {
+                    return Err(refused(errors));
+                }
+            }
+        }
+        self.tell(performance.cue(now), now, document);
+        Ok(())
+    }
+
+    /// Says the cue when it changes, and the time each second.
+    fn tell(&mut self, cue: Option<usize>, now: Time, document: &Document) {
+        let second = now.micros() / 1_000_000;
+        let Some(to) = self.to.filter(|_| self.told != Some((cue, second))) else {
+            return;
+        };
+        let said = cue.and_then(|cue| document.show().cues.get(cue));
+        if self.told.map(|told| told.0) != Some(cue)
+            && let Some(cue) = said
+        {
+            let words = [cue.number.to_string(), cue.label.clone()].map(Argument::Text);
+            let _ = self
+                .socket
+                .send_to(&osc::write("/footlight/cue", &words), to);
+        }
+        let time = [Argument::Float(now.seconds() as f32)];
+        let _ = self
+            .socket
+            .send_to(&osc::write("/footlight/time", &time), to);
+        self.told = Some((cue, second));
+    }
+}
+
+fn target(text: &str) -> Result<SocketAddr, Error> {
+    let found = text.to_socket_addrs().ok();
+    match found.and_then(|mut all| all.find(SocketAddr::is_ipv4)) {
+        Some(found) => Ok(found),
+        None => usage(format!(
+            "`{text}` is no machine with a port, such as 127.0.0.1:9000"
+        )),
+    }
+}
+
+/// Does what a message asks for; what is not known is left alone. A button sends 1 when it is pressed
+/// and 0 when it is let go.
+fn obey(
+    performance: &mut Performance<'_>,
+    message: &osc::Message,
+    now: Time,
+) -> Result<(), Vec<TimelineError>> {
+    let number = message.arguments.first().and_then(Argument::number);
+    let pressed = number != Some(0.0);
+    let address = message.address.trim_end_matches('/');
+    match address {
+        "/footlight/go" | "/eos/key/go_0" | "/eos/key/go" if pressed => drop(performance.go(now)?),
+        "/footlight/back" | "/eos/key/stop_back" | "/eos/key/stopback" if pressed => {
+            performance.back(now)?;
+        }
+        "/footlight/release" if pressed => performance.release(),
+        _ => {
+            let cue = ["/footlight/cue/", "/eos/cue/1/"]
+                .iter()
+                .find_map(|p| address.strip_prefix(p));
+            let cue = cue.map(|cue| cue.trim_end_matches("/fire"));
+            let cue = cue.and_then(CueNumber::parse).filter(|_| pressed);
+            let bank = ["/footlight/level/", "/level/"]
+                .iter()
+                .find_map(|p| address.strip_prefix(p));
+            if let Some(cue) = cue {
+                performance.goto(cue, now)?;
+            } else if let (Some(bank), Some(percent)) = (bank, number) {
+                performance.hold(bank, percent / 100.0);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,250 @@
+//! Rigs of a plan (MVR 1.5 and 1.6, DIN SPEC 15801): lights with their places, channels and addresses,
+//! and the set where it is glTF. What a file leaves out is assumed, and listed.
+
+mod frame;
+mod gdtf;
+mod rig;
+mod zip;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+
+use roxmltree::Node;
+
+use self::frame::Frame;
+use self::zip::Archive;
+use super::Loss;
+use crate::diagnostic::Diagnostic;
+
+/// Bytes of an archive that is read.
+pub const LIMIT: usize = 256 << 20;
+/// Fixtures of a rig.
+const MOST: usize = 10_000;
+/// Objects inside objects.
+const DEPTH: usize = 64;
+
+/// A rig as the text of a show, with the files that it names.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Carried {
+    /// The declarations, to be included in a show.
+    pub text: String,
+    /// The patch: addresses of the banks.
+    pub patch: String,
+    /// Geometry, by the path in the show's folder.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// What does not go across.
+    pub losses: Vec<Loss>,
+    /// What the file does not say.
+    pub assumed: Vec<String>,
+}
+
+/// A fixture of the plan.
+#[derive(Debug, Default)]
+struct Hung {
+    line: usize,
+    name: String,
+    /// Number of the desk's channel.
+    id: String,
+    kind: String,
+    mode: String,
+    frame: Frame,
+    /// The focus point that it looks at.
+    focus: Option<String>,
+    /// Universe from 1 and address from 1.
+    address: Option<(u32, u32)>,
+    /// CIE x, y, Y of the gel.
+    colour: Option<[f64; 3]>,
+    /// The zoom that it is set to, degrees.
+    zoom: Option<f64>,
+}
+
+/// A file of geometry and where it stands.
+#[derive(Debug)]
+struct Set {
+    line: usize,
+    file: String,
+    frame: Frame,
+}
+
+/// What stands in the scene's description.
+#[derive(Debug, Default)]
+struct Plan {
+    hung: Vec<Hung>,
+    sets: Vec<Set>,
+    focus: BTreeMap<String, [f64; 3]>,
+    symbols: BTreeMap<String, Vec<(String, Frame)>>,
+    skipped: BTreeMap<String, (usize, usize)>,
+}
+
+/// The rig of the archive `name`; geometry is to be written into `folder` beside the show.
+///
+/// # Errors
+/// A diagnostic with what is wrong, and where in the description.
+pub fn import(name: &str, bytes: &[u8], folder: &str) -> Result<Carried, Box<Diagnostic>> {
+    let refused = |what: String| {
+        let help = "export the plan again as MVR (.mvr)";
+        Box::new(Diagnostic::error("", format!("`{name}`: {what}")).help(help))
+    };
+    if bytes.len() > LIMIT {
+        return Err(refused("it has more than 256 MB".to_owned()));
+    }
+    let archive = Archive::new(bytes).map_err(|error| refused(error.to_string()))?;
+    let scene = archive.read("GeneralSceneDescription.xml");
+    let scene = scene.map_err(|error| refused(error.to_string()))?;
+    let Some(scene) = scene else {
+        return Err(refused(
+            "it holds no GeneralSceneDescription.xml".to_owned(),
+        ));
+    };
+    let text = String::from_utf8_lossy(&scene);
+    let document = gdtf::parsed(&text)
+        .map_err(|error| refused(format!("GeneralSceneDescription.xml: {error}")))?;
+    let mut plan = Plan::default();
+    for symbol in document.descendants().filter(|n| n.has_tag_name("Symdef")) {
+        let id = symbol.attribute("uuid").unwrap_or("").to_ascii_lowercase();
+        plan.symbols.insert(id, geometry(symbol));
+    }
+    for layer in document.descendants().filter(|n| n.has_tag_name("Layer")) {
+        plan.collect(layer, Frame::default(), DEPTH);
+    }
+    if plan.hung.is_empty() && plan.sets.is_empty() {
+        return Err(refused(
+            "its plan has neither fixtures nor a set".to_owned(),
+        ));
+    }
+    if plan.hung.len() > MOST || plan.sets.len() > MOST {
+        return Err(refused(format!(
+            "its plan has more than {MOST} objects of a kind"
+        )));
+    }
+    rig::carried(name, &plan, &archive, folder).map_err(|error| refused(error.to_string()))
+}
+
+impl Plan {
+    /// Goes down the tree of objects, each in the frame of what it is part of.
+    fn collect(&mut self, node: Node<'_, '_>, around: Frame, depth: usize) {
+        let own = child(node, "Matrix").and_then(Frame::of_axes);
+        let frame = own.map_or(around, |own| around.then(own));
+        let tag = node.tag_name().name();
+        match tag {
+            "Fixture" => self.hung.push(fixture(node, frame)),
+            "FocusPoint" => {
+                let id = node.attribute("uuid").unwrap_or("").to_ascii_lowercase();
+                self.focus.insert(id, frame.origin);
+            }
+            "SceneObject" | "Truss" | "Support" | "VideoScreen" => {
+                for (file, inner) in geometry(node) {
+                    self.set(node, file, frame.then(inner));
+                }
+                let own = node.children().find(|n| n.has_tag_name("Geometries"));
+                let symbols = own.into_iter().flat_map(|own| own.children());
+                let symbols = symbols.filter(|n| n.has_tag_name("Symbol"));
+                for symbol in symbols {
+                    let id = symbol
+                        .attribute("symdef")
+                        .unwrap_or("")
+                        .to_ascii_lowercase();
+                    let placed = child(symbol, "Matrix")
+                        .and_then(Frame::of_axes)
+                        .unwrap_or_default();
+                    for (file, inner) in self.symbols.get(&id).cloned().unwrap_or_default() {
+                        self.set(node, file, frame.then(placed).then(inner));
+                    }
+                }
+            }
+            _ => {}
+        }
+        if depth == 0 {
+            return;
+        }
+        for list in node.children().filter(|n| n.has_tag_name("ChildList")) {
+            for object in list.children().filter(Node::is_element) {
+                self.collect(object, frame, depth - 1);
+            }
+        }
+    }
+
+    fn set(&mut self, node: Node<'_, '_>, file: String, frame: Frame) {
+        if self.sets.len() > MOST {
+            return;
+        }
+        let line = line(node);
+        let lower = file.to_ascii_lowercase();
+        if lower.ends_with(".glb") || lower.ends_with(".gltf") {
+            self.sets.push(Set { line, file, frame });
+        } else {
+            let ending = lower.rsplit('.').next().unwrap_or("").to_owned();
+            let skipped = self.skipped.entry(ending).or_insert((line, 0));
+            skipped.1 += 1;
+        }
+    }
+}
+
+/// The geometry files of an object, not of those inside it.
+fn geometry(node: Node<'_, '_>) -> Vec<(String, Frame)> {
+    let lists = node
+        .children()
+        .filter(|n| n.has_tag_name("Geometries") || n.has_tag_name("ChildList"));
+    let files = lists.filter(|list| list.has_tag_name("Geometries") || node.has_tag_name("Symdef"));
+    let files = files.flat_map(|list| list.children());
+    let files = files.filter(|n| n.has_tag_name("Geometry3D"));
+    let placed = files.map(|n| {
+        let frame = child(n, "Matrix").and_then(Frame::of_axes);
+        let file = n.attribute("fileName").unwrap_or("").to_owned();
+        (file, frame.unwrap_or_default())
+    });
+    placed.filter(|(file, _)| !file.is_empty()).collect()
+}
+
+fn fixture(node: Node<'_, '_>, frame: Frame) -> Hung {
+    let text = |name: &str| child(node, name).unwrap_or("").trim().to_owned();
+    let address = node.descendants().find(|n| n.has_tag_name("Address"));
+    let zoom = node
+        .descendants()
+        .filter(|n| n.has_tag_name("CustomCommand"));
+    let zoom = zoom
+        .filter_map(|n| n.text())
+        .filter(|text| text.contains(".Zoom."));
+    let zoom = zoom.filter_map(|text| text.rsplit_once(",f")?.1.trim().parse().ok());
+    Hung {
+        line: line(node),
+        name: node.attribute("name").unwrap_or("").to_owned(),
+        id: text("FixtureID"),
+        kind: text("GDTFSpec"),
+        mode: text("GDTFMode"),
+        frame,
+        focus: Some(text("Focus").to_ascii_lowercase()).filter(|focus| !focus.is_empty()),
+        address: address.and_then(|n| n.text()).and_then(addressed),
+        colour: colour(&text("Color")),
+        zoom: zoom
+            .into_iter()
+            .find(|zoom: &f64| *zoom > 0.0 && *zoom < 170.0),
+    }
+}
+
+/// An address as universe and number: `2.101`, or counted over all universes.
+fn addressed(text: &str) -> Option<(u32, u32)> {
+    let text = text.trim();
+    if let Some((universe, number)) = text.split_once('.') {
+        return Some((universe.parse().ok()?, number.parse().ok()?));
+    }
+    let absolute: u32 = text.parse().ok().filter(|absolute| *absolute > 0)?;
+    Some(((absolute - 1) / 512 + 1, (absolute - 1) % 512 + 1))
+}
+
+fn colour(text: &str) -> Option<[f64; 3]> {
+    let mut numbers = text.split(',').map(|word| word.trim().parse::<f64>().ok());
+    let colour = [numbers.next()??, numbers.next()??, numbers.next()??];
+    colour.iter().all(|v| v.is_finite()).then_some(colour)
+}
+
+/// The text of a child element.
+fn child<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
+    node.children().find(|n| n.has_tag_name(name))?.text()
+}
+
+fn line(node: Node<'_, '_>) -> usize {
+    node.document().text_pos_at(node.range().start).row as usize
+}

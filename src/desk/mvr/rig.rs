@@ -1,0 +1,360 @@
+//! The text for a plan: a light for each fixture, a bank for each channel, a stage for each file of
+//! the set.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use super::gdtf::{self, Fixture};
+use super::zip::{Archive, ZipError};
+use super::{Carried, Hung, Plan};
+use crate::desk::Loss;
+use crate::desk::names::Names;
+use crate::lang::{self, quoted};
+use crate::units::Rgb;
+
+/// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
+const BEAM: f64 = 20.0;
+const FIELD: f64 = 30.0;
+const LUMENS: f64 = 10_000.0;
+/// The beam's share of the field where a file has one angle for both.
+const NARROWER: f64 = 2.0 / 3.0;
+
+/// Things that are said once with the fixtures that they are said of.
+#[derive(Default)]
+struct Assumed {
+    said: BTreeMap<String, usize>,
+}
+
+impl Assumed {
+    fn say(&mut self, what: impl Into<String>) {
+        *self.said.entry(what.into()).or_default() += 1;
+    }
+}
+
+/// The text, the patch and the files of a plan.
+pub fn carried(
+    name: &str,
+    plan: &Plan,
+    archive: &Archive<'_>,
+    folder: &str,
+) -> Result<Carried, ZipError> {
+    let mut out = Carried::default();
+    let mut assumed = Assumed::default();
+    let mut text = format!("// The rig of {}.\n\n", name.replace(char::is_control, " "));
+    sets(plan, archive, folder, (&mut text, &mut out))?;
+    lights(plan, archive, (&mut text, &mut out), &mut assumed)?;
+    for (ending, (line, count)) in &plan.skipped {
+        let what = format!("{count} files of geometry end in .{ending}: only glTF is read");
+        out.losses.push(Loss::new(what).line(*line));
+    }
+    out.assumed = assumed
+        .said
+        .iter()
+        .map(|(what, count)| match count {
+            1 => what.clone(),
+            count => format!("{what} ({count} times)"),
+        })
+        .collect();
+    out.assumed
+        .push("the plan's X is stage left and its Y upstage".to_owned());
+    out.text = lang::format(&text).unwrap_or(text);
+    Ok(out)
+}
+
+fn sets(
+    plan: &Plan,
+    archive: &Archive<'_>,
+    folder: &str,
+    (text, out): (&mut String, &mut Carried),
+) -> Result<(), ZipError> {
+    let mut written = BTreeSet::new();
+    for set in &plan.sets {
+        if !archive.has(&set.file) {
+            let what = format!("`{}` is not in the archive", set.file);
+            out.losses.push(Loss::new(what).line(set.line));
+            continue;
+        }
+        let plain = |c: char| {
+            if c.is_alphanumeric() || ".-_".contains(c) {
+                c
+            } else {
+                '_'
+            }
+        };
+        let file: String = set.file.chars().map(plain).collect();
+        let path = format!("{folder}/{}", file.trim_start_matches('.'));
+        let Some((scale, turn)) = set.frame.upright() else {
+            let what = format!("`{}` stands askew, which no stage does: left out", set.file);
+            out.losses.push(Loss::new(what).line(set.line));
+            continue;
+        };
+        let _ = write!(text, "stage {}", quoted(&path));
+        if (scale - 1.0).abs() > 1e-6 {
+            let _ = write!(text, "  scale {}m", rounded(scale));
+        }
+        if set.frame.origin != [0.0; 3] {
+            let _ = write!(text, "  at {}", point(set.frame.origin));
+        }
+        if turn.abs() > 1e-4 {
+            let _ = write!(text, "  turn {}", rounded(turn));
+        }
+        text.push('\n');
+        if written.insert(path.clone())
+            && let Some(bytes) = archive.read(&set.file)?
+        {
+            out.files.push((path, bytes));
+        }
+    }
+    text.push('\n');
+    Ok(())
+}
+
+fn lights(
+    plan: &Plan,
+    archive: &Archive<'_>,
+    (text, out): (&mut String, &mut Carried),
+    assumed: &mut Assumed,
+) -> Result<(), ZipError> {
+    let mut names = Names::default();
+    let mut types: BTreeMap<(String, String), Fixture> = BTreeMap::new();
+    // The first light of each description, which the others are like.
+    let mut alike: BTreeMap<String, String> = BTreeMap::new();
+    let mut channels: BTreeMap<u32, Channel> = BTreeMap::new();
+    let given = plan
+        .hung
+        .iter()
+        .filter_map(|hung| hung.id.parse::<u32>().ok());
+    let mut next = given.max().unwrap_or(0);
+    for hung in &plan.hung {
+        let key = (hung.kind.clone(), hung.mode.clone());
+        if !types.contains_key(&key) {
+            let fixture = fixture(hung, archive, out)?;
+            types.insert(key.clone(), fixture);
+        }
+        let Some(fixture) = types.get(&key) else {
+            continue;
+        };
+        let rgb = fixture.rgb.iter().all(Option::is_some);
+        let light = names.give(&hung.name, "light");
+        let frame = fixture
+            .beam
+            .map_or(hung.frame, |beam| hung.frame.then(beam));
+        let described = described(hung, fixture, rgb, assumed);
+        let aim = aim(plan, hung, frame, assumed);
+        let at = format!("at {}  aim {}", point(frame.origin), point(aim));
+        let _ = match alike.get(&described) {
+            Some(first) => writeln!(text, "light {light} like {first}  {at}"),
+            None => writeln!(text, "light {light} spot  {at}  {described}"),
+        };
+        alike.entry(described).or_insert_with(|| light.clone());
+        let number = match hung.id.parse() {
+            Ok(number @ 1..=999_999) => number,
+            _ => {
+                assumed.say("fixtures without a number of a channel get the next ones");
+                next += 1;
+                next
+            }
+        };
+        let channel = channels.entry(number).or_default();
+        channel.lights.push(light);
+        channel.rgb |= rgb;
+        addresses(hung, fixture, rgb, channel, out);
+        losses(hung, fixture, out);
+    }
+    text.push('\n');
+    for (number, channel) in &channels {
+        let bank = names.give(&format!("ch{number}"), "ch");
+        let rgb = if channel.rgb { "  rgb" } else { "" };
+        let _ = writeln!(
+            text,
+            "bank {bank} = {}  channel {number}{rgb}",
+            channel.lights.join(" ")
+        );
+        for address in &channel.addresses {
+            let _ = writeln!(out.patch, "{bank} {address}");
+        }
+    }
+    Ok(())
+}
+
+#[derive(Default)]
+struct Channel {
+    lights: Vec<String>,
+    rgb: bool,
+    /// As a patch file has them.
+    addresses: Vec<String>,
+}
+
+/// The type of a fixture, from the file in the archive that its name says.
+fn fixture(hung: &Hung, archive: &Archive<'_>, out: &mut Carried) -> Result<Fixture, ZipError> {
+    let wanted = hung.kind.strip_suffix(".gdtf").unwrap_or(&hung.kind);
+    let mut files = archive.names().filter(|name| name.ends_with(".gdtf"));
+    let found = files.find(|name| name.strip_suffix(".gdtf") == Some(wanted));
+    let bytes = match found {
+        Some(name) => archive.read(name)?,
+        None => None,
+    };
+    let unread = |out: &mut Carried, why: String| {
+        let what = format!("the type `{}` of `{}`: {why}", hung.kind, hung.name);
+        out.losses.push(Loss::new(what).line(hung.line));
+        Ok(Fixture::default())
+    };
+    let Some(bytes) = bytes else {
+        return unread(out, "its GDTF file is not in the archive".to_owned());
+    };
+    let inner = Archive::new(&bytes).and_then(|archive| archive.read("description.xml"));
+    let description = match inner {
+        Ok(Some(description)) => description,
+        Ok(None) => return unread(out, "its GDTF file has no description".to_owned()),
+        Err(error) => return unread(out, error.to_string()),
+    };
+    match gdtf::read(&String::from_utf8_lossy(&description), &hung.mode) {
+        Ok(fixture) => Ok(fixture),
+        Err(error) => unread(out, format!("description.xml: {error}")),
+    }
+}
+
+/// Angles, light and colour, as a light has them.
+fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -> String {
+    let kind = &hung.kind;
+    let field = hung.zoom.or(fixture.field_angle).unwrap_or_else(|| {
+        assumed.say(format!("`{kind}`: a field of {FIELD} degrees"));
+        FIELD
+    });
+    let field = field.min(170.0);
+    let beam = fixture.beam_angle.unwrap_or_else(|| {
+        assumed.say(format!("`{kind}`: a beam of {BEAM} degrees"));
+        BEAM
+    });
+    let beam = match beam < field {
+        true => beam,
+        false => {
+            assumed.say(format!("`{kind}`: a beam of two thirds of its field"));
+            field * NARROWER
+        }
+    };
+    let flux = fixture.flux.unwrap_or_else(|| {
+        assumed.say(format!("`{kind}`: {LUMENS} lumens"));
+        LUMENS
+    });
+    let mut out = format!(
+        "beam {}  field {}  {} lm",
+        rounded(beam),
+        rounded(field),
+        rounded(flux)
+    );
+    if rgb {
+        return out;
+    }
+    match fixture.temperature {
+        Some(kelvin) => {
+            let kelvin = kelvin.clamp(1000.0, 25_000.0).round();
+            let _ = write!(out, "  {kelvin} K");
+        }
+        None => assumed.say(format!("`{kind}`: white light")),
+    }
+    if let Some(gel) = hung.colour.and_then(gel) {
+        let _ = write!(out, "  {gel}");
+    }
+    out
+}
+
+/// The point that a fixture looks at: its focus point, else where its beam meets the floor, or five
+/// metres on.
+fn aim(plan: &Plan, hung: &Hung, frame: super::Frame, assumed: &mut Assumed) -> [f64; 3] {
+    let focus = hung.focus.as_ref().and_then(|focus| plan.focus.get(focus));
+    let [x, y, z] = frame.origin;
+    if let Some(focus) = focus.filter(|focus| **focus != frame.origin) {
+        return *focus;
+    }
+    assumed.say("fixtures without a focus point look as they hang");
+    let [dx, dy, dz] = frame.direction([0.0, 0.0, -1.0]);
+    let length = (dx * dx + dy * dy + dz * dz).sqrt().max(1e-9);
+    let [dx, dy, dz] = [dx / length, dy / length, dz / length];
+    let far = if dz < -0.1 && z > 0.1 { -z / dz } else { 5.0 };
+    let far = far.min(50.0);
+    [x + far * dx, y + far * dy, z + far * dz]
+}
+
+/// The lines of a patch file for a fixture.
+fn addresses(hung: &Hung, fixture: &Fixture, rgb: bool, channel: &mut Channel, out: &mut Carried) {
+    let Some((universe, start)) = hung.address else {
+        return;
+    };
+    let at = |(offset, low): (u16, Option<u16>)| {
+        let fine = low == offset.checked_add(1);
+        let sixteen = if fine { " 16bit" } else { "" };
+        format!("{universe}/{}{sixteen}", start + u32::from(offset) - 1)
+    };
+    match (rgb, fixture.rgb, fixture.dimmer) {
+        (true, [Some(red), Some(green), Some(blue)], dimmer) => {
+            let step = if red.1.is_some() { 2 } else { 1 };
+            let in_a_row = green.0 == red.0 + step && blue.0 == green.0 + step;
+            match in_a_row {
+                true => channel.addresses.push(at(red)),
+                false => {
+                    let what =
+                        format!("`{}`: its emitters are not in a row: no address", hung.name);
+                    out.losses.push(Loss::new(what).line(hung.line));
+                }
+            }
+            if dimmer.is_some() {
+                let what = format!("`{}`: its own dimmer is to stand at full", hung.name);
+                out.losses.push(Loss::new(what).line(hung.line));
+            }
+        }
+        (_, _, Some(dimmer)) => channel.addresses.push(at(dimmer)),
+        (_, _, None) => channel.addresses.push(at((1, None))),
+    }
+}
+
+fn losses(hung: &Hung, fixture: &Fixture, out: &mut Carried) {
+    let mut say = |what: String| out.losses.push(Loss::new(what).line(hung.line));
+    if fixture.mixes_otherwise {
+        say(format!(
+            "`{}`: colours other than red, green and blue",
+            hung.name
+        ));
+    }
+    if fixture.moves {
+        say(format!(
+            "`{}` can turn its head: it stays as it hangs",
+            hung.name
+        ));
+    }
+    if fixture.beams > 1 {
+        say(format!(
+            "`{}` has {} beams: one light at the first",
+            hung.name, fixture.beams
+        ));
+    }
+}
+
+/// A gel's colour of CIE x, y, Y: what it takes away, not how bright it is. `None` for white.
+fn gel([x, y, luminance]: [f64; 3]) -> Option<String> {
+    if y <= 0.0 || luminance <= 0.0 {
+        return None;
+    }
+    let (big_x, big_z) = (x / y, (1.0 - x - y) / y);
+    // XYZ to linear Rec. 709 (IEC 61966-2-1).
+    let linear = [
+        3.240_454_2 * big_x - 1.537_138_5 - 0.498_531_4 * big_z,
+        -0.969_266_0 * big_x + 1.876_010_8 + 0.041_556_0 * big_z,
+        0.055_643_4 * big_x - 0.204_025_9 + 1.057_225_2 * big_z,
+    ]
+    .map(|c: f64| c.max(0.0));
+    let most = linear.iter().copied().fold(0.0, f64::max);
+    let [r, g, b] = Rgb(linear.map(|c| c / most.max(1e-9))).to_srgb8();
+    let white = [r, g, b].iter().all(|code| *code > 250);
+    (!white).then(|| format!("#{r:02x}{g:02x}{b:02x}"))
+}
+
+fn point(at: [f64; 3]) -> String {
+    at.map(rounded).join(", ")
+}
+
+/// To a tenth of a millimetre.
+fn rounded(number: f64) -> String {
+    let number = (number * 1e4).round() / 1e4;
+    format!("{}", if number == 0.0 { 0.0 } else { number })
+}

@@ -1,0 +1,51 @@
+//! Names of the language for labels of other programs.
+
+use std::collections::BTreeSet;
+
+use crate::lang;
+
+/// Letters of a name that is made of a label.
+const LONGEST: usize = 32;
+
+/// Names that are given, each once.
+#[derive(Debug, Default)]
+pub struct Names {
+    given: BTreeSet<String>,
+}
+
+impl Names {
+    /// A name like `label`, or like `fallback` where the label has no letters.
+    pub fn give(&mut self, label: &str, fallback: &str) -> String {
+        let mut name = word(label);
+        if name.is_empty() || lang::is_reserved(&name) {
+            name = fallback.to_owned();
+        }
+        let mut next = name.clone();
+        let mut count = 2;
+        while self.given.contains(&next) || lang::is_reserved(&next) {
+            next = format!("{name}_{count}");
+            count += 1;
+        }
+        self.given.insert(next.clone());
+        next
+    }
+}
+
+/// The label in small letters, with `_` for what no name has; empty where it begins with no letter.
+fn word(label: &str) -> String {
+    let mut out = String::new();
+    for c in label.chars().flat_map(char::to_lowercase) {
+        let fits = c.is_alphabetic() || c.is_ascii_digit();
+        match fits {
+            true => out.push(c),
+            false if out.ends_with('_') || out.is_empty() => {}
+            false => out.push('_'),
+        }
+    }
+    let short: String = out.chars().take(LONGEST).collect();
+    let name = short.trim_matches('_');
+    match name.starts_with(char::is_alphabetic) {
+        true => name.to_owned(),
+        false => String::new(),
+    }
+}

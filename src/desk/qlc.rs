@@ -1,0 +1,246 @@
+//! Workspaces of QLC+ 4 (`.qxw`): a generic fixture for each bank, a scene for each cue, and a chaser
+//! that runs them, with a cue list to press GO on.
+
+use std::fmt::Write as _;
+
+use super::patch::{Frames, Patch, Slot};
+use super::{Carried, ExportError, Loss};
+use crate::show::{Link, Show};
+use crate::timeline::{Timeline, TimelineError, cue_moves, lights};
+use crate::units::Time;
+use crate::work::Work;
+
+/// The function that runs the cues; scenes follow.
+const CHASER: usize = 0;
+/// A hold without end.
+const UNTIL_GO: u32 = u32::MAX - 1;
+/// Moments at which a cue is held against its crossfade.
+const SAMPLES: i32 = 32;
+
+/// The workspace for a show, with what of the show is not in it.
+///
+/// # Errors
+/// Where the cues make no timeline, or on cancel.
+pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
+    let (patch, mut losses) = Patch::of_channels(show);
+    let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE Workspace>\n\
+        <Workspace xmlns=\"http://www.qlcplus.org/Workspace\" CurrentWindow=\"VirtualConsole\">\n \
+        <Creator>\n  <Name>Q Light Controller Plus</Name>\n  <Version>4.12.6</Version>\n  \
+        <Author>Footlight</Author>\n </Creator>\n <Engine>\n"
+        .to_owned();
+    fixtures(show, &patch, &mut text);
+    let scenes = scenes(show, &patch)?;
+    let steps: Vec<Step> = (0..show.cues.len())
+        .map(|cue| Step::of(show, timeline, cue))
+        .collect();
+    chaser(show, &steps, &mut text);
+    for (index, (cue, scene)) in show.cues.iter().zip(&scenes).enumerate() {
+        let name = escaped(format!("{} {}", cue.number, cue.label).trim());
+        let _ = write!(
+            text,
+            "  <Function ID=\"{}\" Type=\"Scene\" Name=\"{name}\">\n   \
+             <Speed FadeIn=\"0\" FadeOut=\"0\" Duration=\"0\"/>\n{scene}  </Function>\n",
+            index + 1,
+        );
+    }
+    text.push_str(" </Engine>\n");
+    console(&show.title, &mut text);
+    text.push_str("</Workspace>\n");
+    for (index, cue) in show.cues.iter().enumerate() {
+        work.check()?;
+        let far = bend(
+            show,
+            timeline,
+            index,
+            steps.get(index).map_or(0, |step| step.fade),
+        );
+        if far > 1.0 / 255.0 {
+            let what = "its times, curves and effects are one crossfade";
+            losses.push(Loss::new(what).cue(cue.number).light(far));
+        }
+    }
+    for fixed in &show.fixed {
+        let what = format!("fixed `{}` is on no address", fixed.name);
+        losses.push(Loss::new(what).light(fixed.level));
+    }
+    Ok(Carried { text, losses })
+}
+
+fn fixtures(show: &Show, patch: &Patch, text: &mut String) {
+    let coordinates = show.coordinates();
+    for (id, bank) in show.banks.iter().enumerate() {
+        let width = if bank.rgb { 3 } else { 1 };
+        let mine = |slot: &&Slot| coordinates.get(slot.coordinate).and_then(|c| c.bank) == Some(id);
+        let Some(first) = patch.slots().iter().find(mine) else {
+            continue;
+        };
+        let _ = write!(
+            text,
+            "  <Fixture>\n   <Manufacturer>Generic</Manufacturer>\n   <Model>Generic</Model>\n   \
+             <Mode>{width} Channel</Mode>\n   <ID>{id}</ID>\n   <Name>{}</Name>\n   \
+             <Universe>{}</Universe>\n   <Address>{}</Address>\n   <Channels>{width}</Channels>\n  \
+             </Fixture>\n",
+            escaped(&bank.name),
+            first.universe - 1,
+            first.offset,
+        );
+    }
+}
+
+/// The values of every cue when it is complete, as a scene has them.
+fn scenes(show: &Show, patch: &Patch) -> Result<Vec<String>, Vec<TimelineError>> {
+    let parameters = show.parameters();
+    let mut held: Vec<f64> = parameters
+        .iter()
+        .map(|p| f64::from(u8::from(p.channel.is_some())))
+        .collect();
+    let coordinates = show.coordinates();
+    let mut frames: Frames = patch.dark();
+    let mut out = Vec::new();
+    for moves in cue_moves(show)? {
+        for one in moves {
+            if let Some(held) = held.get_mut(one.parameter) {
+                *held = one.motion.target();
+            }
+        }
+        patch.fill(&lights(show, &held), &mut frames);
+        let mut scene = String::new();
+        for id in 0..show.banks.len() {
+            let mine = patch
+                .slots()
+                .iter()
+                .filter(|slot| coordinates.get(slot.coordinate).and_then(|c| c.bank) == Some(id));
+            let value = |slot: &Slot| {
+                let frame = frames.get(&slot.universe)?;
+                frame.get(slot.offset).copied()
+            };
+            let values = mine.enumerate();
+            let values = values.map(|(i, slot)| format!("{i},{}", value(slot).unwrap_or(0)));
+            let values: Vec<String> = values.collect();
+            let _ = writeln!(
+                scene,
+                "   <FixtureVal ID=\"{id}\">{}</FixtureVal>",
+                values.join(",")
+            );
+        }
+        out.push(scene);
+    }
+    Ok(out)
+}
+
+/// A cue's place in the chaser, milliseconds.
+struct Step {
+    fade: u32,
+    hold: u32,
+}
+
+impl Step {
+    fn of(show: &Show, timeline: &Timeline, index: usize) -> Step {
+        let times = timeline.cues().get(index);
+        let length = times.map_or(Time::ZERO, |times| times.completion - times.go);
+        let link = show.cues.get(index).and_then(|cue| cue.link);
+        let next = link.map(|(_, link)| match link {
+            Link::Follow(follow) => follow,
+            Link::Hang(hang) => length + hang,
+        });
+        let fade = milliseconds(length);
+        match next.map(milliseconds) {
+            None => Step {
+                fade,
+                hold: UNTIL_GO,
+            },
+            Some(next) => Step {
+                fade: fade.min(next),
+                hold: next.saturating_sub(fade),
+            },
+        }
+    }
+}
+
+fn milliseconds(time: Time) -> u32 {
+    (time.micros().max(0) / 1000).min(i64::from(UNTIL_GO) - 1) as u32
+}
+
+fn chaser(show: &Show, steps: &[Step], text: &mut String) {
+    let _ = write!(
+        text,
+        "  <Function ID=\"{CHASER}\" Type=\"Chaser\" Name=\"{}\">\n   \
+         <Speed FadeIn=\"0\" FadeOut=\"0\" Duration=\"0\"/>\n   <Direction>Forward</Direction>\n   \
+         <RunOrder>SingleShot</RunOrder>\n   \
+         <SpeedModes FadeIn=\"PerStep\" FadeOut=\"PerStep\" Duration=\"PerStep\"/>\n",
+        escaped(&show.title),
+    );
+    for (number, (cue, step)) in show.cues.iter().zip(steps).enumerate() {
+        let _ = writeln!(
+            text,
+            "   <Step Number=\"{number}\" FadeIn=\"{}\" Hold=\"{}\" FadeOut=\"0\" Note=\"{}\">{}</Step>",
+            step.fade,
+            step.hold,
+            escaped(&cue.note),
+            number + 1,
+        );
+    }
+    text.push_str("  </Function>\n");
+}
+
+/// A cue list in the virtual console; its number is 0.
+fn console(title: &str, text: &mut String) {
+    let _ = write!(
+        text,
+        " <VirtualConsole>\n  <Frame Caption=\"\">\n   <Appearance>\n    \
+         <FrameStyle>None</FrameStyle>\n   </Appearance>\n   \
+         <CueList Caption=\"{}\" ID=\"0\">\n    \
+         <WindowState Visible=\"True\" X=\"10\" Y=\"10\" Width=\"600\" Height=\"500\"/>\n    \
+         <Chaser>{CHASER}</Chaser>\n   </CueList>\n  </Frame>\n  <Properties>\n   \
+         <Size Width=\"1280\" Height=\"720\"/>\n  </Properties>\n </VirtualConsole>\n",
+        escaped(title),
+    );
+}
+
+/// How far a cue is, at most, from a straight crossfade of all banks in its whole time.
+fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
+    let Some(times) = timeline.cues().get(index) else {
+        return 0.0;
+    };
+    let end = timeline
+        .cues()
+        .get(index + 1)
+        .map_or(times.completion, |next| next.go);
+    let start = timeline.evaluate(times.go - Time::from_micros(1));
+    let last = timeline.evaluate(times.completion.min(end));
+    let fade = f64::from(fade) / 1000.0;
+    let mut far = 0.0_f64;
+    for sample in 0..=SAMPLES {
+        let moment =
+            times.go + (times.completion - times.go).scaled(f64::from(sample) / f64::from(SAMPLES));
+        if moment >= end {
+            break;
+        }
+        let done = match fade > 0.0 {
+            true => ((moment - times.go).seconds() / fade).min(1.0),
+            false => 1.0,
+        };
+        let now = timeline.evaluate(moment);
+        let banks = show.coordinates().len() - usize::from(!show.fixed.is_empty());
+        for ((was, to), now) in start.iter().zip(&last).zip(&now).take(banks) {
+            far = far.max((now - (was + (to - was) * done)).abs());
+        }
+    }
+    far
+}
+
+/// Text between tags or quotes; what XML has no place for is left out.
+fn escaped(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            c if c.is_control() => {}
+            c => out.push(c),
+        }
+    }
+    out
+}

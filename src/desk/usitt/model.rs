@@ -1,0 +1,118 @@
+//! What a desk's file holds, as it stands there.
+
+use std::collections::BTreeMap;
+
+use crate::units::{CueNumber, Time};
+
+/// A level in tenths of a percent.
+pub type Tenths = u16;
+
+/// Full.
+pub const FULL: Tenths = 1000;
+
+/// The level of a desk's 256 steps: the whole percent that gives this step, as desks round, else the
+/// tenth of a percent nearest to it.
+pub fn tenths(step: u8) -> Tenths {
+    let exact = f64::from(step) * 100.0 / 255.0;
+    let whole = exact.round();
+    match (whole * 255.0 / 100.0).round() == f64::from(step) {
+        true => whole as Tenths * 10,
+        false => (exact * 10.0).round() as Tenths,
+    }
+}
+
+/// The step of 256 nearest to a level.
+pub fn step(tenths: Tenths) -> u8 {
+    (f64::from(tenths.min(FULL)) * 255.0 / 1000.0).round() as u8
+}
+
+/// A desk's show.
+#[derive(Debug, Default)]
+pub struct Desk {
+    pub title: String,
+    /// Who wrote the file.
+    pub console: String,
+    /// Up and down time of a cue that says none.
+    pub time: Option<(Time, Time)>,
+    pub channels: BTreeMap<u32, Channel>,
+    pub groups: Vec<Group>,
+    /// Submasters and presets.
+    pub looks: Vec<Look>,
+    /// Shapes of fades, by number: fractions of the time and of the way.
+    pub curves: BTreeMap<u32, Curve>,
+    pub cues: Vec<Cue>,
+    /// A cue says what moves (`$$ChanMove`), not only what is lit (`Chan`).
+    pub tracks: bool,
+    /// A cue says what is lit.
+    pub states: bool,
+}
+
+#[derive(Debug, Default)]
+pub struct Channel {
+    pub label: String,
+    /// Number of its fixture's type.
+    pub personality: Option<u32>,
+    /// It mixes red, green and blue.
+    pub rgb: bool,
+}
+
+#[derive(Debug, Default)]
+pub struct Group {
+    pub number: String,
+    pub label: String,
+    pub channels: Vec<u32>,
+}
+
+#[derive(Debug, Default)]
+pub struct Look {
+    pub line: usize,
+    pub word: &'static str,
+    pub number: String,
+    pub label: String,
+    pub levels: BTreeMap<u32, Tenths>,
+}
+
+#[derive(Debug, Default)]
+pub struct Curve {
+    pub label: String,
+    pub points: Vec<(f64, f64)>,
+}
+
+#[derive(Debug)]
+pub struct Cue {
+    pub line: usize,
+    pub number: CueNumber,
+    pub follow: Option<Time>,
+    pub hang: Option<Time>,
+    pub block: bool,
+    pub assert: bool,
+    pub note: String,
+    /// The first is the cue itself.
+    pub parts: Vec<Part>,
+}
+
+/// A time and the wait before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fade {
+    pub time: Time,
+    pub delay: Time,
+}
+
+#[derive(Debug, Default)]
+pub struct Part {
+    pub line: usize,
+    pub label: String,
+    pub up: Option<Fade>,
+    pub down: Option<Fade>,
+    pub colour: Option<Fade>,
+    /// Number of the curve that its fades follow.
+    pub curve: Option<u32>,
+    /// `$$ChanMove`.
+    pub moves: BTreeMap<u32, Tenths>,
+    /// `Chan`: what is lit when the cue is complete.
+    pub lit: Option<BTreeMap<u32, Tenths>>,
+    /// `$$Param`: red, green, blue, 0 to 1.
+    pub colours: BTreeMap<u32, [Option<f64>; 3]>,
+    /// Channels whose level has a time of its own.
+    pub times: BTreeMap<u32, Fade>,
+}

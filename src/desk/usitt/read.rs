@@ -1,0 +1,319 @@
+//! A desk's file, record by record.
+//!
+//! Palettes, curves and types of fixtures may stand behind the cues that use them, so the text is
+//! gone through twice: first for everything but cues, then for the cues of the first list. Every
+//! record is either used or counted among the losses.
+
+mod cues;
+mod rig;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::model::{Channel, Desk, Group, Tenths};
+use super::record::{Record, records};
+use super::{LIMIT, MOST_CHANNELS, MOST_GROUPS};
+use crate::desk::Loss;
+use crate::diagnostic::Diagnostic;
+use crate::units::Time;
+
+type Refused = Box<Diagnostic>;
+
+/// A desk's show, with what of the file is not in it.
+pub struct Read {
+    pub show: Desk,
+    pub losses: Vec<Loss>,
+}
+
+/// What a palette or preset sets of a channel.
+#[derive(Clone, Debug, Default)]
+struct Values {
+    level: Option<Tenths>,
+    colour: [Option<f64>; 3],
+}
+
+/// Where a record belongs.
+#[derive(Clone, Debug, Default, PartialEq)]
+enum Section {
+    #[default]
+    Head,
+    Patch(u32),
+    Personality(u32),
+    Group,
+    Look,
+    /// `CP`, `IP` or `PR` with its number.
+    Palette(String),
+    Curve(u32),
+    CueList(String),
+    Cue,
+    /// A cue of another list.
+    OtherCue,
+    /// What is not read, by its keyword.
+    Other(String),
+}
+
+/// Records of a kind that are not read.
+#[derive(Debug)]
+struct Unread {
+    first: usize,
+    count: usize,
+    why: &'static str,
+}
+
+#[derive(Default)]
+struct Reader {
+    show: Desk,
+    losses: Vec<Loss>,
+    section: Section,
+    /// Bytes of a fixture type's parameters, by type and parameter.
+    sizes: BTreeMap<(u32, u32), u32>,
+    kinds: BTreeSet<u32>,
+    members: usize,
+    palettes: BTreeMap<String, BTreeMap<u32, Values>>,
+    unread: BTreeMap<String, Unread>,
+    /// The list whose cues are read, and how many cues others have.
+    list: Option<String>,
+    others: BTreeMap<String, (usize, usize)>,
+    lines: BTreeMap<u32, usize>,
+    known: usize,
+}
+
+/// Red, green and blue among a desk's parameters.
+const EMITTERS: [u32; 3] = [12, 13, 14];
+
+/// Reads `text`, which the file `name` holds.
+pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
+    if text.len() > LIMIT {
+        let message = format!("`{name}` has {} bytes; {LIMIT} are read", text.len());
+        return Err(Box::new(Diagnostic::error("", message)));
+    }
+    let mut reader = Reader::default();
+    for cues in [false, true] {
+        reader.section = Section::Head;
+        for record in records(text) {
+            if record.key == "enddata" {
+                break;
+            }
+            reader.record(&record, cues)?;
+        }
+        reader.mix();
+    }
+    if reader.known == 0 {
+        let message = format!("`{name}` is no USITT ASCII file: no line begins with a word of it");
+        let help = "export the show from the desk as USITT ASCII (.asc)";
+        return Err(Box::new(Diagnostic::error("", message).help(help)));
+    }
+    reader.finish()
+}
+
+impl Reader {
+    /// One record, in the pass through the cues or the one before it.
+    fn record(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
+        let is_primary = matches!(record.key.as_str(), "cue" | "group" | "sub" | "patch")
+            || (record.key.starts_with('$') && !record.key.starts_with("$$"));
+        if is_primary {
+            return self.begin(record, cues);
+        }
+        let in_cue = matches!(self.section, Section::Cue | Section::OtherCue);
+        if matches!(
+            record.key.as_str(),
+            "ident" | "manufacturer" | "console" | "clear" | "set"
+        ) {
+            self.section = Section::Head;
+        } else if in_cue != cues {
+            return Ok(());
+        }
+        match self.section.clone() {
+            Section::Head if cues => Ok(()),
+            Section::Head => self.head(record),
+            Section::Patch(channel) => self.of_patch(record, channel),
+            Section::Personality(number) => self.of_personality(record, number),
+            Section::Group => self.of_group(record),
+            Section::Look => self.of_look(record),
+            Section::Palette(key) => self.of_palette(record, &key),
+            Section::Curve(number) => self.of_curve(record, number),
+            Section::CueList(_) if record.key == "text" => Ok(()),
+            Section::CueList(_) => self.skip(record, "$CueList", ""),
+            Section::Cue => self.of_cue(record),
+            Section::OtherCue => Ok(()),
+            Section::Other(key) => self.skip(record, &key, why(&key)),
+        }
+    }
+
+    /// A record that begins something.
+    fn begin(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
+        if (record.key == "cue") != cues {
+            self.section = match record.key.as_str() {
+                "cue" => Section::OtherCue,
+                _ => Section::Head,
+            };
+            return Ok(());
+        }
+        self.known += 1;
+        if self.show.groups.len().max(self.show.looks.len()) >= MOST_GROUPS {
+            return record.refuse(
+                format!("more than {MOST_GROUPS} groups or submasters"),
+                "leave out what no cue uses",
+            );
+        }
+        let number = record.words().next();
+        self.section = match record.key.as_str() {
+            "cue" => self.cue(record)?,
+            "patch" => self.soft_patch(record)?,
+            "$patch" => self.patch(record)?,
+            "$personality" => Section::Personality(record.number(number)?),
+            "group" | "$group" => {
+                self.show.groups.push(Group {
+                    number: number.unwrap_or_default().to_owned(),
+                    ..Group::default()
+                });
+                Section::Group
+            }
+            "sub" => self.look(record, "sub"),
+            "$preset" => {
+                let key = format!("PR{}", number.unwrap_or_default());
+                self.look(record, "preset");
+                Section::Palette(key)
+            }
+            "$colorpalette" => Section::Palette(format!("CP{}", number.unwrap_or_default())),
+            "$intensitypalette" => Section::Palette(format!("IP{}", number.unwrap_or_default())),
+            "$curve" => Section::Curve(record.number(number)?),
+            "$cuelist" => Section::CueList(number.unwrap_or_default().to_owned()),
+            "$paramtype" => Section::Other("$paramtype".to_owned()),
+            other => {
+                self.skip(record, other, why(other))?;
+                Section::Other(other.to_owned())
+            }
+        };
+        Ok(())
+    }
+
+    /// Counts a record that is not read.
+    fn skip(&mut self, record: &Record<'_>, key: &str, why: &'static str) -> Result<(), Refused> {
+        let named = match key.starts_with("cue ") {
+            true => key.to_owned(),
+            false => format!("{key} {}", record.key),
+        };
+        let named = match named.split_once(' ') {
+            Some((a, b)) if a == b => a.to_owned(),
+            // Of sections that are not read as a whole one line says enough.
+            Some((a, _)) if !why.is_empty() && a != "cue" => a.to_owned(),
+            _ => named,
+        };
+        let unread = self.unread.entry(named).or_insert(Unread {
+            first: record.line,
+            count: 0,
+            why,
+        });
+        unread.count += 1;
+        Ok(())
+    }
+
+    fn head(&mut self, record: &Record<'_>) -> Result<(), Refused> {
+        let mut words = record.words();
+        match record.key.as_str() {
+            "ident" | "clear" => self.known += 1,
+            "manufacturer" | "console" => {
+                let console = format!("{} {}", self.show.console, record.text());
+                self.show.console = console.trim().to_owned();
+            }
+            "$$title" => self.show.title = record.text(),
+            "set" => {
+                self.known += 1;
+                let which = words.next().unwrap_or_default().to_ascii_lowercase();
+                match (which.as_str(), words.next()) {
+                    ("$$timeup", Some(time)) => {
+                        let down = self.show.time.map_or(Time::ZERO, |time| time.1);
+                        self.show.time = Some((record.time(time)?, down));
+                    }
+                    ("$$timedown", Some(time)) => {
+                        let up = self.show.time.map_or(Time::ZERO, |time| time.0);
+                        self.show.time = Some((up, record.time(time)?));
+                    }
+                    ("channels" | "patch" | "dimmers", _) => {}
+                    _ => return self.skip(record, "set", "settings of the desk"),
+                }
+            }
+            "$$format" | "$$software" => {}
+            _ => return self.skip(record, "head", ""),
+        }
+        Ok(())
+    }
+
+    /// The channel of this number.
+    fn channel(&mut self, number: u32, record: &Record<'_>) -> Result<&mut Channel, Refused> {
+        if self.show.channels.len() >= MOST_CHANNELS && !self.show.channels.contains_key(&number) {
+            return record.refuse(
+                format!("more than {MOST_CHANNELS} channels"),
+                "leave out what no cue uses",
+            );
+        }
+        Ok(self.show.channels.entry(number).or_default())
+    }
+
+    /// Channels whose fixtures mix colours.
+    fn mix(&mut self) {
+        for channel in self.show.channels.values_mut() {
+            let mixes = |kind: u32| {
+                EMITTERS
+                    .iter()
+                    .all(|e| self.sizes.contains_key(&(kind, *e)))
+            };
+            channel.rgb |= channel.personality.is_some_and(mixes);
+        }
+    }
+
+    fn finish(mut self) -> Result<Read, Refused> {
+        for (key, unread) in &self.unread {
+            let records = match unread.count {
+                1 => "1 record".to_owned(),
+                count => format!("{count} records, the first here"),
+            };
+            let why = match unread.why {
+                "" => String::new(),
+                why => format!(": {why}"),
+            };
+            let what = format!("`{key}` is not read ({records}){why}");
+            self.losses.push(Loss::new(what).line(unread.first));
+        }
+        for (list, (line, count)) in &self.others {
+            let what =
+                format!("list {list} ({count} of its records begin a cue): the first list is read");
+            self.losses.push(Loss::new(what).line(*line));
+        }
+        self.show.cues.sort_by_key(|cue| cue.number);
+        Ok(Read {
+            show: self.show,
+            losses: self.losses,
+        })
+    }
+}
+
+/// The text of a `Text` or `$$UText`, if there is one.
+fn label(record: &Record<'_>) -> Option<String> {
+    match record.key.as_str() {
+        "text" => Some(record.text()),
+        _ => utf16(record),
+    }
+}
+
+/// `$$UText`: UTF-16, each unit as four hexadecimal digits, the lower byte first.
+fn utf16(record: &Record<'_>) -> Option<String> {
+    let unit = |word: &str| u16::from_str_radix(word, 16).ok().map(u16::swap_bytes);
+    let units: Option<Vec<u16>> = record.words().map(unit).collect();
+    let text = String::from_utf16(&units?).ok()?;
+    Some(text.chars().filter(|c| !c.is_control()).collect())
+}
+
+/// Why records are not read.
+fn why(key: &str) -> &'static str {
+    match key {
+        "cue $$timeposition" | "cue $$timegraphic" => "lights do not move here",
+        "cue $$timecolor" => "",
+        "cue $$paramtimes" => "times of parameters other than the level",
+        "$effect" => "effects are written by hand: `effect NAME = …`",
+        "$paramtype" => "red, green and blue are 12, 13 and 14",
+        "$focuspalette" | "$beampalette" => "lights do not move here",
+        "$macro" | "$snapshot" | "$magicsheet" | "$partition" | "$pixmap" => "part of the desk",
+        _ => "",
+    }
+}

@@ -1,0 +1,285 @@
+//! Cues: what is lit, what moves, in which colour and time.
+
+use super::super::model::{Cue, Fade, Part, Tenths};
+use super::super::record::Record;
+use super::super::{MOST_CHANNELS, MOST_CUES};
+use super::{EMITTERS, Reader, Refused, Section, utf16, why};
+use crate::desk::Loss;
+use crate::units::Time;
+
+impl Reader {
+    /// `Cue NUMBER LIST`, or `Cue NUMBER/PART LIST`.
+    pub(super) fn cue(&mut self, record: &Record<'_>) -> Result<Section, Refused> {
+        let (number, part) = match record.rest.split_once('/') {
+            Some((number, rest)) => (number.trim(), rest.split_whitespace().next()),
+            None => (record.words().next().unwrap_or_default(), None),
+        };
+        let skipped = usize::from(part.is_some());
+        let list = record.words().nth(1 + skipped).unwrap_or("1").to_owned();
+        let first = self.list.get_or_insert_with(|| list.clone());
+        if *first != list {
+            let other = self.others.entry(list).or_insert((record.line, 0));
+            other.1 += 1;
+            return Ok(Section::OtherCue);
+        }
+        let number = record.cue(number)?;
+        let last = self.show.cues.last().map(|cue| cue.number);
+        if part.is_some() && last == Some(number) {
+            self.part(record, record.number(part)?)?;
+            return Ok(Section::Cue);
+        }
+        if let Some(earlier) = self.lines.insert(number.thousandths(), record.line) {
+            return record.refuse(
+                format!("cue {number} stands in line {earlier} already"),
+                "a number is used once in a list",
+            );
+        }
+        if self.show.cues.len() >= MOST_CUES {
+            return record.refuse(
+                format!("more than {MOST_CUES} cues"),
+                "export fewer cues from the desk",
+            );
+        }
+        let part = Part {
+            line: record.line,
+            ..Part::default()
+        };
+        self.show.cues.push(Cue {
+            line: record.line,
+            number,
+            follow: None,
+            hang: None,
+            block: false,
+            assert: false,
+            note: String::new(),
+            parts: vec![part],
+        });
+        Ok(Section::Cue)
+    }
+
+    /// Part `number` of the last cue.
+    pub(super) fn part(&mut self, record: &Record<'_>, number: u32) -> Result<(), Refused> {
+        let Some(cue) = self.show.cues.last_mut() else {
+            return Ok(());
+        };
+        // What stands before the first part is the cue's own.
+        let is_own = |part: &Part| part.moves.is_empty() && part.lit.is_none();
+        if number > 1 || !cue.parts.iter().all(is_own) {
+            let label = String::new();
+            let line = record.line;
+            cue.parts.push(Part {
+                line,
+                label,
+                ..Part::default()
+            });
+        }
+        match cue.parts.len() > MOST_CHANNELS {
+            true => record.refuse("too many parts".to_owned(), "a desk has 20 parts in a cue"),
+            false => Ok(()),
+        }
+    }
+
+    pub(super) fn of_cue(&mut self, record: &Record<'_>) -> Result<(), Refused> {
+        if record.key == "part" {
+            return self.part(record, record.number(record.words().next())?);
+        }
+        let number = self.show.cues.last().map(|cue| cue.number.to_string());
+        let loss = |what: String| {
+            let loss = Loss::new(what).line(record.line);
+            loss.cue(number.clone().unwrap_or_default())
+        };
+        match record.key.as_str() {
+            "chan" | "$$chanmove" => return self.levels(record),
+            "$$param" => return self.colours(record),
+            "$$paramtimes" => return self.own_time(record),
+            "link" => {
+                let what = format!("`Link {}`: cues run in their order here", record.rest);
+                self.losses.push(loss(what));
+                return Ok(());
+            }
+            "$$rate" | "$$effect" | "$$mark" | "$$loop" | "$$allfade" => {
+                let what = format!("`{} {}` is not read", record.key, record.rest);
+                self.losses.push(loss(what));
+                return Ok(());
+            }
+            _ => {}
+        }
+        let Some(cue) = self.show.cues.last_mut() else {
+            return Ok(());
+        };
+        let Some(part) = cue.parts.last_mut() else {
+            return Ok(());
+        };
+        let words = || record.words().next().unwrap_or_default();
+        match record.key.as_str() {
+            "text" => part.label = record.text(),
+            "$$utext" => part.label = utf16(record).unwrap_or(std::mem::take(&mut part.label)),
+            "up" => part.up = Some(record.fade()?),
+            "down" => part.down = Some(record.fade()?),
+            "$$timeup" => part.up = part.up.or(Some(record.fade()?)),
+            "$$timedown" => part.down = part.down.or(Some(record.fade()?)),
+            "$$timecolor" => part.colour = Some(record.fade()?),
+            "$$curve" => part.curve = Some(record.number(record.words().next())?),
+            "followon" => cue.follow = cue.follow.or(Some(record.time(words())?)),
+            "$$follow" => cue.follow = Some(record.time(words())?),
+            "$$hang" => cue.hang = Some(record.time(words())?),
+            "$$block" => cue.block = true,
+            "$$assert" => cue.assert = true,
+            "$$notes" => cue.note = record.text(),
+            key => {
+                let key = format!("cue {key}");
+                return self.skip(record, &key, why(&key));
+            }
+        }
+        Ok(())
+    }
+
+    /// `Chan` or `$$ChanMove`: levels of channels.
+    pub(super) fn levels(&mut self, record: &Record<'_>) -> Result<(), Refused> {
+        let moves = record.key != "chan";
+        for (channel, word) in record.pairs()? {
+            let channel = record.channel(channel)?;
+            self.channel(channel, record)?;
+            let Some(level) = self.resolved(record, channel, word)? else {
+                continue;
+            };
+            let part = self
+                .show
+                .cues
+                .last_mut()
+                .and_then(|cue| cue.parts.last_mut());
+            let Some(part) = part else { continue };
+            match moves {
+                true => part.moves.insert(channel, level),
+                false => part.lit.get_or_insert_default().insert(channel, level),
+            };
+        }
+        match moves {
+            true => self.show.tracks = true,
+            false => self.show.states = true,
+        }
+        Ok(())
+    }
+
+    /// A level, or that of the palette which stands in its place.
+    pub(super) fn resolved(
+        &mut self,
+        record: &Record<'_>,
+        channel: u32,
+        word: &str,
+    ) -> Result<Option<Tenths>, Refused> {
+        if !word.starts_with("IP") && !word.starts_with("PR") {
+            return record.level(word).map(Some);
+        }
+        let found = self.palettes.get(word).and_then(|p| p.get(&channel)?.level);
+        if found.is_none() {
+            let what = format!("channel {channel} at `{word}`, which has no level for it");
+            let cue = self.show.cues.last().map(|cue| cue.number.to_string());
+            let loss = Loss::new(what).line(record.line).light(1.0);
+            self.losses.push(loss.cue(cue.unwrap_or_default()));
+        }
+        Ok(found)
+    }
+
+    /// `$$Param CHANNEL PARAMETER@VALUE …`.
+    #[expect(clippy::type_complexity, reason = "a channel with pairs of words")]
+    pub(super) fn parameters<'a>(
+        &mut self,
+        record: &Record<'a>,
+    ) -> Result<(u32, Vec<(u32, &'a str)>), Refused> {
+        let words: Vec<&str> = record.words().collect();
+        let Some((channel, values)) = words.split_first() else {
+            return record.refuse("no channel".to_owned(), "`$$Param 12 13@255`");
+        };
+        let channel = record.channel(channel)?;
+        self.channel(channel, record)?;
+        let mut out = Vec::new();
+        for pair in values.chunks(2) {
+            match pair {
+                [parameter, value] => out.push((record.number(Some(parameter))?, *value)),
+                _ => return record.refuse("a parameter without a value".to_owned(), "`13@255`"),
+            }
+        }
+        Ok((channel, out))
+    }
+
+    /// The value of an emitter, 0 to 1.
+    pub(super) fn value(&self, channel: u32, parameter: u32, word: &str) -> Option<f64> {
+        let value: f64 = word.parse().ok().filter(|v: &f64| *v >= 0.0)?;
+        let kind = self.show.channels.get(&channel).and_then(|c| c.personality);
+        let size = kind.and_then(|kind| self.sizes.get(&(kind, parameter)));
+        let full = match size {
+            Some(2) => 65535.0,
+            Some(_) => 255.0,
+            None if value > 255.0 => 65535.0,
+            None => 255.0,
+        };
+        Some((value / full).min(1.0))
+    }
+
+    pub(super) fn colours(&mut self, record: &Record<'_>) -> Result<(), Refused> {
+        let (channel, values) = self.parameters(record)?;
+        let mut colour = [None; 3];
+        let mut others = Vec::new();
+        for (parameter, word) in values {
+            let emitter = EMITTERS.iter().position(|e| *e == parameter);
+            match emitter.and_then(|emitter| colour.get_mut(emitter).zip(Some(emitter))) {
+                Some((place, emitter)) => {
+                    let palette = self.palettes.get(word).and_then(|p| p.get(&channel));
+                    let of_palette = palette.and_then(|v| v.colour.get(emitter).copied().flatten());
+                    *place = self.value(channel, parameter, word).or(of_palette);
+                    if place.is_none() {
+                        others.push(format!("{parameter}@{word}"));
+                    }
+                }
+                // The intensity stands among the levels too.
+                None if parameter == 1 => {}
+                None => others.push(format!("{parameter}@{word}")),
+            }
+        }
+        let cue = self.show.cues.last().map(|cue| cue.number.to_string());
+        if !others.is_empty() {
+            let what = format!(
+                "channel {channel}: parameters {} (more emitters, places, shapes)",
+                others.join(" ")
+            );
+            let loss = Loss::new(what).line(record.line);
+            self.losses.push(loss.cue(cue.unwrap_or_default()));
+        }
+        if colour.iter().any(Option::is_some) {
+            self.channel(channel, record)?.rgb = true;
+            let part = self
+                .show
+                .cues
+                .last_mut()
+                .and_then(|cue| cue.parts.last_mut());
+            if let Some(part) = part {
+                part.colours.insert(channel, colour);
+            }
+        }
+        Ok(())
+    }
+
+    /// `$$ParamTimes CHANNEL PARAMETER TIME DELAY`: a level with a time of its own.
+    pub(super) fn own_time(&mut self, record: &Record<'_>) -> Result<(), Refused> {
+        let words: Vec<&str> = record.words().collect();
+        let [channel, "1", time, rest @ ..] = words.as_slice() else {
+            return self.skip(record, "cue $$paramtimes", why("cue $$paramtimes"));
+        };
+        let own = |word: Option<&&str>| match word {
+            None | Some(&"-") => Ok(Time::ZERO),
+            Some(word) => record.time(word),
+        };
+        let (channel, delay) = (record.channel(channel)?, own(rest.first())?);
+        let time = own(Some(time))?;
+        let part = self
+            .show
+            .cues
+            .last_mut()
+            .and_then(|cue| cue.parts.last_mut());
+        if let Some(part) = part {
+            part.times.insert(channel, Fade { time, delay });
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,37 @@
+//! The show for another program.
+
+use super::usage;
+use crate::desk::{ExportError, qlc, usitt};
+use crate::engine;
+use crate::repl::{Call, Error, Repl, Reply};
+use crate::report::{exchange, format};
+
+/// Writes the show as the file's ending says, and reports what is not in it.
+pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let Some(path) = call.output(&format::EXCHANGE)? else {
+        return usage("say a file: export -o show.asc");
+    };
+    let document = repl.engine.document();
+    let (show, timeline) = (document.show(), document.timeline());
+    let write = match format::ending(path).as_str() {
+        "qxw" => qlc::write,
+        _ => usitt::write,
+    };
+    let work = repl.engine.host().work();
+    let carried = write(show, timeline, work).map_err(|error| match error {
+        ExportError::Cancelled(cancelled) => engine::Error::from(cancelled).into(),
+        ExportError::Timeline(_) => Error::Usage(error.to_string()),
+    })?;
+    let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
+    match call.has("json") {
+        true => {
+            let wrote = [path.display().to_string()];
+            let json = exchange::json(&wrote, &carried.losses, &[])?;
+            Ok(Reply::text(crate::printable::json(&json)))
+        }
+        false => {
+            reply.text.push(&exchange::describe(&carried.losses));
+            Ok(reply)
+        }
+    }
+}

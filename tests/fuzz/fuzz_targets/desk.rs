@@ -1,0 +1,22 @@
+//! Any file of a desk or a plan is answered: with a text that is a show, or with an error.
+#![no_main]
+
+use footlight::desk::{mvr, osc, usitt};
+use footlight::diagnostic::Sources;
+use footlight::lang;
+use libfuzzer_sys::fuzz_target;
+
+fn is_show(text: &str) {
+    let parsed = lang::parse(&mut Sources::default(), "a.lxq", text);
+    assert!(parsed.show.is_some(), "{text}");
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    osc::read(bytes);
+    if let (_, Ok(carried)) = usitt::import("a.asc", bytes) {
+        is_show(&carried.text);
+    }
+    if let Ok(carried) = mvr::import("a.mvr", bytes, "set") {
+        is_show(&carried.text);
+    }
+});

@@ -1,0 +1,154 @@
+//! The pages on desks, plans and the network: each of their commands runs, in the order of the pages.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use footlight::desk::osc::{self, Argument};
+use std::net::UdpSocket;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A folder with the examples of the pages.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["house.asc", "plan.mvr", "house.patch"] {
+        let from = root().join("examples/desk").join(name);
+        fs::copy(from, folder.path().join(name)).unwrap();
+    }
+    folder
+}
+
+fn footlight(folder: &Path, line: &str) -> (bool, String) {
+    let mut command = Command::cargo_bin("footlight").unwrap();
+    let output = command
+        .current_dir(folder)
+        .args(line.split_whitespace())
+        .output()
+        .unwrap();
+    let mut said = String::from_utf8_lossy(&output.stdout).into_owned();
+    said.push_str(&String::from_utf8_lossy(&output.stderr));
+    (output.status.success(), said)
+}
+
+/// A show of the same banks that is over at once.
+const SHORT: &str = "show \"Short\"\nbank front_left channel 1\nbank front_right channel 2\n\
+    bank lamp channel 3\nbank cyc channel 11 rgb\ncue 1 { time 0.1  lamp full  cyc 50 #ff0000 }\n";
+
+#[test]
+fn every_command_of_the_pages_runs() {
+    let folder = folder();
+    let mut ran = 0;
+    for page in ["desk", "plan", "qlc", "live"] {
+        if page == "live" {
+            fs::write(folder.path().join("house.lxq"), SHORT).unwrap();
+        }
+        let text = fs::read_to_string(root().join(format!("src/manual/{page}.md"))).unwrap();
+        for block in text.split("```sh\n").skip(1) {
+            for line in block.split("```").next().unwrap().lines() {
+                let (well, said) =
+                    footlight(folder.path(), line.strip_prefix("footlight ").unwrap());
+                assert!(well, "{line}: {said}");
+                ran += 1;
+            }
+        }
+    }
+    assert_eq!(ran, 11);
+    // The text block of the page on plans, with a view of the set.
+    let show = "show \"P\"\ninclude \"rig.lxq\"\nview v from 0, -12, 1.7  to 0, 0, 1  fov 40\n\
+        cue 1 { ch1 80  ch2 60 }\n";
+    fs::write(folder.path().join("show.lxq"), show).unwrap();
+    let (well, said) = footlight(folder.path(), "check show.lxq");
+    assert!(well && said.contains("no errors\n"), "{said}");
+    assert_eq!(
+        fs::read_to_string(folder.path().join("rig.patch")).unwrap(),
+        "ch1 1/1\nch2 1/2\n"
+    );
+}
+
+#[test]
+fn what_is_imported_is_laid_out_and_has_no_complaint() {
+    let folder = folder();
+    footlight(folder.path(), "import house.asc -o house.lxq");
+    let (well, said) = footlight(folder.path(), "fmt --check house.lxq");
+    assert!(well, "{said}");
+    let (_, said) = footlight(folder.path(), "check house.lxq");
+    assert!(said.ends_with("no errors\n"), "{said}");
+    fs::write(folder.path().join("bad.asc"), "Cue 1\n  Chan 1@101\n").unwrap();
+    let (well, said) = footlight(folder.path(), "import bad.asc -o bad.lxq");
+    assert!(!well && said.contains("`101` is no level"), "{said}");
+    assert!(!folder.path().join("bad.lxq").exists());
+}
+
+#[test]
+fn nothing_leaves_the_machine_unasked() {
+    let folder = folder();
+    fs::write(folder.path().join("s.lxq"), SHORT).unwrap();
+    for (line, said) in [
+        ("--sacn 1", "--bind 192.168.1.20"),
+        ("--sacn 1 --to 192.0.2.7", "--bind 192.168.1.20"),
+        ("--artnet 192.0.2.7", "--bind 192.168.1.20"),
+        ("--sacn 0 --to 127.0.0.1", "1 to 63999"),
+        ("--sacn 1 --to 127.0.0.1 --priority 201", "0 to 200"),
+        ("--artnet 127.0.0.1 --osc 0", "1 to 65535"),
+        (
+            "--artnet 127.0.0.1 --osc-to 127.0.0.1:9",
+            "`--osc-to` is for `--osc`",
+        ),
+        (
+            "--artnet 127.0.0.1 --osc 47123 --osc-to 192.0.2.7:9",
+            "say an interface with `--bind`",
+        ),
+        (
+            "--artnet 127.0.0.1 --bind 192.0.2.1",
+            "no interface of this machine",
+        ),
+        ("--osc 8000", "which is a command"),
+    ] {
+        let (well, found) = footlight(folder.path(), &format!("play s.lxq {line}"));
+        assert!(!well && found.contains(said), "{line}: {found}");
+    }
+}
+
+/// A show that waits for OSC: its packets on loopback, from GO to the end of the stream.
+#[test]
+fn a_go_by_osc_is_seen_on_the_network() {
+    let folder = folder();
+    fs::write(folder.path().join("s.lxq"), SHORT).unwrap();
+    // Another program may have the port; then there is nothing to see.
+    let Ok(receiver) = UdpSocket::bind("127.0.0.1:5568") else {
+        return;
+    };
+    receiver
+        .set_read_timeout(Some(Duration::from_millis(200)))
+        .unwrap();
+    let mut program = std::process::Command::new(assert_cmd::cargo::cargo_bin("footlight"))
+        .current_dir(folder.path())
+        .args("play s.lxq --sacn 7 --to 127.0.0.1 --osc 47124".split(' '))
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let sender = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let (mut packet, mut lamp, mut asked) = ([0; 700], 0, false);
+    let begin = Instant::now();
+    while lamp < 255 && begin.elapsed() < Duration::from_secs(20) {
+        let Ok(length) = receiver.recv(&mut packet) else {
+            continue;
+        };
+        assert_eq!((length, &packet[113..115]), (638, &[0, 7][..]));
+        lamp = packet[128];
+        if !asked {
+            assert_eq!(lamp, 0, "nothing runs before GO");
+            let go = osc::write("/eos/key/go_0", &[Argument::Float(1.0)]);
+            sender.send_to(&go, "127.0.0.1:47124").unwrap();
+            asked = true;
+        }
+    }
+    assert_eq!((lamp, packet[136], packet[137]), (255, 128, 0));
+    program.kill().unwrap();
+    program.wait().unwrap();
+}
