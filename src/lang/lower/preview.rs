@@ -335,3 +335,44 @@ impl<'a> Lower<'a, '_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::diagnostic::Sources;
+    use crate::lang::{codes, parse};
+
+    #[test]
+    fn views_by_lens_and_from_cameras_of_the_stage() {
+        let text = "view a from 0, -5, 1 to 0, 0, 1 lens 35mm roll -4 size 1080p\n\
+                    view b from \"Camera 1\" size 4k\n";
+        let show = parse(&mut Sources::default(), "a", text).show.unwrap();
+        let [a, b] = show.views.as_slice() else {
+            unreachable!("{:?}", show.views)
+        };
+        let wanted = 2.0 * (12.0_f64 / 35.0).atan().to_degrees();
+        assert!((a.camera.fov - wanted).abs() < 1e-12 && a.camera.roll == -4.0);
+        assert_eq!((a.camera.width, a.camera.height), (1920, 1080));
+        assert_eq!(b.imported.as_deref(), Some("Camera 1"));
+        assert_eq!((b.camera.width, b.camera.height), (3840, 2160));
+    }
+
+    #[test]
+    fn what_is_no_view_says_why() {
+        for (text, code) in [
+            ("from 0, -5, 1 to 0, 0, 1", codes::MISSING),
+            ("from 0, -5, 1 to 0, 0, 1 lens 35", codes::RANGE),
+            (
+                "from 0, -5, 1 to 0, 0, 1 lens 35mm fov 30",
+                codes::SAID_TWICE,
+            ),
+            ("from 0, -5, 1 to 0, 0, 1 fov 30 size 999p", codes::RANGE),
+            ("from 0, -5, 1 to 0, 0, 1 fov 30 roll 200", codes::RANGE),
+            ("from \"Camera\" fov 30", codes::DOES_NOT_FIT),
+        ] {
+            let text = format!("view v {text}\n");
+            let found = parse(&mut Sources::default(), "a", &text).diagnostics;
+            let codes: Vec<_> = found.iter().map(|d| d.code).collect();
+            assert_eq!(codes, [code], "{text}: {found:#?}");
+        }
+    }
+}
