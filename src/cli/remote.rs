@@ -1,6 +1,6 @@
 //! Open Sound Control at a port: GO from elsewhere, and where the show is.
 
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
 
 use super::send::{address, refused, usage};
 use crate::desk::osc::{self, Argument};
