@@ -9,6 +9,7 @@ mod editor;
 mod encoder;
 mod import;
 mod prompt;
+mod remote;
 mod reports;
 mod screen;
 mod send;

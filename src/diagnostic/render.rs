@@ -212,9 +212,11 @@ impl<'a> Index<'a> {
             Severity::Error => Level::ERROR,
             Severity::Warning => Level::WARNING,
         };
-        let title = level
-            .primary_title(visible(&diagnostic.message))
-            .id(diagnostic.code);
+        let title = level.primary_title(visible(&diagnostic.message));
+        let title = match diagnostic.code {
+            "" => title,
+            code => title.id(code),
+        };
         let mut group = Group::with_title(title);
         for excerpt in self.excerpts(&diagnostic.labels) {
             group = group.element(excerpt);

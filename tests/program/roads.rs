@@ -78,9 +78,19 @@ fn what_is_imported_is_laid_out_and_has_no_complaint() {
     assert!(well, "{said}");
     let (_, said) = footlight(folder.path(), "check house.lxq");
     assert!(said.ends_with("no errors\n"), "{said}");
-    fs::write(folder.path().join("bad.asc"), "Cue 1\n  Chan 1@101\n").unwrap();
-    let (well, said) = footlight(folder.path(), "import bad.asc -o bad.lxq");
-    assert!(!well && said.contains("`101` is no level"), "{said}");
+    // The wrong file of the page, and its message.
+    let page = fs::read_to_string(root().join("src/manual/desk.md")).unwrap();
+    let message = page
+        .rsplit("```text\n")
+        .next()
+        .unwrap()
+        .trim_end_matches("```\n");
+    let house = fs::read_to_string(folder.path().join("house.asc")).unwrap();
+    let wrong = house.replacen("Chan  1@H4d", "Chan  1@101", 1);
+    fs::write(folder.path().join("house.asc"), wrong).unwrap();
+    let (well, said) = footlight(folder.path(), "import house.asc -o bad.lxq");
+    assert!(!well);
+    assert_eq!(said, message);
     assert!(!folder.path().join("bad.lxq").exists());
 }
 

@@ -198,6 +198,24 @@ fn an_eos_file_becomes_a_designers_text() {
         "#);
 }
 
+/// A record that nobody knows, behind each line in turn: the list of losses has it everywhere but
+/// in a list of cues that is left out as a whole.
+#[test]
+fn no_record_goes_unreported() {
+    let whats = |text: &str| -> Vec<String> {
+        let losses = imported(text).losses;
+        losses.into_iter().map(|loss| loss.what).collect()
+    };
+    let known = whats(EOS);
+    let lines: Vec<&str> = EOS.lines().collect();
+    let end = lines.iter().position(|line| *line == "Cue 8 2").unwrap();
+    for at in 1..end {
+        let mut more = lines.clone();
+        more.insert(at, "   $$Unknown 1");
+        assert_ne!(whats(&more.join("\n")), known, "behind `{}`", lines[at - 1]);
+    }
+}
+
 #[test]
 fn a_plain_file_says_what_is_lit() {
     let carried = imported(

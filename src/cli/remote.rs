@@ -1,0 +1,143 @@
+//! Open Sound Control at a port: GO from elsewhere, and where the show is.
+
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
+
+use super::send::{address, refused, usage};
+use crate::desk::osc::{self, Argument};
+use crate::desk::performance::Performance;
+use crate::engine::Document;
+use crate::repl::{Call, Error};
+use crate::timeline::TimelineError;
+use crate::units::{CueNumber, Time};
+
+/// Messages that are read between two frames.
+const MOST_MESSAGES: usize = 64;
+
+/// Open Sound Control: what starts cues, and who is told.
+pub struct Remote {
+    pub socket: UdpSocket,
+    to: Option<SocketAddr>,
+    told: Option<(Option<usize>, i64)>,
+}
+
+impl Remote {
+    /// Opens the port that is said, if one is.
+    pub fn open(call: &Call) -> Result<Option<Remote>, Error> {
+        let to = call.option("osc-to").map(target).transpose()?;
+        let Some(port) = call.option("osc") else {
+            return match to {
+                None => Ok(None),
+                Some(_) => usage("`--osc-to` is for `--osc`, such as `--osc 8000`"),
+            };
+        };
+        let Some(port) = port.parse().ok().filter(|port: &u16| *port > 0) else {
+            return usage(format!("`{port}` is no port: 1 to 65535"));
+        };
+        let own = call
+            .option("bind")
+            .map_or(Ok(Ipv4Addr::LOCALHOST.into()), address)?;
+        if to.is_some_and(|to| !to.ip().is_loopback()) && own.is_loopback() {
+            return usage("`--osc-to` leaves this machine: say an interface with `--bind`");
+        }
+        let open = UdpSocket::bind((own, port)).and_then(|socket| {
+            socket.set_nonblocking(true)?;
+            Ok(socket)
+        });
+        let socket =
+            open.map_err(|error| Error::Device(format!("port {port} of {own}: {error}")))?;
+        Ok(Some(Remote {
+            socket,
+            to,
+            told: None,
+        }))
+    }
+
+    /// Does what the messages that came ask for, and says where the show is.
+    pub fn serve(
+        &mut self,
+        performance: &mut Performance<'_>,
+        now: Time,
+        document: &Document,
+    ) -> Result<(), Error> {
+        let mut packet = [0; 2048];
+        for _ in 0..MOST_MESSAGES {
+            let Ok(length) = self.socket.recv(&mut packet) else {
+                break;
+            };
+            for message in osc::read(packet.get(..length).unwrap_or_default()) {
+                if let Err(errors) = obey(performance, &message, now) {
+                    return Err(refused(errors));
+                }
+            }
+        }
+        self.tell(performance.cue(now), now, document);
+        Ok(())
+    }
+
+    /// Says the cue when it changes, and the time each second.
+    fn tell(&mut self, cue: Option<usize>, now: Time, document: &Document) {
+        let second = now.micros() / 1_000_000;
+        let Some(to) = self.to.filter(|_| self.told != Some((cue, second))) else {
+            return;
+        };
+        let said = cue.and_then(|cue| document.show().cues.get(cue));
+        if self.told.map(|told| told.0) != Some(cue)
+            && let Some(cue) = said
+        {
+            let words = [cue.number.to_string(), cue.label.clone()].map(Argument::Text);
+            let _ = self
+                .socket
+                .send_to(&osc::write("/footlight/cue", &words), to);
+        }
+        let time = [Argument::Float(now.seconds() as f32)];
+        let _ = self
+            .socket
+            .send_to(&osc::write("/footlight/time", &time), to);
+        self.told = Some((cue, second));
+    }
+}
+
+fn target(text: &str) -> Result<SocketAddr, Error> {
+    let found = text.to_socket_addrs().ok();
+    match found.and_then(|mut all| all.find(SocketAddr::is_ipv4)) {
+        Some(found) => Ok(found),
+        None => usage(format!(
+            "`{text}` is no machine with a port, such as 127.0.0.1:9000"
+        )),
+    }
+}
+
+/// Does what a message asks for; what is not known is left alone. A button sends 1 when it is pressed
+/// and 0 when it is let go.
+fn obey(
+    performance: &mut Performance<'_>,
+    message: &osc::Message,
+    now: Time,
+) -> Result<(), Vec<TimelineError>> {
+    let number = message.arguments.first().and_then(Argument::number);
+    let pressed = number != Some(0.0);
+    let address = message.address.trim_end_matches('/');
+    match address {
+        "/footlight/go" | "/eos/key/go_0" | "/eos/key/go" if pressed => drop(performance.go(now)?),
+        "/footlight/back" | "/eos/key/stop_back" | "/eos/key/stopback" if pressed => {
+            performance.back(now)?;
+        }
+        "/footlight/release" if pressed => performance.release(),
+        _ => {
+            let cue = ["/footlight/cue/", "/eos/cue/1/"]
+                .iter()
+                .find_map(|p| address.strip_prefix(p));
+            let cue = cue.map(|cue| cue.trim_end_matches("/fire"));
+            let cue = cue.and_then(CueNumber::parse).filter(|_| pressed);
+            let bank = ["/footlight/level/", "/level/"]
+                .iter()
+                .find_map(|p| address.strip_prefix(p));
+            if let Some(cue) = cue {
+                performance.goto(cue, now)?;
+            } else if let (Some(bank), Some(percent)) = (bank, number) {
+                performance.hold(bank, percent / 100.0);
+            }
+        }
+    }
+    Ok(())
+}
