@@ -131,7 +131,7 @@ impl RoundEdge {
         let mut point = foot + self.inward * (self.distance(p) * self.other_depth / self.depth);
         for edge in other.rim() {
             let outside = edge.inward.dot(edge.start - point).max(0.0);
-            point = point + edge.inward * outside;
+            point += edge.inward * outside;
         }
         point
     }

@@ -44,7 +44,8 @@ fn the_files_are_what_the_program_makes() {
         "run the example"
     );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
-    set::has_its_images(&folder, model::PAINTERS, model::SIDE, model::paint);
+    let painted = model::PAINTERS.iter().map(|(n, p)| (*n, model::paint(*p)));
+    set::has_its_images(&folder, model::SIDE, painted);
 }
 
 #[test]

@@ -53,7 +53,8 @@ fn the_files_are_what_the_program_makes() {
         beside_the_show("turandot.mtl") == model::mtl().as_bytes(),
         "{told}"
     );
-    set::has_its_images(&folder(), model::PAINTERS, model::SIDE, model::paint);
+    let painted = model::PAINTERS.iter().map(|(n, p)| (*n, model::paint(*p)));
+    set::has_its_images(&folder(), model::SIDE, painted);
     for (name, slide) in [("dusk.png", model::dusk()), ("night.png", model::night())] {
         // Pixel by pixel: how they are packed is the encoder's affair.
         let made = png::encode(model::WIDTH, model::HEIGHT, &slide).unwrap();
