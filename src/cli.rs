@@ -22,6 +22,8 @@ use std::sync::{Arc, OnceLock};
 
 use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use crate::files::{self, Disk, Folder, Monotonic, process};
+#[cfg(feature = "lsp")]
+use crate::lsp;
 use crate::printable::Printable;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
@@ -133,6 +135,8 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
         }),
+        #[cfg(feature = "lsp")]
+        OwnCommand::Lsp => serve_editor(settings),
         OwnCommand::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(*shell, &mut argument::command(), "footlight", &mut script);
@@ -160,6 +164,31 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             }
         }
     }
+}
+
+/// The language server on standard input and output, until the editor leaves.
+#[cfg(feature = "lsp")]
+fn serve_editor(settings: &Settings) -> Result<u8, Error> {
+    let (memory, threads) = (settings.memory(), settings.threads());
+    let pool = settings.clone();
+    let means = lsp::Means {
+        limits: lsp::Limits {
+            memory,
+            file: file_limit(memory),
+        },
+        host: Box::new(move |path, files| Host {
+            renderer: Arc::new(Radiosity),
+            files,
+            store: Box::new(Disk),
+            clock: Box::new(Monotonic::default()),
+            threads,
+            memory,
+            pool: pool_place(Some(folder_of(path)), &pool),
+            ..Host::default()
+        }),
+    };
+    lsp::serve_standard(means).map_err(Error::Device)?;
+    Ok(0)
 }
 
 /// Refuses `plot keys show.lxq` with what was meant.

@@ -79,7 +79,8 @@
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
 //! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
 //! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
-//! | 11 | `cli` | arguments, line editor, progress bars, terminal pictures | repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
+//! | 11 | `lsp` | the language server: an editor's texts in, diagnostics, completion, names, hints, pictures out | repl, engine, lang, diagnostic, show, timeline, picture, files, units, work | crossbeam_channel, lsp_server, lsp_types, serde_json |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, repl, report, engine, lang, radiosity, renderer, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -94,6 +95,7 @@
 ///
 /// - [`language`](manual::language): how do I write a cue sheet?
 /// - [`commands`](manual::commands): what can I type?
+/// - [`editors`](manual::editors): how do I write shows in my editor?
 /// - [`files`](manual::files): which files go in and come out?
 /// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
@@ -105,6 +107,8 @@ pub mod manual {
     pub mod language {}
     #[doc = include_str!("manual/commands.md")]
     pub mod commands {}
+    #[doc = include_str!("manual/editors.md")]
+    pub mod editors {}
     #[doc = include_str!("manual/files.md")]
     pub mod files {}
     #[doc = include_str!("manual/accuracy.md")]
@@ -155,6 +159,8 @@ mod lang;
 pub mod linalg;
 #[cfg(not(feature = "internals"))]
 mod linalg;
+#[cfg(feature = "lsp")]
+mod lsp;
 #[cfg(feature = "internals")]
 pub mod picture;
 #[cfg(not(feature = "internals"))]

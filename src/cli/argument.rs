@@ -26,7 +26,7 @@ const LINE: &str = "Run this line instead of opening the prompt; may be repeated
 
 // What holds for every command, and the lines to run where there is none. A doc comment here would
 // be the program's description.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub struct Settings {
     /// No progress bars and no pictures in the terminal
     #[arg(long, global = true)]
@@ -181,6 +181,13 @@ pub enum OwnCommand {
     #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
         Example:\n  footlight watch show.lxq -o now.png")]
     Watch(Watched),
+    /// serve an editor by the language server protocol, on standard input and output
+    #[cfg(feature = "lsp")]
+    #[command(
+        after_help = "Editors start it; the manual's page `editors` has the lines for them.\n\n\
+        Example:\n  footlight lsp"
+    )]
+    Lsp,
     /// print a script that completes this program's commands in a shell
     #[command(after_help = "Example:\n  footlight completions bash > footlight.bash")]
     Completions {

@@ -89,7 +89,7 @@ impl Document {
     ///
     /// # Errors
     /// As [`Document::new`].
-    pub(super) fn within(
+    pub(crate) fn within(
         name: &str,
         text: &[u8],
         files: &dyn Files,
@@ -366,6 +366,12 @@ impl Document {
         while bytes > PAST && self.past.len() > 1 {
             bytes -= self.past.remove(0).len();
         }
+    }
+
+    /// Forgets what `undo` and `redo` would bring back.
+    pub(crate) fn forget_history(&mut self) {
+        self.past.clear();
+        self.future.clear();
     }
 
     /// Takes over what a text means, looked at from a view. Files that changed on disk are read

@@ -14,6 +14,7 @@ mod rename;
 pub use change::{Action, Change, Edited, Splice};
 pub use cue::{CueMove, CueText};
 pub use place::{locate, name};
+pub use rename::{NamePlace, names, refused_name};
 
 use super::scan::{self, Scan};
 use super::{codes, read};

@@ -29,15 +29,18 @@ mod scan;
 mod syntax;
 mod token;
 
+use std::ops::Range;
+
 use ast::Word;
 
 pub use ast::Span;
 pub use beginning::Beginning;
+pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
-pub use names::nearest;
+pub use names::{Kind, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
 pub use token::{Token, tokens};
@@ -45,7 +48,7 @@ pub use token::{Token, tokens};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::{Files, Memory};
 use crate::show::{NodeId, Show};
-use crate::units::Time;
+use crate::units::{Rgb, Time};
 use report::Report;
 
 /// Turns the model's node ids back into places.
@@ -241,6 +244,37 @@ pub fn declarations(text: &str) -> Vec<(String, String)> {
         }
     }
     out
+}
+
+/// A statement of a text, which need not parse.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outlined<'t> {
+    /// Its bytes, without the blanks and comments around it.
+    pub range: Range<usize>,
+    /// The word that it begins with.
+    pub word: &'t str,
+    /// Kind and name (`bank lamps`, `cue 2.5`), where it has them.
+    pub name: Option<String>,
+}
+
+/// The statements of a text, in order.
+pub fn outline(text: &str) -> Vec<Outlined<'_>> {
+    let outlined = |cut: scan::Cut<'_>| -> Outlined<'_> {
+        let range = cut.span.clone();
+        let word = text.get(range.start..).map_or("", scan::first_word);
+        Outlined {
+            word,
+            name: edit::name(cut.text),
+            range,
+        }
+    };
+    scan::scan(text).cuts.into_iter().map(outlined).collect()
+}
+
+/// The colour that `#ffb36b` or `#fb6` is.
+pub fn colour(text: &str) -> Option<Rgb> {
+    let coded = lower::hex(text.strip_prefix('#')?)?;
+    Some(Rgb::from_srgb8(coded))
 }
 
 /// The names that a text gives to values.

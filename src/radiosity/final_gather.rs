@@ -347,13 +347,15 @@ fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
     for bounce in 1..MOST_BOUNCES {
         work.check()?;
         let next = |(cell, r): (usize, &[f32; 3])| {
-            let rays = cells.rays.get(cell);
-            let arrives = rays
-                .iter()
-                .filter(|c| **c != DARK)
-                .map(|c| level[*c as usize]);
+            let (mut rays, mut arrives) = (0_u32, 0.0);
+            for met in cells.met(cell) {
+                rays += 1;
+                if met != DARK {
+                    arrives += level[met as usize];
+                }
+            }
             let highest = r[0].max(r[1]).max(r[2]);
-            highest * arrives.sum::<f32>() / rays.len().max(1) as f32
+            highest * arrives / rays.max(1) as f32
         };
         level = cells.reflectance.par_iter().enumerate().map(next).collect();
         let left = level.iter().map(|l| f64::from(*l)).sum::<f64>() / total;

@@ -24,14 +24,25 @@ impl<T> Default for Lists<T> {
 }
 
 impl<T> Lists<T> {
+    /// None yet, with memory for so many items and lists.
+    pub fn with_capacity(items: usize, lists: usize) -> Lists<T> {
+        Lists {
+            items: Vec::with_capacity(items),
+            ends: Vec::with_capacity(lists),
+        }
+    }
+
+    /// Gives memory back that no item needs.
+    pub fn shrink(&mut self) {
+        self.items.shrink_to_fit();
+        self.ends.shrink_to_fit();
+    }
+
     /// All lists of several parts, in order.
     pub fn concat(parts: Vec<Lists<T>>) -> Lists<T> {
         let items = parts.iter().map(|p| p.items.len()).sum();
         let ends = parts.iter().map(|p| p.ends.len()).sum();
-        let mut out = Lists {
-            items: Vec::with_capacity(items),
-            ends: Vec::with_capacity(ends),
-        };
+        let mut out = Lists::with_capacity(items, ends);
         for part in parts {
             let before = out.items.len();
             out.ends.extend(part.ends.iter().map(|end| before + end));

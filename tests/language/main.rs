@@ -9,6 +9,7 @@
 
 mod bad_input;
 mod colours;
+mod editors;
 mod errors;
 mod figure4;
 mod hostile;

@@ -9,6 +9,7 @@
     reason = "a test stops at its first surprise, and says what it skips"
 )]
 
+mod editor;
 mod files;
 mod film;
 mod help;

@@ -14,7 +14,7 @@ use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::lower::hex;
 use crate::lang::names::{self, Kind};
-use crate::lang::scan::{Cut, first_word};
+use crate::lang::scan::{Cut, first_word, scan};
 use crate::lang::syntax::{self, Rule};
 
 /// A place that names something.
@@ -103,29 +103,59 @@ fn not_declared(cuts: &[Cut<'_>], from: &str, places: &[Place<'_>]) -> Diagnosti
 fn places<'t>(cuts: &[Cut<'t>]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
     let mut out = Vec::new();
     for cut in cuts {
-        let word = first_word(cut.text);
-        let parsed = syntax::rule_of(word).map(|rule| syntax::parse(rule, cut.text));
-        let Some(Ok(pairs)) = parsed else {
+        let Some(found) = places_in(cut) else {
             let message = "the show's own text has errors, so that names in it may be missed";
             let help = "mend the file first; `check` shows where";
             return Err(vec![Diagnostic::error(codes::SYNTAX, message).help(help)]);
         };
-        let mut declares = Kind::of_statement(word);
-        let mut found = Vec::new();
-        pairs.for_each(|pair| names_in(pair, &mut found));
-        let start = cut.span.start;
-        for name in found {
-            out.push(Place {
-                text: name.as_str(),
-                range: start + name.start()..start + name.end(),
-                // Of the statements that declare a name it is the first one in them.
-                declares: declares.take(),
-                statement: cut.text,
-                start,
-            });
-        }
+        out.extend(found);
     }
     Ok(out)
+}
+
+/// Those of a statement; `None` where it does not parse.
+fn places_in<'t>(cut: &Cut<'t>) -> Option<Vec<Place<'t>>> {
+    let word = first_word(cut.text);
+    let pairs = syntax::parse(syntax::rule_of(word)?, cut.text).ok()?;
+    let mut declares = Kind::of_statement(word);
+    let mut found = Vec::new();
+    pairs.for_each(|pair| names_in(pair, &mut found));
+    let start = cut.span.start;
+    let place = |name: pest::Span<'t>| Place {
+        text: name.as_str(),
+        range: start + name.start()..start + name.end(),
+        // Of the statements that declare a name it is the first one in them.
+        declares: declares.take(),
+        statement: cut.text,
+        start,
+    };
+    Some(found.into_iter().map(place).collect())
+}
+
+/// A place of a text that names something.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamePlace {
+    /// Its bytes.
+    pub range: Range<usize>,
+    /// What the place declares.
+    pub declares: Option<Kind>,
+}
+
+/// The places of a text that name something, in order; those of statements that do not parse are
+/// left out.
+pub fn names(text: &str) -> Vec<NamePlace> {
+    let cuts = scan(text).cuts;
+    let found = cuts.iter().filter(|cut| !cut.broken).filter_map(places_in);
+    let place = |place: Place<'_>| NamePlace {
+        range: place.range,
+        declares: place.declares,
+    };
+    found.flatten().map(place).collect()
+}
+
+/// Why something cannot be called so, whatever else the show has.
+pub fn refused_name(name: &str) -> Option<Diagnostic> {
+    check(name, &[]).err()?.pop()
 }
 
 /// Where names of the show stand in a piece of a statement, in order. Never deeper than brackets

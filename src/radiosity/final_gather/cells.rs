@@ -10,16 +10,19 @@ use crate::geometry::{Vec3, frame, vec3};
 use crate::radiosity::final_gather::bvh::{Bvh, Hit};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
-use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
 use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::Range;
 
 /// No light comes from there: nothing is hit, or a back.
 pub const DARK: u32 = u32::MAX;
+
+/// A cell of the last generation that got no points: its rays do not count.
+const ABSENT: u32 = DARK - 1;
 
 /// Points at which a cell is evaluated, at most: of the cells that the camera's rays ask for, and
 /// of those that only other cells ask for.
@@ -200,6 +203,14 @@ fn direction(normal: Vec3) -> u32 {
 }
 
 impl CellSettings {
+    /// Rays of a point, fewer behind the first bounce.
+    fn rays_of(&self, generation: usize) -> usize {
+        match generation {
+            0 => self.rays,
+            _ => (self.rays / 2).max(2),
+        }
+    }
+
     /// Where a ray from `from` ends; `random` moves it by up to half a cell, so that borders
     /// between cells are not seen.
     pub fn land(
@@ -243,7 +254,7 @@ impl CellSettings {
 }
 
 /// Where a cell is evaluated, in single precision from the middle of the scene: there are millions.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct CellPoint {
     /// The cell.
     pub cell: u32,
@@ -280,8 +291,15 @@ pub struct Cells {
     pub points: Vec<CellPoint>,
     /// Of each cell its range of points.
     starts: Vec<u32>,
-    /// Of each cell those that its rays meet; [`DARK`] for none.
-    pub rays: Lists<u32>,
+    /// The cells that the rays of points meet, in the order in which these were found: [`DARK`] for
+    /// none, [`ABSENT`] for one without points.
+    rays: Vec<u32>,
+    /// Number of points of the first generation.
+    first: usize,
+    /// Rays of a point of the first and of later generations.
+    counts: [usize; 2],
+    /// Of each point when it was found.
+    found: Vec<u32>,
     /// Of each cell.
     pub reflectance: Vec<[f32; 3]>,
 }
@@ -360,41 +378,30 @@ impl<'a> CellFinder<'a> {
     /// # Errors
     /// On cancel, and where the cells do not fit into the budget.
     pub fn find(mut self, budget: &MemoryBudget, work: Work<'_>) -> Result<Cells, TransportError> {
-        // Every point with its rays' cells.
-        let mut all: Vec<CellPoint> = Vec::new();
-        let mut rays: Lists<u32> = Lists::default();
+        // Of each generation.
+        let mut all: Vec<Vec<CellPoint>> = Vec::new();
+        let mut rays: Vec<u32> = Vec::new();
         while self.generation < GENERATIONS && !self.points.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
-            let count = match self.generation {
-                0 => self.settings.rays,
-                _ => (self.settings.rays / 2).max(2),
-            };
+            let count = self.settings.rays_of(self.generation);
             let points = std::mem::take(&mut self.points);
+            rays.reserve_exact(points.len() * count);
             self.known = self.asked.len();
             self.generation += 1;
             for (at, some) in points.chunks(BATCH).enumerate() {
                 let landings = self.rays(at * BATCH, some, count, work)?;
-                let mut cells = Vec::with_capacity(landings.len());
-                self.ask(landings.into_iter(), &mut cells);
-                for own in cells.chunks(count) {
-                    rays.push(own.iter().copied());
-                }
+                self.ask(landings.into_iter(), &mut rays);
             }
-            all.extend(points);
-            // They are copied when they are sorted.
-            let found = size_of_val(all.as_slice()) + size_of_val(rays.items()) + 8 * all.len();
-            budget.check("the radiosity cache", self.bytes() + 2 * found)?;
+            all.push(points);
+            // The points are copied when they are sorted.
+            let count = all.iter().map(Vec::len).sum::<usize>();
+            let found = count * (2 * size_of::<CellPoint>() + 4) + size_of_val(rays.as_slice());
+            budget.check("the radiosity cache", self.bytes() + found)?;
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
         let count = self.asked.len();
         drop(self.table);
-        Ok(sorted(
-            self.scene,
-            self.settings.sides[0],
-            count,
-            &all,
-            &rays,
-        ))
+        Ok(sorted(self.scene, self.settings, count, all, rays))
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
@@ -427,36 +434,38 @@ impl<'a> CellFinder<'a> {
     }
 }
 
-/// Points by cell, with each cell's rays together; textures are averaged over `side` at each point.
+/// Points by cell, with their rays; textures are averaged over a cell's side at each point.
 fn sorted(
     scene: RayScene<'_>,
-    side: f64,
+    settings: CellSettings,
     count: usize,
-    all: &[CellPoint],
-    rays: &Lists<u32>,
+    all: Vec<Vec<CellPoint>>,
+    mut rays: Vec<u32>,
 ) -> Cells {
     let mut starts = vec![0_u32; count + 1];
-    all.iter().for_each(|p| starts[p.cell as usize + 1] += 1);
+    for p in all.iter().flatten() {
+        starts[p.cell as usize + 1] += 1;
+    }
     for cell in 0..count {
         starts[cell + 1] += starts[cell];
     }
+    for met in rays.iter_mut().filter(|met| **met != DARK) {
+        if starts[*met as usize] == starts[*met as usize + 1] {
+            *met = ABSENT;
+        }
+    }
     let mut next = starts.clone();
-    let mut order = vec![0_u32; all.len()];
-    for (i, p) in all.iter().enumerate() {
+    let first = all.first().map_or(0, Vec::len);
+    let number = starts.last().map_or(0, |end| *end as usize);
+    let mut points = vec![CellPoint::default(); number];
+    let mut found = vec![0_u32; number];
+    for (i, p) in (0..).zip(all.into_iter().flatten()) {
         let place = &mut next[p.cell as usize];
-        order[*place as usize] = i as u32;
+        points[*place as usize] = p;
+        found[*place as usize] = i;
         *place += 1;
     }
-    let mut sorted: Lists<u32> = Lists::default();
-    for cell in 0..count {
-        let own = &order[starts[cell] as usize..starts[cell + 1] as usize];
-        let own = own.iter().flat_map(|&i| rays.get(i as usize));
-        // A cell without points, of the last generation, is left out.
-        let has_points = |c: u32| c == DARK || starts[c as usize] < starts[c as usize + 1];
-        sorted.push(own.copied().filter(|&c| has_points(c)));
-    }
     let mut reflectance = vec![[0.0; 3]; count];
-    let points: Vec<CellPoint> = order.iter().map(|&i| all[i as usize]).collect();
     for p in &points {
         let facet = &scene.surfaces.facets[p.facet as usize];
         let to = &mut reflectance[p.cell as usize];
@@ -464,7 +473,7 @@ fn sorted(
             *to = facet.reflectance.map(|r| r as f32);
             continue;
         }
-        let sides = || frame(facet.normal).map(|way| way * side);
+        let sides = || frame(facet.normal).map(|way| way * settings.sides[0]);
         let own = scene
             .surfaces
             .reflectance_at(facet, p.place(scene).point, sides);
@@ -476,7 +485,10 @@ fn sorted(
     Cells {
         points,
         starts,
-        rays: sorted,
+        rays,
+        first,
+        counts: [0, 1].map(|generation| settings.rays_of(generation)),
+        found,
         reflectance,
     }
 }
@@ -492,10 +504,26 @@ impl Cells {
         &self.points[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
+    /// The cells that a cell's rays meet, [`DARK`] for none.
+    pub fn met(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
+        let found = &self.found[self.starts[cell] as usize..self.starts[cell + 1] as usize];
+        let met = found
+            .iter()
+            .flat_map(|&i| &self.rays[self.range(i as usize)]);
+        met.copied().filter(|met| *met != ABSENT)
+    }
+
+    /// Where the rays of the point that was found as this one are.
+    fn range(&self, point: usize) -> Range<usize> {
+        let ([first, later], of_first) = (self.counts, point.min(self.first));
+        let start = of_first * first + (point - of_first) * later;
+        start..start + if point < self.first { first } else { later }
+    }
+
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
-        self.points.len() * size_of::<CellPoint>()
-            + 4 * self.rays.items().len()
+        self.points.len() * (size_of::<CellPoint>() + 4)
+            + 4 * self.rays.len()
             + 28 * self.reflectance.len()
     }
 
@@ -521,15 +549,19 @@ impl Cells {
                 work.check()?;
                 for (i, out) in run.chunks_exact_mut(width).enumerate() {
                     let cell = at * RUN + i;
-                    let rays = self.rays.get(cell);
                     out.fill(0.0);
-                    for &other in rays.iter().filter(|c| **c != DARK) {
+                    let mut rays = 0_u32;
+                    for other in self.met(cell) {
+                        rays += 1;
+                        if other == DARK {
+                            continue;
+                        }
                         let other = other as usize * width;
                         for (sum, b) in out.iter_mut().zip(&now[other..other + width]) {
                             *sum += b;
                         }
                     }
-                    let share = 1.0 / rays.len().max(1) as f32;
+                    let share = 1.0 / rays.max(1) as f32;
                     let arrives = &direct[cell * lights..(cell + 1) * lights];
                     for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
                         for (b, r) in channels.iter_mut().zip(self.reflectance[cell]) {

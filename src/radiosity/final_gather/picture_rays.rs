@@ -210,6 +210,8 @@ impl PictureRays<'_> {
             }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
         }
+        out.cells.shrink();
+        out.runs.shrink();
         work.progress.report("rays", height, height);
         Ok(out)
     }

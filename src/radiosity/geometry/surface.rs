@@ -149,7 +149,7 @@ impl Surfaces {
     /// [`TransportError::Scene`] for a vertex that is not finite or a million kilometres away, a
     /// material that does not exist, or a reflectance outside 0 to 1.
     pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
-        let mut facets = Vec::new();
+        let mut facets = Vec::with_capacity(scene.polygons.len());
         for (i, polygon) in scene.polygons.iter().enumerate() {
             let Some(material) = scene.materials.get(polygon.material) else {
                 return Err(TransportError::Scene(format!(
@@ -180,7 +180,7 @@ impl Surfaces {
             facets.extend(own.map(|own| Facet { shading, ..own }));
         }
         facets.sort_by(|a, b| b.area.total_cmp(&a.area));
-        let mut pieces = Vec::new();
+        let mut pieces = Vec::with_capacity(facets.len());
         for (i, f) in facets.iter_mut().enumerate() {
             let start = pieces.len();
             pieces.extend(

@@ -1,0 +1,81 @@
+//! Fixes from the help of messages: what stands there is replaced by what the help names, where the
+//! show then has fewer errors.
+
+use std::collections::BTreeMap;
+
+use lsp_types::{
+    CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit,
+};
+
+use super::sheet::Sheet;
+use super::text::{Encoding, Lines};
+use crate::diagnostic::Severity;
+
+/// Fixes that are tried for one message.
+const TRIED: usize = 6;
+
+/// The fixes for what is wrong within a range of a file of the show.
+pub fn actions(
+    sheet: &Sheet,
+    (text, uri): (&str, &Uri),
+    range: lsp_types::Range,
+    encoding: Encoding,
+    own: impl Fn(usize) -> bool,
+    shown: impl Fn(&crate::diagnostic::Diagnostic) -> Option<Diagnostic>,
+) -> Vec<CodeActionOrCommand> {
+    let lines = Lines::new(text, encoding);
+    let asked = lines.bytes(range);
+    let mut out = Vec::new();
+    for diagnostic in &sheet.diagnostics().list {
+        let Some(label) = diagnostic.labels.first().filter(|label| own(label.file)) else {
+            continue;
+        };
+        if label.span.end < asked.start || label.span.start > asked.end {
+            continue;
+        }
+        let offered = diagnostic.help.iter().flat_map(|help| typed(help));
+        for offered in offered.take(TRIED) {
+            let mut mended = text.to_owned();
+            mended.replace_range(label.span.clone(), offered);
+            // Only the show's own file can be tried alone.
+            if label.file == 0
+                && errors(&sheet.diagnostics_of(&mended)) >= errors(sheet.diagnostics())
+            {
+                continue;
+            }
+            if label.file != 0
+                && !diagnostic
+                    .help
+                    .iter()
+                    .any(|h| h.starts_with("did you mean"))
+            {
+                continue;
+            }
+            let edit = TextEdit::new(lines.range(&label.span), offered.to_owned());
+            let changes = BTreeMap::from([(uri.to_string(), (uri.clone(), vec![edit]))]);
+            out.push(CodeActionOrCommand::CodeAction(CodeAction {
+                title: format!("write `{offered}`"),
+                kind: Some(CodeActionKind::QUICKFIX),
+                diagnostics: shown(diagnostic).map(|d| vec![d]),
+                edit: Some(WorkspaceEdit {
+                    changes: Some(changes.into_values().collect()),
+                    ..WorkspaceEdit::default()
+                }),
+                is_preferred: Some(true),
+                ..CodeAction::default()
+            }));
+        }
+    }
+    out
+}
+
+/// What a line of help has between backquotes.
+fn typed(help: &str) -> impl Iterator<Item = &str> {
+    let odd = help.split('`').skip(1).step_by(2);
+    odd.filter(|text| !text.is_empty())
+}
+
+fn errors(diagnostics: &crate::diagnostic::Diagnostics) -> usize {
+    let list = diagnostics.list.iter();
+    list.filter(|d| d.severity == Severity::Error).count()
+}

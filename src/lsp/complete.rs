@@ -1,0 +1,110 @@
+//! What may be typed next.
+
+use std::ops::Range;
+use std::path::Path;
+
+use lsp_types::{CompletionItem, CompletionItemKind, CompletionTextEdit, TextEdit};
+
+use super::buffers::normal;
+use super::outline::FILE_WORDS;
+use super::sheet::Sheet;
+use super::text::{Encoding, Lines};
+use crate::lang::{self, Token};
+
+/// Files of a folder that are offered.
+const FILES: usize = 200;
+
+/// What the text may go on with at a place.
+pub fn complete(sheet: &Sheet, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
+    let typed = text.get(statement_start(text, at)..at).unwrap_or("");
+    let tokens = lang::tokens(typed);
+    let (words, start): (Vec<String>, usize) = match tokens.last() {
+        Some((range, Token::Text)) if is_open(typed, range) => {
+            let before = tokens.len().checked_sub(2).and_then(|i| tokens.get(i));
+            let word = before.and_then(|(range, _)| typed.get(range.clone()));
+            if !word.is_some_and(|word| FILE_WORDS.contains(&word)) {
+                return Vec::new();
+            }
+            let inner = typed.get(range.start + 1..).unwrap_or("");
+            (files(sheet, inner), at - inner.len())
+        }
+        Some((range, Token::Comment)) if range.end == typed.len() => return Vec::new(),
+        _ => {
+            let completion = sheet.vocabulary().complete_statement(typed);
+            let start = at - (typed.len() - completion.start);
+            (completion.words, start)
+        }
+    };
+    let range = Lines::new(text, encoding).range(&(start..at));
+    let item = |word: String| CompletionItem {
+        kind: Some(kind(&word)),
+        text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(range, word.clone()))),
+        label: word,
+        ..CompletionItem::default()
+    };
+    words.into_iter().map(item).collect()
+}
+
+/// Where the statement begins that is typed at a place: a line at the margin outside all braces
+/// begins another one.
+fn statement_start(text: &str, at: usize) -> usize {
+    let before = text.get(..at).unwrap_or(text);
+    let line = before.rfind('\n').map_or(0, |i| i + 1);
+    let statements = lang::outline(before).into_iter();
+    let Some(last) = statements.last() else {
+        return line;
+    };
+    let own = before.get(last.range.start..).unwrap_or("");
+    let margin = before
+        .get(line..)
+        .is_some_and(|l| !l.starts_with([' ', '\t']));
+    let is_another = line > last.range.start && margin && lang::statement_complete(own);
+    if is_another { line } else { last.range.start }
+}
+
+/// Is a text without its closing quote?
+fn is_open(typed: &str, range: &Range<usize>) -> bool {
+    let text = typed.get(range.clone()).unwrap_or("");
+    range.end == typed.len() && (text.len() == 1 || !text.ends_with('"'))
+}
+
+/// The files whose paths begin as typed, in the show's folder.
+fn files(sheet: &Sheet, typed: &str) -> Vec<String> {
+    let folder = sheet.path().parent().unwrap_or(Path::new(""));
+    let (below, begun) = typed.rsplit_once('/').map_or(("", typed), |(b, n)| (b, n));
+    let searched = normal(&folder.join(below));
+    if !searched.starts_with(folder) {
+        return Vec::new();
+    }
+    let entries = std::fs::read_dir(searched).into_iter().flatten().flatten();
+    let path = |entry: std::fs::DirEntry| {
+        let name = entry.file_name().into_string().ok()?;
+        let is_offered = name.starts_with(begun) && !name.starts_with('.');
+        let end = match entry.file_type().ok()?.is_dir() {
+            true => "/",
+            false => "",
+        };
+        let below = if below.is_empty() {
+            String::new()
+        } else {
+            format!("{below}/")
+        };
+        is_offered.then(|| format!("{below}{name}{end}"))
+    };
+    let mut out: Vec<String> = entries.take(20 * FILES).filter_map(path).collect();
+    out.sort();
+    out.truncate(FILES);
+    out
+}
+
+fn kind(word: &str) -> CompletionItemKind {
+    if word.starts_with(|c: char| c.is_ascii_digit()) {
+        CompletionItemKind::UNIT
+    } else if word.contains(['/', '.']) {
+        CompletionItemKind::FILE
+    } else if lang::keywords().contains(&word) || lang::words().contains(&word) {
+        CompletionItemKind::KEYWORD
+    } else {
+        CompletionItemKind::VARIABLE
+    }
+}

@@ -1,0 +1,218 @@
+//! What stands at a place, in words: banks with their level over the show, cues with what they move,
+//! numbers with what they are.
+
+use std::fmt::Write as _;
+use std::ops::Range;
+
+use super::name::name_at;
+use super::sheet::Sheet;
+use crate::engine::Document;
+use crate::lang::{self, Token};
+use crate::repl::help_of;
+use crate::show::{Motion, Show};
+use crate::timeline::CueTime;
+use crate::units::{CueNumber, Time, percent};
+
+/// Columns of a level over the show.
+const COLUMNS: i64 = 48;
+
+/// Names that one line lists.
+const LISTED: usize = 12;
+
+/// Words in Markdown about what stands at a place, and its bytes.
+pub fn hover(sheet: &Sheet, text: &str, at: usize) -> Option<(String, Range<usize>)> {
+    if let Some(range) = name_at(text, at) {
+        let name = text.get(range.clone())?;
+        return Some((of_name(sheet, name)?, range));
+    }
+    let tokens = lang::tokens(text);
+    let i = tokens.partition_point(|(range, _)| range.end <= at);
+    let (range, token) = tokens.get(i)?;
+    let word = text.get(range.clone()).filter(|_| range.start <= at)?;
+    let before = i.checked_sub(1).and_then(|i| tokens.get(i));
+    let before = before.and_then(|(range, _)| text.get(range.clone()));
+    let words = match token {
+        Token::Statement if word == "cue" => {
+            let (number, _) = tokens.get(i + 1)?;
+            of_cue(sheet.document()?, text.get(number.clone())?)?
+        }
+        Token::Quantity if before == Some("cue") => of_cue(sheet.document()?, word)?,
+        Token::Statement => code(&help_of(word).ok()?),
+        Token::Quantity => of_quantity(word, before)?,
+        Token::Colour => of_colour(word)?,
+        _ => return None,
+    };
+    Some((words, range.clone()))
+}
+
+fn code(text: &str) -> String {
+    format!("```text\n{}\n```", text.trim_end())
+}
+
+/// What a name stands for: its statement, and of a bank its level over the show.
+fn of_name(sheet: &Sheet, name: &str) -> Option<String> {
+    let places = sheet.places_of(name);
+    let (_, text, place) = places.iter().find(|(_, _, p)| p.declares.is_some())?;
+    let statements = lang::outline(text).into_iter();
+    let mut around = statements.filter(|s| s.range.contains(&place.range.start));
+    let own = text.get(around.next()?.range)?;
+    let mut out = format!("```lxq\n{own}\n```");
+    let document = sheet.document()?;
+    let Some(index) = document.show().banks.iter().position(|b| b.name == name) else {
+        return Some(out);
+    };
+    if let Some(channel) = document.show().banks.get(index).and_then(|b| b.channel) {
+        let _ = write!(out, "\n\nchannel {channel}");
+    }
+    let _ = write!(out, "\n\n{}", level_over_the_show(document, index)?);
+    Some(out)
+}
+
+/// The level of a bank from the start to the end, as a row of bars.
+fn level_over_the_show(document: &Document, bank: usize) -> Option<String> {
+    const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
+    let parameters = document.show().parameters();
+    let own = parameters.iter().position(|p| p.bank == Some(bank))?;
+    let timeline = document.timeline();
+    let (start, end) = (timeline.start(), timeline.end());
+    let length = end.micros() - start.micros();
+    let mut bars = String::new();
+    let mut highest = 0.0_f64;
+    for column in 0..COLUMNS {
+        let at = Time::from_micros(start.micros() + length * column / (COLUMNS - 1));
+        let level = timeline.levels(at).get(own).copied()?;
+        highest = highest.max(level);
+        let bar = (level.clamp(0.0, 1.0) * 8.0).round() as usize;
+        bars.push(BARS.get(bar).copied().unwrap_or(' '));
+    }
+    let highest = percent(highest).round();
+    Some(format!(
+        "```text\n{bars}\n```\nlevel from {start} to {end}, at most {highest} %"
+    ))
+}
+
+/// When a cue runs, what it moves, and what stays as it was.
+fn of_cue(document: &Document, number: &str) -> Option<String> {
+    let number = CueNumber::parse(number)?;
+    let show = document.show();
+    let index = show.cues.iter().position(|cue| cue.number == number)?;
+    let (cue, time) = (
+        show.cues.get(index)?,
+        document.timeline().cues().get(index)?,
+    );
+    let mut out = format!("**cue {number}**");
+    if !cue.label.is_empty() {
+        let _ = write!(out, " {}", escaped(&cue.label));
+    }
+    let _ = write!(
+        out,
+        "\n\nGO {}{}, complete {}",
+        time.go,
+        assumed(time),
+        time.completion
+    );
+    let (moved, tracked) = moved_and_tracked(document, index, time);
+    let list = |out: &mut String, what: &str, names: &[String]| {
+        if !names.is_empty() {
+            let more = names.len().saturating_sub(LISTED);
+            let some = names.get(..names.len() - more).unwrap_or(names).join(", ");
+            let more = if more > 0 {
+                format!(" and {more} more")
+            } else {
+                String::new()
+            };
+            let _ = write!(out, "\n\n{what} {some}{more}");
+        }
+    };
+    list(&mut out, "moves", &moved);
+    list(&mut out, "tracks through", &tracked);
+    if !cue.note.is_empty() {
+        let _ = write!(out, "\n\n{}", escaped(&cue.note));
+    }
+    Some(out)
+}
+
+fn assumed(time: &CueTime) -> &'static str {
+    match time.assumed {
+        true => " (assumed)",
+        false => "",
+    }
+}
+
+/// The parameters that a cue moves, and those that are lit and stay.
+fn moved_and_tracked(
+    document: &Document,
+    cue: usize,
+    time: &CueTime,
+) -> (Vec<String>, Vec<String>) {
+    let show: &Show = document.show();
+    let levels = document.timeline().levels(time.completion);
+    let moves = show.cues.get(cue).into_iter().flat_map(|cue| &cue.parts);
+    let moves: Vec<_> = moves.flat_map(|part| &part.moves).collect();
+    let (mut moved, mut tracked) = (Vec::new(), Vec::new());
+    for (i, (parameter, level)) in show.parameters().iter().zip(&levels).enumerate() {
+        let own = moves.iter().find(|m| m.parameter == i);
+        let name = escaped(&parameter.name);
+        let level = percent(*level).round();
+        match own.map(|own| &own.motion) {
+            Some(Motion::Path(_)) => moved.push(format!("{name} along a path")),
+            Some(_) => moved.push(format!("{name} {level}")),
+            None if level > 0.0 && parameter.channel.is_none() => {
+                tracked.push(format!("{name} {level}"));
+            }
+            None => {}
+        }
+    }
+    (moved, tracked)
+}
+
+/// A label as Markdown shows it as it is.
+fn escaped(text: &str) -> String {
+    let mut out = String::new();
+    for c in text.chars() {
+        if c.is_ascii_punctuation() {
+            out.push('\\');
+        }
+        out.push(if c.is_control() { ' ' } else { c });
+    }
+    out
+}
+
+/// What a number is by its unit, or by the word before it.
+fn of_quantity(word: &str, before: Option<&str>) -> Option<String> {
+    let unit = word.trim_start_matches(|c: char| c.is_ascii_digit() || ".-+:".contains(c));
+    let what = match unit.trim() {
+        "s" => "seconds",
+        "ms" => "milliseconds",
+        "m" => "metres",
+        "cm" => "centimetres",
+        "mm" => "millimetres",
+        "ft" => "feet, 0.3048 m each",
+        "in" => "inches, 25.4 mm each",
+        "deg" => "degrees",
+        "cd" => "candela: luminous intensity along the axis",
+        "cd/m2" => "candela a square metre: luminance",
+        "lm" => "lumen: luminous flux in all directions",
+        "K" => "kelvin: the colour of a black body so hot",
+        "%" => "percent",
+        "" if word.contains(':') => "minutes and seconds",
+        "" => match before? {
+            "time" | "up" | "down" | "delay" | "follow" | "hang" | "at" => "seconds",
+            "beam" | "field" | "fov" | "turn" => "degrees",
+            "channel" => "a desk's channel",
+            "repeat" => "times",
+            _ => return None,
+        },
+        _ => return None,
+    };
+    Some(format!("`{word}`: {what}"))
+}
+
+/// A colour in linear light.
+fn of_colour(word: &str) -> Option<String> {
+    let colour = lang::colour(word)?;
+    let [r, g, b] = colour.0.map(|c| (c * 1000.0).round() / 10.0);
+    Some(format!(
+        "`{word}`: sRGB; in linear light {r} % red, {g} % green, {b} % blue"
+    ))
+}

@@ -1,0 +1,279 @@
+//! Pictures of cues, made beside the answers: one after the other, each in the file that the client
+//! shows, and again when the show is saved.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lsp_server::{Message, Notification, Request, RequestId, Response};
+use serde_json::json;
+
+use super::buffers::uri_of;
+use crate::engine::{Engine, Host};
+use crate::files::{Disk, Store};
+use crate::picture::png;
+use crate::units::CueNumber;
+use crate::work::Progress;
+
+/// The operator stopped on request.
+const CANCELLED: i32 = -32800;
+
+/// The request was good and could not be done.
+const FAILED: i32 = -32803;
+
+/// Messages to the client.
+pub type Outgoing = crossbeam_channel::Sender<Message>;
+
+/// A picture to make.
+pub struct Job {
+    /// The request that asked for it; none when it is made again.
+    pub id: Option<RequestId>,
+    /// The show.
+    pub root: PathBuf,
+    pub text: Arc<String>,
+    pub cue: CueNumber,
+    /// The means to read and render the show.
+    pub host: Host,
+    /// Set to stop it.
+    pub stop: Arc<AtomicBool>,
+    /// Whether the client takes progress, and whether it shows documents.
+    pub client: Client,
+}
+
+/// What a client can do.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Client {
+    pub takes_progress: bool,
+    pub shows_documents: bool,
+}
+
+/// Where jobs go.
+pub struct Pictures {
+    jobs: Sender<Job>,
+    /// The cue that was asked for last, of each show.
+    shown: BTreeMap<PathBuf, CueNumber>,
+    /// What is asked for and not answered.
+    running: BTreeMap<String, Arc<AtomicBool>>,
+}
+
+impl Pictures {
+    /// A thread that makes pictures; it ends with this.
+    pub fn new(client: Outgoing) -> Pictures {
+        let (jobs, taken) = channel();
+        std::thread::spawn(move || work(&taken, &client));
+        Pictures {
+            jobs,
+            shown: BTreeMap::new(),
+            running: BTreeMap::new(),
+        }
+    }
+
+    /// Asks for a picture.
+    pub fn make(&mut self, job: Job) {
+        self.running.retain(|_, stop| Arc::strong_count(stop) > 1);
+        if let Some(id) = &job.id {
+            self.running.insert(id.to_string(), Arc::clone(&job.stop));
+        }
+        self.shown.insert(job.root.clone(), job.cue);
+        // The thread ends only with this.
+        let _ = self.jobs.send(job);
+    }
+
+    /// The cue whose picture of a show is seen.
+    pub fn shown(&self, root: &Path) -> Option<CueNumber> {
+        self.shown.get(root).copied()
+    }
+
+    /// Stops a request; false where it is none of a picture.
+    pub fn cancel(&self, id: &RequestId) -> bool {
+        let found = self.running.get(&id.to_string());
+        if let Some(stop) = found {
+            stop.store(true, Ordering::Relaxed);
+        }
+        found.is_some()
+    }
+
+    /// Stops all.
+    pub fn cancel_all(&self) {
+        for stop in self.running.values() {
+            stop.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+fn work(jobs: &Receiver<Job>, client: &Outgoing) {
+    // Of the show that was seen last, whose stage and images need not be read again.
+    let mut kept: Option<(PathBuf, Engine)> = None;
+    let mut number = 0;
+    let progress = Arc::new(Told {
+        client: client.clone(),
+        now: Mutex::default(),
+    });
+    for mut job in jobs {
+        number += 1;
+        let token = format!("footlight-picture-{number}");
+        let (id, client_can) = (job.id.take(), job.client);
+        let asks = client_can.takes_progress && id.is_some();
+        let title = format!("picture of cue {}", job.cue);
+        progress.begin(asks.then(|| token.clone()), &title, &job.stop);
+        let shows = client_can.shows_documents && id.is_some();
+        let stop = Arc::clone(&job.stop);
+        job.host.progress = Box::new(ClientProgress(Arc::clone(&progress)));
+        let made = picture(&mut kept, job);
+        progress.end();
+        let uri = made
+            .as_deref()
+            .ok()
+            .and_then(uri_of)
+            .map(|uri| uri.to_string());
+        if let Some(uri) = &uri {
+            tell(client, "footlight/picture", json!({ "uri": uri }));
+            if shows {
+                let id = RequestId::from(format!("{token}-show"));
+                let params = json!({ "uri": uri, "takeFocus": false });
+                let _ = client.send(Request::new(id, "window/showDocument".into(), params).into());
+            }
+        }
+        let Some(id) = id else {
+            continue;
+        };
+        let answer = match made {
+            Ok(_) => Response::new_ok(id, json!({ "uri": uri })),
+            Err(_) if stop.load(Ordering::Relaxed) => {
+                Response::new_err(id, CANCELLED, "cancelled".to_owned())
+            }
+            Err(why) => Response::new_err(id, FAILED, why),
+        };
+        let _ = client.send(answer.into());
+    }
+}
+
+/// What a client is told of the picture that is being made.
+struct Told {
+    client: Outgoing,
+    now: Mutex<Now>,
+}
+
+/// The picture that is being made.
+#[derive(Default)]
+struct Now {
+    /// As the client calls its progress, where it wants any.
+    token: Option<String>,
+    /// The task and the percentage that it was told last.
+    told: (String, usize),
+    stop: Arc<AtomicBool>,
+}
+
+impl Told {
+    fn now(&self) -> MutexGuard<'_, Now> {
+        // Each change is whole: a panic elsewhere leaves nothing half done.
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn begin(&self, token: Option<String>, title: &str, stop: &Arc<AtomicBool>) {
+        if let Some(token) = &token {
+            let id = RequestId::from(format!("{token}-create"));
+            let params = json!({ "token": token });
+            let create = Request::new(id, "window/workDoneProgress/create".to_owned(), params);
+            let _ = self.client.send(create.into());
+            let value =
+                json!({ "kind": "begin", "title": title, "cancellable": true, "percentage": 0 });
+            tell(
+                &self.client,
+                "$/progress",
+                json!({ "token": token, "value": value }),
+            );
+        }
+        *self.now() = Now {
+            token,
+            told: Default::default(),
+            stop: Arc::clone(stop),
+        };
+    }
+
+    fn end(&self) {
+        if let Some(token) = self.now().token.take() {
+            let value = json!({ "kind": "end" });
+            tell(
+                &self.client,
+                "$/progress",
+                json!({ "token": token, "value": value }),
+            );
+        }
+    }
+}
+
+/// The same, as the engine reports.
+struct ClientProgress(Arc<Told>);
+
+impl Progress for ClientProgress {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        let mut now = self.0.now();
+        let Some(token) = now.token.clone() else {
+            return;
+        };
+        let percent = 100 * done.min(total) / total.max(1);
+        let (last, told) = &now.told;
+        if last == task && percent < told + STEP {
+            return;
+        }
+        now.told = (task.to_owned(), percent);
+        let value = json!({ "kind": "report", "message": task, "percentage": percent });
+        tell(
+            &self.0.client,
+            "$/progress",
+            json!({ "token": token, "value": value }),
+        );
+    }
+
+    fn cancelled(&self) -> bool {
+        self.0.now().stop.load(Ordering::Relaxed)
+    }
+}
+
+/// Percent between two reports.
+const STEP: usize = 5;
+
+fn tell(client: &Outgoing, method: &str, params: serde_json::Value) {
+    let _ = client.send(Notification::new(method.to_owned(), params).into());
+}
+
+/// Renders the moment at which a cue is complete into a file among those that the system clears.
+fn picture(kept: &mut Option<(PathBuf, Engine)>, job: Job) -> Result<PathBuf, String> {
+    if job.stop.load(Ordering::Relaxed) {
+        return Err("cancelled".to_owned());
+    }
+    let mut engine = match kept.take() {
+        Some((root, mut engine)) if root == job.root => {
+            engine
+                .replace(&job.text)
+                .map_err(|error| error.to_string())?;
+            engine
+        }
+        _ => {
+            let name = job.root.display().to_string();
+            let opened = Engine::from_text(&name, job.text.as_bytes(), job.host);
+            opened.map_err(|error| error.to_string())?
+        }
+    };
+    let times = engine.document().timeline().cues();
+    let time = times.iter().find(|time| time.number == job.cue);
+    let moment = time.map(|time| time.completion);
+    let drawn = moment.ok_or_else(|| format!("there is no cue {}", job.cue));
+    let drawn = drawn.and_then(|moment| {
+        let image = engine.picture(moment).map_err(|error| error.to_string())?;
+        let tone = engine.tone().map_err(|error| error.to_string())?;
+        let encoded = png::encode(image.width(), image.height(), &tone.encode(&image));
+        encoded.map_err(|error| error.to_string())
+    });
+    *kept = Some((job.root.clone(), engine));
+    let stem = job.root.file_stem().unwrap_or_default().to_string_lossy();
+    let folder = std::env::temp_dir().join(format!("footlight-{}", std::process::id()));
+    let path = folder.join(format!("{stem}-cue-{}.png", job.cue));
+    std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
+    Disk.write(&path, &drawn?)
+        .map_err(|error| error.to_string())?;
+    Ok(path)
+}

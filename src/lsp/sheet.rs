@@ -1,0 +1,182 @@
+//! A show as a client has it open: its text with all that it includes, what is wrong with it, and
+//! the last good show.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use super::buffers::{Buffers, Overlay, normal};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::engine::{Document, Error};
+use crate::lang::{self, NamePlace, Token};
+use crate::repl::Vocabulary;
+
+/// Bytes that a show may take, and the largest file that it may name.
+#[derive(Clone, Copy, Debug)]
+pub struct Limits {
+    pub memory: usize,
+    pub file: u64,
+}
+
+/// A show by the file that includes all others.
+#[derive(Debug)]
+pub struct Sheet {
+    path: PathBuf,
+    files: Overlay,
+    memory: usize,
+    document: Option<Document>,
+    diagnostics: Diagnostics,
+    vocabulary: Vocabulary,
+}
+
+impl Sheet {
+    /// Nothing is read yet.
+    pub fn new(path: &Path, buffers: &Buffers, limits: Limits) -> Sheet {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Sheet {
+            path: path.to_owned(),
+            files: Overlay::new(buffers, folder, limits.file),
+            memory: limits.memory,
+            document: None,
+            diagnostics: Diagnostics::default(),
+            vocabulary: Vocabulary::default(),
+        }
+    }
+
+    /// Takes the text as it stands. Where it has errors the last good show stays.
+    pub fn update(&mut self, text: &str) {
+        let name = self.path.display().to_string();
+        let taken = match &mut self.document {
+            Some(document) => document.replace(text, &self.files).map(|_| ()),
+            None => Document::within(&name, text.as_bytes(), &self.files, self.memory)
+                .map(|document| self.document = Some(document)),
+        };
+        self.diagnostics = match (taken, &mut self.document) {
+            (Ok(()), Some(document)) => {
+                document.forget_history();
+                self.vocabulary = Vocabulary::of(document);
+                document.diagnostics().clone()
+            }
+            (Ok(()), None) => Diagnostics::default(),
+            (Err(Error::Show(diagnostics)), _) => diagnostics,
+            (Err(other), _) => {
+                let diagnostic = Diagnostic::error("", other.to_string()).at(0, 0..0, "");
+                Diagnostics::of(vec![diagnostic], &name, text)
+            }
+        };
+    }
+
+    /// What a text in place of the show's own would be told.
+    pub fn diagnostics_of(&self, text: &str) -> Diagnostics {
+        let name = self.path.display().to_string();
+        match Document::within(&name, text.as_bytes(), &self.files, self.memory) {
+            Ok(document) => document.diagnostics().clone(),
+            Err(Error::Show(diagnostics)) => diagnostics,
+            Err(_) => self.diagnostics.clone(),
+        }
+    }
+
+    /// The file that includes all others.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The files of the show, to be read with open texts in place of those on disk.
+    pub fn files(&self) -> &Overlay {
+        &self.files
+    }
+
+    /// The last good show.
+    pub fn document(&self) -> Option<&Document> {
+        self.document.as_ref()
+    }
+
+    /// What is to be said of the text as it stands.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// The names of the last good show.
+    pub fn vocabulary(&self) -> &Vocabulary {
+        &self.vocabulary
+    }
+
+    /// The files that the show is made of, in order, with their texts.
+    pub fn sources(&self) -> impl Iterator<Item = (PathBuf, &str)> {
+        let sources = &self.diagnostics.sources;
+        let each = (0..).map_while(|file| sources.get(file));
+        each.map(|(name, text)| (normal(Path::new(name)), text))
+    }
+
+    /// The file of a label.
+    pub fn file(&self, file: usize) -> Option<(PathBuf, &str)> {
+        let (name, text) = self.diagnostics.sources.get(file)?;
+        Some((normal(Path::new(name)), text))
+    }
+
+    /// The places that name something so, in all files.
+    pub fn places_of(&self, name: &str) -> Vec<(PathBuf, &str, NamePlace)> {
+        let mut out = Vec::new();
+        for (path, text) in self.sources() {
+            let found = lang::edit::names(text).into_iter();
+            let found = found.filter(|place| text.get(place.range.clone()) == Some(name));
+            out.extend(found.map(|place| (path.clone(), text, place)));
+        }
+        out
+    }
+}
+
+/// What a text includes, as it is written.
+pub fn includes(text: &str) -> Vec<String> {
+    let statements = lang::outline(text).into_iter();
+    let includes = statements.filter(|statement| statement.word == "include");
+    let path = |statement: lang::Outlined<'_>| {
+        let own = text.get(statement.range)?;
+        let (range, _) = lang::tokens(own)
+            .into_iter()
+            .find(|(_, token)| *token == Token::Text)?;
+        Some(own.get(range)?.trim_matches('"').to_owned())
+    };
+    includes.filter_map(path).collect()
+}
+
+/// Folders above a file's own in which a show that includes it is looked for.
+const FOLDERS: usize = 2;
+
+/// Shows of a folder that are read for it.
+const SHOWS: usize = 200;
+
+/// The show that a file belongs to: one beside it, or above it, that includes it, or itself.
+pub fn root_of(path: &Path, buffers: &Buffers) -> PathBuf {
+    let mut root = path.to_owned();
+    // Each step goes to another file; where they include each other it ends all the same.
+    for _ in 0..FOLDERS + 2 {
+        match includer(&root, buffers) {
+            Some(found) if found != path => root = found,
+            _ => break,
+        }
+    }
+    root
+}
+
+fn includer(path: &Path, buffers: &Buffers) -> Option<PathBuf> {
+    for folder in path.ancestors().skip(1).take(FOLDERS + 1) {
+        let on_disk = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut shows: Vec<PathBuf> = on_disk.take(20 * SHOWS).map(|e| e.path()).collect();
+        let open = buffers.paths().into_iter();
+        shows.extend(open.filter(|open| open.parent() == Some(folder)));
+        shows.retain(|show| show.extension().is_some_and(|e| e == "lxq") && show != path);
+        shows.sort();
+        shows.dedup();
+        let found = shows.into_iter().take(SHOWS).find(|show| {
+            let text: Option<Arc<String>> = buffers.text(show);
+            let named = text.into_iter().flat_map(|text| includes(&text));
+            named
+                .into_iter()
+                .any(|name| normal(&folder.join(name)) == path)
+        });
+        if found.is_some() {
+            return found;
+        }
+    }
+    None
+}

@@ -1,0 +1,427 @@
+use super::*;
+use crate::files::Monotonic;
+use proptest::prelude::*;
+use std::fs;
+use std::thread::JoinHandle;
+use std::time::Duration;
+use tempfile::TempDir;
+
+const RIG: &str = "light moon spot at 0,-1,3 aim 0,0,0 beam 20 field 40 900 cd\n\
+    light lamp spot at 1,-1,3 aim 0,0,0 beam 20 field 40 900 cd\n\
+    bank lamps = lamp\nbank sky = moon  channel 3\n";
+
+const SHOW: &str = "show \"Él\"\n\
+    include \"rig.lxq\"\n\
+    surface floor reflectance 0.5 quad -2,-2,0 2,-2,0 2,2,0 -2,2,0\n\
+    view v from 0,-4,2 to 0,0,0 fov 40 size 16x12\n\
+    cue 1 \"🎭 Preset\" at 0:00 { snap  lamps 50 }\n\
+    cue 2 \"Moon\" at 0:05 { time 4\n  sky 80\n}\n\
+    cue 3 { lamps out }\n";
+
+/// A client with a show and its rig in a folder.
+struct Editor {
+    connection: Connection,
+    server: Option<JoinHandle<Result<(), String>>>,
+    folder: TempDir,
+    number: i32,
+    told: Vec<Notification>,
+    answered: Vec<Response>,
+}
+
+impl Editor {
+    fn new(capabilities: Value) -> Editor {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("show.lxq"), SHOW).unwrap();
+        fs::write(folder.path().join("rig.lxq"), RIG).unwrap();
+        let (own, connection) = Connection::memory();
+        let means = || Means {
+            limits: Limits {
+                memory: 1 << 30,
+                file: 1 << 20,
+            },
+            host: Box::new(|_, files| Host {
+                files,
+                clock: Box::new(Monotonic::default()),
+                ..Host::default()
+            }),
+        };
+        let server = std::thread::spawn(move || serve(&own, means()));
+        let mut editor = Editor {
+            connection,
+            server: Some(server),
+            folder,
+            number: 0,
+            told: Vec::new(),
+            answered: Vec::new(),
+        };
+        editor.ask("initialize", json!({ "capabilities": capabilities }));
+        editor.tell("initialized", json!({}));
+        editor
+    }
+
+    fn uri(&self, file: &str) -> Uri {
+        let folder = self.folder.path().canonicalize().unwrap();
+        uri_of(&folder.join(file)).unwrap()
+    }
+
+    fn tell(&self, method: &str, params: Value) {
+        let told = Notification::new(method.to_owned(), params);
+        self.connection.sender.send(told.into()).unwrap();
+    }
+
+    fn request(&mut self, method: &str, params: Value) -> RequestId {
+        self.number += 1;
+        let id = RequestId::from(self.number);
+        let request = Request::new(id.clone(), method.to_owned(), params);
+        self.connection.sender.send(request.into()).unwrap();
+        id
+    }
+
+    fn response(&mut self, id: &RequestId) -> Response {
+        loop {
+            if let Some(at) = self.answered.iter().position(|a| a.id == *id) {
+                return self.answered.remove(at);
+            }
+            let wait = Duration::from_secs(60);
+            match self.connection.receiver.recv_timeout(wait).unwrap() {
+                Message::Response(response) => self.answered.push(response),
+                Message::Notification(told) => self.told.push(told),
+                _ => {}
+            }
+        }
+    }
+
+    fn ask(&mut self, method: &str, params: Value) -> Value {
+        let id = self.request(method, params);
+        let response = self.response(&id);
+        assert!(response.error.is_none(), "{method}: {:?}", response.error);
+        response.result.unwrap_or_default()
+    }
+
+    fn open(&self, file: &str, text: &str) {
+        let uri = self.uri(file);
+        let document = json!({ "uri": uri, "languageId": "lxq", "version": 1, "text": text });
+        self.tell("textDocument/didOpen", json!({ "textDocument": document }));
+    }
+
+    fn change(&self, file: &str, changes: Value) {
+        let document = json!({ "uri": self.uri(file), "version": 2 });
+        let params = json!({ "textDocument": document, "contentChanges": changes });
+        self.tell("textDocument/didChange", params);
+    }
+
+    /// What was last said to be wrong with a file.
+    fn diagnostics(&mut self, file: &str) -> Vec<lsp_types::Diagnostic> {
+        self.at("textDocument/foldingRange", file, json!({}));
+        let uri = self.uri(file);
+        let all = self.told.iter().rev();
+        let mut all = all.filter(|told| told.method == "textDocument/publishDiagnostics");
+        let last = all.find_map(|told| {
+            let params: PublishDiagnosticsParams =
+                serde_json::from_value(told.params.clone()).unwrap();
+            (params.uri == uri).then_some(params.diagnostics)
+        });
+        last.expect("something was said")
+    }
+
+    /// A request about a file.
+    fn at(&mut self, method: &str, file: &str, more: Value) -> Value {
+        let mut params = more;
+        params["textDocument"] = json!({ "uri": self.uri(file) });
+        self.ask(method, params)
+    }
+
+    /// A request about the place of a word in a file's text.
+    fn on(&mut self, method: &str, (file, text): (&str, &str), word: &str, more: Value) -> Value {
+        let at = text.find(word).unwrap();
+        let position = Lines::new(text, Encoding::Utf16).position(at);
+        let mut params = more;
+        params["position"] = json!(position);
+        self.at(method, file, params)
+    }
+}
+
+impl Drop for Editor {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            return;
+        }
+        self.ask("shutdown", Value::Null);
+        self.tell("exit", Value::Null);
+        assert_eq!(self.server.take().unwrap().join().unwrap(), Ok(()));
+    }
+}
+
+fn labels(items: &Value) -> Vec<&str> {
+    let items = items.as_array().unwrap().iter();
+    items.map(|item| item["label"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn what_is_wrong_is_told_with_code_place_and_fix() {
+    let mut editor = Editor::new(json!({}));
+    let broken = SHOW
+        .replace("\"Moon\"", "\"🎭\"")
+        .replace("time 4\n  sky 80", "skyy 80");
+    editor.open("show.lxq", &broken);
+    let found = editor.diagnostics("show.lxq");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(
+        found[0].code,
+        Some(NumberOrString::String("E010".to_owned()))
+    );
+    // The mask before it is two units of UTF-16.
+    assert_eq!(found[0].range.start, lsp_types::Position::new(5, 21));
+    assert!(
+        found[0].message.contains("did you mean `sky`?"),
+        "{found:?}"
+    );
+    let range = json!({ "range": found[0].range, "context": { "diagnostics": [] } });
+    let fixes = editor.at("textDocument/codeAction", "show.lxq", range);
+    assert_eq!(fixes[0]["title"], "write `sky`");
+    let edit = &fixes[0]["edit"]["changes"][editor.uri("show.lxq").as_str()][0];
+    editor.change(
+        "show.lxq",
+        json!([{ "range": edit["range"], "text": edit["newText"] }]),
+    );
+    assert_eq!(editor.diagnostics("show.lxq"), []);
+}
+
+#[test]
+fn broken_text_keeps_the_last_good_show() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    assert_eq!(editor.diagnostics("show.lxq"), []);
+    let broken = format!("{SHOW}cue 4 {{ la");
+    editor.change("show.lxq", json!([{ "text": broken }]));
+    assert!(!editor.diagnostics("show.lxq").is_empty());
+    let end = Lines::new(&broken, Encoding::Utf16).position(broken.len());
+    let position = json!({ "position": end });
+    let offered = editor.at("textDocument/completion", "show.lxq", position);
+    assert!(labels(&offered).contains(&"lamps"), "{offered}");
+    let told = editor.on(
+        "textDocument/hover",
+        ("show.lxq", &broken),
+        "sky 80",
+        json!({}),
+    );
+    let words = told["contents"]["value"].as_str().unwrap();
+    assert!(
+        words.contains("channel 3") && words.contains("at most 80 %"),
+        "{words}"
+    );
+}
+
+#[test]
+fn names_are_found_and_renamed_across_files() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    let show = ("show.lxq", SHOW);
+    let declared = editor.on("textDocument/definition", show, "lamps 50", json!({}));
+    assert_eq!(declared[0]["uri"], editor.uri("rig.lxq").as_str());
+    assert_eq!(
+        declared[0]["range"]["start"],
+        json!({ "line": 2, "character": 5 })
+    );
+    let context = json!({ "context": { "includeDeclaration": true } });
+    let all = editor.on("textDocument/references", show, "lamps 50", context);
+    assert_eq!(all.as_array().unwrap().len(), 3);
+    let to = json!({ "newName": "tables" });
+    let edits = editor.on("textDocument/rename", show, "lamps 50", to);
+    let changed = |file: &str| {
+        edits["changes"][editor.uri(file).as_str()]
+            .as_array()
+            .unwrap()
+            .len()
+    };
+    assert_eq!((changed("show.lxq"), changed("rig.lxq")), (2, 1));
+    for (name, why) in [
+        ("sky", "is used already"),
+        ("cue", "cannot be a name"),
+        ("4", "is not a name"),
+    ] {
+        let at = Lines::new(SHOW, Encoding::Utf16).position(SHOW.find("lamps 50").unwrap());
+        let document = json!({ "uri": editor.uri("show.lxq") });
+        let params = json!({ "textDocument": document, "position": at, "newName": name });
+        let id = editor.request("textDocument/rename", params);
+        let refused = editor.response(&id).error.unwrap().message;
+        assert!(refused.contains(why), "{refused}");
+    }
+}
+
+#[test]
+fn an_open_rig_counts_before_it_is_saved_and_belongs_to_its_show() {
+    let mut editor = Editor::new(json!({}));
+    // Alone the rig is a part of the show beside it, which has no error.
+    editor.open("rig.lxq", RIG);
+    assert_eq!(editor.diagnostics("rig.lxq"), []);
+    editor.open("show.lxq", SHOW);
+    editor.change(
+        "rig.lxq",
+        json!([{ "text": RIG.replace("bank sky", "bank night") }]),
+    );
+    let found = editor.diagnostics("show.lxq");
+    assert!(found[0].message.contains("`sky`"), "{found:?}");
+    assert_eq!(editor.diagnostics("rig.lxq"), []);
+    editor.tell(
+        "textDocument/didClose",
+        json!({ "textDocument": { "uri": editor.uri("rig.lxq") } }),
+    );
+    assert_eq!(editor.diagnostics("show.lxq"), []);
+}
+
+#[test]
+fn the_text_is_outlined_coloured_and_formatted() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    let symbols = editor.at("textDocument/documentSymbol", "show.lxq", json!({}));
+    let names: Vec<_> = symbols
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|s| s["name"].clone())
+        .collect();
+    assert_eq!(names[4..], ["cue 1", "cue 2", "cue 3"], "{symbols}");
+    assert_eq!(symbols[4]["detail"], "🎭 Preset");
+    let folds = editor.at("textDocument/foldingRange", "show.lxq", json!({}));
+    assert_eq!(folds, json!([{ "startLine": 5, "endLine": 7 }]));
+    let all = json!({ "range": lsp_types::Range::default() });
+    let hints = editor.at("textDocument/inlayHint", "show.lxq", all);
+    let hints: Vec<_> = hints
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|h| h["label"].clone())
+        .collect();
+    assert_eq!(hints, ["0s → 0s", "5s → 9s", "~14s → 19s"]);
+    let links = editor.at("textDocument/documentLink", "show.lxq", json!({}));
+    assert_eq!(links[0]["target"], editor.uri("rig.lxq").as_str());
+    let pieces = editor.at("textDocument/semanticTokens/full", "show.lxq", json!({}));
+    assert_eq!(
+        pieces["data"].as_array().unwrap()[..10],
+        [0, 0, 4, 0, 0, 0, 5, 4, 5, 0]
+    );
+    let options = json!({ "options": { "tabSize": 2, "insertSpaces": true } });
+    let edits = editor.at("textDocument/formatting", "show.lxq", options);
+    let range: lsp_types::Range = serde_json::from_value(edits[0]["range"].clone()).unwrap();
+    let mut formatted = SHOW.to_owned();
+    let bytes = Lines::new(SHOW, Encoding::Utf16).bytes(range);
+    formatted.replace_range(bytes, edits[0]["newText"].as_str().unwrap());
+    assert_eq!(formatted, crate::lang::format(SHOW).unwrap());
+    let cue = editor.on(
+        "textDocument/hover",
+        ("show.lxq", SHOW),
+        "2 \"Moon",
+        json!({}),
+    );
+    let words = cue["contents"]["value"].as_str().unwrap();
+    assert!(words.contains("GO 5s, complete 9s"), "{words}");
+    assert!(
+        words.contains("moves sky 80") && words.contains("tracks through lamps 50"),
+        "{words}"
+    );
+}
+
+#[test]
+fn a_picture_of_a_cue_is_made_and_made_again_on_save() {
+    let window = json!({ "window": { "workDoneProgress": true } });
+    let mut editor = Editor::new(window);
+    editor.open("show.lxq", SHOW);
+    let lenses = editor.at("textDocument/codeLens", "show.lxq", json!({}));
+    let command = &lenses[1]["command"];
+    assert_eq!(
+        (&command["title"], &command["command"]),
+        (&json!("picture here"), &json!(PICTURE))
+    );
+    let asked = json!({ "command": PICTURE, "arguments": command["arguments"] });
+    let made = editor.ask("workspace/executeCommand", asked);
+    let uri: Uri = serde_json::from_value(made["uri"].clone()).unwrap();
+    let path = path_of(&uri).unwrap();
+    let before = fs::read(&path).unwrap();
+    assert_eq!(&before[1..4], b"PNG");
+    let progress = editor
+        .told
+        .iter()
+        .filter(|told| told.method == "$/progress");
+    assert!(progress.count() >= 2);
+    let darker = SHOW.replace("sky 80", "sky 8");
+    editor.change("show.lxq", json!([{ "text": darker }]));
+    fs::write(editor.folder.path().join("show.lxq"), &darker).unwrap();
+    let saved = json!({ "textDocument": { "uri": editor.uri("show.lxq") } });
+    editor.tell("textDocument/didSave", saved);
+    let begun = editor.told.len();
+    while !editor.told[begun..]
+        .iter()
+        .any(|told| told.method == "footlight/picture")
+    {
+        editor.diagnostics("show.lxq");
+    }
+    assert_ne!(fs::read(&path).unwrap(), before);
+    fs::remove_file(path).unwrap();
+    let none = json!({ "command": PICTURE, "arguments": [editor.uri("show.lxq"), "9"] });
+    let id = editor.request("workspace/executeCommand", none);
+    assert!(
+        editor
+            .response(&id)
+            .error
+            .unwrap()
+            .message
+            .contains("no cue 9")
+    );
+}
+
+#[test]
+fn a_request_that_waits_is_taken_back() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    let folds = json!({ "textDocument": { "uri": editor.uri("show.lxq") } });
+    // The answers of both come, whichever the server was at.
+    let first = editor.request("textDocument/foldingRange", folds.clone());
+    let second = editor.request("textDocument/foldingRange", folds);
+    editor.tell("$/cancelRequest", json!({ "id": editor.number }));
+    assert!(editor.response(&first).error.is_none());
+    let answer = editor.response(&second);
+    assert!(
+        answer
+            .error
+            .is_none_or(|error| error.code == ErrorCode::RequestCanceled as i32)
+    );
+    let unknown = editor.request("textDocument/nothing", json!({}));
+    assert!(editor.response(&unknown).error.is_some());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// After any edits what is said is what a fresh look at the final text says.
+    #[test]
+    fn edits_come_to_the_same_as_a_fresh_check(
+        edits in prop::collection::vec((0_u32..9, 0_u32..30, 0_u32..3, 0_u32..12, prop::sample::select(vec![
+            "", "{", "}", "\"", "/*", "sky ", "\n", "cue 7 { sky 5 }\n", "ü🎭", "time 3s ",
+        ])), 1..8)
+    ) {
+        let mut editor = Editor::new(json!({}));
+        editor.open("show.lxq", SHOW);
+        let mut text = SHOW.to_owned();
+        for (line, column, lines, more, new) in edits {
+            let start = lsp_types::Position::new(line, column);
+            let end = lsp_types::Position::new(line + lines, more);
+            let range = lsp_types::Range::new(start, end);
+            let bytes = Lines::new(&text, Encoding::Utf16).bytes(range);
+            text.replace_range(bytes, new);
+            editor.change("show.lxq", json!([{ "range": range, "text": new }]));
+        }
+        let found = editor.diagnostics("show.lxq");
+        let mut fresh = Editor::new(json!({}));
+        fresh.open("show.lxq", &text);
+        let wanted = fresh.diagnostics("show.lxq");
+        let plain = |list: Vec<lsp_types::Diagnostic>| -> Vec<_> {
+            list.into_iter().map(|d| (d.range, d.code, d.message.clone())).collect()
+        };
+        let own = editor.folder.path().display().to_string();
+        let other = fresh.folder.path().display().to_string();
+        let found = format!("{:?}", plain(found)).replace(&own, "");
+        let wanted = format!("{:?}", plain(wanted)).replace(&other, "");
+        prop_assert_eq!(found, wanted, "{}", text);
+    }
+}

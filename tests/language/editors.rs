@@ -1,0 +1,62 @@
+//! The grammars for editors know the words and units of the grammar, and no others.
+
+use std::collections::BTreeSet;
+use std::fs;
+
+use footlight::lang;
+
+fn read(path: &str) -> String {
+    let root = env!("CARGO_MANIFEST_DIR");
+    fs::read_to_string(format!("{root}/grammar/{path}")).unwrap()
+}
+
+/// The words that the grammar takes as they are: in quotes before `!word_char`.
+fn of_grammar() -> BTreeSet<String> {
+    let text = read("lxq.pest");
+    let rules = text
+        .split("\n")
+        .filter(|line| !line.trim_start().starts_with("//"));
+    let rules: String = rules.collect::<Vec<_>>().join(" ");
+    let mut words = BTreeSet::new();
+    for before in rules.split("!word_char") {
+        let from = before.rfind('=').map_or(0, |at| at);
+        let quoted = before[from..].split('"').skip(1).step_by(2);
+        let is_word = |w: &&str| {
+            (w.len() > 1 || ["y", "z"].contains(w))
+                && w.chars().all(|c| c.is_ascii_lowercase() || c == '-')
+        };
+        words.extend(quoted.filter(is_word).map(str::to_owned));
+    }
+    words
+}
+
+#[test]
+fn the_textmate_grammar_has_the_words_of_the_grammar() {
+    let text = read("editors/vscode/syntaxes/lxq.tmLanguage.json");
+    let colours: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let patterns = colours["repository"]["all"]["patterns"].as_array().unwrap();
+    let words = |name: &str| -> BTreeSet<String> {
+        let own = patterns.iter().find(|p| p["name"] == name).unwrap();
+        let own = own["match"].as_str().unwrap();
+        let list = own.rsplit_once("(?!").unwrap().0;
+        let list = list.rsplit_once('(').unwrap().1.trim_end_matches(')');
+        list.split('|').map(str::to_owned).collect()
+    };
+    let statements: BTreeSet<String> = lang::keywords().iter().map(|w| (*w).to_owned()).collect();
+    assert_eq!(words("keyword.control.lxq"), statements);
+    let units = ["cd", "lm"].map(str::to_owned);
+    let mut wanted = of_grammar();
+    assert!(wanted.len() > 60, "{wanted:?}");
+    wanted.retain(|word| !statements.contains(word) && !units.contains(word));
+    assert_eq!(words("keyword.other.lxq"), wanted);
+    let number = patterns
+        .iter()
+        .find(|p| p["name"] == "constant.numeric.lxq");
+    let number = number.unwrap()["match"].as_str().unwrap();
+    let photometric = read("lxq.pest");
+    let photometric = photometric.split("photometric_unit = _{ (").nth(1).unwrap();
+    let photometric = photometric.split(')').next().unwrap();
+    for unit in photometric.split('"').skip(1).step_by(2) {
+        assert!(number.contains(unit), "{unit}");
+    }
+}

@@ -1,0 +1,58 @@
+//! The language server under a real client: Neovim, where it is installed.
+
+use std::fs;
+use std::process::Command;
+
+const SHOW: &str = "show \"Él\"\n\
+    light x   spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
+    bank lamps = x\n\
+    cue 1 \"ü🎭\" at 0:00 { snap  lmaps   50 }\n";
+
+#[test]
+fn neovim_is_told_what_is_wrong_and_mends_it() {
+    if Command::new("nvim").arg("--version").output().is_err() {
+        println!("skipped: nvim is not installed");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().canonicalize().unwrap();
+    fs::write(path.join("show.lxq"), SHOW).unwrap();
+    let client = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/editor.lua");
+    let mut program = Command::new("nvim");
+    program.args([
+        "--clean",
+        "--headless",
+        "-n",
+        "-c",
+        &format!("luafile {client}"),
+    ]);
+    program.env("FOLDER", &path).env("HOME", &path);
+    program.env("FOOTLIGHT", env!("CARGO_BIN_EXE_footlight"));
+    let done = program.output().unwrap();
+    let said = String::from_utf8_lossy(&done.stderr).into_owned();
+    let told = fs::read_to_string(path.join("told.json")).expect(&said);
+    let told: serde_json::Value = serde_json::from_str(&told).unwrap();
+    assert_eq!(told["line"], 3, "{told}");
+    // Neovim counts in bytes: two of the letter, four of the mask.
+    let at = SHOW.lines().nth(3).unwrap().find("lmaps").unwrap();
+    assert_eq!(told["column"], at, "{told}");
+    assert!(
+        told["message"]
+            .as_str()
+            .unwrap()
+            .contains("did you mean `lamps`?")
+    );
+    assert_eq!(told["fix"], "write `lamps`");
+    assert_eq!(told["left"], 0);
+    assert!(
+        told["hover"].as_str().unwrap().contains("at most 50 %"),
+        "{told}"
+    );
+    let written = fs::read_to_string(path.join("show.lxq")).unwrap();
+    let mended = SHOW.replace("lmaps", "lamps");
+    let plain = path.join("plain.lxq");
+    fs::write(&plain, mended).unwrap();
+    let mut fmt = Command::new(env!("CARGO_BIN_EXE_footlight"));
+    assert!(fmt.arg("fmt").arg(&plain).status().unwrap().success());
+    assert_eq!(written, fs::read_to_string(&plain).unwrap());
+}
