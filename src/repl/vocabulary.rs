@@ -53,14 +53,14 @@ impl Vocabulary {
         let texts = document.diagnostics().sources.texts();
         let scene = document.setup().map(|setup| &setup.scene);
         let materials = scene.into_iter().flat_map(|scene| &scene.materials);
-        Vocabulary::of_show(
+        Vocabulary::named(
             document.show(),
             texts.flat_map(lang::values).collect(),
             materials.map(|m| m.name.clone()).collect(),
         )
     }
 
-    fn of_show(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
+    fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
         Vocabulary {
             banks: show.banks.iter().map(|b| b.name.clone()).collect(),
             groups: show.groups.iter().map(|g| g.name.clone()).collect(),
@@ -79,11 +79,29 @@ impl Vocabulary {
 /// Bytes of a line, before the cursor, that are looked at.
 const LINE: usize = 4096;
 
+/// Bytes of a statement that goes on being offered something: it is parsed for each word.
+const STATEMENT: usize = 4 * LINE;
+
 /// What a line can go on with; `None` where the name of a file is wanted.
 type Offer = Option<Vec<String>>;
 
 fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
     Some(words.into_iter().map(str::to_owned).collect())
+}
+
+impl Completion {
+    fn of(start: usize, offer: Offer, word: &str) -> Completion {
+        let files = offer.is_none();
+        let offered = offer.into_iter().flatten();
+        let words: BTreeSet<String> = offered
+            .filter(|w| w.starts_with(word) && w != word)
+            .collect();
+        Completion {
+            start,
+            words: words.into_iter().collect(),
+            files,
+        }
+    }
 }
 
 impl Vocabulary {
@@ -96,24 +114,17 @@ impl Vocabulary {
         }
     }
 
-    /// What a statement of a show's text may go on with at its end; `files` where the name of one
-    /// stands there.
+    /// What a statement of a show's text may go on with at its end; names of files are not offered.
     pub fn complete_statement(&self, typed: &str) -> Completion {
         let start = typed
             .rfind(|c: char| c.is_whitespace() || "(){},=+".contains(c))
             .map_or(0, |i| i + 1);
         let (before, word) = typed.split_at_checked(start).unwrap_or((typed, ""));
-        let offered = match before.trim().is_empty() {
-            true => lang::keywords().iter().map(|w| (*w).to_owned()).collect(),
-            false => self.of_statement(before, word),
+        let offer = match before.trim().is_empty() {
+            true => offer(lang::keywords().iter().copied()),
+            false => Some(self.of_statement(before, word)),
         };
-        let words = offered.into_iter();
-        let words: BTreeSet<String> = words.filter(|w| w.starts_with(word) && w != word).collect();
-        Completion {
-            start,
-            words: words.into_iter().collect(),
-            files: false,
-        }
+        Completion::of(start, offer, word)
     }
 
     /// What `line` may go on with at byte `at`.
@@ -133,17 +144,7 @@ impl Vocabulary {
             });
         let (before, word) = typed.split_at(start);
         let offer = self.offer(before, word);
-        let files = offer.is_none();
-        let words: BTreeSet<String> = offer
-            .into_iter()
-            .flatten()
-            .filter(|w| w.starts_with(word) && w != word)
-            .collect();
-        Completion {
-            start: offset + start,
-            words: words.into_iter().collect(),
-            files,
-        }
+        Completion::of(offset + start, offer, word)
     }
 
     /// The usage of the verb that a line begins with, for what is not typed yet.
@@ -233,7 +234,8 @@ impl Vocabulary {
     /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
     /// is meant there, and numbers with the unit that is.
     fn of_statement(&self, before: &str, word: &str) -> Vec<String> {
-        let Some(beginning) = lang::Beginning::of(before) else {
+        let short = (before.len() <= STATEMENT).then_some(before);
+        let Some(beginning) = short.and_then(lang::Beginning::of) else {
             return Vec::new();
         };
         let begun = |offered: &&str| offered.starts_with(word);
@@ -431,7 +433,7 @@ mod tests {
                 .windows(2)
                 .filter(|w| ["panel", "surface"].contains(&w[0]));
             let materials = named.map(|w| w[1].to_owned()).collect();
-            let vocabulary = Vocabulary::of_show(&show, values, materials);
+            let vocabulary = Vocabulary::named(&show, values, materials);
             let known: Vec<&str> = lang::words()
                 .into_iter()
                 .chain(vocabulary.names())

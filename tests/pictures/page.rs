@@ -564,6 +564,13 @@ fn keys_do_the_same_wherever_the_focus_is(browser: &Browser) {
     browser.run("document.querySelectorAll('#cues button')[1].focus()");
     browser.press("Enter");
     browser.wait("desk.cue === 1 && desk.time === 2 && !desk.playing");
+    // GO in the middle of a fade that was sought: what is left of the fade, no more.
+    browser.run("seek(3); go();");
+    browser.wait("desk.cue === 2");
+    let left = browser.run("return remaining(desk)").as_f64().unwrap();
+    assert!(left <= 2.0, "{left}");
+    browser.wait("!desk.playing && desk.time === 6");
+    browser.run("toCue(1)");
     // The note of the cue that GO runs is in sight, and it is no HTML.
     browser
         .wait("document.getElementById('next').textContent === 'GO: 3 Wash (on <b>applause</b>)'");

@@ -51,6 +51,8 @@ warning[W018]: `low` at full puts no light into view `house`
     assert!(after.starts_with(warning), "{after}");
     assert!(after.ends_with("no errors, 1 warning"), "{after}");
     assert_eq!(show.engine().statistics().rendered, rendered);
+    let dark = said(&mut show, "picture --bank low");
+    assert!(dark.ends_with("dark: no light in sight"), "{dark}");
     said(
         &mut show,
         "light cellar spot at 0, 1, 3  aim 0, 0, 0  beam 30  field 50  900 cd",

@@ -6,7 +6,7 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::report::Place;
-use crate::show::{Bank, Interpolation, Motion, Move, NodeId, Part};
+use crate::show::{Bank, Cue, Interpolation, Motion, NodeId, Part};
 use crate::units::percent;
 
 impl Lower<'_, '_> {
@@ -31,25 +31,35 @@ impl Lower<'_, '_> {
         self.report.add(diagnostic.help(help));
     }
 
-    /// Levels of which none is more than 1: meant from 0 to 1, and nearly dark.
+    /// Levels of which none is more than 1, in the whole show or several in a cue: meant from 0 to 1,
+    /// and nearly dark.
     fn fractions(&mut self) {
-        let parts = self.show.cues.iter().flat_map(|cue| &cue.parts);
-        let moves = parts.flat_map(|part| &part.moves);
-        let level = |m: &&Move| self.emitter(m.parameter).is_none();
-        let levels: Vec<(NodeId, f64)> = moves
-            .filter(level)
-            .map(|m| (m.id, m.motion.brightest()))
-            .collect();
-        let most = levels.iter().map(|(_, level)| *level).fold(0.0, f64::max);
-        let first = levels
-            .iter()
-            .find(|(_, level)| *level > 0.0 && *level < 0.01);
-        let Some((id, level)) = first.copied().filter(|_| most <= 0.01) else {
+        let of_cues: Vec<Vec<(NodeId, f64)>> =
+            self.show.cues.iter().map(|c| self.cue_levels(c)).collect();
+        let brightest = |levels: &[(NodeId, f64)]| levels.iter().map(|l| l.1).fold(0.0, f64::max);
+        let everywhere = of_cues.iter().all(|levels| brightest(levels) <= 0.01);
+        let found = of_cues.iter().find_map(|levels| {
+            let low: BTreeMap<NodeId, f64> = levels
+                .iter()
+                .filter(|(_, level)| *level > 0.0 && *level < 0.01)
+                .copied()
+                .collect();
+            let meant = everywhere || (low.len() > 1 && brightest(levels) <= 0.01);
+            low.into_iter().next().filter(|_| meant)
+        });
+        let Some((id, level)) = found else {
             return;
         };
         let message = format!("no level is above 1: this is {} % of full", percent(level));
         let help = format!("levels are 0 to 100: write `{}`", percent(100.0 * level));
         self.warn(codes::FRACTIONS, message, (id, "nearly dark"), help);
+    }
+
+    /// The brightest that each move of a cue takes its bank's level to.
+    fn cue_levels(&self, cue: &Cue) -> Vec<(NodeId, f64)> {
+        let moves = cue.parts.iter().flat_map(|part| &part.moves);
+        let levels = moves.filter(|m| self.emitter(m.parameter).is_none());
+        levels.map(|m| (m.id, m.motion.brightest())).collect()
     }
 
     fn repeats_that_jump(&mut self) {

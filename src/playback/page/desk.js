@@ -53,10 +53,12 @@ function sumAt(settings) {
 
 // ---- what can be done -------------------------------------------------------------------------
 
-/// To a moment of the sequence; the cue that stands there is the one that GO goes on from.
+/// To a moment of the sequence; the cue that stands there is the one that GO goes on from, and its
+/// fades have until it is complete.
 function seek(time) {
-  const to = Math.min(Math.max(time, show.start), show.end);
-  Object.assign(desk, { time: to, until: show.end, rest: null, cue: cueAt(to), dirty: true });
+  const to = Math.min(Math.max(time, show.start), show.end), cue = cueAt(to);
+  const until = cue < 0 ? to : Math.max(settled(show, cue), to);
+  Object.assign(desk, { time: to, until, rest: null, cue, dirty: true });
 }
 
 function play(on) {

@@ -124,7 +124,8 @@ function buildFader(fader) {
   const id = `bank-${first}`;
   const label = made("label", { htmlFor: id, title: name }, name);
   const range = made("input", { id, type: "range", min: 0, max: 100, step: 1, value: 0 });
-  const output = made("output", { htmlFor: id });
+  // The fader itself tells its level; this would be read out with every frame.
+  const output = made("span", { className: "level", "aria-hidden": "true" });
   const svg = curve(fader);
   const named = made("span", { className: "named" }, label);
   const now = () => mixesOf(fader, lightOf(show, desk)).now;

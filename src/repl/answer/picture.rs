@@ -44,9 +44,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let shown = path.is_none_or(|p| ending(p) != "exr");
     let tone = shown.then(|| exposed(repl, call, &image)).transpose()?;
     let exposure = match tone {
-        _ if image.data().iter().all(|light| *light <= 0.0) => {
-            ", dark: no light in sight".to_owned()
-        }
+        _ if is_dark(repl, call, &image) => ", dark: no light in sight".to_owned(),
         Some(tone) => format!(", exposure {:.2}{}", tone.exposure, chosen(repl, call)),
         None => String::new(),
     };
@@ -82,6 +80,12 @@ fn made_of(repl: &Repl, call: &Call) -> String {
         0 => "coarse alone, nothing refined yet".to_owned(),
         n => format!("coarse, and {}", count(n, "refined picture")),
     }
+}
+
+/// Whether nothing of a picture, or of a bank alone, can be seen.
+fn is_dark(repl: &mut Repl, call: &Call, image: &Image) -> bool {
+    let unlit = |name: &str| repl.engine.unlit_banks().iter().any(|b| b.name == name);
+    image.data().iter().all(|light| *light <= 0.0) || call.option("bank").is_some_and(unlit)
 }
 
 /// How the exposure came about, where nobody said it.
