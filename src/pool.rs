@@ -54,10 +54,20 @@ pub struct Pool {
     errors: Vec<f64>,
     weighting: Weighting,
     refined: Vec<RefinedImage>,
+    stated: Option<Stated>,
     fit: Fit,
     /// C' of every source, made when first wanted after a picture was added: of 24 sources and 10
     /// refined pictures a preview then reads 34 pictures and not 58.
     extrapolated: OnceLock<Vec<Arc<Image>>>,
+}
+
+/// What is known of the errors before the first correction, from what the operator states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stated {
+    /// What estimated errors are multiplied by.
+    pub calibration: f64,
+    /// Relative error of refined images.
+    pub refined: f64,
 }
 
 /// C' is kept where it takes no more than the memory that a task may hold, divided by this.
@@ -105,9 +115,42 @@ impl Pool {
             gram,
             errors,
             refined: Vec::new(),
-            fit: Fit::of(&[]),
+            stated: None,
+            fit: Fit::of(1.0, &[]),
             extrapolated: OnceLock::new(),
         })
+    }
+
+    /// The pool with what the operator states of its errors; no refined image is in it yet.
+    #[must_use]
+    pub fn stating(self, stated: Option<Stated>) -> Pool {
+        let prior = stated.map_or(1.0, |s| s.calibration);
+        Pool {
+            stated,
+            fit: Fit::of(prior, &[]),
+            ..self
+        }
+    }
+
+    /// True where errors rest on what the operator states.
+    pub fn is_stated(&self) -> bool {
+        self.stated.is_some()
+    }
+
+    /// True where the weights are those of light and an error is a share of them: the operator
+    /// states an error of the coarse images, and there is one quality of these.
+    pub fn is_relative(&self) -> bool {
+        self.is_stated() && self.coarser.is_empty()
+    }
+
+    /// Predicted error, relative, where coarse images are left to show so much of what they showed
+    /// `alone`, both as estimated before calibration: with it, and with the error of the refined
+    /// images that show the rest.
+    pub fn error(&self, left: f64, alone: f64) -> f64 {
+        let coarse = self.calibration() * left;
+        let share = if alone > 0.0 { left / alone } else { 0.0 };
+        let refined = self.stated.map_or(0.0, |s| s.refined);
+        coarse.hypot(refined * (1.0 - share * share).max(0.0).sqrt())
     }
 
     /// Width and height of every picture.
@@ -169,6 +212,7 @@ impl Pool {
             gram: self.gram.clone(),
             errors: self.errors.clone(),
             weighting: self.weighting.clone(),
+            stated: self.stated,
             fit: self.fit,
             extrapolated: OnceLock::new(),
         }
@@ -198,7 +242,7 @@ impl Pool {
     }
 
     /// By how much the estimated errors must be multiplied to agree with the corrections known so
-    /// far; 1 before the first.
+    /// far; before the first 1, or what the operator states.
     pub fn calibration(&self) -> f64 {
         self.fit.calibration
     }
@@ -239,7 +283,8 @@ impl Pool {
             evidence,
         });
         let known: Vec<Evidence> = self.refined.iter().map(|r| r.evidence).collect();
-        self.fit = Fit::of(&known);
+        let prior = self.stated.map_or(1.0, |s| s.calibration);
+        self.fit = Fit::of(prior, &known);
         self.extrapolated = OnceLock::new();
         true
     }
@@ -314,13 +359,22 @@ impl Pool {
         let lights: Vec<f64> = settings.iter().map(light).collect();
         let least = dark * lights.iter().copied().fold(0.0, f64::max);
         let error = |(c, setting): (&Vec<f64>, &Vec<f64>)| {
-            let rest = self.rest(setting, c);
-            let weighted = rest.iter().zip(self.weighting.weights());
-            self.calibration() * weighted.map(|(x, w)| (x * w).powi(2)).sum::<f64>().sqrt()
+            let weighted = |light: &[f64]| {
+                let terms = light.iter().zip(self.weighting.weights());
+                terms.map(|(x, w)| (x * w).powi(2)).sum::<f64>().sqrt()
+            };
+            (weighted(&self.rest(setting, c)), weighted(setting))
         };
         let errors = of_refined.iter().zip(settings).map(error);
-        let relative = |(error, light): (f64, &f64)| (*light > least).then(|| error / light);
-        Ok(errors.zip(&lights).map(relative).collect())
+        let relative = |((left, alone), light): ((f64, f64), &f64)| {
+            let light = if self.is_relative() { alone } else { *light };
+            self.error(left / light, alone / light)
+        };
+        let errors = errors.zip(&lights).map(|(error, light)| {
+            let is_lit = *light > least;
+            is_lit.then(|| relative((error, light)))
+        });
+        Ok(errors.collect())
     }
 
     /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the

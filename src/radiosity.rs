@@ -21,6 +21,7 @@ mod indirect;
 mod lists;
 mod memory;
 mod mesh;
+mod stated;
 pub mod step;
 mod unit_lights;
 mod visibility;
@@ -111,6 +112,10 @@ impl Transport for Radiosity {
         counts.map_or(Cost::default(), |counts| {
             counts.cost(setup.rig.sources.len())
         })
+    }
+
+    fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
+        stated::error(quality, is_final_gather(setup))
     }
 
     fn quality_parameters(

@@ -44,6 +44,9 @@ pub struct Forecast {
     pub fixed: f64,
     /// The most useful first; none when nothing is left to improve.
     pub steps: Vec<NextImage>,
+    /// Whether errors rest on what the operator states.
+    #[serde(skip)]
+    pub is_stated: bool,
 }
 
 /// Measured against predicted seconds, once something was measured.
@@ -92,7 +95,9 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
         None => steps.len(),
         Some(until) => {
             let ahead = steps.iter().zip(refined + 1..);
-            let over = ahead.take_while(|(s, refined)| !is_within(until, s.error, *refined));
+            let over = ahead.take_while(|(s, refined)| {
+                !is_within(until, s.error, *refined, forecast.is_stated)
+            });
             (over.count() + 1).min(steps.len())
         }
     };
@@ -148,14 +153,17 @@ impl Engine {
             error: self.predicted_error()?,
             fixed: 0.0,
             steps: Vec::new(),
+            is_stated: self.rendered()?.is_relative(),
         };
+        let pool = self.rendered()?;
         if self.is_final() {
             return Ok(out);
         }
-        let pool = self.rendered()?;
-        if pool.has_no_estimated_error() {
+        let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= quality;
+        if pool.has_no_estimated_error() || is_as_fine {
             return Ok(out);
         }
+        let alone = self.error_alone_uncalibrated(pool)?;
         let next = self.directions(pool, metric)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = self.refined_cost()?;
@@ -188,7 +196,7 @@ impl Engine {
                 setting: direction.setting,
                 seconds,
                 stored,
-                error: direction.error * self.calibration(),
+                error: pool.error(direction.error, alone),
             });
         }
         Ok(out)
@@ -250,6 +258,7 @@ mod tests {
             error: 1.0,
             fixed,
             steps: (0..10).map(step).collect(),
+            is_stated: false,
         }
     }
 

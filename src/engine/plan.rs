@@ -2,7 +2,7 @@
 
 use super::{Engine, Error};
 use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
-use crate::pool::Pool;
+use crate::pool::{Pool, is_within};
 use crate::timeline::{KeyOptions, KeySequence};
 
 /// What a plan is made for.
@@ -39,28 +39,42 @@ impl Engine {
         let (weighting, norm) = match (options.metric, self.pool()) {
             (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
             (_, None) => return Err(Error::NotRendered),
-            (Metric::Error, Some(pool)) => {
-                (pool.weighting().clone(), Some(self.sequence_norm(pool)))
-            }
+            (Metric::Error, Some(pool)) => (pool.weighting().clone(), self.sequence_norm(pool)),
             (Metric::Norm, Some(pool)) => (
                 Weighting::new(Metric::Norm, pool.norms())?,
-                Some(self.sequence_norm(pool)),
+                self.sequence_norm(pool),
             ),
             (Metric::Influence, Some(pool)) => (
                 Weighting::influence(&pool.norms(), keys)?,
-                Some(self.sequence_norm(pool)),
+                self.sequence_norm(pool),
             ),
         };
         let work = self.host.work();
         work.check()?;
-        let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
+        let mut plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
         work.check()?;
+        if let Some(pool) = self.pool().filter(|_| options.metric != Metric::Settings) {
+            judge(&mut plan, pool);
+        }
         let report = plan.report(self.show(), keys)?;
         Ok(if self.is_final() {
             nothing_to_refine(report)
         } else {
             report
         })
+    }
+
+    /// The metric of plans unless one is chosen: that of the images that are there, else levels
+    /// alone.
+    ///
+    /// # Errors
+    /// [`Error::Plan`].
+    pub fn usual_metric(&self) -> Result<Metric, Error> {
+        match (self.metric, self.pool()) {
+            (Some(chosen), _) => Ok(chosen),
+            (None, None) => Ok(Metric::Settings),
+            (None, Some(_)) => self.plan_metric(),
+        }
     }
 
     /// The metric chosen to order what is refined; `None` where it is the best that the images
@@ -100,7 +114,7 @@ impl Engine {
         pool: &Pool,
         metric: Option<Metric>,
     ) -> Result<Vec<Direction>, Error> {
-        let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
+        let (keys, norm) = (self.document.keys(), self.sequence_norm(pool));
         let weighting = self.weighting(pool, metric)?;
         let mut known = pool.settings();
         let mut out = plan::next(keys, &known, &weighting, norm)?.directions;
@@ -116,15 +130,30 @@ impl Engine {
         Ok(out)
     }
 
-    /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse images.
-    pub(super) fn sequence_norm(&self, pool: &Pool) -> f64 {
-        plan::sequence_norm(pool.gram(), &plan::second_moment(self.document.keys()))
+    /// What estimated errors are relative to: sqrt ∫ ||I(t)||² dt of the sequence, from the coarse
+    /// images; `None`, the weighted norm of the settings, where the pool says so.
+    pub(super) fn sequence_norm(&self, pool: &Pool) -> Option<f64> {
+        (!pool.is_relative()).then(|| self.coherent_norm(pool))
     }
 
-    /// What known corrections make of the estimated errors.
-    pub(crate) fn calibration(&self) -> f64 {
-        self.pool().map_or(1.0, Pool::calibration)
+    /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse images.
+    pub(super) fn coherent_norm(&self, pool: &Pool) -> f64 {
+        plan::sequence_norm(pool.gram(), &plan::second_moment(self.document.keys()))
     }
+}
+
+/// Turns a plan's estimates into the errors that the pool predicts, and counts again what the
+/// tolerance needs.
+fn judge(plan: &mut Plan, pool: &Pool) {
+    let alone = plan.predicted.first().copied().unwrap_or(0.0);
+    for error in &mut plan.predicted {
+        *error = pool.error(*error, alone);
+    }
+    let within = |(count, error): (usize, &f64)| {
+        plan.tolerance > 0.0 && is_within(plan.tolerance, *error, count, pool.is_relative())
+    };
+    let mut counted = plan.predicted.iter().enumerate();
+    plan.used = counted.position(within).unwrap_or(plan.basis.len());
 }
 
 /// The plan where the first images are final: the basis still tells how the sequence varies, but no

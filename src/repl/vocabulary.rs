@@ -8,6 +8,7 @@ use std::collections::BTreeSet;
 
 use super::Repl;
 use super::verb::{self, Complete, VERBS, VerbSpec};
+use crate::engine::Way;
 use crate::lang::{self, codes};
 use crate::plan::Metric;
 use crate::show::FADES;
@@ -174,6 +175,7 @@ impl Vocabulary {
             ("bank", _) => offer(strings(&self.banks)),
             ("view", _) => offer(strings(&self.views)),
             ("metric", _) => offer(Metric::ALL.map(Metric::name)),
+            ("way", _) => offer(Way::ALL.map(Way::name)),
             (_, "FILE" | "DIR") => None,
             _ => Some(Vec::new()),
         }

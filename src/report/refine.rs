@@ -18,6 +18,10 @@ pub fn ended(ended: Ended) -> &'static str {
         Ended::Counted => "",
         Ended::Spent => "the time is used up",
         Ended::Complete => "every direction that the show needs is refined",
+        Ended::Finest => {
+            "as exact as the renderer gets: the finest step of quality is itself off by more than \
+             was asked for"
+        }
         Ended::Stopped => "stopped; what is finished is kept",
     }
 }

@@ -22,6 +22,7 @@ mod store;
 mod study;
 mod transcripts;
 mod tune;
+mod ways;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use crate::operator::Altered;
 use crate::prompt;
 use footlight::diagnostic::Style;
 use footlight::engine::{self, Ended, Goal, Host, PlanOptions, Version};
@@ -62,6 +63,7 @@ fn host(store: &MemoryStore) -> Host {
                 .with("room.mtl", MATERIALS),
         ),
         store: Box::new(store.clone()),
+        renderer: Altered::unstated(),
         ..Host::default()
     }
 }

@@ -238,7 +238,7 @@ impl Tuner {
         let mut pictures = 0;
         loop {
             let found = self.candidate(&way, pictures)?;
-            let within = is_within(until, found.predicted, pictures);
+            let within = is_within(until, found.predicted, pictures, false);
             if within || pictures == way.order.len() {
                 return Ok(Some(found));
             }

@@ -17,7 +17,8 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return next(repl, call);
     }
     call.without_words("; a number of steps stands behind --next")?;
-    let metric = repl.engine.metric().unwrap_or(Metric::Settings);
+    repl.engine.take_up()?;
+    let metric = repl.engine.usual_metric()?;
     let plan = repl.engine.plan(PlanOptions {
         metric,
         tolerance: tolerance(&repl.engine, call, "tolerance")?,
@@ -27,6 +28,11 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
+    if repl.engine.setup().is_some() {
+        let goal = Goal::until(plan.tolerance);
+        repl.engine.calibrate_cost()?;
+        text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
+    }
     if let Some(unshared) = words::unshared(&repl.engine) {
         text.push_str(&unshared);
         text.push('\n');

@@ -45,6 +45,13 @@ const METRIC: OptionSpec = value(
     "what makes a picture worth refining: settings, influence or error (default: error)",
 );
 
+const WAY: OptionSpec = value(
+    "way",
+    "WAY",
+    "how an error is reached: auto, paper (coarse pictures and mixtures) or alone (every bank at one \
+     step of quality) (default: auto)",
+);
+
 const DARK: OptionSpec = switch("dark", "light lines on a dark ground, in a file too");
 
 const FLOAT: OptionSpec = switch(
@@ -162,6 +169,7 @@ pub const VERBS: &[VerbSpec] = &[
             "M",
             "settings, influence or error; the last two render coarse pictures first",
         ),
+        WAY,
     ])
     .command(),
     verb(
@@ -203,7 +211,7 @@ pub const VERBS: &[VerbSpec] = &[
         "[N | until X% | for TIME] [&]",
         Complete::Words(&["until", "for"]),
     )
-    .options(&[VIEW, METRIC]),
+    .options(&[VIEW, METRIC, WAY]),
     verb(
         "status",
         render::status,
@@ -292,6 +300,7 @@ pub const VERBS: &[VerbSpec] = &[
         value("budget", "TIME", "stop refining when this time is used up"),
         VIEW,
         METRIC,
+        WAY,
         switch("keys", "write the key images too, as linear .exr"),
         OptionSpec {
             value: Some("DIR"),

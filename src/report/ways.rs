@@ -1,0 +1,60 @@
+//! The ways to an error in words.
+
+use std::fmt::Write as _;
+
+use super::words::{count, percent, seconds};
+use crate::engine::{Goal, Way, WayForecast};
+
+/// A table of ways, the one that is taken first; empty where nothing is known of them yet.
+pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
+    let mut text = String::new();
+    if ways.is_empty() {
+        return text;
+    }
+    let _ = match goal.until {
+        Some(until) => writeln!(text, "ways to an error of {} %", percent(until)),
+        None => writeln!(text, "ways"),
+    };
+    for (i, way) in ways.iter().enumerate() {
+        let mark = match (i, way.reaches) {
+            (0, true) => "  <- taken",
+            (0, false) => "  <- taken: the nearest",
+            (_, true) => "",
+            (_, false) => "  does not reach it",
+        };
+        let _ = writeln!(
+            text,
+            "  {:<46} {:>8}  {:>7} %{mark}",
+            name(way),
+            seconds(way.seconds),
+            percent(way.error)
+        );
+    }
+    text
+}
+
+/// What a way renders.
+fn name(way: &WayForecast) -> String {
+    let quality = way.quality;
+    let mixtures = count(way.mixed, "mixture");
+    match (way.way, way.alone, way.mixed) {
+        (_, 0, 0) => "what is there".to_owned(),
+        (Way::Alone, ..) => format!("every bank alone at quality {quality}"),
+        (_, 0, _) => format!("{mixtures} at quality {quality}"),
+        (_, _, 0) => format!("coarse pictures up to quality {quality}"),
+        _ => format!("coarse pictures, {mixtures} at quality {quality}"),
+    }
+}
+
+/// The way that is taken and the next best, in a line; empty where nothing is known of them.
+pub fn taken(ways: &[WayForecast]) -> String {
+    let [first, rest @ ..] = ways else {
+        return String::new();
+    };
+    let of = |way: &WayForecast| format!("{}, {}", name(way), seconds(way.seconds));
+    let mut text = of(first);
+    if let Some(next) = rest.iter().find(|way| way.reaches) {
+        let _ = write!(text, "; next best: {}", of(next));
+    }
+    text
+}
