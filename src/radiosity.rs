@@ -115,7 +115,7 @@ impl Transport for Radiosity {
     }
 
     fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
-        stated::error(quality, is_final_gather(setup))
+        stated::error(quality, setup.scene.polygons.len(), is_final_gather(setup))
     }
 
     fn quality_parameters(

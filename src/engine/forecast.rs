@@ -163,7 +163,6 @@ impl Engine {
         if pool.has_no_estimated_error() || is_as_fine {
             return Ok(out);
         }
-        let alone = self.error_alone_uncalibrated(pool)?;
         let next = self.directions(pool, metric)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = self.refined_cost()?;
@@ -177,6 +176,9 @@ impl Engine {
             newly_lit(&mut lit, &refined.setting);
         }
         let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
+        let left = self.errors_left(pool, &settings);
+        let alone = left.first().copied().unwrap_or(0.0);
+        let mut left = left.into_iter().skip(2);
         let store = self.host.store.as_ref();
         let stored = rendering.at_hand(&self.image_cache, quality, &settings, store);
         let mut first = true;
@@ -196,7 +198,7 @@ impl Engine {
                 setting: direction.setting,
                 seconds,
                 stored,
-                error: pool.error(direction.error, alone),
+                error: pool.error(left.next().unwrap_or(0.0), alone),
             });
         }
         Ok(out)

@@ -1,11 +1,11 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
+use super::plan::scaled;
 use super::refiner::{Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error};
-use crate::plan::forecast as predicted_error;
+use crate::plan::worst_left;
 use crate::pool::{Pool, is_within};
-use crate::timeline::CueTime;
 use crate::units::Time;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
@@ -75,9 +75,6 @@ pub struct WorstMoment {
     /// Predicted error, relative to the light of the moment.
     pub error: f64,
 }
-
-/// Less light than this part of the brightest moment's is nearly out.
-const NEARLY_OUT: f64 = 0.05;
 
 /// Why refinement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -329,13 +326,8 @@ impl Engine {
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
-        Ok(pool.error(left, self.error_alone_uncalibrated(pool)?))
-    }
-
-    /// The estimated error of coarse images alone, relative, before calibration.
-    pub(super) fn error_alone_uncalibrated(&self, pool: &Pool) -> Result<f64, Error> {
-        let (keys, norm) = (self.document.keys(), self.sequence_norm(pool));
-        Ok(predicted_error(keys, &[], pool.weighting(), norm)?)
+        let alone = self.errors_left(pool, &[]).first().copied();
+        Ok(pool.error(left, alone.unwrap_or(0.0)))
     }
 
     /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
@@ -350,24 +342,19 @@ impl Engine {
         if self.is_final() || is_unknown || pool.has_no_estimated_error() {
             return Ok(None);
         }
-        let fades = timeline.cues().iter().enumerate();
-        let both = |(cue, fade): (usize, &CueTime)| {
-            let half = (fade.completion - fade.go).scaled(0.5);
-            [(cue, fade.go + half), (cue, fade.completion)]
-        };
-        let moments: Vec<(usize, Time)> = fades.flat_map(both).collect();
-        let lit = moments.iter().map(|(_, time)| timeline.evaluate(*time));
-        let settings: Vec<Vec<f64>> = lit.collect();
-        let errors = pool.estimated_errors(&settings, NEARLY_OUT)?;
-        let known = moments.iter().zip(errors);
-        let known = known.filter_map(|((cue, time), error)| {
-            Some(WorstMoment {
-                cue: *cue,
-                time: *time,
-                error: error?,
-            })
-        });
-        Ok(known.max_by(|a, b| a.error.total_cmp(&b.error)))
+        let times = self.moments_of_cues();
+        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
+        let mut worst: Option<WorstMoment> = None;
+        let moments = scaled(pool, settings.collect());
+        for ((cue, time), moment) in times.into_iter().zip(moments) {
+            let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
+            let [alone, now] = left[..] else { continue };
+            let error = pool.error(now, alone);
+            if alone > 0.0 && worst.is_none_or(|w| error > w.error) {
+                worst = Some(WorstMoment { cue, time, error });
+            }
+        }
+        Ok(worst)
     }
 
     pub(super) fn uncalibrated_error(&self) -> Result<f64, Error> {
@@ -375,12 +362,6 @@ impl Engine {
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
-        let (keys, norm) = (self.document.keys(), self.sequence_norm(pool));
-        Ok(predicted_error(
-            keys,
-            &pool.settings(),
-            pool.weighting(),
-            norm,
-        )?)
+        Ok(self.errors_left(pool, &[]).last().copied().unwrap_or(0.0))
     }
 }

@@ -155,7 +155,8 @@ impl Refiner {
         }
         if batch.images == 0 {
             let finest = engine.coarse_steps()[1] == engine.finest();
-            let short = goal.asks_for_a_way() && goal.until.is_some() && finest;
+            let is_stated = engine.pool().is_some_and(Pool::is_stated);
+            let short = goal.asks_for_a_way() && goal.until.is_some() && is_stated && finest;
             return Ok(Next::Ended(match short {
                 true => Ended::Finest,
                 false => Ended::Complete,

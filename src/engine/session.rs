@@ -195,10 +195,14 @@ fn predicted_errors(engine: &Engine) -> Result<Errors, Error> {
         return Ok(Errors::default());
     }
     // The truth is of the refined step: what that is off by itself has no place here.
-    let left = engine.uncalibrated_error()?;
-    let now = left * pool.calibration();
-    let norm = engine.sequence_norm(pool);
-    let alone = plan::forecast(engine.document.keys(), &[], pool.weighting(), norm)?;
+    let keys = engine.document.keys();
+    let norm = match pool.is_relative() {
+        true => None,
+        false => Some(plan::sequence_norm(pool.gram(), &plan::second_moment(keys))),
+    };
+    let left = |settings: &[Vec<f64>]| plan::forecast(keys, settings, pool.weighting(), norm);
+    let (now, alone) = (left(&pool.settings())?, left(&[])?);
+    let now = now * pool.calibration();
     let coarse = alone * pool.calibration();
     Ok(Errors { now, coarse })
 }

@@ -310,7 +310,11 @@ impl Engine {
         let refined = self.stated(self.refined_step()).unwrap_or(0.0);
         Some(Stated {
             calibration: if cheap < fine { 1.0 } else { coarse },
-            refined: refined.min(coarse),
+            refined: if coarse > 0.0 {
+                (refined / coarse).min(1.0)
+            } else {
+                0.0
+            },
         })
     }
 }

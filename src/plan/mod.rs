@@ -13,6 +13,7 @@ mod moment;
 mod next;
 mod projection;
 mod report;
+mod worst;
 
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ pub use moment::{second_moment, sequence_norm};
 pub use next::{Direction, NextSteps, next};
 pub use projection::{forecast, projection};
 pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
+pub use worst::{Moment, worst_left};
 
 use crate::linalg::{Matrix, Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;
@@ -100,6 +102,7 @@ const RANK: f64 = 8.0 * f64::EPSILON;
 pub struct Weighting {
     metric: Metric,
     weights: Vec<f64>,
+    segments: Vec<f64>,
 }
 
 impl Weighting {
@@ -116,7 +119,11 @@ impl Weighting {
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
         }
-        Ok(Weighting { metric, weights })
+        Ok(Weighting {
+            metric,
+            weights,
+            segments: Vec::new(),
+        })
     }
 
     /// The metric `settings` for this many coordinates.
@@ -124,6 +131,7 @@ impl Weighting {
         Weighting {
             metric: Metric::Settings,
             weights: vec![1.0; coordinates],
+            segments: Vec::new(),
         }
     }
 
@@ -137,6 +145,16 @@ impl Weighting {
         let means = moment::means(keys);
         let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
         Weighting::new(Metric::Influence, weights.collect())
+    }
+
+    /// The same where light of each segment of the sequence counts by a factor, such as one over
+    /// the segment's light, so that dark looks count as much as bright ones.
+    #[must_use]
+    pub fn with_segments(self, factors: Vec<f64>) -> Weighting {
+        Weighting {
+            segments: factors,
+            ..self
+        }
     }
 
     /// What the weights mean.
@@ -221,7 +239,7 @@ impl Plan {
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
-        let a = moment::factor(keys, &w);
+        let a = moment::factor(keys, &w, &weighting.segments);
         let total = a.lower.norm();
         let found = svd(&a.lower)?;
         let count = found.rank(RANK * w.len().max(a.columns) as f64);

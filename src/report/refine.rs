@@ -163,6 +163,16 @@ pub fn idle(engine: &Engine) -> String {
     text
 }
 
+/// Where the sequence stands, in a line; `None` before there is a picture.
+pub fn so_far(engine: &Engine) -> Option<String> {
+    let step = engine.steps().last()?;
+    let refined = count(step.refined, "refined picture");
+    Some(format!(
+        "so far: {refined}, error {} %\n",
+        percent(step.error)
+    ))
+}
+
 /// The next steps of a forecast of `all` steps, with what they cost.
 pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) -> String {
     let mut text = format!(

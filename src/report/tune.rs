@@ -33,7 +33,7 @@ pub fn describe(tuned: &Tuned) -> String {
     if let Some(now) = &tuned.as_it_stands {
         let _ = writeln!(
             text,
-            "as the show stands, run --until {}% takes {}: {}, off by {} %",
+            "as the show stands, run --until {}% --way paper takes {}: {}, off by {} %",
             (tuned.until * 1e6).round() / 1e4,
             seconds(now.seconds),
             choice(now),
@@ -43,7 +43,7 @@ pub fn describe(tuned: &Tuned) -> String {
     describe_keys(&mut text, tuned);
     let _ = writeln!(
         text,
-        "to have it, type or put into the show:\n  {}",
+        "to have the chosen pair, type or put into the show, with --way paper:\n  {}",
         tuned.preview
     );
     match tuned.choice.pictures {

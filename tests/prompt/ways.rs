@@ -73,17 +73,19 @@ fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
     let (mut show, rendered) = open(Some(each), &MemoryStore::default());
     show.engine_mut().coarse().unwrap();
     let before = rendered.load(Ordering::Relaxed);
-    let ways = show.engine().ways(&Goal::until(0.03)).unwrap();
-    assert_eq!((ways[0].way, ways[0].mixed), (Way::Paper, 1), "{ways:?}");
-    assert_eq!(ways[0].seconds, 60.0);
+    let until = 0.9 * show.engine().predicted_error().unwrap();
+    assert!(until > STATED[4]);
+    let ways = show.engine().ways(&Goal::until(until)).unwrap();
+    let mixed = &ways[0];
+    assert_eq!(mixed.way, Way::Paper, "{ways:?}");
+    assert_eq!(mixed.seconds, 60.0 * mixed.mixed as f64);
     let next = ways.iter().find(|w| w.way == Way::Alone && w.reaches);
-    assert_eq!(next.map(|w| w.seconds), Some(120.0));
-    show.engine_mut().refine(Goal::until(0.03)).unwrap();
+    assert_eq!(next.map(|w| w.seconds), Some(120.0), "{ways:?}");
+    show.engine_mut().refine(Goal::until(until)).unwrap();
     assert!(rendered.load(Ordering::Relaxed) - before <= 2);
     // By name it is the other one.
-    let text = say(&mut show, "refine until 1.5% --way alone");
-    assert!(text.contains("the error asked for is reached"), "{text}");
-    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [4; 2]);
+    say(&mut show, "refine until 0.2% --way alone");
+    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [5; 2]);
     assert_eq!(show.engine().way(), Way::Auto);
 }
 
@@ -94,7 +96,7 @@ fn a_way_is_taken_by_name() {
     assert!(text.contains("coarse pictures up to quality 2"), "{text}");
     let text = say(&mut show, "plan --tolerance 5%");
     assert!(text.contains("every bank alone at quality 2"), "{text}");
-    say(&mut show, "refine until 1.5% --way paper");
+    say(&mut show, "refine until 0.1% --way paper");
     assert_eq!(show.engine().coarse_steps().map(|q| q.0), [1, 2]);
     assert!(show.engine().refined() > 0);
     let text = say(&mut show, "plan --way shortest");

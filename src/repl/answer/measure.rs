@@ -68,9 +68,10 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(if json { reply } else { written })
 }
 
-pub fn tune(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    call.without_words(": tune --until 2%")?;
-    let until = tolerance(&repl.engine, call, "until")?;
+/// `plan --measure`
+pub(super) fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    call.without_words("; a number of steps stands behind --next")?;
+    let until = tolerance(&repl.engine, call, "tolerance")?;
     let budget = call.option("budget").map(duration).transpose()?;
     let tuned = repl.engine.tune(until, budget.map(|t| t.seconds()))?;
     match call.has("json") {

@@ -170,6 +170,16 @@ pub const VERBS: &[VerbSpec] = &[
             "settings, influence or error; the last two render coarse pictures first",
         ),
         WAY,
+        switch(
+            "measure",
+            "render every step of quality and choose by what was measured",
+        ),
+        value(
+            "budget",
+            "TIME",
+            "of --measure: leave out fine steps that are not measured within this time; the finest \
+                 measured is the truth",
+        ),
     ])
     .command(),
     verb(
@@ -364,28 +374,6 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         DARK,
         output("write a .png, an .svg, or the figures as .csv or .json"),
-    ])
-    .command(),
-    verb(
-        "tune",
-        measure::tune,
-        "measure every step of quality, choose the cheapest good enough",
-        "tune --until 2%",
-    )
-    .options(&[
-        value(
-            "until",
-            "X",
-            "error allowed, such as 2% (default: the show's preview)",
-        ),
-        value(
-            "budget",
-            "TIME",
-            "leave out fine steps that are not measured within this time; the finest measured \
-                 is the truth",
-        ),
-        JSON,
-        VIEW,
     ])
     .command(),
     verb(
