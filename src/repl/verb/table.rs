@@ -69,7 +69,7 @@ const KEYS: OptionSpec = value(
 );
 
 /// What can be charted.
-const CHARTS: &[&str] = &["plan", "session", "transport"];
+const CHARTS: &[&str] = &["plan", "session", "transport", "ways"];
 
 const QUALITY: OptionSpec = value(
     "quality",
