@@ -5,6 +5,11 @@
 //! tolerances from 4 to 0.4 %, how often the step that is chosen keeps its promise, and what the
 //! choice costs over that of one who knows the errors.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "matrices are indexed by the pictures, steps and sources they were made of"
+)]
+
 #[path = "../trial/dice.rs"]
 mod dice;
 #[path = "../trial/random_show.rs"]
@@ -16,6 +21,7 @@ use std::path::Path;
 
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
+use footlight::geometry::vec3;
 use footlight::picture::combine::dot;
 use footlight::picture::{Image, png};
 use footlight::renderer::Quality;
@@ -129,7 +135,7 @@ fn norms(images: &[Image], from: Option<&[Image]>, moments: &[Vec<f64>]) -> Vec<
 fn area_of(vertices: &[footlight::geometry::Vec3]) -> f64 {
     let first = vertices[0];
     let pairs = vertices.windows(2);
-    let sum = pairs.fold(first - first, |sum, w| {
+    let sum = pairs.fold(vec3(0.0, 0.0, 0.0), |sum, w| {
         sum + (w[0] - first).cross(w[1] - first)
     });
     0.5 * sum.dot(sum).sqrt()

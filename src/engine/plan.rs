@@ -3,7 +3,7 @@
 use super::{Engine, Error};
 use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
 use crate::pool::{Pool, is_within};
-use crate::timeline::{KeyOptions, KeySequence, Segment};
+use crate::timeline::{KeyOptions, KeySequence};
 use crate::units::Time;
 
 /// What a plan is made for.
@@ -99,14 +99,8 @@ impl Engine {
         metric: Option<Metric>,
     ) -> Result<Weighting, Error> {
         Ok(match metric {
-            None | Some(Metric::Error) => {
-                let factors = segment_factors(pool, keys);
-                pool.weighting().clone().with_segments(factors)
-            }
-            Some(Metric::Norm) => {
-                let factors = segment_factors(pool, keys);
-                Weighting::new(Metric::Norm, pool.norms())?.with_segments(factors)
-            }
+            None | Some(Metric::Error) => pool.weighting().clone(),
+            Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
             Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
             Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
         })
@@ -188,22 +182,6 @@ pub(super) fn scaled(pool: &Pool, settings: Vec<Vec<f64>>) -> Vec<plan::Moment> 
         setting,
     };
     settings.into_iter().zip(lights).map(moment).collect()
-}
-
-/// One over the light of each segment, of what is nearly out as of what just counts.
-fn segment_factors(pool: &Pool, keys: &KeySequence) -> Vec<f64> {
-    let of_key: Vec<f64> = keys.keys().iter().map(|key| pool.light(key)).collect();
-    let least = NEARLY_OUT * of_key.iter().copied().fold(0.0, f64::max);
-    let of_segment = |segment: &Segment| {
-        let lights = segment.keys.iter().filter_map(|key| of_key.get(*key));
-        let mean = lights.sum::<f64>() / segment.keys.len().max(1) as f64;
-        if least > 0.0 {
-            1.0 / mean.max(least)
-        } else {
-            1.0
-        }
-    };
-    keys.segments().iter().map(of_segment).collect()
 }
 
 /// The plan where the first images are final: the basis still tells how the sequence varies, but no

@@ -102,7 +102,6 @@ const RANK: f64 = 8.0 * f64::EPSILON;
 pub struct Weighting {
     metric: Metric,
     weights: Vec<f64>,
-    segments: Vec<f64>,
 }
 
 impl Weighting {
@@ -119,11 +118,7 @@ impl Weighting {
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
         }
-        Ok(Weighting {
-            metric,
-            weights,
-            segments: Vec::new(),
-        })
+        Ok(Weighting { metric, weights })
     }
 
     /// The metric `settings` for this many coordinates.
@@ -131,7 +126,6 @@ impl Weighting {
         Weighting {
             metric: Metric::Settings,
             weights: vec![1.0; coordinates],
-            segments: Vec::new(),
         }
     }
 
@@ -145,16 +139,6 @@ impl Weighting {
         let means = moment::means(keys);
         let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
         Weighting::new(Metric::Influence, weights.collect())
-    }
-
-    /// The same where light of each segment of the sequence counts by a factor, such as one over
-    /// the segment's light, so that dark looks count as much as bright ones.
-    #[must_use]
-    pub fn with_segments(self, factors: Vec<f64>) -> Weighting {
-        Weighting {
-            segments: factors,
-            ..self
-        }
     }
 
     /// What the weights mean.
@@ -239,7 +223,7 @@ impl Plan {
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
-        let a = moment::factor(keys, &w, &weighting.segments);
+        let a = moment::factor(keys, &w);
         let total = a.lower.norm();
         let found = svd(&a.lower)?;
         let count = found.rank(RANK * w.len().max(a.columns) as f64);

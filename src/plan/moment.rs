@@ -15,19 +15,13 @@ fn lengths(keys: &KeySequence) -> Vec<f64> {
     keys.segments().iter().map(of).collect()
 }
 
-/// Gives `take` the columns of W · [K · chol(h·B)] over all segments, one for each control point,
-/// those of a segment times its factor.
-fn weighted(
-    keys: &KeySequence,
-    w: &[f64],
-    factors_of_segments: &[f64],
-    mut take: impl FnMut(&[f64]),
-) {
+/// Gives `take` the columns of W · [K · chol(h·B)] over all segments, one for each control point.
+fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
     let factors: Vec<Matrix> = (0..=3).map(mass_factor).collect();
     let mut column = vec![0.0; keys.coordinates()];
-    for (place, (segment, length)) in keys.segments().iter().zip(lengths(keys)).enumerate() {
+    for (segment, length) in keys.segments().iter().zip(lengths(keys)) {
         let factor = &factors[segment.degree.min(3)];
-        let root = length.sqrt() * factors_of_segments.get(place).unwrap_or(&1.0);
+        let root = length.sqrt();
         for j in 0..segment.keys.len() {
             column.fill(0.0);
             // Lower: column j has the rows from j on.
@@ -49,12 +43,11 @@ pub(super) struct Factor {
     pub columns: usize,
 }
 
-/// What is decomposed: the weighted control points by time, those of a segment times its factor, 1
-/// where there is none.
-pub(super) fn factor(keys: &KeySequence, w: &[f64], segments: &[f64]) -> Factor {
+/// What is decomposed: the weighted control points by time.
+pub(super) fn factor(keys: &KeySequence, w: &[f64]) -> Factor {
     let mut triangle = Triangle::new(keys.coordinates());
     let mut columns = 0;
-    weighted(keys, w, segments, |column| {
+    weighted(keys, w, |column| {
         columns += 1;
         triangle.push(column);
     });
@@ -85,7 +78,7 @@ pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
 pub fn second_moment(keys: &KeySequence) -> Matrix {
     let mut columns = Vec::new();
     let ones = vec![1.0; keys.coordinates()];
-    weighted(keys, &ones, &[], |column| columns.extend_from_slice(column));
+    weighted(keys, &ones, |column| columns.extend_from_slice(column));
     let count = keys.segments().iter().map(|s| s.keys.len()).sum();
     let a = Matrix::from_vec(keys.coordinates(), count, columns);
     &a * a.transpose()

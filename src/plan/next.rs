@@ -44,7 +44,7 @@ pub fn next(
 ) -> Result<NextSteps, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = moment::factor(keys, &w, &weighting.segments).lower;
+    let a = moment::factor(keys, &w).lower;
     let total = a.norm();
     let (mut span, refused) = span(keys, pool, &w)?;
     let mut rest = a;

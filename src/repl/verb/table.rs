@@ -195,6 +195,7 @@ pub const VERBS: &[VerbSpec] = &[
             "TIME",
             "the moment (default: the current time, or the start)",
         ),
+        value("cue", "N", "the moment at which this cue is complete"),
         value("bank", "NAME", "this bank alone, at full"),
         value(
             "quality",
