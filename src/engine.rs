@@ -26,6 +26,7 @@ pub mod session;
 mod setup;
 mod stage;
 mod versions;
+mod ways;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -56,6 +57,7 @@ pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMomen
 pub use self::session::Session;
 pub use self::stage::{StageFile, StageMaterial};
 pub use self::versions::Serving;
+pub use self::ways::{Way, WayForecast};
 pub use crate::scene::LampShape;
 
 pub(crate) use self::limit::TimedCall;
@@ -92,6 +94,8 @@ pub struct Engine {
     rendering: Option<rendering::SetupImages>,
     /// What orders the images that are refined; `None`: the best that the images allow.
     metric: Option<Metric>,
+    /// How images are chosen.
+    way: Way,
     background: Option<background::BackgroundRefinement>,
     steps: Vec<Step>,
     /// How long things take here against what the operator predicts.
@@ -155,6 +159,7 @@ impl Engine {
             document,
             rendering: None,
             metric: None,
+            way: Way::default(),
             background: None,
             steps: Vec::new(),
             pace: forecast::CostScale::default(),
@@ -402,6 +407,13 @@ impl Engine {
         self.rendering.as_ref().and_then(|r| r.pool.as_ref())
     }
 
+    /// True where the pool is yet to be made, of other images than it has.
+    fn is_pool_due(&self) -> bool {
+        let base = self.coarse_steps();
+        let rendering = self.rendering.as_ref();
+        rendering.is_some_and(|r| r.pool.is_none() || r.pool_base != Some(base))
+    }
+
     /// The pool, which must have been rendered.
     pub(crate) fn rendered(&self) -> Result<&Pool, Error> {
         if self.rendering.is_none() {
@@ -423,7 +435,7 @@ impl Engine {
 
     /// Number of refined images that serve the show.
     pub fn refined(&self) -> usize {
-        let least = self.refined_step();
+        let least = self.least_refined();
         let rendering = self.rendering.as_ref();
         rendering.map_or(0, |r| r.refined(&self.image_cache, least))
     }
@@ -433,9 +445,16 @@ impl Engine {
         &self.steps
     }
 
-    /// The two steps of quality at which coarse images are rendered: what the show asks for, and
-    /// the finer one whose images serve as coarse ones; their difference estimates the error.
+    /// The two steps of quality at which sources are rendered alone, ascending; equal where one step
+    /// is enough. Images of the second serve as coarse ones; their difference from the first
+    /// estimates the error. What the show asks for unless another step was the cheaper way.
     pub fn coarse_steps(&self) -> [Quality; 2] {
+        let chosen = self.rendering.as_ref().and_then(|r| r.base);
+        chosen.unwrap_or_else(|| self.coarse_pair())
+    }
+
+    /// The two steps of quality that the show asks for.
+    pub(crate) fn coarse_pair(&self) -> [Quality; 2] {
         rendering::coarse_steps(self.show().preview.coarse, self.finest())
     }
 
@@ -449,6 +468,11 @@ impl Engine {
     /// The step of quality of refined images.
     pub fn refined_step(&self) -> Quality {
         rendering::refined_step(self.show().preview.refined, self.finest())
+    }
+
+    /// The least step of quality of refined images that serve.
+    fn least_refined(&self) -> Quality {
+        self.refined_step().max(self.coarse_steps()[1])
     }
 
     /// True when the first images are as good as any: the scale has one step, so that nothing is

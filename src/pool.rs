@@ -54,10 +54,20 @@ pub struct Pool {
     errors: Vec<f64>,
     weighting: Weighting,
     refined: Vec<RefinedImage>,
+    stated: Option<Stated>,
     fit: Fit,
     /// C' of every source, made when first wanted after a picture was added: of 24 sources and 10
     /// refined pictures a preview then reads 34 pictures and not 58.
     extrapolated: OnceLock<Vec<Arc<Image>>>,
+}
+
+/// What is known of the errors before the first correction, from what the operator states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stated {
+    /// What estimated errors are multiplied by.
+    pub calibration: f64,
+    /// Error of refined images as a share of that of coarse ones.
+    pub refined: f64,
 }
 
 /// C' is kept where it takes no more than the memory that a task may hold, divided by this.
@@ -105,9 +115,55 @@ impl Pool {
             gram,
             errors,
             refined: Vec::new(),
-            fit: Fit::of(&[]),
+            stated: None,
+            fit: Fit::of(1.0, &[]),
             extrapolated: OnceLock::new(),
         })
+    }
+
+    /// The pool with what the operator states of its errors; no refined image is in it yet.
+    #[must_use]
+    pub fn stating(self, stated: Option<Stated>) -> Pool {
+        let prior = stated.map_or(1.0, |s| s.calibration);
+        Pool {
+            stated,
+            fit: Fit::of(prior, &[]),
+            ..self
+        }
+    }
+
+    /// True where errors rest on what the operator states.
+    pub fn is_stated(&self) -> bool {
+        self.stated.is_some()
+    }
+
+    /// True where the weights are those of light and an error is a share of them: the operator
+    /// states an error of the coarse images, and there is one quality of these.
+    pub fn is_relative(&self) -> bool {
+        self.is_stated() && self.coarser.is_empty()
+    }
+
+    /// Predicted error, relative, where coarse images are left to show so much of what they showed
+    /// `alone`, both as estimated before calibration: with it, and with the error of the refined
+    /// images that show the rest.
+    pub fn error(&self, left: f64, alone: f64) -> f64 {
+        self.calibration() * self.left_with_refined(left, alone)
+    }
+
+    /// The same as it is predicted before the first refined image.
+    pub fn planned_error(&self, left: f64, alone: f64) -> f64 {
+        self.prior() * self.left_with_refined(left, alone)
+    }
+
+    fn left_with_refined(&self, left: f64, alone: f64) -> f64 {
+        let share = if alone > 0.0 { left / alone } else { 0.0 };
+        let refined = self.stated.map_or(0.0, |s| s.refined) * alone;
+        left.hypot(refined * (1.0 - share * share).max(0.0).sqrt())
+    }
+
+    /// What estimated errors are multiplied by before the first correction is known.
+    fn prior(&self) -> f64 {
+        self.stated.map_or(1.0, |s| s.calibration)
     }
 
     /// Width and height of every picture.
@@ -169,6 +225,7 @@ impl Pool {
             gram: self.gram.clone(),
             errors: self.errors.clone(),
             weighting: self.weighting.clone(),
+            stated: self.stated,
             fit: self.fit,
             extrapolated: OnceLock::new(),
         }
@@ -198,7 +255,7 @@ impl Pool {
     }
 
     /// By how much the estimated errors must be multiplied to agree with the corrections known so
-    /// far; 1 before the first.
+    /// far; before the first 1, or what the operator states.
     pub fn calibration(&self) -> f64 {
         self.fit.calibration
     }
@@ -239,7 +296,7 @@ impl Pool {
             evidence,
         });
         let known: Vec<Evidence> = self.refined.iter().map(|r| r.evidence).collect();
-        self.fit = Fit::of(&known);
+        self.fit = Fit::of(self.prior(), &known);
         self.extrapolated = OnceLock::new();
         true
     }
@@ -295,32 +352,19 @@ impl Pool {
         Ok(out)
     }
 
-    /// Estimated error of the preview of each of some settings, relative to its light; `None` for
-    /// what is darker than `dark` times the brightest of them.
-    ///
-    /// # Errors
-    /// [`PlanError`] for settings of another number of coordinates.
-    pub fn estimated_errors(
-        &self,
-        settings: &[Vec<f64>],
-        dark: f64,
-    ) -> Result<Vec<Option<f64>>, PlanError> {
-        let of_refined = plan::projection(&self.settings(), &self.weighting, settings)?;
-        let light = |setting: &Vec<f64>| {
-            let (gram, s) = (&self.gram, setting);
-            let row = |i: usize| (0..s.len()).map(move |j| s[i] * gram[(i, j)] * s[j]);
-            (0..s.len()).flat_map(row).sum::<f64>().max(0.0).sqrt()
+    /// The light of a setting, as errors are relative to it: the norm of its coarse image, or, where
+    /// the pool [says so](Pool::is_relative), of its weighted coordinates.
+    pub fn light(&self, setting: &[f64]) -> f64 {
+        let n = setting.len().min(self.coarse.len());
+        let of = |i: usize| -> f64 {
+            match self.is_relative() {
+                true => (setting[i] * self.weighting.weights()[i]).powi(2),
+                false => (0..n)
+                    .map(|j| setting[i] * self.gram[(i, j)] * setting[j])
+                    .sum(),
+            }
         };
-        let lights: Vec<f64> = settings.iter().map(light).collect();
-        let least = dark * lights.iter().copied().fold(0.0, f64::max);
-        let error = |(c, setting): (&Vec<f64>, &Vec<f64>)| {
-            let rest = self.rest(setting, c);
-            let weighted = rest.iter().zip(self.weighting.weights());
-            self.calibration() * weighted.map(|(x, w)| (x * w).powi(2)).sum::<f64>().sqrt()
-        };
-        let errors = of_refined.iter().zip(settings).map(error);
-        let relative = |(error, light): (f64, &f64)| (*light > least).then(|| error / light);
-        Ok(errors.zip(&lights).map(relative).collect())
+        (0..n).map(of).sum::<f64>().max(0.0).sqrt()
     }
 
     /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the
@@ -436,20 +480,45 @@ mod tests {
     #[test]
     fn errors_are_relative_to_the_light_of_each_moment() {
         let mut two = Two::new();
-        let moments = [[1.0, 0.0], [0.0, 1.0], [1e-4, 0.0]].map(|m| m.to_vec());
-        let errors = |pool: &Pool| pool.estimated_errors(&moments, 0.01).unwrap();
-        let coarse = errors(&two.pool);
+        let left = |pool: &Pool, setting: [f64; 2]| {
+            let moment = plan::Moment {
+                setting: setting.to_vec(),
+                scale: 1.0 / pool.light(&setting),
+            };
+            plan::worst_left(&[moment], &pool.settings(), &[], pool.weighting())
+        };
         // The lights' coarse pictures are 5 and sqrt(50), off by 0.01 and 1.
-        assert!((coarse[0].unwrap() - 0.01 / 5.0).abs() < 1e-5);
-        assert!((coarse[1].unwrap() - 1.0 / 50.0_f64.sqrt()).abs() < 1e-5);
-        assert_eq!(coarse[2], None);
+        for dim in [1.0, 1e-4] {
+            assert!((left(&two.pool, [dim, 0.0])[1] - 0.01 / 5.0).abs() < 1e-5);
+        }
+        assert!((left(&two.pool, [0.0, 1.0])[1] - 1.0 / 50.0_f64.sqrt()).abs() < 1e-5);
         let refined = two.rendered([0.0, 1.0]);
         assert!(
             two.pool
                 .add(vec![0.0, 1.0], refined, Quality(4), Work::silent())
         );
-        assert!(errors(&two.pool)[1].unwrap() < 1e-9);
-        assert!(two.pool.estimated_errors(&[vec![1.0]], 0.01).is_err());
+        let [alone, now] = left(&two.pool, [0.0, 1.0])[..] else {
+            panic!("two numbers");
+        };
+        assert!(now < 1e-9 && alone > 0.1);
+    }
+
+    /// What the operator states stands for the estimate: at every moment before a picture is
+    /// refined, and of refined pictures in the end.
+    #[test]
+    fn stated_errors_hold_before_and_after_refining() {
+        let coarse = vec![row(&[5.0, 0.0]), row(&[0.0, 7.0])];
+        let pool = Pool::new(coarse, Vec::new(), Work::silent()).unwrap();
+        let stated = Stated {
+            calibration: 0.02,
+            refined: 0.25,
+        };
+        let pool = pool.stating(Some(stated));
+        assert!(pool.is_relative() && pool.is_stated());
+        assert!((pool.light(&[3.0, 4.0]) - 15.0_f64.hypot(28.0)).abs() < 1e-9);
+        assert_eq!(pool.error(1.0, 1.0), 0.02);
+        assert_eq!(pool.error(0.0, 1.0), 0.005);
+        assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
     }
 
     #[test]

@@ -22,6 +22,7 @@ mod lists;
 mod memory;
 mod mesh;
 mod rounding;
+mod stated;
 pub mod step;
 mod unit_lights;
 mod visibility;
@@ -113,6 +114,10 @@ impl Transport for Radiosity {
         counts.map_or(Cost::default(), |counts| {
             counts.cost(setup.rig.sources.len())
         })
+    }
+
+    fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
+        stated::error(quality, setup.scene.polygons.len(), is_final_gather(setup))
     }
 
     fn quality_parameters(

@@ -36,6 +36,7 @@ pub mod target;
 pub mod tradeoff;
 pub mod tune;
 pub mod versions;
+pub mod ways;
 pub mod words;
 
 pub use error::Error;

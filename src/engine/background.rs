@@ -15,6 +15,7 @@ use super::forecast;
 use super::refine::{Ended, Goal, RefinementSummary};
 use super::refiner::{Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered};
+use super::ways::Way;
 use super::{Engine, Error};
 use crate::renderer::Quality;
 use crate::work::{Progress, Work};
@@ -221,6 +222,7 @@ impl Engine {
         if self.rendering.is_none() {
             return Err(Error::NoSetup);
         }
+        self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(goal, self.metric, false, self.now()),
             job: None,
@@ -435,6 +437,20 @@ impl Engine {
         let forecast = self.forecast().ok()?;
         let (goal, done) = (refiner.goal(), &refiner.done);
         let left = goal.budget.map(|s| s - done.seconds);
+        let way = self
+            .ways_beyond(goal, Some(&forecast))
+            .ok()?
+            .into_iter()
+            .next();
+        let way = way.filter(|w| goal.asks_for_a_way() && w.way == Way::Alone && w.alone > 0);
+        if let Some(way) = way {
+            let spent = job.map_or(0.0, |j| j.spent);
+            return Some(Ahead {
+                images: way.alone,
+                seconds: (way.seconds - spent).max(0.0),
+                error: way.error,
+            });
+        }
         let next = forecast::batch(&forecast, goal, self.refined(), left);
         let counted = goal.count.map(|n| n.saturating_sub(done.images));
         let needed = counted.map_or(next.needed, |n| n.min(next.needed));

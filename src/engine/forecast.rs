@@ -44,6 +44,9 @@ pub struct Forecast {
     pub fixed: f64,
     /// The most useful first; none when nothing is left to improve.
     pub steps: Vec<NextImage>,
+    /// Whether errors rest on what the operator states.
+    #[serde(skip)]
+    pub is_stated: bool,
 }
 
 /// Measured against predicted seconds, once something was measured.
@@ -92,7 +95,9 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
         None => steps.len(),
         Some(until) => {
             let ahead = steps.iter().zip(refined + 1..);
-            let over = ahead.take_while(|(s, refined)| !is_within(until, s.error, *refined));
+            let over = ahead.take_while(|(s, refined)| {
+                !is_within(until, s.error, *refined, forecast.is_stated)
+            });
             (over.count() + 1).min(steps.len())
         }
     };
@@ -148,12 +153,14 @@ impl Engine {
             error: self.predicted_error()?,
             fixed: 0.0,
             steps: Vec::new(),
+            is_stated: self.rendered()?.is_relative(),
         };
+        let pool = self.rendered()?;
         if self.is_final() {
             return Ok(out);
         }
-        let pool = self.rendered()?;
-        if pool.has_no_estimated_error() {
+        let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= quality;
+        if pool.has_no_estimated_error() || is_as_fine {
             return Ok(out);
         }
         let next = self.directions(pool, metric)?;
@@ -169,6 +176,9 @@ impl Engine {
             newly_lit(&mut lit, &refined.setting);
         }
         let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
+        let left = self.errors_left(pool, &settings);
+        let alone = left.first().copied().unwrap_or(0.0);
+        let mut left = left.into_iter().skip(2);
         let store = self.host.store.as_ref();
         let stored = rendering.at_hand(&self.image_cache, quality, &settings, store);
         let mut first = true;
@@ -188,7 +198,7 @@ impl Engine {
                 setting: direction.setting,
                 seconds,
                 stored,
-                error: direction.error * self.calibration(),
+                error: pool.error(left.next().unwrap_or(0.0), alone),
             });
         }
         Ok(out)
@@ -250,6 +260,7 @@ mod tests {
             error: 1.0,
             fixed,
             steps: (0..10).map(step).collect(),
+            is_stated: false,
         }
     }
 

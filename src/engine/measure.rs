@@ -13,7 +13,7 @@ pub mod reference;
 pub mod refinement;
 pub mod tradeoff;
 pub mod trial;
-mod tune;
+pub mod tune;
 pub mod tuner;
 pub mod wait;
 

@@ -2,8 +2,9 @@
 
 use super::{Engine, Error};
 use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
-use crate::pool::Pool;
+use crate::pool::{Pool, is_within};
 use crate::timeline::{KeyOptions, KeySequence};
+use crate::units::Time;
 
 /// What a plan is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,31 +37,37 @@ impl Engine {
     }
 
     fn plan_of(&self, keys: &KeySequence, options: PlanOptions) -> Result<PlanReport, Error> {
-        let (weighting, norm) = match (options.metric, self.pool()) {
-            (Metric::Settings, _) => (Weighting::settings(keys.coordinates()), None),
+        let weighting = match (options.metric, self.pool()) {
+            (Metric::Settings, _) => Weighting::settings(keys.coordinates()),
             (_, None) => return Err(Error::NotRendered),
-            (Metric::Error, Some(pool)) => {
-                (pool.weighting().clone(), Some(self.sequence_norm(pool)))
-            }
-            (Metric::Norm, Some(pool)) => (
-                Weighting::new(Metric::Norm, pool.norms())?,
-                Some(self.sequence_norm(pool)),
-            ),
-            (Metric::Influence, Some(pool)) => (
-                Weighting::influence(&pool.norms(), keys)?,
-                Some(self.sequence_norm(pool)),
-            ),
+            (metric, Some(pool)) => self.weighting(pool, keys, Some(metric))?,
         };
         let work = self.host.work();
         work.check()?;
-        let plan = Plan::new(keys, &weighting, options.tolerance, norm)?;
+        let mut plan = Plan::new(keys, &weighting, options.tolerance, None)?;
         work.check()?;
+        if let Some(pool) = self.pool().filter(|_| options.metric != Metric::Settings) {
+            self.predict_errors(&mut plan, pool);
+        }
         let report = plan.report(self.show(), keys)?;
         Ok(if self.is_final() {
             nothing_to_refine(report)
         } else {
             report
         })
+    }
+
+    /// The metric of plans unless one is chosen: that of the images that are there, else levels
+    /// alone.
+    ///
+    /// # Errors
+    /// [`Error::Plan`].
+    pub fn usual_metric(&self) -> Result<Metric, Error> {
+        match (self.metric, self.pool()) {
+            (Some(chosen), _) => Ok(chosen),
+            (None, None) => Ok(Metric::Settings),
+            (None, Some(_)) => self.plan_metric(),
+        }
     }
 
     /// The metric chosen to order what is refined; `None` where it is the best that the images
@@ -79,12 +86,18 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; [`Error::Plan`].
     pub fn plan_metric(&self) -> Result<Metric, Error> {
-        Ok(self.weighting(self.rendered()?, self.metric)?.metric())
+        Ok(self
+            .weighting(self.rendered()?, self.document.keys(), self.metric)?
+            .metric())
     }
 
-    /// The weights that order what is to be refined.
-    fn weighting(&self, pool: &Pool, metric: Option<Metric>) -> Result<Weighting, Error> {
-        let keys = self.document.keys();
+    /// The weights that order what is to be refined of `keys`.
+    fn weighting(
+        &self,
+        pool: &Pool,
+        keys: &KeySequence,
+        metric: Option<Metric>,
+    ) -> Result<Weighting, Error> {
         Ok(match metric {
             None | Some(Metric::Error) => pool.weighting().clone(),
             Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
@@ -93,38 +106,82 @@ impl Engine {
         })
     }
 
-    /// What is left to refine in the order of a metric, with the errors, before calibration, that
-    /// previews are predicted to have then.
+    /// What is left to refine in the order of a metric.
     pub(super) fn directions(
         &self,
         pool: &Pool,
         metric: Option<Metric>,
     ) -> Result<Vec<Direction>, Error> {
-        let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
-        let weighting = self.weighting(pool, metric)?;
-        let mut known = pool.settings();
-        let mut out = plan::next(keys, &known, &weighting, norm)?.directions;
-        let own = pool.weighting();
-        if weighting != *own {
-            // Singular values in another metric say nothing of errors.
-            for direction in &mut out {
-                self.host.work().check()?;
-                known.push(direction.setting.clone());
-                direction.error = plan::forecast(keys, &known, own, norm)?;
-            }
+        let keys = self.document.keys();
+        let weighting = self.weighting(pool, keys, metric)?;
+        Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
+    }
+
+    /// Estimated errors of the worst moment, relative, before calibration: of coarse images alone,
+    /// with the pool as it is, and with each of `directions` besides.
+    pub(super) fn errors_left(&self, pool: &Pool, directions: &[Vec<f64>]) -> Vec<f64> {
+        let moments = self.moments(pool);
+        plan::worst_left(&moments, &pool.settings(), directions, pool.weighting())
+    }
+
+    /// The moments whose error counts.
+    fn moments(&self, pool: &Pool) -> Vec<plan::Moment> {
+        let timeline = self.document.timeline();
+        let times = self.moments_of_cues();
+        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
+        scaled(pool, settings.collect())
+    }
+
+    /// Parts of every cue's fade, with the cue; of very many cues the end alone.
+    pub(super) fn moments_of_cues(&self) -> Vec<(usize, Time)> {
+        let cues = self.document.timeline().cues();
+        let mut out = Vec::with_capacity(PARTS.len() * cues.len());
+        for (cue, fade) in cues.iter().enumerate() {
+            let parts = PARTS
+                .iter()
+                .filter(|p| **p == 1.0 || cues.len() <= MANY_CUES);
+            out.extend(
+                parts.map(|part| (cue, fade.go + (fade.completion - fade.go).scaled(*part))),
+            );
         }
-        Ok(out)
+        out
     }
 
-    /// sqrt ∫ ||I(t)||² dt of the sequence, from the coarse images.
-    pub(super) fn sequence_norm(&self, pool: &Pool) -> f64 {
-        plan::sequence_norm(pool.gram(), &plan::second_moment(self.document.keys()))
+    /// Turns a plan's estimates into the errors that coarse images predict, refined ones not among
+    /// them, and counts again what the tolerance needs.
+    fn predict_errors(&self, plan: &mut Plan, pool: &Pool) {
+        let moments = self.moments(pool);
+        let left = plan::worst_left(&moments, &[], &plan.basis, pool.weighting());
+        let alone = left.first().copied().unwrap_or(0.0);
+        let errors = left
+            .iter()
+            .skip(1)
+            .map(|left| pool.planned_error(*left, alone));
+        plan.predicted = errors.collect();
+        let within = |(count, error): (usize, &f64)| {
+            plan.tolerance > 0.0 && is_within(plan.tolerance, *error, count, pool.is_relative())
+        };
+        let mut counted = plan.predicted.iter().enumerate();
+        plan.used = counted.position(within).unwrap_or(plan.basis.len());
     }
+}
 
-    /// What known corrections make of the estimated errors.
-    pub(crate) fn calibration(&self) -> f64 {
-        self.pool().map_or(1.0, Pool::calibration)
-    }
+/// Moments of each fade whose error counts, as parts of its time.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// From so many cues on only their ends count: each of their moments costs banks times banks.
+const MANY_CUES: usize = 500;
+/// Less light than this part of the brightest moment's is nearly out.
+const NEARLY_OUT: f64 = 0.02;
+
+/// Settings with one over their light; what is nearly out does not count.
+pub(super) fn scaled(pool: &Pool, settings: Vec<Vec<f64>>) -> Vec<plan::Moment> {
+    let lights: Vec<f64> = settings.iter().map(|s| pool.light(s)).collect();
+    let least = NEARLY_OUT * lights.iter().copied().fold(0.0, f64::max);
+    let moment = |(setting, light): (Vec<f64>, f64)| plan::Moment {
+        scale: if light > least { 1.0 / light } else { 0.0 },
+        setting,
+    };
+    settings.into_iter().zip(lights).map(moment).collect()
 }
 
 /// The plan where the first images are final: the basis still tells how the sequence varies, but no

@@ -1,11 +1,11 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
+use super::plan::scaled;
 use super::refiner::{Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error};
-use crate::plan::forecast as predicted_error;
-use crate::pool::is_within;
-use crate::timeline::CueTime;
+use crate::plan::worst_left;
+use crate::pool::{Pool, is_within};
 use crate::units::Time;
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
@@ -35,6 +35,12 @@ impl Goal {
             until: Some(error),
             ..Goal::default()
         }
+    }
+
+    /// Whether it leaves open which images are rendered: for a number of them the plan's next are.
+    pub(crate) fn asks_for_a_way(&self) -> bool {
+        let error = self.until.is_some_and(|until| until > 0.0);
+        self.count.is_none() && (error || self.until.is_none() && self.budget.is_some())
     }
 
     /// One image where nothing is said.
@@ -70,9 +76,6 @@ pub struct WorstMoment {
     pub error: f64,
 }
 
-/// Less light than this part of the brightest moment's is nearly out.
-const NEARLY_OUT: f64 = 0.05;
-
 /// Why refinement ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
@@ -84,6 +87,8 @@ pub enum Ended {
     Spent,
     /// Nothing is left that another image would improve.
     Complete,
+    /// The finest step is there; the error asked for is below what it is itself off by.
+    Finest,
     /// The user stopped it; what is finished is kept.
     Stopped,
 }
@@ -128,6 +133,15 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
+        self.coarse_for(Goal::count(0))
+    }
+
+    /// The same where the images are to serve a goal: they are then those of the way to it that is
+    /// predicted to be the cheapest ([`Engine::ways`]).
+    ///
+    /// # Errors
+    /// As [`Engine::coarse`].
+    pub fn coarse_for(&mut self, goal: Goal) -> Result<(), Error> {
         self.timed(|engine| {
             if engine.pool().is_some() {
                 return Ok(());
@@ -139,10 +153,23 @@ impl Engine {
                 return Ok(());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
+            engine.choose_base(&goal)?;
             let mut refiner = Refiner::new(Goal::count(0), engine.metric, true, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
             Ok(())
         })
+    }
+
+    /// Takes up the images that earlier sessions stored, where every source has one; renders nothing.
+    ///
+    /// # Errors
+    /// As [`Engine::coarse`].
+    pub fn take_up(&mut self) -> Result<(), Error> {
+        let is_new = self.rendering.is_some() && self.pool().is_none() && !self.is_busy();
+        match is_new && self.stored_base()?.is_some() {
+            true => self.coarse(),
+            false => Ok(()),
+        }
     }
 
     /// Renders refined images in the order of the plan until `goal` is met; a goal with nothing in
@@ -172,7 +199,7 @@ impl Engine {
     ) -> Result<RefinementSummary, Error> {
         self.timed(|engine| {
             engine.idle()?;
-            engine.coarse()?;
+            engine.coarse_for(goal)?;
             let mut refiner = Refiner::new(goal, engine.metric, true, engine.now());
             let ended = engine.drive(&mut refiner, watch)?;
             let mut done = refiner.done;
@@ -226,7 +253,7 @@ impl Engine {
         let error = self.predicted_error()?;
         // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
         let known = error > 0.0 || self.refined() > 0;
-        let reached = |wanted: f64| known && is_within(wanted, error, self.refined());
+        let reached = |wanted| known && self.is_reached(wanted, error);
         if goal.until.is_some_and(reached) {
             return Ok(Some(Ended::Reached));
         }
@@ -237,9 +264,15 @@ impl Engine {
         Ok((spent && done.images > 0).then_some(Ended::Spent))
     }
 
+    /// Whether an error that is predicted now counts as within `wanted`.
+    pub(super) fn is_reached(&self, wanted: f64, error: f64) -> bool {
+        let is_stated = self.pool().is_some_and(Pool::is_relative);
+        is_within(wanted, error, self.refined(), is_stated)
+    }
+
     /// Adds the refined images that earlier edits and sessions left.
     pub(super) fn reuse_refined(&mut self) -> Result<(), Error> {
-        let (begin, least) = (self.now(), self.refined_step());
+        let (begin, least) = (self.now(), self.least_refined());
         let store = self.host.store.as_ref();
         let image_cache = &mut self.image_cache;
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
@@ -268,7 +301,7 @@ impl Engine {
         let step = Step {
             refined: self.refined(),
             seconds: spent + self.now() - begin,
-            error: forecast * self.calibration(),
+            error: self.error_of(forecast)?,
             forecast,
         };
         self.steps.push(step);
@@ -280,7 +313,21 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn predicted_error(&self) -> Result<f64, Error> {
-        Ok(self.uncalibrated_error()? * self.calibration())
+        self.error_of(self.uncalibrated_error()?)
+    }
+
+    /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
+    /// estimated before calibration ([`Step::forecast`]).
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered.
+    pub(crate) fn error_of(&self, left: f64) -> Result<f64, Error> {
+        let pool = self.rendered()?;
+        if self.is_final() || pool.has_no_estimated_error() {
+            return Ok(0.0);
+        }
+        let alone = self.errors_left(pool, &[]).first().copied();
+        Ok(pool.error(left, alone.unwrap_or(0.0)))
     }
 
     /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
@@ -291,40 +338,30 @@ impl Engine {
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn worst_moment(&self) -> Result<Option<WorstMoment>, Error> {
         let (pool, timeline) = (self.rendered()?, self.document.timeline());
-        if self.is_final() || pool.coarser().is_empty() || pool.has_no_estimated_error() {
+        let is_unknown = pool.coarser().is_empty() && !pool.is_stated();
+        if self.is_final() || is_unknown || pool.has_no_estimated_error() {
             return Ok(None);
         }
-        let fades = timeline.cues().iter().enumerate();
-        let both = |(cue, fade): (usize, &CueTime)| {
-            let half = (fade.completion - fade.go).scaled(0.5);
-            [(cue, fade.go + half), (cue, fade.completion)]
-        };
-        let moments: Vec<(usize, Time)> = fades.flat_map(both).collect();
-        let lit = moments.iter().map(|(_, time)| timeline.evaluate(*time));
-        let settings: Vec<Vec<f64>> = lit.collect();
-        let errors = pool.estimated_errors(&settings, NEARLY_OUT)?;
-        let known = moments.iter().zip(errors);
-        let known = known.filter_map(|((cue, time), error)| {
-            Some(WorstMoment {
-                cue: *cue,
-                time: *time,
-                error: error?,
-            })
-        });
-        Ok(known.max_by(|a, b| a.error.total_cmp(&b.error)))
+        let times = self.moments_of_cues();
+        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
+        let mut worst: Option<WorstMoment> = None;
+        let moments = scaled(pool, settings.collect());
+        for ((cue, time), moment) in times.into_iter().zip(moments) {
+            let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
+            let [alone, now] = left[..] else { continue };
+            let error = pool.error(now, alone);
+            if alone > 0.0 && worst.is_none_or(|w| error > w.error) {
+                worst = Some(WorstMoment { cue, time, error });
+            }
+        }
+        Ok(worst)
     }
 
-    fn uncalibrated_error(&self) -> Result<f64, Error> {
+    pub(super) fn uncalibrated_error(&self) -> Result<f64, Error> {
         let pool = self.rendered()?;
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
-        let (keys, norm) = (self.document.keys(), Some(self.sequence_norm(pool)));
-        Ok(predicted_error(
-            keys,
-            &pool.settings(),
-            pool.weighting(),
-            norm,
-        )?)
+        Ok(self.errors_left(pool, &[]).last().copied().unwrap_or(0.0))
     }
 }

@@ -116,7 +116,7 @@ impl Refiner {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
-        if engine.pool().is_none() {
+        if engine.is_pool_due() {
             if let Some((job, ticket)) = self.next_coarse(engine)? {
                 return Ok(Next::Render(job, Box::new(ticket)));
             }
@@ -131,6 +131,16 @@ impl Refiner {
         let begin = engine.now();
         let forecast = engine.forecast_by(self.metric)?;
         let left = self.goal.budget.map(|s| s - self.done.seconds);
+        let goal = Goal {
+            budget: left,
+            ..self.goal
+        };
+        if let Some(base) = engine.finer_base(&goal, &forecast)? {
+            if let Some(rendering) = &mut engine.rendering {
+                rendering.base = Some(base);
+            }
+            return Ok(Next::Added);
+        }
         let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
         if !self.blocking {
             batch.images = batch.images.min(1);
@@ -144,7 +154,13 @@ impl Refiner {
             return Ok(Next::Ended(Ended::Spent));
         }
         if batch.images == 0 {
-            return Ok(Next::Ended(Ended::Complete));
+            let finest = engine.coarse_steps()[1] == engine.finest();
+            let is_stated = engine.pool().is_some_and(Pool::is_stated);
+            let short = goal.asks_for_a_way() && goal.until.is_some() && is_stated && finest;
+            return Ok(Next::Ended(match short {
+                true => Ended::Finest,
+                false => Ended::Complete,
+            }));
         }
         self.done.warnings.extend(batch.warning);
         self.needed = self.done.images + batch.needed;
@@ -255,8 +271,12 @@ impl Refiner {
         let images = finest_first.next().ok_or(Error::NotRendered)?;
         // One step of quality alone has no coarser images.
         let coarser = finest_first.next().unwrap_or_default();
+        let pool = Pool::new(images, coarser, engine.host.work())?;
+        let stated = engine.stated_of_pool();
+        let steps = engine.coarse_steps();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        rendering.pool = Some(Pool::new(images, coarser, engine.host.work())?);
+        rendering.pool = Some(pool.stating(stated));
+        rendering.pool_base = Some(steps);
         rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();
         // What was found says nothing of what rendering takes; the background learns job by job.
@@ -294,6 +314,10 @@ impl Refiner {
         rendering::trim(image_cache, engine.host.memory);
         let seconds = engine.now() - ticket.started;
         if !ticket.refined {
+            if engine.pool().is_some() {
+                self.done.images += kept.len();
+                self.done.seconds += seconds;
+            }
             if !self.blocking && ticket.found.iter().all(Option::is_none) {
                 engine.pace.learn(ticket.predicted, seconds);
             }

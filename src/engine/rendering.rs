@@ -47,6 +47,10 @@ pub(super) struct SetupImages {
     scene_key: Option<SceneKey>,
     /// Refined images at hand that the pool does not use, as they say next to nothing new.
     pub near_copies: usize,
+    /// The steps of the images of sources alone, where they are not what the show asks for.
+    pub base: Option<[Quality; 2]>,
+    /// Those that the pool is made of.
+    pub pool_base: Option<[Quality; 2]>,
     /// Coarse and refined images, once there are any.
     pub pool: Option<Pool>,
 }
@@ -64,16 +68,16 @@ impl SetupImages {
     /// asks for the same steps; else none yet. `results_version` is
     /// [`Transport::results_version`].
     pub fn renew(
-        old: Option<SetupImages>,
+        mut old: Option<SetupImages>,
         setup: &Setup,
         preview: &Preview,
         results_version: Option<&str>,
     ) -> SetupImages {
         let steps = [preview.coarse, preview.refined];
-        if let Some(mut old) = old.filter(|old| old.setup == *setup) {
+        if let Some(mut old) = old.take_if(|old| old.setup == *setup) {
             // A pool's coarse images are of one step; operators are kept by step anyway.
             if old.steps != steps {
-                old.pool = None;
+                (old.pool, old.base) = (None, None);
             }
             return SetupImages {
                 setup: setup.clone(),
@@ -82,6 +86,10 @@ impl SetupImages {
                 ..old
             };
         }
+        // What is seen after an edit is as good as before it.
+        let base = old
+            .filter(|old| old.steps == steps)
+            .and_then(|old| old.base);
         // Banks given as images are images already: nothing is gained by keeping them twice.
         let version = results_version.filter(|_| !only_images(&setup.rig));
         SetupImages {
@@ -92,6 +100,8 @@ impl SetupImages {
             operators: BTreeMap::new(),
             in_job: None,
             near_copies: 0,
+            base,
+            pool_base: None,
             pool: None,
         }
     }
@@ -124,6 +134,11 @@ impl SetupImages {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         self.layered(renderer).prepare(&self.setup, quality, work)
+    }
+
+    /// What the rig's operator states of a step's error.
+    pub fn stated_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {
+        self.layered(renderer).stated_error(&self.setup, quality)
     }
 
     /// Predicted cost of the rig's operator.

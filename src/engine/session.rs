@@ -54,7 +54,7 @@ pub enum Cause {
 }
 
 /// Errors of the sequence, relative, beside those of its coarse pictures alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Errors {
     /// With the pool as it is.
     pub now: f64,
@@ -191,13 +191,19 @@ impl Session {
 
 fn predicted_errors(engine: &Engine) -> Result<Errors, Error> {
     let pool = engine.rendered()?;
-    let now = engine.predicted_error()?;
     if engine.is_final() || pool.has_no_estimated_error() {
-        return Ok(Errors { now, coarse: 0.0 });
+        return Ok(Errors::default());
     }
-    let norm = Some(engine.sequence_norm(pool));
-    let alone = plan::forecast(engine.document.keys(), &[], pool.weighting(), norm)?;
-    let coarse = alone * engine.calibration();
+    // The truth is of the refined step: what that is off by itself has no place here.
+    let keys = engine.document.keys();
+    let norm = match pool.is_relative() {
+        true => None,
+        false => Some(plan::sequence_norm(pool.gram(), &plan::second_moment(keys))),
+    };
+    let left = |settings: &[Vec<f64>]| plan::forecast(keys, settings, pool.weighting(), norm);
+    let (now, alone) = (left(&pool.settings())?, left(&[])?);
+    let now = now * pool.calibration();
+    let coarse = alone * pool.calibration();
     Ok(Errors { now, coarse })
 }
 

@@ -13,6 +13,7 @@ mod moment;
 mod next;
 mod projection;
 mod report;
+mod worst;
 
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,7 @@ pub use moment::{second_moment, sequence_norm};
 pub use next::{Direction, NextSteps, next};
 pub use projection::{forecast, projection};
 pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
+pub use worst::{Moment, worst_left};
 
 use crate::linalg::{Matrix, Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;

@@ -24,10 +24,11 @@ pub struct Evidence {
 const ROOM: [f64; 2] = [3.0, 4.0];
 
 /// Whether an error that was `predicted` with so many refined pictures counts as within `wanted`:
-/// without two that it was held against it must leave room, threefold and fourfold.
-pub fn is_within(wanted: f64, predicted: f64, refined: usize) -> bool {
-    let room = ROOM.get(refined).copied().unwrap_or(1.0);
-    room * predicted <= wanted
+/// without two that it was held against it must leave room, threefold and fourfold. An error that
+/// rests on what the operator states ([`crate::renderer::Transport::stated_error`]) counts as it is.
+pub fn is_within(wanted: f64, predicted: f64, refined: usize, is_stated: bool) -> bool {
+    let room = ROOM.get(refined).filter(|_| !is_stated);
+    room.unwrap_or(&1.0) * predicted <= wanted
 }
 
 /// What known corrections make of the estimate.
@@ -35,7 +36,7 @@ pub fn is_within(wanted: f64, predicted: f64, refined: usize) -> bool {
 pub struct Fit {
     /// Coarse pictures become C + a·D with this a; 0 before the first correction.
     pub extrapolation: f64,
-    /// Estimated errors are multiplied by this; 1 before the first correction.
+    /// Estimated errors are multiplied by this.
     pub calibration: f64,
 }
 
@@ -43,10 +44,10 @@ impl Fit {
     /// Fits the extrapolation factor and the calibration to all known corrections.
     ///
     /// The calibration is the root mean square of each correction's ratio to what was expected of
-    /// it, with one further ratio of 1 for the estimate itself: sources err by different factors,
+    /// it, with one further ratio, `prior`, for the estimate itself: sources err by different factors,
     /// so a few corrections must not speak for all. Ratios rather than sums, because the first
     /// corrections are the largest and would outweigh the rest.
-    pub fn of(known: &[Evidence]) -> Fit {
+    pub fn of(prior: f64, known: &[Evidence]) -> Fit {
         let sum = |of: fn(&Evidence) -> f64| -> f64 { known.iter().map(of).sum() };
         let (ke, ee) = (sum(|c| c.ke), sum(|c| c.ee));
         let extrapolation = if ee > 0.0 { ke / ee } else { 0.0 };
@@ -74,7 +75,7 @@ impl Fit {
         let ratios: f64 = known.iter().map(ratio).sum();
         Fit {
             extrapolation,
-            calibration: ((1.0 + ratios) / (1.0 + count)).sqrt(),
+            calibration: ((prior * prior + ratios) / (1.0 + count)).sqrt(),
         }
     }
 }

@@ -115,6 +115,10 @@ impl Transport for Layered<'_> {
         self.inner.map_or(0, |inner| inner.least_bytes(setup))
     }
 
+    fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
+        self.inner?.stated_error(setup, quality)
+    }
+
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let Ok(parts) = SplitSetup::new(setup) else {
             return Cost::default();

@@ -2,7 +2,7 @@
 
 use super::error::usage;
 use super::{Call, Error};
-use crate::engine::{Engine, Goal, LiveControl};
+use crate::engine::{Engine, Goal, LiveControl, Way};
 use crate::lang;
 use crate::picture::exr::Precision;
 use crate::picture::y4m::Chroma;
@@ -128,6 +128,16 @@ pub fn metric(name: &str) -> Result<Metric, Error> {
     Metric::ALL.into_iter().find(known).ok_or_else(|| {
         Error::Usage(format!(
             "there is no metric `{name}`; it is settings, influence or error"
+        ))
+    })
+}
+
+/// The way to an error that a word names.
+pub fn way(name: &str) -> Result<Way, Error> {
+    let known = |w: &Way| w.name() == name;
+    Way::ALL.into_iter().find(known).ok_or_else(|| {
+        Error::Usage(format!(
+            "there is no way `{name}`; it is auto, paper or alone"
         ))
     })
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use super::Repl;
 use super::usage;
 use super::verb::{self, Complete, VERBS, VerbSpec};
-use crate::engine::Document;
+use crate::engine::{Document, Way};
 use crate::lang::{self, codes};
 use crate::plan::Metric;
 use crate::show::{FADES, Show};
@@ -226,6 +226,7 @@ impl Vocabulary {
             ("bank", _) => offer(strings(&self.banks)),
             ("view", _) => offer(strings(&self.views)),
             ("metric", _) => offer(Metric::ALL.map(Metric::name)),
+            ("way", _) => offer(Way::ALL.map(Way::name)),
             (_, "FILE" | "DIR") => None,
             _ => Some(Vec::new()),
         }

@@ -130,7 +130,7 @@ pub fn engine_error(error: &engine::Error) -> String {
         E::NoBackground => "nothing can run in the background here; say it without `&`".to_owned(),
         E::OneQuality => "there is one quality only, so that nothing can be tried".to_owned(),
         E::TooFewSteps { found, needed } => format!(
-            "the pictures of this show have {} of quality: tune needs {needed}, two for coarse \
+            "the pictures of this show have {} of quality: `plan --measure` needs {needed}, two for coarse \
              pictures and a finer one to hold them against",
             count((*found).into(), "step")
         ),
@@ -159,7 +159,7 @@ pub fn engine_error(error: &engine::Error) -> String {
              `--memory MB`, or make fewer cues of fewer banks (256 MB is the most)",
             limit >> 20
         ),
-        E::Black => "the sequence is black at every step: there is nothing to tune".to_owned(),
+        E::Black => "the sequence is black at every step: there is nothing to measure".to_owned(),
         E::OutOfReach {
             until,
             reference,
@@ -228,7 +228,7 @@ fn out_of_reach(
         // Up, so that it can be asked for.
         let reachable = (best.error * 1e5).ceil() / 1e3;
         format!(
-            "the best is {}, off by {} %: ask for --until {reachable}%",
+            "the best is {}, off by {} %: ask for --tolerance {reachable}%",
             tune::choice(best),
             percent(best.error)
         )

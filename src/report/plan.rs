@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::words::{count, percent};
-use crate::plan::{LeftOut, PlanReport};
+use crate::plan::{LeftOut, Metric, PlanReport};
 use crate::printable;
 
 /// The JSON form of a plan.
@@ -138,6 +138,9 @@ pub fn describe(plan: &PlanReport) -> String {
         percent(plan.tolerance),
         plan.metric
     );
+    if plan.metric == Metric::Settings.name() {
+        text.push_str("by levels alone; counted again once there are pictures\n");
+    }
     for step in &plan.predicted {
         let mark = if step.refined == plan.used {
             "  <- tolerance"

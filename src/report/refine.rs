@@ -18,6 +18,10 @@ pub fn ended(ended: Ended) -> &'static str {
         Ended::Counted => "",
         Ended::Spent => "the time is used up",
         Ended::Complete => "every direction that the show needs is refined",
+        Ended::Finest => {
+            "as exact as the renderer gets: the finest step of quality is itself off by more than \
+             was asked for"
+        }
         Ended::Stopped => "stopped; what is finished is kept",
     }
 }
@@ -169,6 +173,16 @@ pub fn idle(engine: &Engine) -> String {
         );
     }
     text
+}
+
+/// Where the sequence stands, in a line; `None` before there is a picture.
+pub fn so_far(engine: &Engine) -> Option<String> {
+    let step = engine.steps().last()?;
+    let refined = count(step.refined, "refined picture");
+    Some(format!(
+        "so far: {refined}, error {} %\n",
+        percent(step.error)
+    ))
 }
 
 /// The next steps of a forecast of `all` steps, with what they cost.

@@ -163,7 +163,10 @@ fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Res
 pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Drawing, Error> {
     let ahead = onward(engine)?;
     let steps = engine.steps();
-    let calibration = engine.calibration();
+    let mut known = Vec::with_capacity(steps.len());
+    for step in steps {
+        known.push((step, engine.error_of(step.forecast)?));
+    }
     // What is left when everything is refined is rounding; it has no place on a log axis.
     let shown = |error: f64| {
         if error > ROUNDING {
@@ -184,9 +187,15 @@ pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Draw
         y: Axis::new("error of the sequence, %", Scale::Log),
         series: vec![
             series("predicted at the time", Marker::Circle, of, &|s| s.error),
-            series("as known at the end", Marker::Square, of, &|s| {
-                s.forecast * calibration
-            }),
+            Series {
+                name: "as known at the end".to_owned(),
+                points: known
+                    .iter()
+                    .map(|(s, error)| (of(s), shown(*error)))
+                    .collect(),
+                marker: Marker::Square,
+                labels: Vec::new(),
+            },
             Series {
                 name: "if it went on".to_owned(),
                 points: (ahead.iter().filter(|s| s.error > FAR * tolerance))

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use super::document::headline;
 use super::manifest::Results;
 use super::words::{count, exposure, percent};
-use super::{Error, results, sheet};
-use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WorstMoment};
+use super::{Error, results, sheet, ways};
+use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WayForecast, WorstMoment};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::pool::image_cache::CacheStatistics;
@@ -19,6 +19,8 @@ use crate::work::Cancelled;
 pub struct Summary {
     /// The plan at the show's own tolerance, in the metric that the pool allows.
     pub plan: PlanReport,
+    /// The ways that it had, the one that it took first; none where that was asked for.
+    pub ways: Vec<WayForecast>,
     /// Why refinement ended.
     pub ended: Ended,
     /// Where the sequence is predicted to be worst.
@@ -38,6 +40,7 @@ pub struct Summary {
 /// A run before its results are written.
 struct Loop {
     plan: PlanReport,
+    ways: Vec<WayForecast>,
     ended: Ended,
     playback: Arc<Playback>,
     /// The clock at the beginning and after coarse images, plan, refinement and key images.
@@ -78,6 +81,7 @@ pub fn run(
     let [a, b, c, d, e] = done.marks;
     Ok(Summary {
         plan: done.plan,
+        ways: done.ways,
         ended: done.ended,
         worst: engine.worst_moment()?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
@@ -92,13 +96,21 @@ pub fn run(
 fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
     engine.idle()?;
     let begin = engine.now();
-    engine.coarse()?;
+    let mut ways = Vec::new();
+    if goal.asks_for_a_way() {
+        engine.calibrate_cost()?;
+        ways = engine.ways(&goal)?;
+    }
+    engine.coarse_for(goal)?;
     let coarse = engine.now();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
         count: goal.count.map(|n| n.saturating_sub(engine.refined())),
         ..goal
     };
+    if ways.is_empty() && goal.asks_for_a_way() {
+        ways = engine.ways(&goal)?;
+    }
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
     let plan = engine.plan(PlanOptions {
         metric: engine.plan_metric()?,
@@ -118,6 +130,7 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
     let keys = engine.now();
     Ok(Loop {
         plan,
+        ways,
         ended,
         playback,
         marks: [begin, coarse, planned, refined, keys],
@@ -143,6 +156,9 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         done.plan.rank
     );
     text += &line("plan", &plan_words, plan);
+    if !done.ways.is_empty() {
+        let _ = writeln!(text, "  {:<9} {}", "way", ways::taken(&done.ways));
+    }
     text += &line("refine", &refinement(engine, done.ended), refine);
     if let Some(worst) = done.worst {
         let cue = engine.show().cues.get(worst.cue);
@@ -197,6 +213,7 @@ fn refinement(engine: &Engine, ended: Ended) -> String {
         Ended::Counted => "as many as asked for",
         Ended::Spent => "budget used up",
         Ended::Complete => "nothing left to refine",
+        Ended::Finest => "the finest step is off by more than was asked for",
         Ended::Stopped => "stopped",
     };
     format!(

@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-use super::words::{self, count, percent, seconds};
+use super::words::{self, count, percent};
 use crate::engine::measure::tuner::{Candidate, Tuned};
 
 /// Rows of better choices that are listed beyond the chosen one.
@@ -30,20 +30,10 @@ pub fn describe(tuned: &Tuned) -> String {
     );
     describe_steps(&mut text, tuned);
     describe_choices(&mut text, tuned);
-    if let Some(now) = &tuned.as_it_stands {
-        let _ = writeln!(
-            text,
-            "as the show stands, run --until {}% takes {}: {}, off by {} %",
-            (tuned.until * 1e6).round() / 1e4,
-            seconds(now.seconds),
-            choice(now),
-            percent(now.error)
-        );
-    }
     describe_keys(&mut text, tuned);
     let _ = writeln!(
         text,
-        "to have it, type or put into the show:\n  {}",
+        "to have the chosen pair, type or put into the show, with --way paper:\n  {}",
         tuned.preview
     );
     match tuned.choice.pictures {

@@ -20,7 +20,7 @@ pub const VERBS: [&[&str]; 17] = [
     &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],
     &["chart", "transport", "SHOW", "-o", "chart.png"],
-    &["tune", "SHOW"],
+    &["plan", "SHOW", "--measure"],
     &["session", "SHOW", "session.txt", "--truth"],
     &["pool", "SHOW"],
     &["tracksheet", "SHOW"],

@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
+use crate::operator::Altered;
 use crate::prompt;
 use footlight::engine::{self, Background, Ended, Goal, Host};
 use footlight::repl::Repl;
@@ -65,6 +66,7 @@ fn open_text(text: &str) -> (Repl, Queue) {
     let queue = Queue::default();
     let host = Host {
         background: Some(Box::new(queue.clone())),
+        renderer: Altered::unstated(),
         ..Host::default()
     };
     let show = prompt("b.lxq", text.as_bytes(), host).unwrap();

@@ -23,6 +23,7 @@ mod study;
 mod told;
 mod transcripts;
 mod tune;
+mod ways;
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};

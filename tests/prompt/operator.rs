@@ -17,10 +17,22 @@ pub struct Altered {
     pub quality: Option<Quality>,
     /// What everything costs.
     pub cost: Option<Cost>,
+    /// What it states of its steps' errors, from step 1 on.
+    pub stated: Vec<f64>,
     /// Whether its images may be stored as those of radiosity.
     pub is_stored: bool,
     /// Images rendered so far.
     pub rendered: Arc<AtomicUsize>,
+}
+
+impl Altered {
+    /// Radiosity that states no errors: only two coarse steps estimate them, and mixtures reduce them.
+    pub fn unstated() -> Arc<Altered> {
+        Arc::new(Altered {
+            is_stored: true,
+            ..Altered::default()
+        })
+    }
 }
 
 struct Counting(Box<dyn Prepared>, Arc<AtomicUsize>);
@@ -46,6 +58,10 @@ impl Transport for Altered {
     ) -> Result<Box<dyn Prepared>, TransportError> {
         let inner = Radiosity.prepare(setup, self.quality.unwrap_or(quality), work)?;
         Ok(Box::new(Counting(inner, Arc::clone(&self.rendered))))
+    }
+
+    fn stated_error(&self, _: &Setup, quality: Quality) -> Option<f64> {
+        self.stated.get(usize::from(quality.0) - 1).copied()
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {

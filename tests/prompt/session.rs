@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::Duration;
 
+use crate::operator::Altered;
 use crate::prompt;
 use footlight::diagnostic::Style;
-use footlight::engine::{self, Ended, Goal, Host, PlanOptions, Version};
+use footlight::engine::{self, Ended, Forecast, Goal, Host, PlanOptions, Version};
 use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::tone::Tone;
 use footlight::plan::Metric;
@@ -62,6 +63,7 @@ fn host(store: &MemoryStore) -> Host {
                 .with("room.mtl", MATERIALS),
         ),
         store: Box::new(store.clone()),
+        renderer: Altered::unstated(),
         ..Host::default()
     }
 }
@@ -340,7 +342,7 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
         if refine {
             show.engine_mut().refine(Goal::default()).unwrap();
         }
-        let plain = show.execute("plan --json").unwrap().text;
+        let plain = show.execute("plan --json --metric settings").unwrap().text;
         let error = show
             .execute("plan --json --metric error --tolerance 0")
             .unwrap()
@@ -536,7 +538,7 @@ fn a_metric_holds_for_a_call() {
     let (mut show, _) = open();
     let said = |show: &mut Repl, line: &str| show.execute(line).unwrap().text;
     assert!(said(&mut show, "plan --metric influence").contains("metric influence"));
-    assert!(said(&mut show, "plan").contains("metric settings"));
+    assert!(said(&mut show, "plan").contains("metric error"));
     let error = show.execute("refine --metric light").unwrap_err();
     let error = error.to_string();
     assert!(error.contains("settings, influence or error"), "{error}");
@@ -562,9 +564,8 @@ fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
     let (ours, plain) = (ahead(Metric::Error), ahead(Metric::Settings));
     assert_eq!(ours.error, plain.error);
     assert_ne!(ours.steps[0].setting, plain.steps[0].setting);
-    for (ours, plain) in ours.steps.iter().zip(&plain.steps) {
-        assert!(ours.error <= plain.error * (1.0 + 1e-9) + 1e-12);
-    }
+    let sum = |forecast: &Forecast| forecast.steps.iter().map(|s| s.error).sum::<f64>();
+    assert!(sum(&ours) <= sum(&plain) * (1.0 + 1e-9));
 }
 
 /// An edit changes the error without a picture: what was reached before it may not be any more.

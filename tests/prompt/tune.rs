@@ -1,4 +1,4 @@
-//! `tune`: what it says of its choice against what the engine then does, and why it has none.
+//! `plan --measure`: what it says of its choice against what the engine then does, and why it has none.
 
 use std::sync::Arc;
 
@@ -157,8 +157,6 @@ fn without_time_the_third_step_is_the_truth() {
     assert_eq!((tuned.reference, tuned.steps.len()), (3, 3));
     // There is one coarse pair below it, and no refined step.
     assert_eq!((tuned.choice.coarse, tuned.choice.pictures), (1, 0));
-    // The show's refined step was not measured.
-    assert_eq!(tuned.as_it_stands, None);
 }
 
 #[test]
@@ -213,10 +211,13 @@ fn refused(show: &mut Repl, line: &str) -> String {
 #[test]
 fn what_is_out_of_reach_says_what_to_ask_for() {
     let mut show = random(scale(4));
-    let said = refused(&mut show, "tune --until 0.0001%");
+    let said = refused(&mut show, "plan --measure --tolerance 0.0001%");
     assert!(said.contains("out of reach"), "{said}");
     let (_, asked) = said.rsplit_once("ask for ").unwrap();
-    let text = show.execute(&format!("tune {asked}")).unwrap().text;
+    let text = show
+        .execute(&format!("plan --measure {asked}"))
+        .unwrap()
+        .text;
     assert!(text.contains("<- chosen"), "{text}");
     // All pictures were there already.
     assert!(text.contains("seconds predicted"), "{text}");
@@ -225,12 +226,15 @@ fn what_is_out_of_reach_says_what_to_ask_for() {
 #[test]
 fn a_show_that_cannot_be_tuned_says_why() {
     let mut empty = crate::empty(Host::default());
-    let said = refused(&mut empty, "tune");
+    let said = refused(&mut empty, "plan --measure");
     assert!(said.contains("no stage"), "{said}");
-    let said = refused(&mut random(scale(4)), "tune 2%");
-    assert!(said.contains("tune --until 2%"), "{said}");
-    let said = refused(&mut random(scale(2)), "tune");
-    assert!(said.contains("2 steps of quality: tune needs 3"), "{said}");
-    let said = refused(&mut random(narrow()), "tune");
+    let said = refused(&mut random(scale(4)), "plan --measure 2%");
+    assert!(said.contains("`2%` is left over"), "{said}");
+    let said = refused(&mut random(scale(2)), "plan --measure");
+    assert!(
+        said.contains("2 steps of quality: `plan --measure` needs 3"),
+        "{said}"
+    );
+    let said = refused(&mut random(narrow()), "plan --measure");
     assert!(said.contains("MB"), "{said}");
 }

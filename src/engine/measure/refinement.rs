@@ -179,7 +179,7 @@ impl Engine {
             }
         };
         let all = |step| of(step).alone(sources);
-        seconds.coarse[0] = self.coarse_steps().map(all).iter().sum();
+        seconds.coarse[0] = self.coarse_pair().map(all).iter().sum();
         seconds.cost = of(self.refined_step());
         Ok(())
     }

@@ -245,7 +245,7 @@ impl Trial {
 
     /// The pool's fit.
     pub fn fit(&self, settings: &[Vec<f64>]) -> Result<Fit, PlanError> {
-        Ok(Fit::of(&self.evidence(settings)?))
+        Ok(Fit::of(1.0, &self.evidence(settings)?))
     }
 
     /// What the interpreter says of the sequence's error, and what it is.
@@ -271,7 +271,7 @@ impl Engine {
 
     /// The trial, and the real seconds of its pictures.
     pub(super) fn tried(&self) -> Result<(Trial, Seconds), Error> {
-        let [cheap, fine] = self.coarse_steps();
+        let [cheap, fine] = self.coarse_pair();
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         if cheap == fine {
             return Err(Error::OneQuality);

@@ -8,6 +8,7 @@
 
 use std::sync::Arc;
 
+use super::Origin;
 use super::tuner::{self, Candidate, StepCost, Tuned, Tuner};
 use crate::engine::{Engine, Error};
 use crate::lang;
@@ -15,6 +16,21 @@ use crate::picture::Image;
 use crate::pool::Pool;
 use crate::renderer::Quality;
 use crate::show::Preview;
+
+/// The ways to an error, as measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ways {
+    /// The show and the machine.
+    pub origin: Origin,
+    /// How many images a step renders of sources alone.
+    pub sources: usize,
+    /// Every source alone, by step; the last is the truth.
+    pub steps: Vec<StepCost>,
+    /// The step of mixtures.
+    pub refined: u8,
+    /// Coarse images with none, one, two ... mixtures.
+    pub mixtures: Vec<Candidate>,
+}
 
 /// Steps without which there is nothing to choose: two for coarse images, one to compare with.
 const LEAST: u8 = 3;
@@ -40,7 +56,6 @@ impl Engine {
             return Err(out_of_reach(&candidates, until, reference));
         };
         let preview = self.show().preview.clone();
-        let as_it_stands = tuner.run(preview.coarse, preview.refined, until)?;
         let playback = self.playback()?;
         let tone = self.tone_of(playback.images());
         Ok(Tuned {
@@ -52,7 +67,6 @@ impl Engine {
             steps: tuner.steps().to_vec(),
             choices: tuner::front(&candidates),
             choice,
-            as_it_stands,
             keys: self.key_formats(&playback, tone)?,
             preview: lang::preview_statement(&Preview {
                 tolerance: until,
@@ -60,6 +74,27 @@ impl Engine {
                 refined: choice.refined.unwrap_or(preview.refined),
                 ..preview
             }),
+        })
+    }
+
+    /// What each way to an error takes and leaves, against the finest step.
+    ///
+    /// # Errors
+    /// As [`Engine::tune`], but for what is out of reach.
+    pub fn measure_ways(&mut self) -> Result<Ways, Error> {
+        let finest = self.finest().0;
+        self.fits_tuning(finest)?;
+        let (pictures, steps) = self.measure_steps(finest, None)?;
+        let work = self.host.work();
+        let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
+        let tuner = tuner.ok_or(Error::Black)?;
+        let [cheap, _] = self.coarse_pair();
+        Ok(Ways {
+            origin: self.origin(),
+            sources: self.sources(),
+            steps: tuner.steps().to_vec(),
+            refined: self.refined_step().0,
+            mixtures: tuner.mixtures(cheap.0, self.refined_step().0)?,
         })
     }
 

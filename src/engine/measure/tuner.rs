@@ -31,7 +31,6 @@ use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
 use crate::plan::{self, Metric, PlanError};
-use crate::pool::is_within;
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
 
@@ -68,7 +67,7 @@ pub struct Candidate {
     pub predicted: f64,
 }
 
-/// What `tune` found.
+/// What was found to be the cheapest.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Tuned {
     /// The show's title.
@@ -87,9 +86,6 @@ pub struct Tuned {
     pub choices: Vec<Candidate>,
     /// The one that is taken.
     pub choice: Candidate,
-    /// What `run --until` would do with the show's own steps; `None` where one of them was not
-    /// measured.
-    pub as_it_stands: Option<Candidate>,
     /// How key images can be kept.
     pub keys: Vec<KeyFormat>,
     /// The `preview` statement that has the choice in it, as it stands in a show.
@@ -220,30 +216,26 @@ impl Tuner {
         Ok(out)
     }
 
-    /// What `run --until` makes of a show with these steps: it refines until the error that it
-    /// predicts is within `until` ([`is_within`]). `None` for steps beyond those that were
-    /// measured.
-    pub fn run(&self, coarse: u8, refined: u8, until: f64) -> Result<Option<Candidate>, PlanError> {
+    /// A coarse pair and none, one, two ... mixtures at a refined step in the order of the plan; empty
+    /// where one of the steps was not measured, or is the truth.
+    ///
+    /// # Errors
+    /// A decomposition that fails.
+    pub fn mixtures(&self, coarse: u8, refined: u8) -> Result<Vec<Candidate>, PlanError> {
         let finest = self.steps.len();
         let (Some(cheap), Some(refined)) = (
             usize::from(coarse).checked_sub(1),
             usize::from(refined).checked_sub(1),
         ) else {
-            return Ok(None);
+            return Ok(Vec::new());
         };
-        if cheap >= finest || refined >= finest {
-            return Ok(None);
+        if cheap + 1 >= finest || refined + 1 >= finest {
+            return Ok(Vec::new());
         }
-        let way = self.way([cheap, (cheap + 1).min(finest - 1), refined])?;
-        let mut pictures = 0;
-        loop {
-            let found = self.candidate(&way, pictures)?;
-            let within = is_within(until, found.predicted, pictures);
-            if within || pictures == way.order.len() {
-                return Ok(Some(found));
-            }
-            pictures += 1;
-        }
+        let way = self.way([cheap, (cheap + 1).min(finest - 2), refined])?;
+        (0..=way.order.len())
+            .map(|n| self.candidate(&way, n))
+            .collect()
     }
 
     /// The pictures of a coarse pair and a refined step, put on trial.

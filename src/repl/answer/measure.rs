@@ -7,7 +7,7 @@ use crate::chart::Theme;
 use crate::repl::argument::{duration, quality as step, tolerance};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, DRAWING, RECORD};
-use crate::report::{self, comparison, refinement, tradeoff};
+use crate::report::{self, comparison, refinement, tradeoff, ways};
 
 /// The file of commands that `chart session` replays unless another is given, next to the show.
 const COMMANDS: &str = "session.txt";
@@ -28,7 +28,7 @@ const PARTIAL: [(&str, &str, &str); 3] = [
 ];
 
 const USAGE: &str = "say what to draw: `chart transport` draws error against time over the scale of \
-    quality, `chart plan` over refined pictures, `chart session` over a session of edits";
+    quality, `chart plan` over refined pictures, `chart ways` over both ways to an error, `chart session` over a session of edits";
 
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words(": quality tells of all steps")?;
@@ -68,9 +68,10 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(if json { reply } else { written })
 }
 
-pub fn tune(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    call.without_words(": tune --until 2%")?;
-    let until = tolerance(&repl.engine, call, "until")?;
+/// `plan --measure`
+pub(super) fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    call.without_words("; a number of steps stands behind --next")?;
+    let until = tolerance(&repl.engine, call, "tolerance")?;
     let budget = call.option("budget").map(duration).transpose()?;
     let tuned = repl.engine.tune(until, budget.map(|t| t.seconds()))?;
     match call.has("json") {
@@ -116,6 +117,11 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
                 &|theme| refinement::drawing(&found, theme),
                 to,
             )
+        }
+        "ways" => {
+            let found = repl.engine.measure_ways()?;
+            let (text, record) = (ways::measured(&found), || ways::record(&found));
+            repl.deliver(text, &record, &|theme| ways::drawing(&found, theme), to)
         }
         _ => usage(USAGE),
     }

@@ -10,14 +10,20 @@ use crate::report::format::{self, PICTURE, ending};
 use crate::report::words::count;
 
 pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if !call.words.is_empty() && call.has("at") {
+    let said = [!call.words.is_empty(), call.has("at"), call.has("cue")];
+    if said.iter().filter(|said| **said).count() > 1 {
         return usage("a picture is of one moment: say one time");
     }
     let now = repl.live.time();
-    let moment = match (call.option("at"), call.words().as_slice()) {
-        (Some(text), _) => time(&repl.engine, text)?,
-        (None, []) => now,
-        (None, words) => time_of(&repl.engine, words)?,
+    let moment = match (
+        call.option("at"),
+        call.option("cue"),
+        call.words().as_slice(),
+    ) {
+        (Some(text), ..) => time(&repl.engine, text)?,
+        (None, Some(number), _) => time_of(&repl.engine, &["cue", number])?,
+        (None, None, []) => now,
+        (None, None, words) => time_of(&repl.engine, words)?,
     };
     let setting = match call.option("bank") {
         Some(name) => repl.engine.alone(name)?,

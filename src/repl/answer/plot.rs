@@ -4,7 +4,6 @@ use super::usage;
 use crate::chart::{Drawing, Theme};
 use crate::engine::PlanOptions;
 use crate::lang::nearest;
-use crate::plan::Metric;
 use crate::repl::argument::tolerance;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::curves::{curves, moving};
@@ -94,8 +93,9 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
 
 /// The singular values and what they leave, with the tolerance.
 fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.take_up()?;
     let plan = repl.engine.plan(PlanOptions {
-        metric: repl.engine.metric().unwrap_or(Metric::Settings),
+        metric: repl.engine.usual_metric()?,
         tolerance: tolerance(&repl.engine, call, "tolerance")?,
         signed_keys: false,
     })?;

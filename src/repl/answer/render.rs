@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::usage;
+use super::{measure, usage};
 use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
 use crate::repl::argument::{duration, fraction, goal, tolerance, whole};
@@ -17,8 +17,15 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.has("next") {
         return next(repl, call);
     }
+    if call.has("measure") {
+        return measure::plan(repl, call);
+    }
+    if call.has("budget") {
+        return usage("--budget belongs to --measure: without it nothing is rendered");
+    }
     call.without_words("; a number of steps stands behind --next")?;
-    let metric = repl.engine.metric().unwrap_or(Metric::Settings);
+    repl.engine.take_up()?;
+    let metric = repl.engine.usual_metric()?;
     let plan = repl.engine.plan(PlanOptions {
         metric,
         tolerance: tolerance(&repl.engine, call, "tolerance")?,
@@ -28,6 +35,14 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
+    if let Some(now) = words::so_far(&repl.engine) {
+        text.push_str(&now);
+    }
+    if repl.engine.setup().is_some() {
+        let goal = Goal::until(plan.tolerance);
+        repl.engine.calibrate_cost()?;
+        text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
+    }
     if let Some(unshared) = words::unshared(&repl.engine) {
         text.push_str(&unshared);
         text.push('\n');
@@ -47,7 +62,7 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         [number] => whole(number)?,
         [_, word, ..] => return usage(format!("`{word}` is left over: plan --next [N]")),
     };
-    for other in ["tolerance", "signed-keys"] {
+    for other in ["tolerance", "signed-keys", "measure"] {
         if call.has(other) {
             return usage(format!(
                 "--{other} belongs to the plan of the whole show, not to --next: the next steps \
@@ -86,7 +101,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let goal = goal(&call)?;
     repl.engine.idle()?;
-    repl.engine.coarse()?;
+    repl.engine.coarse_for(goal)?;
     let before = repl.engine.steps().len();
     let done = repl.engine.refine(goal)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));

@@ -46,6 +46,13 @@ const METRIC: OptionSpec = value(
     "what makes a picture worth refining: settings, influence or error (default: error)",
 );
 
+const WAY: OptionSpec = value(
+    "way",
+    "WAY",
+    "how an error is reached: auto, paper (coarse pictures and mixtures) or alone (every bank at one \
+     step of quality) (default: auto)",
+);
+
 const DARK: OptionSpec = switch("dark", "light lines on a dark ground, in a file too");
 
 const FLOAT: OptionSpec = switch(
@@ -63,7 +70,7 @@ const KEYS: OptionSpec = value(
 );
 
 /// What can be charted.
-const CHARTS: &[&str] = &["plan", "session", "transport"];
+const CHARTS: &[&str] = &["plan", "session", "transport", "ways"];
 
 const QUALITY: OptionSpec = value(
     "quality",
@@ -162,6 +169,17 @@ pub const VERBS: &[VerbSpec] = &[
             "M",
             "settings, influence or error; the last two render coarse pictures first",
         ),
+        WAY,
+        switch(
+            "measure",
+            "render every step of quality and choose by what was measured",
+        ),
+        value(
+            "budget",
+            "TIME",
+            "of --measure: leave out fine steps that are not measured within this time; the finest \
+                 measured is the truth",
+        ),
     ])
     .command(),
     verb(
@@ -177,6 +195,7 @@ pub const VERBS: &[VerbSpec] = &[
             "TIME",
             "the moment (default: the current time, or the start)",
         ),
+        value("cue", "N", "the moment at which this cue is complete"),
         value("bank", "NAME", "this bank alone, at full"),
         value(
             "quality",
@@ -200,7 +219,7 @@ pub const VERBS: &[VerbSpec] = &[
         "refine until 2%",
     )
     .words("[N | until X% | for TIME] [&]", Complete::Nothing)
-    .options(&[VIEW, METRIC]),
+    .options(&[VIEW, METRIC, WAY]),
     verb(
         "status",
         render::status,
@@ -314,6 +333,7 @@ pub const VERBS: &[VerbSpec] = &[
         value("budget", "TIME", "stop refining when this time is used up"),
         VIEW,
         METRIC,
+        WAY,
         switch("keys", "write the key images too, as linear .exr"),
         OptionSpec {
             value: Some("DIR"),
@@ -377,28 +397,6 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         DARK,
         output("write a .png, an .svg, or the figures as .csv or .json"),
-    ])
-    .command(),
-    verb(
-        "tune",
-        measure::tune,
-        "measure every step of quality, choose the cheapest good enough",
-        "tune --until 2%",
-    )
-    .options(&[
-        value(
-            "until",
-            "X",
-            "error allowed, such as 2% (default: the show's preview)",
-        ),
-        value(
-            "budget",
-            "TIME",
-            "leave out fine steps that are not measured within this time; the finest measured \
-                 is the truth",
-        ),
-        JSON,
-        VIEW,
     ])
     .command(),
     verb(

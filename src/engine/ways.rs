@@ -1,0 +1,352 @@
+//! Which way to an error costs least: every bank alone at one step of quality, or coarse images and
+//! mixtures at a finer one. Plan, run, refinement and status ask here.
+//!
+//! Seconds are the operator's prediction at this machine's pace, of what is not at hand; errors are
+//! what the operator states of a step, and for mixtures what the plan leaves of it. Where the
+//! operator states nothing, only mixtures can be judged, by the difference of two coarse steps.
+
+use std::cmp::Ordering;
+
+use serde::Serialize;
+
+use super::forecast::Forecast;
+use super::refine::Goal;
+use super::{Engine, Error};
+use crate::plan::{self, Weighting};
+use crate::pool::{Stated, is_within};
+use crate::renderer::{Cost, Quality};
+
+/// How a sequence becomes good enough.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// Whichever is predicted to take the fewest seconds.
+    #[default]
+    Auto,
+    /// Coarse images, and mixtures in the order of the plan (Dorsey, Arvo and Greenberg 1995).
+    Paper,
+    /// Each source alone at one step of quality.
+    Alone,
+}
+
+impl Way {
+    /// All of them.
+    pub const ALL: [Way; 3] = [Way::Auto, Way::Paper, Way::Alone];
+
+    /// As options and reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Way::Auto => "auto",
+            Way::Paper => "paper",
+            Way::Alone => "alone",
+        }
+    }
+}
+
+/// A way to an error, with what it costs and leaves.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WayForecast {
+    /// [`Way::Alone`] or [`Way::Paper`].
+    pub way: Way,
+    /// The step of quality of the images that it renders last.
+    pub quality: u8,
+    /// Images of sources alone that it has yet to render.
+    pub alone: usize,
+    /// Mixtures that it has yet to render.
+    pub mixed: usize,
+    /// Predicted seconds of rendering them.
+    pub seconds: f64,
+    /// Predicted error of the sequence then, relative.
+    pub error: f64,
+    /// Whether that is within what is asked for.
+    pub reaches: bool,
+}
+
+/// How far a step of a plan reaches: seconds until then, and the error.
+type Reach = (f64, f64);
+
+impl Engine {
+    /// How images are chosen.
+    pub fn way(&self) -> Way {
+        self.way
+    }
+
+    /// Takes another way from now on; images that are there are kept.
+    pub fn set_way(&mut self, way: Way) {
+        self.way = way;
+    }
+
+    /// The ways to a goal from the images that are there, the one that is taken first; none where
+    /// nothing can be said before the coarse images are there, or nothing is left to render.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`]; [`Error::Plan`].
+    pub fn ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
+        let forecast = match self.pool() {
+            Some(_) => Some(self.forecast()?),
+            None => None,
+        };
+        self.ways_beyond(goal, forecast.as_ref())
+    }
+
+    /// The same where the mixtures that are left are known.
+    pub(super) fn ways_beyond(
+        &self,
+        goal: &Goal,
+        forecast: Option<&Forecast>,
+    ) -> Result<Vec<WayForecast>, Error> {
+        let mut ways = Vec::new();
+        if self.is_final() {
+            return Ok(ways);
+        }
+        if self.way != Way::Paper {
+            ways = self.alone_ways(goal)?;
+        }
+        if self.way != Way::Alone || ways.is_empty() {
+            ways.extend(match forecast {
+                Some(forecast) => Some(self.mixed_way(goal, forecast)),
+                None => self.mixed_way_unseen(goal)?,
+            });
+        }
+        ways.sort_by(|a, b| compare(a, b, goal.budget));
+        Ok(ways)
+    }
+
+    /// What the operator states of a step.
+    pub(super) fn stated(&self, quality: Quality) -> Option<f64> {
+        let rendering = self.rendering.as_ref()?;
+        rendering.stated_error(self.host.renderer.as_ref(), quality)
+    }
+
+    /// Each source alone, at the step of the images that are there and at each finer one.
+    fn alone_ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let units = rendering.units();
+        let now = self.pool().map_or(0, |_| self.coarse_steps()[1].0);
+        let mut out = Vec::new();
+        for quality in now.max(1)..=self.finest().0 {
+            let step = Quality(quality);
+            let Some(stated) = self.error_alone(step) else {
+                continue;
+            };
+            let (error, missing) = match quality == now {
+                true => (self.predicted_error()?, 0),
+                false => (stated, self.missing(&units, step)?),
+            };
+            let reaches = |until: f64| match quality == now {
+                true => self.is_reached(until, error),
+                false => error <= until,
+            };
+            let cost = match missing {
+                0 => 0.0,
+                n => rendering.cost_of_units(self.host.renderer.as_ref(), step, n),
+            };
+            out.push(WayForecast {
+                way: Way::Alone,
+                quality,
+                alone: missing,
+                mixed: 0,
+                seconds: cost * self.pace.seconds(),
+                error,
+                reaches: goal.until.is_some_and(reaches),
+            });
+        }
+        Ok(out)
+    }
+
+    /// The error of every source alone at a step. Where the operator states none, refined images
+    /// stand for the truth of those who ask for this way.
+    fn error_alone(&self, quality: Quality) -> Option<f64> {
+        let own = self.way == Way::Alone && quality == self.refined_step();
+        self.stated(quality).or(own.then_some(0.0))
+    }
+
+    /// How many images of `units` are not at hand at a step.
+    fn missing(&self, units: &[Vec<f64>], quality: Quality) -> Result<usize, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let at_hand = rendering.at_hand(&self.image_cache, quality, units, self.store());
+        Ok(at_hand.iter().filter(|there| !**there).count())
+    }
+
+    /// Mixtures on top of the images that are there.
+    fn mixed_way(&self, goal: &Goal, forecast: &Forecast) -> WayForecast {
+        let mut seconds = 0.0;
+        let reach = |step: &super::NextImage| -> Reach {
+            seconds += step.seconds;
+            (seconds, step.error)
+        };
+        let steps: Vec<Reach> = forecast.steps.iter().map(reach).collect();
+        let within = |error, mixed| {
+            let refined = self.refined() + mixed;
+            goal.until
+                .is_some_and(|until| is_within(until, error, refined, forecast.is_stated))
+        };
+        let (mixed, seconds, error) = taken(goal, (0.0, forecast.error), &steps, &within);
+        let stored = |step: &&super::NextImage| step.stored;
+        let found = forecast.steps.iter().take(mixed).filter(stored).count();
+        WayForecast {
+            way: Way::Paper,
+            quality: forecast.quality,
+            alone: 0,
+            mixed: mixed - found,
+            seconds,
+            error,
+            reaches: within(error, mixed),
+        }
+    }
+
+    /// The coarse pair and mixtures, before there is any image: what levels alone say of the plan.
+    fn mixed_way_unseen(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
+        let ([cheap, fine], step) = (self.coarse_pair(), self.refined_step());
+        let (Some(coarse), Some(refined)) = (self.stated(fine), self.stated(step)) else {
+            return Ok(None);
+        };
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let (units, pace) = (rendering.units(), self.pace.seconds());
+        let (mut alone, mut begin) = (0, 0.0);
+        for quality in [cheap, fine] {
+            let missing = self.missing(&units, quality)?;
+            if missing > 0 && (quality == fine || cheap < fine) {
+                let renderer = self.host.renderer.as_ref();
+                begin += pace * rendering.cost_of_units(renderer, quality, missing);
+                alone += missing;
+            }
+        }
+        let Cost {
+            prepare,
+            per_source,
+            per_image,
+            ..
+        } = self.refined_cost()?;
+        let fixed = begin + pace * (prepare + units.len() as f64 * per_source);
+        let keys = self.document.keys();
+        let next = plan::next(keys, &[], &Weighting::settings(units.len()), None)?;
+        let reach = |(i, d): (usize, &plan::Direction)| {
+            let seconds = fixed + (i + 1) as f64 * per_image * pace;
+            let shown = (1.0 - d.error * d.error).max(0.0).sqrt();
+            (seconds, (coarse * d.error).hypot(refined * shown))
+        };
+        let steps: Vec<Reach> = next.directions.iter().enumerate().map(reach).collect();
+        let within = |error, _| goal.until.is_some_and(|until| error <= until);
+        let (mixed, seconds, error) = taken(goal, (begin, coarse), &steps, &within);
+        Ok(Some(WayForecast {
+            way: Way::Paper,
+            quality: if mixed > 0 { step.0 } else { fine.0 },
+            alone,
+            mixed,
+            seconds,
+            error,
+            reaches: within(error, mixed),
+        }))
+    }
+
+    /// Chooses the steps of the images of sources alone for a goal, unless there are some.
+    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<(), Error> {
+        if self.pool().is_some() || self.is_final() {
+            return Ok(());
+        }
+        let asks = goal.asks_for_a_way();
+        if asks {
+            self.calibrate_cost()?;
+        }
+        let ways = match asks {
+            true => self.ways(goal)?,
+            false => Vec::new(),
+        };
+        let alone = ways.first().filter(|w| w.way == Way::Alone);
+        let chosen = alone.map(|w| Quality(w.quality));
+        let base = match chosen {
+            Some(quality) => Some([quality; 2]),
+            None => self.stored_base()?,
+        };
+        let base = base.or_else(|| (self.way == Way::Alone).then(|| [self.refined_step(); 2]));
+        if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
+            rendering.base = Some(base);
+        }
+        Ok(())
+    }
+
+    /// The finest steps at which an image of every source is at hand, if they are no coarser than what
+    /// the show asks for. Where the operator states no errors, both of these are needed for an
+    /// estimate, and no others serve.
+    pub(super) fn stored_base(&self) -> Result<Option<[Quality; 2]>, Error> {
+        let units = self.rendering.as_ref().ok_or(Error::NoSetup)?.units();
+        let [cheap, fine] = self.coarse_pair();
+        if self.stated(fine).is_none() {
+            let complete = self.missing(&units, cheap)? + self.missing(&units, fine)? == 0;
+            return Ok(complete.then_some([cheap, fine]));
+        }
+        for quality in (fine.0..=self.finest().0).rev().map(Quality) {
+            if self.missing(&units, quality)? == 0 {
+                let is_pair = quality == fine && self.missing(&units, cheap)? == 0;
+                return Ok(Some([if is_pair { cheap } else { quality }, quality]));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The steps to render sources alone at instead of going on with mixtures; `None` where these
+    /// are the better way, or nothing finer is.
+    pub(super) fn finer_base(
+        &self,
+        goal: &Goal,
+        forecast: &Forecast,
+    ) -> Result<Option<[Quality; 2]>, Error> {
+        if !goal.asks_for_a_way() || self.way == Way::Paper {
+            return Ok(None);
+        }
+        let ways = self.ways_beyond(goal, Some(forecast))?;
+        let [_, now] = self.coarse_steps();
+        let taken = ways.first().filter(|w| w.way == Way::Alone);
+        let finer = taken.map(|w| Quality(w.quality)).filter(|q| *q > now);
+        Ok(finer.map(|quality| [quality; 2]))
+    }
+
+    /// What the operator states of a new pool's errors. Two steps of coarse images estimate their
+    /// own error by their difference.
+    pub(super) fn stated_of_pool(&self) -> Option<Stated> {
+        let [cheap, fine] = self.coarse_steps();
+        let coarse = self.error_alone(fine)?;
+        let refined = self.stated(self.refined_step()).unwrap_or(0.0);
+        Some(Stated {
+            calibration: if cheap < fine { 1.0 } else { coarse },
+            refined: if coarse > 0.0 {
+                (refined / coarse).min(1.0)
+            } else {
+                0.0
+            },
+        })
+    }
+}
+
+/// Mixtures taken for a goal from where one stands: how many, the seconds until then and the error.
+fn taken(
+    goal: &Goal,
+    start: Reach,
+    steps: &[Reach],
+    within: &dyn Fn(f64, usize) -> bool,
+) -> (usize, f64, f64) {
+    let (mut seconds, mut error) = start;
+    let mut count = 0;
+    for (ahead, left) in steps {
+        let over = goal.budget.is_some_and(|budget| *ahead > budget);
+        if within(error, count) || over {
+            break;
+        }
+        (count, seconds, error) = (count + 1, *ahead, *left);
+    }
+    (count, seconds, error)
+}
+
+/// The better of two ways first: what fits into the time, then what reaches the error and is quick,
+/// else what comes nearest to it.
+fn compare(a: &WayForecast, b: &WayForecast, budget: Option<f64>) -> Ordering {
+    let late = |w: &WayForecast| budget.is_some_and(|budget| w.seconds > budget);
+    let first = (late(a), !a.reaches).cmp(&(late(b), !b.reaches));
+    let quick = a.seconds.total_cmp(&b.seconds);
+    let exact = a.error.total_cmp(&b.error);
+    first.then(match late(a) || a.reaches {
+        true => quick.then(exact),
+        false => exact.then(quick),
+    })
+}

@@ -1,0 +1,219 @@
+//! Which way an error is reached, what is said of it, and that every verb says the same.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use crate::operator::Altered;
+use crate::{Stopped, prompt};
+use footlight::engine::{Ended, Goal, Host, Way};
+use footlight::files::{Folder, MemoryStore};
+use footlight::picture::Image;
+use footlight::picture::combine::{combine, dot};
+use footlight::renderer::Cost;
+use footlight::repl::Repl;
+
+/// What each step is off by, as the operator of these tests states it.
+const STATED: [f64; 5] = [0.08, 0.04, 0.02, 0.01, 0.0005];
+
+/// The first show, small, with an operator that states its errors; what it renders is counted.
+fn open(cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
+    open_show("first.lxq", cost, store)
+}
+
+fn open_show(name: &str, cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
+    let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let text = std::fs::read_to_string(examples.join(name)).unwrap();
+    let text = text.replace("size 480x270", "size 32x18");
+    let text = text.replace("size 640x360", "size 32x18");
+    let rendered = Arc::new(AtomicUsize::new(0));
+    let host = Host {
+        files: Box::new(Folder::new(&examples, 1 << 20)),
+        store: Box::new(store.clone()),
+        clock: Box::new(Stopped),
+        renderer: Arc::new(Altered {
+            cost,
+            stated: STATED.to_vec(),
+            is_stored: true,
+            rendered: Arc::clone(&rendered),
+            ..Altered::default()
+        }),
+        ..Host::default()
+    };
+    (
+        prompt("first.lxq", text.as_bytes(), host).unwrap(),
+        rendered,
+    )
+}
+
+fn say(show: &mut Repl, line: &str) -> String {
+    match show.execute(line) {
+        Ok(reply) => reply.text.to_string(),
+        Err(error) => format!("error: {error}"),
+    }
+}
+
+/// Where preparing a step is what costs, every bank alone at the cheapest step that is good enough
+/// beats any mixture.
+#[test]
+fn one_step_is_enough_where_pictures_share_their_work() {
+    for (until, quality) in [(0.05, 2), (0.02, 3), (0.015, 4)] {
+        let (mut show, rendered) = open(None, &MemoryStore::default());
+        let done = show.engine_mut().refine(Goal::until(until)).unwrap();
+        let engine = show.engine();
+        assert_eq!((done.ended, engine.refined()), (Some(Ended::Reached), 0));
+        assert_eq!(engine.coarse_steps().map(|q| q.0), [quality; 2]);
+        assert_eq!(rendered.load(Ordering::Relaxed), 2, "each bank once");
+        let error = engine.predicted_error().unwrap();
+        assert!((error - STATED[usize::from(quality) - 1]).abs() < 1e-12);
+    }
+}
+
+/// Where every picture costs the same, two mixtures on top of what is there beat five banks.
+#[test]
+fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
+    let each = Cost {
+        per_image: 60.0,
+        per_lone: 60.0,
+        ..Cost::default()
+    };
+    let store = MemoryStore::default();
+    let (mut show, rendered) = open_show("sketch/sketch.lxq", Some(each), &store);
+    show.engine_mut().coarse().unwrap();
+    let before = rendered.load(Ordering::Relaxed);
+    let until = 0.9 * show.engine().predicted_error().unwrap();
+    assert!(until > STATED[4]);
+    let ways = show.engine().ways(&Goal::until(until)).unwrap();
+    let mixed = &ways[0];
+    assert_eq!(mixed.way, Way::Paper, "{ways:?}");
+    assert_eq!(mixed.seconds, 60.0 * mixed.mixed as f64);
+    assert!(mixed.reaches && mixed.mixed < 5);
+    let next = ways.iter().find(|w| w.way == Way::Alone && w.reaches);
+    assert_eq!(next.map(|w| w.seconds), Some(300.0), "{ways:?}");
+    show.engine_mut().refine(Goal::until(until)).unwrap();
+    assert!(rendered.load(Ordering::Relaxed) - before < 5);
+    // By name it is the other one.
+    say(&mut show, "refine until 0.2% --way alone");
+    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [5; 2]);
+    assert_eq!(show.engine().way(), Way::Auto);
+}
+
+#[test]
+fn a_way_is_taken_by_name() {
+    let (mut show, _) = open(None, &MemoryStore::default());
+    let text = say(&mut show, "plan --tolerance 5% --way paper");
+    assert!(text.contains("coarse pictures up to quality 2"), "{text}");
+    let text = say(&mut show, "plan --tolerance 5%");
+    assert!(text.contains("every bank alone at quality 2"), "{text}");
+    say(&mut show, "refine until 0.1% --way paper");
+    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [1, 2]);
+    assert!(show.engine().refined() > 0);
+    let text = say(&mut show, "plan --way shortest");
+    assert!(text.contains("it is auto, paper or alone"), "{text}");
+}
+
+/// Below what the finest step is itself off by nothing is left to do but to say so.
+#[test]
+fn more_than_the_finest_step_gives_is_not_promised() {
+    let (mut show, rendered) = open(None, &MemoryStore::default());
+    let text = say(&mut show, "refine until 0.01%");
+    assert!(
+        text.contains("the finest step of quality is itself off by"),
+        "{text}"
+    );
+    assert_eq!(rendered.load(Ordering::Relaxed), 2);
+    say(&mut show, "refine until 0.01%");
+    assert_eq!(rendered.load(Ordering::Relaxed), 2, "nothing again");
+}
+
+/// What one way rendered serves another, later sessions and edits.
+#[test]
+fn what_is_rendered_serves_on() {
+    let store = MemoryStore::default();
+    let (mut show, rendered) = open(None, &store);
+    show.engine_mut().refine(Goal::until(0.02)).unwrap();
+    say(&mut show, "cue 2 { lamp 60 }");
+    show.engine_mut().coarse().unwrap();
+    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [3; 2]);
+    assert_eq!(
+        rendered.load(Ordering::Relaxed),
+        2,
+        "an edit renders nothing"
+    );
+    // A finer error later takes one step more, and the pictures before it stay.
+    show.engine_mut().refine(Goal::until(0.01)).unwrap();
+    assert_eq!(rendered.load(Ordering::Relaxed), 4);
+}
+
+/// Plan, spectrum, error, status and run name one count, one error and one metric.
+#[test]
+fn every_verb_says_the_same_of_one_pool() {
+    let (mut show, _) = open(None, &MemoryStore::default());
+    let first = say(&mut show, "plan");
+    assert!(first.contains("metric settings"), "{first}");
+    assert!(first.contains("counted again"), "{first}");
+    let ran = say(&mut show, "run -o out");
+    assert!(ran.contains("error 2.00 % -> 2.00 %"), "{ran}");
+    let plan = say(&mut show, "plan");
+    assert!(plan.contains("0 refined pictures of 2"), "{plan}");
+    assert!(plan.contains("metric norm"), "{plan}");
+    assert!(plan.contains("what is there"), "{plan}");
+    let spectrum = say(&mut show, "plot spectrum -o s.svg");
+    assert!(
+        spectrum.contains("0 refined pictures of 2 reach 2.00 % (metric norm)"),
+        "{spectrum}"
+    );
+    let error = say(&mut show, "plot error -o e.svg");
+    assert!(
+        error.contains("0 refined pictures: predicted error 2.00 %"),
+        "{error}"
+    );
+    let status = say(&mut show, "status");
+    assert!(
+        status.contains("0 refined pictures, error 2.00 %"),
+        "{status}"
+    );
+}
+
+/// The error that the shipped operator states holds against its own finest step, at every moment.
+#[test]
+fn what_is_promised_of_a_room_is_true() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/hall");
+    let text = std::fs::read_to_string(folder.join("hall.lxq")).unwrap();
+    let text = text.replace("size 480x300", "size 64x40");
+    assert!(text.contains("size 64x40"));
+    let host = Host {
+        files: Box::new(Folder::new(&folder, 1 << 20)),
+        threads: 2,
+        ..Host::default()
+    };
+    let mut show = prompt("hall.lxq", text.as_bytes(), host).unwrap();
+    let engine = show.engine_mut();
+    let cues = engine.document().timeline().cues().to_vec();
+    let both =
+        |c: &footlight::timeline::CueTime| [c.go + (c.completion - c.go).scaled(0.5), c.completion];
+    let settings: Vec<Vec<f64>> = cues
+        .iter()
+        .flat_map(both)
+        .map(|time| engine.setting(time))
+        .collect();
+    let finest = engine.finest();
+    let truth: Vec<Image> = settings
+        .iter()
+        .map(|s| engine.render(s, finest).unwrap())
+        .collect();
+    let mut steps = Vec::new();
+    for until in [0.034, 0.02, 0.016] {
+        let ended = engine.refine(Goal::until(until)).unwrap().ended;
+        assert_eq!(ended, Some(Ended::Reached));
+        assert!(engine.predicted_error().unwrap() <= until);
+        for (setting, truth) in settings.iter().zip(&truth) {
+            let shown = engine.picture_of(setting).unwrap();
+            let off = combine(truth.size(), &[(1.0, &shown), (-1.0, truth)], 1);
+            let error = (dot(&off, &off) / dot(truth, truth).max(1e-30)).sqrt();
+            assert!(error <= until, "{until}: {error}");
+        }
+        steps.push(engine.coarse_steps()[1].0);
+    }
+    assert_eq!(steps, [1, 2, 3], "no finer than it must be");
+}
