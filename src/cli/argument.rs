@@ -179,7 +179,7 @@ pub enum OwnCommand {
         code: String,
     },
     /// what a stage's file holds: extent, polygons, materials, lights, cameras
-    #[command(after_help = "Example:\n  footlight stage set.glb")]
+    #[command(after_help = "Example:\n  footlight stage set.obj")]
     Stage {
         /// An OBJ or glTF file
         #[arg(id = "FILE", value_name = "FILE")]

@@ -189,3 +189,38 @@ fn corners(facet: &Facet, k: usize) -> [Vec3; 2] {
     let n = facet.vertices.len();
     [facet.vertices[k], facet.vertices[(k + 1) % n]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::vec3;
+    use crate::scene::Scene;
+    use crate::scene::solid::Solid;
+    use crate::units::Rgb;
+
+    #[test]
+    fn a_cylinder_is_round_across_the_edges_of_its_mantle_alone() {
+        let mut scene = Scene::default();
+        let column = Solid::Cylinder {
+            from: Vec3::ZERO,
+            to: vec3(0.0, 0.0, 3.0),
+            radius: 0.4,
+            sides: 12,
+        };
+        scene.add_solid("column", Rgb([0.5; 3]), &column);
+        let surfaces = Surfaces::new(&scene).unwrap_or_else(|e| unreachable!("{e}"));
+        let edges = round_edges(&surfaces);
+        for (facet, own) in surfaces.facets.iter().zip(&edges) {
+            assert_eq!(own.len(), if facet.is_smooth() { 2 } else { 0 });
+            for edge in own {
+                // Anywhere on the facet: as far from the edge on both sides, on the neighbour's plane.
+                let p = edge.own.start + edge.own.along * 1.1 + edge.own.inward * 0.07;
+                let other = &surfaces.facets[edge.other];
+                let there = edge.mirrored(p, other);
+                assert!(other.height(there).abs() < 1e-12);
+                assert!((edge.inward.dot(there - edge.own.start) - 0.07).abs() < 1e-12);
+                assert!((there.z - p.z).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -123,8 +123,9 @@ fn metres(length: f64) -> String {
         l if l >= 1.0 => format!("{length:.2}"),
         _ => format!("{length:.4}"),
     };
-    match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-        false => text,
-    }
+    let text = match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.'),
+        false => text.as_str(),
+    };
+    if text == "-0" { "0" } else { text }.to_owned()
 }
