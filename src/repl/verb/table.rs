@@ -546,7 +546,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "export",
         export::export,
-        "write the show for a desk or QLC+, and report what is not in the file",
+        "write the show for a desk or QLC+; tell what is lost",
         "export -o show.asc",
     )
     .options(&[JSON, output("write a .asc (USITT ASCII) or a .qxw (QLC+)")])
