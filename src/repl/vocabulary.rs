@@ -395,7 +395,10 @@ mod tests {
         offers("cue 3 \"Ev", &[]);
         offers("light k spot at 1", &["1cm", "1ft", "1in", "1m", "1mm"]);
         offers("light k spot at 1, 2, 3 b", &["beam"]);
-        offers("view stalls from 0, 0, 0 ", &["fov", "from", "lens", "roll", "size", "to"]);
+        offers(
+            "view stalls from 0, 0, 0 ",
+            &["fov", "from", "lens", "roll", "size", "to"],
+        );
         offers("preview { t", &["tolerance", "tone"]);
         offers("set lamps f", &["full"]);
         offers("goto 12 ", &["at"]);
@@ -405,7 +408,7 @@ mod tests {
         offers("stop ", &["now"]);
         offers("pool drop ", &["all", "unused"]);
         offers("refine ", &["&", "for", "until"]);
-        offers("chart ", &["plan", "session", "transport"]);
+        offers("chart ", &["plan", "session", "transport", "ways"]);
         offers("cue 3 { lamps 5 curve d", &["dawn"]);
         offers("cue 3 { time (sl", &["slow"]);
         offers("bank x = m", &["moon"]);
