@@ -295,8 +295,10 @@ impl Pool {
             quality,
             evidence,
         });
-        let known: Vec<Evidence> = self.refined.iter().map(|r| r.evidence).collect();
-        self.fit = Fit::of(self.prior(), &known);
+        // Images of the coarse ones' own step say nothing of the error of these.
+        let tell = self.stated.is_none_or(|stated| stated.refined < 1.0);
+        let known = self.refined.iter().filter(|_| tell).map(|r| r.evidence);
+        self.fit = Fit::of(self.prior(), &known.collect::<Vec<Evidence>>());
         self.extrapolated = OnceLock::new();
         true
     }
@@ -521,6 +523,13 @@ mod tests {
         assert_eq!(pool.error(1.0, 1.0), 0.02);
         assert_eq!(pool.error(0.0, 1.0), 0.005);
         assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
+        // Sums of the coarse images themselves leave what was stated.
+        let mut same = pool.stating(Some(Stated {
+            refined: 1.0,
+            ..stated
+        }));
+        assert!(same.add(vec![1.0, 1.0], row(&[5.0, 7.0]), Quality(1), Work::silent()));
+        assert_eq!(same.error(0.0, 1.0), 0.02);
     }
 
     #[test]

@@ -115,7 +115,7 @@ fn every_example_of_the_help_runs() {
     }
     let shown = root.split("Examples:").nth(1).unwrap().lines();
     examples.extend(shown.filter_map(|l| l.strip_prefix("  footlight ").map(str::to_owned)));
-    // Those of the manual too, but for the one that needs another program.
+    // Those of the manual too, but for those that need another program.
     let python = Command::new("python3").args(["-c", "0"]).output();
     let has_python = python.is_ok_and(|output| output.status.success());
     let before = examples.len();
@@ -128,7 +128,7 @@ fn every_example_of_the_help_runs() {
         }
         let page = fs::read_to_string(page).unwrap();
         let lines = page.lines().filter_map(|l| l.strip_prefix("footlight "));
-        let lines = lines.filter(|l| !l.contains("ffmpeg"));
+        let lines = lines.filter(|l| !l.contains("ffmpeg") && !l.contains("mitsuba"));
         let lines = lines.filter(|l| has_python || !l.contains("python3"));
         examples.extend(lines.map(str::to_owned));
     }

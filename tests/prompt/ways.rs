@@ -23,12 +23,13 @@ fn open(cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
 
 fn open_show(name: &str, cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let text = std::fs::read_to_string(examples.join(name)).unwrap();
+    let path = examples.join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
     let text = text.replace("size 480x270", "size 32x18");
     let text = text.replace("size 640x360", "size 32x18");
     let rendered = Arc::new(AtomicUsize::new(0));
     let host = Host {
-        files: Box::new(Folder::new(&examples, 1 << 20)),
+        files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
         store: Box::new(store.clone()),
         clock: Box::new(Stopped),
         renderer: Arc::new(Altered {
@@ -170,7 +171,7 @@ fn every_verb_says_the_same_of_one_pool() {
     );
     let status = say(&mut show, "status");
     assert!(
-        status.contains("0 refined pictures, error 2.00 %"),
+        status.contains("0 refined pictures, predicted error 2.00 %"),
         "{status}"
     );
 }
