@@ -385,18 +385,20 @@ impl<'a> CellFinder<'a> {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
             let points = std::mem::take(&mut self.points);
-            rays.reserve_exact(points.len() * count);
+            // The points are copied when they are sorted.
+            let found = all.iter().map(Vec::len).sum::<usize>() + points.len();
+            let more = points.len() * count;
+            let held = found * (2 * size_of::<CellPoint>() + 4) + 4 * (rays.len() + more);
+            budget.check("the radiosity cache", self.bytes() + held)?;
+            rays.reserve_exact(more);
             self.known = self.asked.len();
             self.generation += 1;
             for (at, some) in points.chunks(BATCH).enumerate() {
                 let landings = self.rays(at * BATCH, some, count, work)?;
                 self.ask(landings.into_iter(), &mut rays);
+                budget.check("the radiosity cache", self.bytes() + held)?;
             }
             all.push(points);
-            // The points are copied when they are sorted.
-            let count = all.iter().map(Vec::len).sum::<usize>();
-            let found = count * (2 * size_of::<CellPoint>() + 4) + size_of_val(rays.as_slice());
-            budget.check("the radiosity cache", self.bytes() + found)?;
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
         let count = self.asked.len();
