@@ -335,12 +335,17 @@ fn filled(word: &str, marks: &[(&str, PathBuf)]) -> String {
 }
 
 /// A folder that only this user may enter; removed when dropped.
-struct Private {
+#[derive(Debug)]
+pub struct Private {
     path: PathBuf,
 }
 
 impl Private {
-    fn new() -> Result<Private, FileError> {
+    /// A new one among the system's temporary files.
+    ///
+    /// # Errors
+    /// [`FileError`] where none can be made.
+    pub fn new() -> Result<Private, FileError> {
         #[cfg_attr(not(unix), allow(unused_mut, reason = "modes are Unix's"))]
         let mut builder = fs::DirBuilder::new();
         #[cfg(unix)]
@@ -361,6 +366,13 @@ impl Private {
                 Err(_) => {}
             }
         }
+    }
+}
+
+impl Private {
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 }
 

@@ -12,6 +12,7 @@ use serde_json::json;
 
 use super::buffers::uri_of;
 use crate::engine::{Engine, Host};
+use crate::files::process::Private;
 use crate::files::{Disk, Store};
 use crate::picture::png;
 use crate::units::CueNumber;
@@ -104,6 +105,8 @@ impl Pictures {
 }
 
 fn work(jobs: &Receiver<Job>, client: &Outgoing) {
+    // For the pictures; it goes with the server.
+    let folder = Private::new().map_err(|error| error.to_string());
     // Of the show that was seen last, whose stage and images need not be read again.
     let mut kept: Option<(PathBuf, Engine)> = None;
     let mut number = 0;
@@ -121,7 +124,10 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
         let shows = client_can.shows_documents && id.is_some();
         let stop = Arc::clone(&job.stop);
         job.host.progress = Box::new(ClientProgress(Arc::clone(&progress)));
-        let made = picture(&mut kept, job);
+        let made = match &folder {
+            Ok(folder) => picture(&mut kept, job, folder.path()),
+            Err(why) => Err(why.clone()),
+        };
         progress.end();
         let uri = made
             .as_deref()
@@ -240,8 +246,12 @@ fn tell(client: &Outgoing, method: &str, params: serde_json::Value) {
     let _ = client.send(Notification::new(method.to_owned(), params).into());
 }
 
-/// Renders the moment at which a cue is complete into a file among those that the system clears.
-fn picture(kept: &mut Option<(PathBuf, Engine)>, job: Job) -> Result<PathBuf, String> {
+/// Renders the moment at which a cue is complete into a file of the folder.
+fn picture(
+    kept: &mut Option<(PathBuf, Engine)>,
+    job: Job,
+    folder: &Path,
+) -> Result<PathBuf, String> {
     if job.stop.load(Ordering::Relaxed) {
         return Err("cancelled".to_owned());
     }
@@ -270,9 +280,7 @@ fn picture(kept: &mut Option<(PathBuf, Engine)>, job: Job) -> Result<PathBuf, St
     });
     *kept = Some((job.root.clone(), engine));
     let stem = job.root.file_stem().unwrap_or_default().to_string_lossy();
-    let folder = std::env::temp_dir().join(format!("footlight-{}", std::process::id()));
     let path = folder.join(format!("{stem}-cue-{}.png", job.cue));
-    std::fs::create_dir_all(&folder).map_err(|error| error.to_string())?;
     Disk.write(&path, &drawn?)
         .map_err(|error| error.to_string())?;
     Ok(path)

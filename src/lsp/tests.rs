@@ -357,7 +357,6 @@ fn a_picture_of_a_cue_is_made_and_made_again_on_save() {
         editor.diagnostics("show.lxq");
     }
     assert_ne!(fs::read(&path).unwrap(), before);
-    fs::remove_file(path).unwrap();
     let none = json!({ "command": PICTURE, "arguments": [editor.uri("show.lxq"), "9"] });
     let id = editor.request("workspace/executeCommand", none);
     assert!(
