@@ -213,7 +213,7 @@ impl Scene {
     }
 
     /// Adds a shape as polygons of a material of this name, behind all others, which reflects
-    /// [`HOUSING`]; its light is the rig's. The error that shapes are allowed is kept.
+    /// `HOUSING`; its light is the rig's. The error that shapes are allowed is kept.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
         self.materials
