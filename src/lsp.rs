@@ -343,6 +343,7 @@ impl Server<'_> {
         let Some(sheet) = self.sheets.get(root) else {
             return;
         };
+        let lines = self.lines(sheet);
         for path in self.buffers.paths() {
             let is_own = self.roots.get(&path).is_some_and(|own| own == root);
             let Some(buffer) = self.buffers.get(&path).filter(|_| is_own) else {
@@ -351,7 +352,7 @@ impl Server<'_> {
             let list = sheet.diagnostics().list.iter();
             let own = list.filter_map(|diagnostic| {
                 let (file, _) = sheet.file(diagnostic.labels.first().map_or(0, |l| l.file))?;
-                (file == path).then(|| self.diagnostic(sheet, diagnostic))
+                (file == path).then(|| diagnostic_of(sheet, &lines, diagnostic))
             });
             self.publish(&buffer.uri, own.collect(), Some(buffer.version));
         }
@@ -367,42 +368,10 @@ impl Server<'_> {
         self.send(Notification::new(method, params));
     }
 
-    /// A diagnostic as the protocol writes it.
-    fn diagnostic(&self, sheet: &Sheet, diagnostic: &Diagnostic) -> lsp_types::Diagnostic {
-        let range = |label: &crate::diagnostic::Label| {
-            let text = sheet.file(label.file).map_or("", |(_, text)| text);
-            Lines::new(text, self.encoding).range(&label.span)
-        };
-        let mut message = diagnostic.message.clone();
-        let main = diagnostic.labels.first();
-        if let Some(label) = main.filter(|label| !label.text.is_empty()) {
-            message.push_str(&format!("\n{}", label.text));
-        }
-        for help in &diagnostic.help {
-            message.push_str(&format!("\nhelp: {help}"));
-        }
-        let related = diagnostic.labels.iter().skip(1).filter_map(|label| {
-            let (path, _) = sheet.file(label.file)?;
-            Some(DiagnosticRelatedInformation {
-                location: Location::new(uri_of(&path)?, range(label)),
-                message: label.text.clone(),
-            })
-        });
-        let related: Vec<_> = related.collect();
-        let code = (!diagnostic.code.is_empty())
-            .then(|| NumberOrString::String(diagnostic.code.to_owned()));
-        lsp_types::Diagnostic {
-            range: main.map_or_else(Default::default, range),
-            severity: Some(match diagnostic.severity {
-                Severity::Error => DiagnosticSeverity::ERROR,
-                Severity::Warning => DiagnosticSeverity::WARNING,
-            }),
-            code,
-            source: Some("footlight".to_owned()),
-            message,
-            related_information: (!related.is_empty()).then_some(related),
-            ..lsp_types::Diagnostic::default()
-        }
+    /// The lines of each file of a show.
+    fn lines<'s>(&self, sheet: &'s Sheet) -> Vec<Lines<'s>> {
+        let texts = sheet.sources().map(|(_, text)| text);
+        texts.map(|text| Lines::new(text, self.encoding)).collect()
     }
 
     fn answer(&mut self, request: Request) {
@@ -509,7 +478,8 @@ impl Server<'_> {
                 let range = asked.range;
                 value(whole(asked.text_document).map(|(sheet, text, uri)| {
                     let own = |file| sheet.file(file).is_some_and(|(path, _)| path == key(&uri));
-                    let shown = |d: &Diagnostic| Some(self.diagnostic(sheet, d));
+                    let lines = self.lines(sheet);
+                    let shown = |d: &Diagnostic| Some(diagnostic_of(sheet, &lines, d));
                     action::actions(sheet, (&text, &uri), range, encoding, own, shown)
                 }))
             }
@@ -595,6 +565,48 @@ impl Server<'_> {
             stop: Arc::default(),
             client: self.client,
         });
+    }
+}
+
+/// A diagnostic as the protocol writes it; `lines` are those of each file.
+fn diagnostic_of(
+    sheet: &Sheet,
+    lines: &[Lines<'_>],
+    diagnostic: &Diagnostic,
+) -> lsp_types::Diagnostic {
+    let range = |label: &crate::diagnostic::Label| {
+        let own = lines.get(label.file);
+        own.map_or_else(Default::default, |lines| lines.range(&label.span))
+    };
+    let mut message = diagnostic.message.clone();
+    let main = diagnostic.labels.first();
+    if let Some(label) = main.filter(|label| !label.text.is_empty()) {
+        message.push_str(&format!("\n{}", label.text));
+    }
+    for help in &diagnostic.help {
+        message.push_str(&format!("\nhelp: {help}"));
+    }
+    let related = diagnostic.labels.iter().skip(1).filter_map(|label| {
+        let (path, _) = sheet.file(label.file)?;
+        Some(DiagnosticRelatedInformation {
+            location: Location::new(uri_of(&path)?, range(label)),
+            message: label.text.clone(),
+        })
+    });
+    let related: Vec<_> = related.collect();
+    let code =
+        (!diagnostic.code.is_empty()).then(|| NumberOrString::String(diagnostic.code.to_owned()));
+    lsp_types::Diagnostic {
+        range: main.map_or_else(Default::default, range),
+        severity: Some(match diagnostic.severity {
+            Severity::Error => DiagnosticSeverity::ERROR,
+            Severity::Warning => DiagnosticSeverity::WARNING,
+        }),
+        code,
+        source: Some("footlight".to_owned()),
+        message,
+        related_information: (!related.is_empty()).then_some(related),
+        ..lsp_types::Diagnostic::default()
     }
 }
 
