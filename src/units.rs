@@ -230,16 +230,21 @@ impl Rgb {
             / (1.0 - 2.897_418_16e-5 * t + 1.614_560_53e-7 * t * t);
         let d = 2.0 * u - 8.0 * v + 4.0;
         let (x, y) = (3.0 * u / d, 2.0 * v / d);
+        let colour = Rgb::from_chromaticity(x, y);
+        let luminance = colour.luminance();
+        Some(Rgb(colour.0.map(|c| c / luminance)))
+    }
+
+    /// Linear Rec. 709 (IEC 61966-2-1) of the CIE 1931 chromaticity `x`, `y` at Y = 1; what lies
+    /// outside the gamut is clipped to zero. `y` is above zero.
+    pub fn from_chromaticity(x: f64, y: f64) -> Rgb {
         let (big_x, big_z) = (x / y, (1.0 - x - y) / y);
         let linear = [
             3.240_454_2 * big_x - 1.537_138_5 - 0.498_531_4 * big_z,
             -0.969_266_0 * big_x + 1.876_010_8 + 0.041_556_0 * big_z,
             0.055_643_4 * big_x - 0.204_025_9 + 1.057_225_2 * big_z,
-        ]
-        .map(|c: f64| c.max(0.0));
-        let colour = Rgb(linear);
-        let luminance = colour.luminance();
-        Some(Rgb(linear.map(|c| c / luminance)))
+        ];
+        Rgb(linear.map(|c: f64| c.max(0.0)))
     }
 
     /// Luminance with Rec. 709 weights.

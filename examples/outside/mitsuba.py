@@ -2,7 +2,7 @@
 
 Called by `footlight run show.lxq --renderer mitsuba`. Needs the package `mitsuba` (tried: 3.9.1).
 A step of quality has four times the samples of the one before it: 16, 64, 256, 1024 a pixel, or
-N, 4 N ... . The form of the files is told in the manual, page *farm*; another renderer reads them
+N, 4 N ... . The manual, page *farm*, describes the files; another renderer reads them
 as this script does.
 """
 

@@ -16,7 +16,7 @@ use crate::report::format::ending;
 /// The program.
 const PROGRAM: &str = "ffmpeg";
 
-/// What it is told of every film: its frames are those of [`crate::picture::y4m`], coded for a
+/// Arguments for every film: its frames are those of [`crate::picture::y4m`], coded for a
 /// display by sRGB's curve; colour is shared by four pixels, so sides are made even.
 const ALWAYS: &str = "-hide_banner -loglevel error -y -f yuv4mpegpipe -i pipe:0 -pix_fmt yuv420p \
     -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -colorspace bt709 -color_primaries bt709 \
@@ -112,7 +112,7 @@ impl Encoding {
     }
 }
 
-/// The start of what is said; the rest is read and dropped, so that nobody waits.
+/// The start of what is said; the rest is read and dropped, so that the encoder does not block.
 fn read(mut said: impl Read) -> String {
     let mut text = Vec::new();
     let _ = said.by_ref().take(COMPLAINT).read_to_end(&mut text);
@@ -120,7 +120,7 @@ fn read(mut said: impl Read) -> String {
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// A new file in the system's folder for such, which nobody else can read.
+/// A new temporary file, which no other user can read.
 fn draft(ending: &str) -> io::Result<PathBuf> {
     let mut options = fs::OpenOptions::new();
     options.write(true).create_new(true);

@@ -13,7 +13,7 @@ use crate::printable;
 use crate::repl::Error;
 use crate::report::{self, exchange, format};
 
-/// What `import` is told.
+/// Arguments of `import`.
 #[derive(Debug, Args)]
 pub struct Imported {
     /// The file of the other program: USITT ASCII (.asc) or MVR (.mvr)
@@ -28,16 +28,16 @@ pub struct Imported {
 }
 
 /// Writes the show and reports what is not in it.
-pub fn import(told: &Imported) -> Result<u8, Error> {
-    format::SHOW.check(&told.output)?;
-    if is_same(&told.file, &told.output) {
-        return Err(report::Error::ShowsFile(told.output.clone()).into());
+pub fn import(arguments: &Imported) -> Result<u8, Error> {
+    format::SHOW.check(&arguments.output)?;
+    if is_same(&arguments.file, &arguments.output) {
+        return Err(report::Error::ShowsFile(arguments.output.clone()).into());
     }
-    let imported = match format::ending(&told.file).as_str() {
-        "mvr" => rig(told)?,
-        "asc" => desk(told)?,
+    let imported = match format::ending(&arguments.file).as_str() {
+        "mvr" => rig(arguments)?,
+        "asc" => desk(arguments)?,
         _ => {
-            let file = shown(&told.file);
+            let file = shown(&arguments.file);
             return Err(Error::Usage(format!(
                 "`{file}` cannot be imported: it is to end in .asc (a desk: USITT ASCII) or .mvr (a \
                  plan)"
@@ -45,7 +45,7 @@ pub fn import(told: &Imported) -> Result<u8, Error> {
         }
     };
     let (wrote, losses, assumed) = imported;
-    match told.json {
+    match arguments.json {
         true => print(printable::json(&exchange::json(&wrote, &losses, &assumed)?)),
         false => {
             let wrote: String = wrote.iter().map(|file| format!("wrote {file}\n")).collect();
@@ -59,28 +59,28 @@ pub fn import(told: &Imported) -> Result<u8, Error> {
 type Report = (Vec<String>, Vec<Loss>, Vec<String>);
 
 /// A desk's show.
-fn desk(told: &Imported) -> Result<Report, Error> {
-    let bytes = Disk.read(&told.file, usitt::LIMIT as u64)?;
-    let (text, carried) = usitt::import(&file_name(&told.file), &bytes);
-    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &told.file, &text))?;
-    Disk.output(&told.output, carried.text.as_bytes())?;
-    Ok((vec![shown(&told.output)], carried.losses, Vec::new()))
+fn desk(arguments: &Imported) -> Result<Report, Error> {
+    let bytes = Disk.read(&arguments.file, usitt::LIMIT as u64)?;
+    let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes);
+    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &arguments.file, &text))?;
+    Disk.output(&arguments.output, carried.text.as_bytes())?;
+    Ok((vec![shown(&arguments.output)], carried.losses, Vec::new()))
 }
 
 /// The rig of a plan, with its set in a folder beside the show and its addresses in a file.
-fn rig(told: &Imported) -> Result<Report, Error> {
-    let bytes = Disk.read(&told.file, mvr::LIMIT as u64)?;
-    let stem = told.output.file_stem().unwrap_or_default();
+fn rig(arguments: &Imported) -> Result<Report, Error> {
+    let bytes = Disk.read(&arguments.file, mvr::LIMIT as u64)?;
+    let stem = arguments.output.file_stem().unwrap_or_default();
     let folder = format!("{}-set", stem.to_string_lossy());
-    let carried = mvr::import(&file_name(&told.file), &bytes, &folder);
-    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &told.file, ""))?;
-    let beside = super::folder_of(&told.output);
+    let carried = mvr::import(&file_name(&arguments.file), &bytes, &folder);
+    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &arguments.file, ""))?;
+    let beside = super::folder_of(&arguments.output);
     for (path, bytes) in &carried.files {
         Disk.output(&beside.join(path), bytes)?;
     }
-    let mut wrote = vec![shown(&told.output)];
+    let mut wrote = vec![shown(&arguments.output)];
     if !carried.patch.is_empty() {
-        let patch = told.output.with_extension("patch");
+        let patch = arguments.output.with_extension("patch");
         Disk.output(&patch, carried.patch.as_bytes())?;
         wrote.push(shown(&patch));
     }
@@ -91,7 +91,7 @@ fn rig(told: &Imported) -> Result<Report, Error> {
             carried.files.len()
         ));
     }
-    Disk.output(&told.output, carried.text.as_bytes())?;
+    Disk.output(&arguments.output, carried.text.as_bytes())?;
     Ok((wrote, carried.losses, carried.assumed))
 }
 

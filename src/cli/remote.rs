@@ -13,11 +13,11 @@ use crate::units::{CueNumber, Time};
 /// Messages that are read between two frames.
 const MOST_MESSAGES: usize = 64;
 
-/// Open Sound Control: what starts cues, and who is told.
+/// Open Sound Control: where commands come in, and where the state is sent.
 pub struct Remote {
     pub socket: UdpSocket,
     to: Option<SocketAddr>,
-    told: Option<(Option<usize>, i64)>,
+    sent: Option<(Option<usize>, i64)>,
 }
 
 impl Remote {
@@ -48,7 +48,7 @@ impl Remote {
         Ok(Some(Remote {
             socket,
             to,
-            told: None,
+            sent: None,
         }))
     }
 
@@ -77,11 +77,11 @@ impl Remote {
     /// Says the cue when it changes, and the time each second.
     fn tell(&mut self, cue: Option<usize>, now: Time, document: &Document) {
         let second = now.micros() / 1_000_000;
-        let Some(to) = self.to.filter(|_| self.told != Some((cue, second))) else {
+        let Some(to) = self.to.filter(|_| self.sent != Some((cue, second))) else {
             return;
         };
         let said = cue.and_then(|cue| document.show().cues.get(cue));
-        if self.told.map(|told| told.0) != Some(cue)
+        if self.sent.map(|sent| sent.0) != Some(cue)
             && let Some(cue) = said
         {
             let words = [cue.number.to_string(), cue.label.clone()].map(Argument::Text);
@@ -93,7 +93,7 @@ impl Remote {
         let _ = self
             .socket
             .send_to(&osc::write("/footlight/time", &time), to);
-        self.told = Some((cue, second));
+        self.sent = Some((cue, second));
     }
 }
 

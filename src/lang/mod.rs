@@ -207,14 +207,15 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
     ))
 }
 
-/// A text without its quotes and backslashes.
 fn unquoted(word: Word<'_>) -> String {
-    let inner = word
-        .text
-        .strip_prefix('"')
-        .and_then(|t| t.strip_suffix('"'));
+    unquote(word.text)
+}
+
+/// A text without its quotes and backslashes.
+pub fn unquote(text: &str) -> String {
+    let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
     let mut out = String::new();
-    let mut chars = inner.unwrap_or(word.text).chars();
+    let mut chars = inner.unwrap_or(text).chars();
     while let Some(c) = chars.next() {
         match c {
             '\\' => out.extend(chars.next()),

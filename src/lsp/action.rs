@@ -7,7 +7,7 @@ use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit,
 };
 
-use super::sheet::Sheet;
+use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
 use crate::diagnostic::Severity;
 
@@ -16,17 +16,17 @@ const TRIED: usize = 6;
 
 /// The fixes for what is wrong within a range of a file of the show.
 pub fn actions(
-    sheet: &Sheet,
+    show: &OpenShow,
     (text, uri): (&str, &Uri),
     range: lsp_types::Range,
     encoding: Encoding,
     own: impl Fn(usize) -> bool,
-    shown: impl Fn(&crate::diagnostic::Diagnostic) -> Option<Diagnostic>,
+    shown: impl Fn(&crate::diagnostic::Diagnostic) -> Diagnostic,
 ) -> Vec<CodeActionOrCommand> {
     let lines = Lines::new(text, encoding);
     let asked = lines.bytes(range);
     let mut out = Vec::new();
-    for diagnostic in &sheet.diagnostics().list {
+    for diagnostic in &show.diagnostics().list {
         let Some(label) = diagnostic.labels.first().filter(|label| own(label.file)) else {
             continue;
         };
@@ -39,7 +39,7 @@ pub fn actions(
             mended.replace_range(label.span.clone(), offered);
             // Only the show's own file can be tried alone.
             if label.file == 0
-                && errors(&sheet.diagnostics_of(&mended)) >= errors(sheet.diagnostics())
+                && errors(&show.diagnostics_of(&mended)) >= errors(show.diagnostics())
             {
                 continue;
             }
@@ -56,7 +56,7 @@ pub fn actions(
             out.push(CodeActionOrCommand::CodeAction(CodeAction {
                 title: format!("write `{offered}`"),
                 kind: Some(CodeActionKind::QUICKFIX),
-                diagnostics: shown(diagnostic).map(|d| vec![d]),
+                diagnostics: Some(vec![shown(diagnostic)]),
                 edit: Some(WorkspaceEdit {
                     changes: Some(changes.into_values().collect()),
                     ..WorkspaceEdit::default()

@@ -6,8 +6,8 @@ use std::path::Path;
 use lsp_types::{CompletionItem, CompletionItemKind, CompletionTextEdit, TextEdit};
 
 use super::buffers::normal;
+use super::open_show::OpenShow;
 use super::outline::FILE_WORDS;
-use super::sheet::Sheet;
 use super::text::{Encoding, Lines};
 use crate::lang::{self, Token};
 
@@ -15,7 +15,7 @@ use crate::lang::{self, Token};
 const FILES: usize = 200;
 
 /// What the text may go on with at a place.
-pub fn complete(sheet: &Sheet, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
+pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
     let typed = text.get(statement_start(text, at)..at).unwrap_or("");
     let tokens = lang::tokens(typed);
     let (words, start): (Vec<String>, usize) = match tokens.last() {
@@ -26,11 +26,11 @@ pub fn complete(sheet: &Sheet, text: &str, at: usize, encoding: Encoding) -> Vec
                 return Vec::new();
             }
             let inner = typed.get(range.start + 1..).unwrap_or("");
-            (files(sheet, inner), at - inner.len())
+            (files(show, inner), at - inner.len())
         }
         Some((range, Token::Comment)) if range.end == typed.len() => return Vec::new(),
         _ => {
-            let completion = sheet.vocabulary().complete_statement(typed);
+            let completion = show.vocabulary().complete_statement(typed);
             let start = at - (typed.len() - completion.start);
             (completion.words, start)
         }
@@ -69,8 +69,8 @@ fn is_open(typed: &str, range: &Range<usize>) -> bool {
 }
 
 /// The files whose paths begin as typed, in the show's folder.
-fn files(sheet: &Sheet, typed: &str) -> Vec<String> {
-    let folder = sheet.path().parent().unwrap_or(Path::new(""));
+fn files(show: &OpenShow, typed: &str) -> Vec<String> {
+    let folder = show.path().parent().unwrap_or(Path::new(""));
     let (below, begun) = typed.rsplit_once('/').map_or(("", typed), |(b, n)| (b, n));
     let searched = normal(&folder.join(below));
     if !searched.starts_with(folder) {

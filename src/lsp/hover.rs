@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use super::name::name_at;
-use super::sheet::Sheet;
+use super::open_show::OpenShow;
 use crate::engine::Document;
 use crate::lang::{self, Token};
 use crate::repl::help_of;
@@ -20,10 +20,10 @@ const COLUMNS: i64 = 48;
 const LISTED: usize = 12;
 
 /// Words in Markdown about what stands at a place, and its bytes.
-pub fn hover(sheet: &Sheet, text: &str, at: usize) -> Option<(String, Range<usize>)> {
+pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<usize>)> {
     if let Some(range) = name_at(text, at) {
         let name = text.get(range.clone())?;
-        return Some((of_name(sheet, name)?, range));
+        return Some((of_name(show, name)?, range));
     }
     let tokens = lang::tokens(text);
     let i = tokens.partition_point(|(range, _)| range.end <= at);
@@ -34,9 +34,9 @@ pub fn hover(sheet: &Sheet, text: &str, at: usize) -> Option<(String, Range<usiz
     let words = match token {
         Token::Statement if word == "cue" => {
             let (number, _) = tokens.get(i + 1)?;
-            of_cue(sheet.document()?, text.get(number.clone())?)?
+            of_cue(show.document()?, text.get(number.clone())?)?
         }
-        Token::Quantity if before == Some("cue") => of_cue(sheet.document()?, word)?,
+        Token::Quantity if before == Some("cue") => of_cue(show.document()?, word)?,
         Token::Statement => code(&help_of(word).ok()?),
         Token::Quantity => of_quantity(word, before)?,
         Token::Colour => of_colour(word)?,
@@ -50,14 +50,14 @@ fn code(text: &str) -> String {
 }
 
 /// What a name stands for: its statement, and of a bank its level over the show.
-fn of_name(sheet: &Sheet, name: &str) -> Option<String> {
-    let places = sheet.places_of(name);
+fn of_name(show: &OpenShow, name: &str) -> Option<String> {
+    let places = show.places_of(name);
     let (_, text, place) = places.iter().find(|(_, _, p)| p.declares.is_some())?;
     let statements = lang::outline(text).into_iter();
     let mut around = statements.filter(|s| s.range.contains(&place.range.start));
     let own = text.get(around.next()?.range)?;
     let mut out = format!("```lxq\n{own}\n```");
-    let document = sheet.document()?;
+    let document = show.document()?;
     let Some(index) = document.show().banks.iter().position(|b| b.name == name) else {
         return Some(out);
     };

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use lsp_types::{DocumentHighlight, DocumentHighlightKind, Location, TextEdit, Uri, WorkspaceEdit};
 
 use super::buffers::uri_of;
-use super::sheet::Sheet;
+use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
 use crate::lang;
 
@@ -20,7 +20,7 @@ pub fn name_at(text: &str, at: usize) -> Option<Range<usize>> {
 
 /// Where the name at a place stands: all places, or those that declare it.
 pub fn locations(
-    sheet: &Sheet,
+    show: &OpenShow,
     (text, at): (&str, usize),
     wanted: impl Fn(bool) -> bool,
     encoding: Encoding,
@@ -28,7 +28,7 @@ pub fn locations(
     let Some(name) = name_at(text, at).and_then(|range| text.get(range)) else {
         return Vec::new();
     };
-    let places = sheet.places_of(name).into_iter();
+    let places = show.places_of(name).into_iter();
     let wanted = places.filter(|(_, _, place)| wanted(place.declares.is_some()));
     let location = |(path, text, place): (PathBuf, &str, lang::NamePlace)| {
         let range = Lines::new(text, encoding).range(&place.range);
@@ -60,7 +60,7 @@ pub fn highlights((text, at): (&str, usize), encoding: Encoding) -> Vec<Document
 /// # Errors
 /// A sentence for the user: why it cannot be called so.
 pub fn rename(
-    sheet: &Sheet,
+    show: &OpenShow,
     (text, at): (&str, usize),
     to: &str,
     encoding: Encoding,
@@ -71,14 +71,14 @@ pub fn rename(
         let help = refused.help.join("; ");
         return Err(format!("{}: {help}", refused.message));
     }
-    if sheet.diagnostics().has_errors() {
+    if show.diagnostics().has_errors() {
         let why = "the show has errors, so that names may be missed: mend them first";
         return Err(why.to_owned());
     }
-    if name != to && !sheet.places_of(to).is_empty() {
+    if name != to && !show.places_of(to).is_empty() {
         return Err(format!("`{to}` is used already: choose another name"));
     }
-    if !sheet
+    if !show
         .places_of(name)
         .iter()
         .any(|(_, _, place)| place.declares.is_some())
@@ -86,7 +86,7 @@ pub fn rename(
         return Err(format!("`{name}` is the stage's name, not the show's"));
     }
     let mut changes: BTreeMap<String, (Uri, Vec<TextEdit>)> = BTreeMap::new();
-    for (path, text, place) in sheet.places_of(name) {
+    for (path, text, place) in show.places_of(name) {
         let range = Lines::new(text, encoding).range(&place.range);
         let uri = address(&path)?;
         let edits = changes.entry(uri.to_string());

@@ -8,7 +8,7 @@ use lsp_types::{
 };
 
 use super::buffers::{normal, uri_of};
-use super::sheet::Sheet;
+use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
 use crate::lang::{self, Outlined, Token};
 use crate::timeline::CueTime;
@@ -106,7 +106,7 @@ fn label(statement: &str) -> Option<String> {
     let header = statement.get(..header_length(statement))?;
     let mut texts = lang::tokens(header).into_iter();
     let (range, _) = texts.find(|(_, token)| *token == Token::Text)?;
-    Some(header.get(range)?.trim_matches('"').to_owned())
+    Some(lang::unquote(header.get(range)?))
 }
 
 /// Statements and comments of several lines.
@@ -157,7 +157,7 @@ pub fn pieces(text: &str, encoding: Encoding) -> Vec<SemanticToken> {
             Token::Mark => continue,
         };
         let mut at = range.start;
-        // A piece of several lines is told line by line.
+        // The protocol has tokens of one line only.
         for part in text.get(range).unwrap_or("").split('\n') {
             let length = encoding.width(part.trim_end_matches('\r'));
             let start = lines.position(at);
@@ -184,10 +184,10 @@ pub fn pieces(text: &str, encoding: Encoding) -> Vec<SemanticToken> {
 
 /// The cues of a text, each with its time in the last good show.
 fn cues<'s>(
-    sheet: &'s Sheet,
+    show: &'s OpenShow,
     text: &'s str,
 ) -> impl Iterator<Item = (Outlined<'s>, &'s CueTime)> + 's {
-    let times = sheet.document().map(|document| document.timeline().cues());
+    let times = show.document().map(|document| document.timeline().cues());
     let statements = lang::outline(text).into_iter();
     statements.filter_map(move |statement| {
         let number = statement.name.as_deref()?.strip_prefix("cue ")?;
@@ -198,7 +198,7 @@ fn cues<'s>(
 }
 
 /// When each cue starts and is complete.
-pub fn hints(sheet: &Sheet, text: &str, encoding: Encoding) -> Vec<InlayHint> {
+pub fn hints(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<InlayHint> {
     let lines = Lines::new(text, encoding);
     let hint = |(statement, time): (Outlined<'_>, &CueTime)| {
         let own = text.get(statement.range.clone())?;
@@ -218,12 +218,12 @@ pub fn hints(sheet: &Sheet, text: &str, encoding: Encoding) -> Vec<InlayHint> {
             data: None,
         })
     };
-    cues(sheet, text).filter_map(hint).collect()
+    cues(show, text).filter_map(hint).collect()
 }
 
 /// A picture of each cue, to be asked for.
-pub fn lenses(sheet: &Sheet, (text, uri): (&str, &Uri), encoding: Encoding) -> Vec<CodeLens> {
-    let setup = sheet.document().and_then(|document| document.setup());
+pub fn lenses(show: &OpenShow, (text, uri): (&str, &Uri), encoding: Encoding) -> Vec<CodeLens> {
+    let setup = show.document().and_then(|document| document.setup());
     if setup.is_none() {
         return Vec::new();
     }
@@ -237,13 +237,13 @@ pub fn lenses(sheet: &Sheet, (text, uri): (&str, &Uri), encoding: Encoding) -> V
         }),
         data: None,
     };
-    cues(sheet, text).map(lens).collect()
+    cues(show, text).map(lens).collect()
 }
 
 /// The files that a text names.
-pub fn links(sheet: &Sheet, text: &str, encoding: Encoding) -> Vec<DocumentLink> {
+pub fn links(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<DocumentLink> {
     let lines = Lines::new(text, encoding);
-    let folder = sheet.path().parent().unwrap_or(Path::new(""));
+    let folder = show.path().parent().unwrap_or(Path::new(""));
     let tokens = lang::tokens(text);
     let link = |pair: &[(std::ops::Range<usize>, Token)]| {
         let [(before, _), (range, Token::Text)] = pair else {

@@ -1,4 +1,4 @@
-//! Pictures of cues, made beside the answers: one after the other, each in the file that the client
+//! Pictures of cues, made on a thread of their own: one after the other, each in the file that the client
 //! shows, and again when the show is saved.
 
 use std::collections::BTreeMap;
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use lsp_server::{Message, Notification, Request, RequestId, Response};
+use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use serde_json::json;
 
 use super::buffers::uri_of;
@@ -17,12 +17,6 @@ use crate::files::{Disk, Store};
 use crate::picture::png;
 use crate::units::CueNumber;
 use crate::work::Progress;
-
-/// The operator stopped on request.
-const CANCELLED: i32 = -32800;
-
-/// The request was good and could not be done.
-const FAILED: i32 = -32803;
 
 /// Messages to the client.
 pub type Outgoing = crossbeam_channel::Sender<Message>;
@@ -110,7 +104,7 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
     // Of the show that was seen last, whose stage and images need not be read again.
     let mut kept: Option<(PathBuf, Engine)> = None;
     let mut number = 0;
-    let progress = Arc::new(Told {
+    let progress = Arc::new(PictureProgress {
         client: client.clone(),
         now: Mutex::default(),
     });
@@ -135,7 +129,7 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
             .and_then(uri_of)
             .map(|uri| uri.to_string());
         if let Some(uri) = &uri {
-            tell(client, "footlight/picture", json!({ "uri": uri }));
+            notify(client, "footlight/picture", json!({ "uri": uri }));
             if shows {
                 let id = RequestId::from(format!("{token}-show"));
                 let params = json!({ "uri": uri, "takeFocus": false });
@@ -147,17 +141,19 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
         };
         let answer = match made {
             Ok(_) => Response::new_ok(id, json!({ "uri": uri })),
-            Err(_) if stop.load(Ordering::Relaxed) => {
-                Response::new_err(id, CANCELLED, "cancelled".to_owned())
-            }
-            Err(why) => Response::new_err(id, FAILED, why),
+            Err(_) if stop.load(Ordering::Relaxed) => Response::new_err(
+                id,
+                ErrorCode::RequestCanceled as i32,
+                "cancelled".to_owned(),
+            ),
+            Err(why) => Response::new_err(id, ErrorCode::RequestFailed as i32, why),
         };
         let _ = client.send(answer.into());
     }
 }
 
-/// What a client is told of the picture that is being made.
-struct Told {
+/// Notifications to the client about the picture that is being made.
+struct PictureProgress {
     client: Outgoing,
     now: Mutex<Now>,
 }
@@ -167,12 +163,12 @@ struct Told {
 struct Now {
     /// As the client calls its progress, where it wants any.
     token: Option<String>,
-    /// The task and the percentage that it was told last.
-    told: (String, usize),
+    /// The task and the percentage that were sent last.
+    sent: (String, usize),
     stop: Arc<AtomicBool>,
 }
 
-impl Told {
+impl PictureProgress {
     fn now(&self) -> MutexGuard<'_, Now> {
         // Each change is whole: a panic elsewhere leaves nothing half done.
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
@@ -186,7 +182,7 @@ impl Told {
             let _ = self.client.send(create.into());
             let value =
                 json!({ "kind": "begin", "title": title, "cancellable": true, "percentage": 0 });
-            tell(
+            notify(
                 &self.client,
                 "$/progress",
                 json!({ "token": token, "value": value }),
@@ -194,7 +190,7 @@ impl Told {
         }
         *self.now() = Now {
             token,
-            told: Default::default(),
+            sent: Default::default(),
             stop: Arc::clone(stop),
         };
     }
@@ -202,7 +198,7 @@ impl Told {
     fn end(&self) {
         if let Some(token) = self.now().token.take() {
             let value = json!({ "kind": "end" });
-            tell(
+            notify(
                 &self.client,
                 "$/progress",
                 json!({ "token": token, "value": value }),
@@ -212,7 +208,7 @@ impl Told {
 }
 
 /// The same, as the engine reports.
-struct ClientProgress(Arc<Told>);
+struct ClientProgress(Arc<PictureProgress>);
 
 impl Progress for ClientProgress {
     fn report(&self, task: &str, done: usize, total: usize) {
@@ -221,13 +217,13 @@ impl Progress for ClientProgress {
             return;
         };
         let percent = 100 * done.min(total) / total.max(1);
-        let (last, told) = &now.told;
-        if last == task && percent < told + STEP {
+        let (last, sent) = &now.sent;
+        if last == task && percent < sent + STEP {
             return;
         }
-        now.told = (task.to_owned(), percent);
+        now.sent = (task.to_owned(), percent);
         let value = json!({ "kind": "report", "message": task, "percentage": percent });
-        tell(
+        notify(
             &self.0.client,
             "$/progress",
             json!({ "token": token, "value": value }),
@@ -242,7 +238,7 @@ impl Progress for ClientProgress {
 /// Percent between two reports.
 const STEP: usize = 5;
 
-fn tell(client: &Outgoing, method: &str, params: serde_json::Value) {
+fn notify(client: &Outgoing, method: &str, params: serde_json::Value) {
     let _ = client.send(Notification::new(method.to_owned(), params).into());
 }
 

@@ -1,6 +1,12 @@
+use super::buffers::{path_of, uri_of};
+use super::outline::PICTURE;
+use super::text::Lines;
 use super::*;
 use crate::files::Monotonic;
+use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
+use lsp_types::{NumberOrString, PublishDiagnosticsParams, Uri};
 use proptest::prelude::*;
+use serde_json::Value;
 use std::fs;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -24,7 +30,7 @@ struct Editor {
     server: Option<JoinHandle<Result<(), String>>>,
     folder: TempDir,
     number: i32,
-    told: Vec<Notification>,
+    heard: Vec<Notification>,
     answered: Vec<Response>,
 }
 
@@ -51,7 +57,7 @@ impl Editor {
             server: Some(server),
             folder,
             number: 0,
-            told: Vec::new(),
+            heard: Vec::new(),
             answered: Vec::new(),
         };
         editor.ask("initialize", json!({ "capabilities": capabilities }));
@@ -65,8 +71,8 @@ impl Editor {
     }
 
     fn tell(&self, method: &str, params: Value) {
-        let told = Notification::new(method.to_owned(), params);
-        self.connection.sender.send(told.into()).unwrap();
+        let notification = Notification::new(method.to_owned(), params);
+        self.connection.sender.send(notification.into()).unwrap();
     }
 
     fn request(&mut self, method: &str, params: Value) -> RequestId {
@@ -85,7 +91,7 @@ impl Editor {
             let wait = Duration::from_secs(60);
             match self.connection.receiver.recv_timeout(wait).unwrap() {
                 Message::Response(response) => self.answered.push(response),
-                Message::Notification(told) => self.told.push(told),
+                Message::Notification(notification) => self.heard.push(notification),
                 _ => {}
             }
         }
@@ -114,11 +120,12 @@ impl Editor {
     fn diagnostics(&mut self, file: &str) -> Vec<lsp_types::Diagnostic> {
         self.at("textDocument/foldingRange", file, json!({}));
         let uri = self.uri(file);
-        let all = self.told.iter().rev();
-        let mut all = all.filter(|told| told.method == "textDocument/publishDiagnostics");
-        let last = all.find_map(|told| {
+        let all = self.heard.iter().rev();
+        let mut all =
+            all.filter(|notification| notification.method == "textDocument/publishDiagnostics");
+        let last = all.find_map(|notification| {
             let params: PublishDiagnosticsParams =
-                serde_json::from_value(told.params.clone()).unwrap();
+                serde_json::from_value(notification.params.clone()).unwrap();
             (params.uri == uri).then_some(params.diagnostics)
         });
         last.expect("something was said")
@@ -158,7 +165,7 @@ fn labels(items: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_code_place_and_fix() {
+fn errors_are_published_with_code_place_and_fix() {
     let mut editor = Editor::new(json!({}));
     let broken = SHOW
         .replace("\"Moon\"", "\"🎭\"")
@@ -199,13 +206,13 @@ fn broken_text_keeps_the_last_good_show() {
     let position = json!({ "position": end });
     let offered = editor.at("textDocument/completion", "show.lxq", position);
     assert!(labels(&offered).contains(&"lamps"), "{offered}");
-    let told = editor.on(
+    let notification = editor.on(
         "textDocument/hover",
         ("show.lxq", &broken),
         "sky 80",
         json!({}),
     );
-    let words = told["contents"]["value"].as_str().unwrap();
+    let words = notification["contents"]["value"].as_str().unwrap();
     assert!(
         words.contains("channel 3") && words.contains("at most 80 %"),
         "{words}"
@@ -340,19 +347,19 @@ fn a_picture_of_a_cue_is_made_and_made_again_on_save() {
     let before = fs::read(&path).unwrap();
     assert_eq!(&before[1..4], b"PNG");
     let progress = editor
-        .told
+        .heard
         .iter()
-        .filter(|told| told.method == "$/progress");
+        .filter(|notification| notification.method == "$/progress");
     assert!(progress.count() >= 2);
     let darker = SHOW.replace("sky 80", "sky 8");
     editor.change("show.lxq", json!([{ "text": darker }]));
     fs::write(editor.folder.path().join("show.lxq"), &darker).unwrap();
     let saved = json!({ "textDocument": { "uri": editor.uri("show.lxq") } });
     editor.tell("textDocument/didSave", saved);
-    let begun = editor.told.len();
-    while !editor.told[begun..]
+    let begun = editor.heard.len();
+    while !editor.heard[begun..]
         .iter()
-        .any(|told| told.method == "footlight/picture")
+        .any(|notification| notification.method == "footlight/picture")
     {
         editor.diagnostics("show.lxq");
     }

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 
 use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
+use crate::hash::{GOLDEN, mix};
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
@@ -462,9 +463,7 @@ impl OutsideOperator {
 fn seed(setting: &[f64], quality: Quality) -> u32 {
     let bits = setting.iter().map(|value| value.to_bits());
     let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
-        (seed ^ bits)
-            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            .rotate_left(29)
+        mix((seed ^ bits).wrapping_add(GOLDEN))
     });
     (mixed >> 33) as u32
 }

@@ -1,5 +1,5 @@
-//! What may be typed next: the words of the verbs, of the language and of the show, for whoever
-//! edits a line.
+//! What may be typed next: the words of the verbs, of the language and of the show, for the prompt
+//! and for editors.
 //!
 //! A [`Vocabulary`] is a copy of the show's names, so that a line editor can hold it while the
 //! interpreter goes on.
@@ -104,6 +104,14 @@ impl Completion {
     }
 }
 
+/// Where the word begins that a text ends with.
+fn word_start(typed: &str) -> usize {
+    let ends_word = |c: char| c.is_whitespace() || "(){},=+".contains(c);
+    let mut letters = typed.char_indices().rev();
+    let end = letters.find(|(_, letter)| ends_word(*letter));
+    end.map_or(0, |(at, letter)| at + letter.len_utf8())
+}
+
 impl Vocabulary {
     /// The materials of a stage and nothing else.
     #[cfg(test)]
@@ -116,10 +124,8 @@ impl Vocabulary {
 
     /// What a statement of a show's text may go on with at its end; names of files are not offered.
     pub fn complete_statement(&self, typed: &str) -> Completion {
-        let start = typed
-            .rfind(|c: char| c.is_whitespace() || "(){},=+".contains(c))
-            .map_or(0, |i| i + 1);
-        let (before, word) = typed.split_at_checked(start).unwrap_or((typed, ""));
+        let start = word_start(typed);
+        let (before, word) = typed.split_at(start);
         let offer = match before.trim().is_empty() {
             true => offer(lang::keywords().iter().copied()),
             false => Some(self.of_statement(before, word)),
@@ -134,14 +140,7 @@ impl Vocabulary {
             .get(typed.len().saturating_sub(LINE)..)
             .unwrap_or(typed);
         let offset = at.min(line.len()) - typed.len();
-        let start = typed
-            .rfind(|c: char| c.is_whitespace() || "(){},=+".contains(c))
-            .map_or(0, |i| {
-                i + typed
-                    .get(i..)
-                    .and_then(|t| t.chars().next())
-                    .map_or(1, char::len_utf8)
-            });
+        let start = word_start(typed);
         let (before, word) = typed.split_at(start);
         let offer = self.offer(before, word);
         Completion::of(offset + start, offer, word)

@@ -83,9 +83,15 @@ impl Distribution {
     /// # Errors
     /// [`PhotometricError`] with the line.
     pub fn parse(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
-        match eulumdat::is(bytes) {
-            true => eulumdat::distribution(bytes),
-            false => read::distribution(bytes),
+        if bytes.len() > read::MOST_BYTES {
+            let wrong = read::Wrong::Large { bytes: bytes.len() };
+            return Err(PhotometricError { line: 1, wrong });
+        }
+        // Keywords may be in any code page; numbers are ASCII in all of them.
+        let text = String::from_utf8_lossy(bytes);
+        match eulumdat::is(&text) {
+            true => eulumdat::distribution(&text),
+            false => read::distribution(&text),
         }
     }
 

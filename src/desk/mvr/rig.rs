@@ -335,14 +335,7 @@ fn gel([x, y, luminance]: [f64; 3]) -> Option<String> {
     if y <= 0.0 || luminance <= 0.0 {
         return None;
     }
-    let (big_x, big_z) = (x / y, (1.0 - x - y) / y);
-    // XYZ to linear Rec. 709 (IEC 61966-2-1).
-    let linear = [
-        3.240_454_2 * big_x - 1.537_138_5 - 0.498_531_4 * big_z,
-        -0.969_266_0 * big_x + 1.876_010_8 + 0.041_556_0 * big_z,
-        0.055_643_4 * big_x - 0.204_025_9 + 1.057_225_2 * big_z,
-    ]
-    .map(|c: f64| c.max(0.0));
+    let Rgb(linear) = Rgb::from_chromaticity(x, y);
     let most = linear.iter().copied().fold(0.0, f64::max);
     let [r, g, b] = Rgb(linear.map(|c| c / most.max(1e-9))).to_srgb8();
     let white = [r, g, b].iter().all(|code| *code > 250);

@@ -198,7 +198,7 @@ fn an_eos_file_becomes_a_designers_text() {
         "#);
 }
 
-/// A record that nobody knows, behind each line in turn: the list of losses has it everywhere but
+/// An unknown record, behind each line in turn: the list of losses has it everywhere but
 /// in a list of cues that is left out as a whole.
 #[test]
 fn no_record_goes_unreported() {

@@ -2,9 +2,12 @@
 //!
 //! A bounding-volume hierarchy of four children a node, split by the surface area heuristic over 16
 //! bins (Wald 2007), with up to four triangles a leaf. Boxes and triangles are in single precision,
-//! about the middle of the scene, four side by side in a vector. Of surfaces at the same distance the one that faces the ray is hit, then
-//! the smaller facet. This module does not depend on light.
+//! about the middle of the scene, four side by side in a vector. Of surfaces at the same distance the
+//! one that faces the ray is hit, then the smaller facet. This module does not depend on light.
 
+mod build;
+
+use self::build::{Extent, LEVELS, Primitive, Tree, build};
 use crate::geometry::{Vec3, bounds};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::work::{Cancelled, Work};
@@ -12,17 +15,10 @@ use wide::f32x4;
 
 /// Triangles in a leaf, and children of a node.
 const WIDTH: usize = 4;
-/// Bins along each axis.
-const BINS: usize = 16;
-/// Triangles from which on the halves are built on two threads.
-const PARALLEL: usize = 4096;
 /// Marks a child that is a leaf; the rest is its index.
 const LEAF: u32 = 1 << 31;
 /// No child, or no triangle.
 const NONE: u32 = u32::MAX;
-/// Levels after which triangles are no longer split by cost but in halves, so that the tree's depth
-/// is bounded: 32 halvings are enough for any number.
-const LEVELS: usize = 24;
 /// Nodes that wait on a way down, at most: three for each node, which spans two levels or more.
 const STACK: usize = 3 * (LEVELS + 32);
 
@@ -65,61 +61,6 @@ pub struct Bvh {
     pub middle: Vec3,
     /// Distances that differ by less are the same, metres.
     touching: f32,
-}
-
-/// A triangle while the tree is built.
-#[derive(Clone, Copy, Debug)]
-struct Primitive {
-    low: Point,
-    high: Point,
-    corners: [Point; 3],
-    facet: u32,
-}
-
-impl Primitive {
-    /// Twice its middle on an axis.
-    fn middle(&self, axis: usize) -> f32 {
-        self.low[axis] + self.high[axis]
-    }
-}
-
-/// A box that grows.
-#[derive(Clone, Copy, Debug)]
-struct Extent {
-    low: Point,
-    high: Point,
-}
-
-impl Extent {
-    const EMPTY: Extent = Extent {
-        low: [f32::INFINITY; 3],
-        high: [f32::NEG_INFINITY; 3],
-    };
-
-    fn add(&mut self, low: Point, high: Point) {
-        for axis in 0..3 {
-            self.low[axis] = self.low[axis].min(low[axis]);
-            self.high[axis] = self.high[axis].max(high[axis]);
-        }
-    }
-
-    fn of(primitives: &[Primitive]) -> Extent {
-        let mut all = Extent::EMPTY;
-        primitives.iter().for_each(|p| all.add(p.low, p.high));
-        all
-    }
-
-    /// Half its surface; zero of an empty one.
-    fn area(&self) -> f32 {
-        let side = |axis: usize| (self.high[axis] - self.low[axis]).max(0.0);
-        side(0) * side(1) + side(1) * side(2) + side(2) * side(0)
-    }
-}
-
-/// A binary tree, before four children are gathered into a node.
-enum Tree {
-    Leaf(Vec<Primitive>),
-    Fork(Box<[(Extent, Tree); 2]>),
 }
 
 impl Bvh {
@@ -433,192 +374,5 @@ fn leaf(primitives: &[Primitive]) -> Leaf {
     }
 }
 
-fn build(primitives: &mut [Primitive], level: usize, work: Work<'_>) -> Result<Tree, Cancelled> {
-    if primitives.len() <= WIDTH {
-        return Ok(Tree::Leaf(primitives.to_vec()));
-    }
-    let parallel = primitives.len() > PARALLEL;
-    if parallel {
-        work.check()?;
-    }
-    let middle = if level < LEVELS {
-        split(primitives)
-    } else {
-        primitives.len() / 2
-    };
-    let next = level + 1;
-    let (left, right) = primitives.split_at_mut(middle);
-    let extents = [Extent::of(left), Extent::of(right)];
-    let (a, b) = if parallel {
-        rayon::join(|| build(left, next, work), || build(right, next, work))
-    } else {
-        (build(left, next, work), build(right, next, work))
-    };
-    let [first, second] = extents;
-    Ok(Tree::Fork(Box::new([(first, a?), (second, b?)])))
-}
-
-/// Orders the triangles into two groups; returns the size of the first.
-fn split(primitives: &mut [Primitive]) -> usize {
-    let half = primitives.len() / 2;
-    let mut cheapest: Option<(f32, usize, f32)> = None;
-    for axis in 0..3 {
-        let middles = primitives.iter().map(|p| p.middle(axis));
-        let (low, high) = middles.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), m| {
-            (l.min(m), h.max(m))
-        });
-        if high - low <= 1e-7 {
-            continue;
-        }
-        let scale = BINS as f32 / (high - low);
-        let mut bins = [(0usize, Extent::EMPTY); BINS];
-        for p in primitives.iter() {
-            let bin = (((p.middle(axis) - low) * scale) as usize).min(BINS - 1);
-            bins[bin].0 += 1;
-            bins[bin].1.add(p.low, p.high);
-        }
-        // Cost of each split: areas times leaves.
-        let leaves = |count: usize| count.div_ceil(WIDTH) as f32;
-        let mut right = [0.0; BINS];
-        let (mut count, mut extent) = (0, Extent::EMPTY);
-        for bin in (1..BINS).rev() {
-            count += bins[bin].0;
-            extent.add(bins[bin].1.low, bins[bin].1.high);
-            right[bin] = if count > 0 {
-                extent.area() * leaves(count)
-            } else {
-                f32::INFINITY
-            };
-        }
-        let (mut count, mut extent) = (0, Extent::EMPTY);
-        for bin in 0..BINS - 1 {
-            count += bins[bin].0;
-            extent.add(bins[bin].1.low, bins[bin].1.high);
-            let cost = extent.area() * leaves(count) + right[bin + 1];
-            if count > 0 && cheapest.is_none_or(|(least, ..)| cost < least) {
-                cheapest = Some((cost, axis, low + (bin + 1) as f32 / scale));
-            }
-        }
-    }
-    let Some((_, axis, border)) = cheapest else {
-        return half;
-    };
-    let (mut start, mut end) = (0, primitives.len());
-    while start < end {
-        if primitives[start].middle(axis) < border {
-            start += 1;
-        } else {
-            end -= 1;
-            primitives.swap(start, end);
-        }
-    }
-    if start == 0 || start == primitives.len() {
-        half
-    } else {
-        start
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::vec3;
-    use crate::radiosity::final_gather::sampling::point;
-
-    /// Squares of different sizes anywhere in a room.
-    fn squares(count: u32) -> Surfaces {
-        let square = |i: u32| {
-            let ([x, y], [z, size], [turn, tilt]) = (point(i, 1), point(i, 2), point(i, 3));
-            let middle = vec3(x, y, z) * 10.0;
-            let way = vec3(turn - 0.5, tilt - 0.5, 0.3).normalized();
-            let [u, v] = crate::geometry::frame(way).map(|side| side * (0.1 + size));
-            vec![
-                middle - u - v,
-                middle + u - v,
-                middle + u + v,
-                middle - u + v,
-            ]
-        };
-        Surfaces::grey((0..count).map(square).collect())
-    }
-
-    fn by_all(surfaces: &Surfaces, origin: Vec3, way: Vec3) -> Option<(usize, f64)> {
-        let mut best: Option<(usize, f64)> = None;
-        for piece in &surfaces.pieces {
-            let facet = &surfaces.facets[piece.facet];
-            let distance = -facet.height(origin) / facet.normal.dot(way);
-            let nearer = best.is_none_or(|(_, known)| distance < known);
-            if distance > 0.0 && nearer && piece.holds(origin + way * distance) {
-                best = Some((piece.facet, distance));
-            }
-        }
-        best
-    }
-
-    #[test]
-    fn hits_are_those_of_a_search_through_all() {
-        let surfaces = squares(700);
-        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
-        let mut met = 0;
-        for i in 0..2000 {
-            let ([x, y], [z, a], [b, c]) = (point(i, 4), point(i, 5), point(i, 6));
-            let origin = vec3(x, y, z) * 12.0 - vec3(1.0, 1.0, 1.0);
-            let way = vec3(a - 0.5, b - 0.5, c - 0.5) * 3.0;
-            let hit = bvh.first_hit(origin, way);
-            let expected = by_all(&surfaces, origin, way);
-            // A ray along an edge may be told either way.
-            let Some((facet, distance)) = expected else {
-                assert!(hit.is_none(), "{i}");
-                continue;
-            };
-            met += 1;
-            let hit = hit.unwrap();
-            assert_eq!(hit.facet as usize, facet, "{i}: {hit:?}, {distance}");
-            let off = (f64::from(hit.distance) - distance).abs();
-            assert!(off < 1e-5 * (10.0 + distance), "{i}: {off}");
-            let front = surfaces.facets[facet].normal.dot(way) < 0.0;
-            assert_eq!(hit.front, front, "{i}");
-            for (share, blocked) in [(0.99, false), (1.01, true)] {
-                let way = way * (distance * share);
-                assert_eq!(bvh.is_blocked(origin, way), blocked, "{i} {share}");
-            }
-        }
-        assert!(met > 500, "{met}");
-    }
-
-    /// Of two sheets back to back the one that faces the ray is hit, of two in one plane the
-    /// smaller.
-    #[test]
-    fn of_surfaces_at_one_place_the_front_and_the_smaller_are_hit() {
-        let sheet = |half: f64, up: bool| {
-            let mut corners = vec![
-                vec3(-half, -half, 0.0),
-                vec3(half, -half, 0.0),
-                vec3(half, half, 0.0),
-                vec3(-half, half, 0.0),
-            ];
-            if !up {
-                corners.reverse();
-            }
-            corners
-        };
-        let sheets = vec![sheet(1.0, true), sheet(1.0, false), sheet(0.5, true)];
-        let surfaces = Surfaces::grey(sheets);
-        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
-        for (x, up, size) in [(0.8, true, 4.0), (0.8, false, 4.0), (0.2, true, 1.0)] {
-            let height = if up { 3.0 } else { -3.0 };
-            let hit = bvh.first_hit(vec3(x, 0.1, height), vec3(0.0, 0.0, -height));
-            let hit = hit.unwrap();
-            let facet = &surfaces.facets[hit.facet as usize];
-            assert!(hit.front && (facet.area - size).abs() < 1e-9, "{x} {up}");
-            assert_eq!(facet.normal.z > 0.0, up, "{x}");
-        }
-    }
-
-    #[test]
-    fn nothing_is_hit_in_an_empty_scene() {
-        let bvh = Bvh::new(&Surfaces::grey(Vec::new()), Work::silent()).unwrap();
-        assert_eq!(bvh.first_hit(Vec3::ZERO, vec3(1.0, 0.0, 0.0)), None);
-        assert!(!bvh.is_blocked(Vec3::ZERO, vec3(1.0, 0.0, 0.0)));
-    }
-}
+mod tests;

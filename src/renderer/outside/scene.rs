@@ -7,7 +7,7 @@ use crate::geometry::{Vec3, newell};
 use crate::renderer::Setup;
 use crate::scene::polygon::triangles;
 use crate::scene::profile::Profile;
-use crate::scene::{Light, Measured, Polygon};
+use crate::scene::{Light, Measured, Polygon, Scene};
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;
@@ -54,8 +54,6 @@ enum LightRow {
         end: f64,
         shares: Vec<f64>,
     },
-    /// What this form has no words for yet.
-    Other { what: &'static str },
 }
 
 #[derive(Serialize)]
@@ -73,27 +71,22 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     let scene = &setup.scene;
     let mut binary = Vec::new();
     let mut meshes = Vec::new();
-    for material in 0..scene.materials.len() {
-        let own = scene.polygons.iter().filter(|p| p.material == material);
-        let (mut points, mut normals) = (Vec::new(), Vec::new());
-        for polygon in own {
-            add(polygon, &mut points, &mut normals)
-                .ok_or("the scene has a face that cannot be cut")?;
-        }
-        if points.is_empty() {
+    for (material, triangles) in by_material(scene)?.into_iter().enumerate() {
+        if triangles.points.is_empty() {
             continue;
         }
         meshes.push(Mesh {
             material,
-            triangles: points.len() / 3,
+            triangles: triangles.points.len() / 3,
             offset: binary.len(),
         });
-        for v in points.into_iter().chain(normals) {
+        for v in triangles.points.into_iter().chain(triangles.normals) {
             for x in [v.x, v.y, v.z] {
                 binary.extend_from_slice(&(x as f32).to_le_bytes());
             }
         }
     }
+    let lights = setup.rig.lights.iter().map(light);
     let file = SceneFile {
         schema: SCHEMA,
         materials: scene
@@ -105,7 +98,7 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
             })
             .collect(),
         meshes,
-        lights: setup.rig.lights.iter().map(light).collect(),
+        lights: lights.collect::<Result<_, _>>().map_err(unwritten)?,
         sources: setup
             .rig
             .sources
@@ -120,75 +113,84 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
             })
             .collect(),
     };
-    for light in &file.lights {
-        if let LightRow::Other { what } = light {
-            return Err(format!(
-                "the scene has {what}, which is not written for outside renderers"
-            ));
-        }
-    }
     let json = serde_json::to_vec(&file).map_err(|error| error.to_string())?;
     Ok((json, binary))
 }
 
-/// The triangles of a polygon, with the normals to shade by.
-fn add(polygon: &Polygon, points: &mut Vec<Vec3>, normals: &mut Vec<Vec3>) -> Option<()> {
-    let flat = newell(&polygon.vertices).normalized();
-    let cut = match polygon.vertices.len() {
-        3 => vec![polygon.vertices.clone()],
-        _ => triangles(&polygon.vertices)?,
-    };
-    for corner in cut.into_iter().flatten() {
-        points.push(corner);
-        normals.push(match &polygon.shading {
-            Some(shading) => shading.normal(corner, flat),
-            None => flat,
-        });
-    }
-    Some(())
+fn unwritten(what: &str) -> String {
+    format!("the scene has {what}, which is not written for outside renderers")
 }
 
-fn light(light: &Light) -> LightRow {
-    let point = |p: Vec3| [p.x, p.y, p.z];
+/// Three points a triangle, and the normal at each.
+#[derive(Clone, Default)]
+struct Triangles {
+    points: Vec<Vec3>,
+    normals: Vec<Vec3>,
+}
+
+/// The triangles of each material.
+fn by_material(scene: &Scene) -> Result<Vec<Triangles>, String> {
+    let mut out = vec![Triangles::default(); scene.materials.len()];
+    for polygon in &scene.polygons {
+        let own = out.get_mut(polygon.material);
+        own.and_then(|own| own.add(polygon))
+            .ok_or("the scene has a face that cannot be cut")?;
+    }
+    Ok(out)
+}
+
+impl Triangles {
+    /// The triangles of a polygon, with the normals to shade by; `None` where it cannot be cut.
+    fn add(&mut self, polygon: &Polygon) -> Option<()> {
+        let flat = newell(&polygon.vertices).normalized();
+        let cut = match polygon.vertices.len() {
+            3 => vec![polygon.vertices.clone()],
+            _ => triangles(&polygon.vertices)?,
+        };
+        for corner in cut.into_iter().flatten() {
+            self.points.push(corner);
+            self.normals.push(match &polygon.shading {
+                Some(shading) => shading.normal(corner, flat),
+                None => flat,
+            });
+        }
+        Some(())
+    }
+}
+
+/// A light as the form has it, or what the form has no words for.
+fn light(light: &Light) -> Result<LightRow, &'static str> {
     match light {
-        Light::Panel { material, radiance } => LightRow::Panel {
+        Light::Panel { material, radiance } => Ok(LightRow::Panel {
             material: *material,
             radiance: radiance.0,
-        },
+        }),
         Light::Spot(spot) => {
             let Some(profile) = Profile::new(spot.beam, spot.field) else {
-                return LightRow::Other {
-                    what: "a beam without light",
-                };
+                return Err("a beam without light");
             };
             let end = profile.end();
             let at = |step: u32| profile.share(end * f64::from(step) / f64::from(STEPS));
-            LightRow::Spot {
+            Ok(LightRow::Spot {
                 position: point(spot.position),
                 aim: point(spot.aim),
                 intensity: spot.intensity.0,
                 end,
                 shares: (0..=STEPS).map(at).collect(),
-            }
+            })
         }
         Light::Measured(measured) => round(measured),
-        Light::Projection(_) => LightRow::Other {
-            what: "a projection",
-        },
-        Light::Image(_) => LightRow::Other {
-            what: "a bank given as an image",
-        },
+        Light::Projection(_) => Err("a projection"),
+        Light::Image(_) => Err("a bank given as an image"),
     }
 }
 
 /// A photometric file that is the same all round its axis is a table as a spot's.
-fn round(measured: &Measured) -> LightRow {
+fn round(measured: &Measured) -> Result<LightRow, &'static str> {
     let parts = measured.distribution.parts();
     let end = parts.vertical.last().copied().unwrap_or(0.0);
     if parts.horizontal.len() > 1 {
-        return LightRow::Other {
-            what: "a photometric file that is not the same all round",
-        };
+        return Err("a photometric file that is not the same all round");
     }
     let end = end.to_radians();
     let at = |step: u32| {
@@ -196,11 +198,15 @@ fn round(measured: &Measured) -> LightRow {
         measured.distribution.intensity(angle, 0.0)
     };
     let mount = &measured.mount;
-    LightRow::Spot {
-        position: [mount.position.x, mount.position.y, mount.position.z],
-        aim: [mount.aim.x, mount.aim.y, mount.aim.z],
+    Ok(LightRow::Spot {
+        position: point(mount.position),
+        aim: point(mount.aim),
         intensity: measured.factor.0,
         end,
         shares: (0..=STEPS).map(at).collect(),
-    }
+    })
+}
+
+fn point(p: Vec3) -> [f64; 3] {
+    [p.x, p.y, p.z]
 }

@@ -94,7 +94,7 @@ fn is_dark(repl: &mut Repl, call: &Call, image: &Image) -> bool {
     image.data().iter().all(|light| *light <= 0.0) || call.option("bank").is_some_and(unlit)
 }
 
-/// How the exposure came about, where nobody said it.
+/// How the exposure came about, where it was not set.
 fn chosen(repl: &Repl, call: &Call) -> &'static str {
     match call.has("exposure") || repl.engine.show().preview.exposure.is_some() {
         true => "",

@@ -282,7 +282,11 @@ pub const VERBS: &[VerbSpec] = &[
             "addresses of banks (default: their channels)",
         ),
         value("osc", "PORT", "wait for GO by OSC at this port"),
-        value("osc-to", "HOST:PORT", "of --osc, who is told cue and time"),
+        value(
+            "osc-to",
+            "HOST:PORT",
+            "of --osc: where cue and time are sent",
+        ),
         value(
             "chroma",
             "C",

@@ -56,7 +56,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
         let head = i == 0;
         let only = |text: String| if head { text } else { String::new() };
         let number = if !part.written && !head {
-            // A move with timing of its own: nobody wrote a part.
+            // A move with timing of its own: no part was written.
             String::new()
         } else if part.written && part.number > 1 {
             format!("{} part {}", cue.number, part.number)

@@ -133,7 +133,7 @@ fn a_rig_that_changed_is_reported_with_both_texts() {
 }
 
 #[test]
-fn nobody_is_told_of_parts_that_nobody_wrote() {
+fn parts_that_were_not_written_are_not_named() {
     let cues = |time: u32| {
         format!(
             "cue 1 at 0:00 {{ snap  lamps 30\n  fire 20  time {time}\n  part 2 \"slow\" {{ time 9  sky 5 }} }}\n"

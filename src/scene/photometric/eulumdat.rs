@@ -2,7 +2,7 @@
 //!
 //! Intensities are in candela per 1000 lumens of the lamps, in planes around the axis.
 
-use super::read::{MOST_ANGLES, MOST_BYTES, PhotometricError, Wrong, shown};
+use super::read::{MOST_ANGLES, PhotometricError, Wrong, push_increasing, shown};
 use super::{Distribution, Symmetry};
 
 /// Where values stand, counted from 0.
@@ -17,8 +17,7 @@ const OF_LAMPS: usize = 6;
 const RATIOS: usize = 10;
 
 /// Is it a EULUMDAT file? Its second and third lines are small whole numbers.
-pub(super) fn is(bytes: &[u8]) -> bool {
-    let text = String::from_utf8_lossy(bytes.get(..4096).unwrap_or(bytes));
+pub(super) fn is(text: &str) -> bool {
     let small = |at: usize| {
         let line = text.lines().nth(at);
         line.is_some_and(|l| l.trim().parse::<u8>().is_ok_and(|n| n <= 4))
@@ -79,26 +78,17 @@ impl Lines<'_> {
         let mut out: Vec<f64> = Vec::new();
         for at in lines {
             let next = self.within(at, what, 0.0..=most, "within 0 to 180, or to 360 around")?;
-            if let Some(before) = out.last().copied().filter(|before| *before >= next) {
-                let wrong = Wrong::Order { what, before, next };
-                return Err(PhotometricError {
-                    line: at + 1,
-                    wrong,
-                });
-            }
-            out.push(next);
+            push_increasing(&mut out, next, what).map_err(|wrong| PhotometricError {
+                line: at + 1,
+                wrong,
+            })?;
         }
         Ok(out)
     }
 }
 
 /// Reads a file.
-pub(super) fn distribution(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
-    if bytes.len() > MOST_BYTES {
-        let wrong = Wrong::Large { bytes: bytes.len() };
-        return Err(PhotometricError { line: 1, wrong });
-    }
-    let text = String::from_utf8_lossy(bytes);
+pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError> {
     let lines = Lines(text.lines().collect());
     let symmetry = lines.within(SYMMETRY, "the symmetry", 0.0..=4.0, "0 to 4")? as u8;
     let planes = lines.count(PLANES, "the number of planes")?;

@@ -158,24 +158,30 @@ impl Words<'_> {
         let mut out: Vec<f64> = Vec::new();
         for _ in 0..count {
             let next = self.number(what)?;
-            if let Some(before) = out.last().copied().filter(|b| *b >= next) {
-                return self.fail(Wrong::Order { what, before, next });
+            if let Err(wrong) = push_increasing(&mut out, next, what) {
+                return self.fail(wrong);
             }
-            out.push(next);
         }
         Ok(out)
     }
 }
 
-/// Reads a file.
-pub(super) fn distribution(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
-    if bytes.len() > MOST_BYTES {
-        let wrong = Wrong::Large { bytes: bytes.len() };
-        return Err(PhotometricError { line: 1, wrong });
+/// Adds an angle that must be above the one before it.
+pub(super) fn push_increasing(
+    angles: &mut Vec<f64>,
+    next: f64,
+    what: &'static str,
+) -> Result<(), Wrong> {
+    if let Some(before) = angles.last().copied().filter(|before| *before >= next) {
+        return Err(Wrong::Order { what, before, next });
     }
-    // Keywords may be in any code page; numbers are ASCII in all of them.
-    let text = String::from_utf8_lossy(bytes);
-    let (line, tilt) = tilt(&text)?;
+    angles.push(next);
+    Ok(())
+}
+
+/// Reads a file.
+pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError> {
+    let (line, tilt) = tilt(text)?;
     let lines = text.lines().enumerate().skip(line);
     let mut words = Words {
         all: Box::new(lines.flat_map(|(i, l)| {

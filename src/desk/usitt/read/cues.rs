@@ -134,6 +134,11 @@ impl Reader {
         Ok(())
     }
 
+    /// The part that is being read.
+    fn last_part(&mut self) -> Option<&mut Part> {
+        self.show.cues.last_mut()?.parts.last_mut()
+    }
+
     /// `Chan` or `$$ChanMove`: levels of channels.
     pub(super) fn levels(&mut self, record: &Record<'_>) -> Result<(), Refused> {
         let moves = record.key != "chan";
@@ -143,12 +148,9 @@ impl Reader {
             let Some(level) = self.resolved(record, channel, word)? else {
                 continue;
             };
-            let part = self
-                .show
-                .cues
-                .last_mut()
-                .and_then(|cue| cue.parts.last_mut());
-            let Some(part) = part else { continue };
+            let Some(part) = self.last_part() else {
+                continue;
+            };
             match moves {
                 true => part.moves.insert(channel, level),
                 false => part.lit.get_or_insert_default().insert(channel, level),
@@ -248,12 +250,7 @@ impl Reader {
         }
         if colour.iter().any(Option::is_some) {
             self.channel(channel, record)?.rgb = true;
-            let part = self
-                .show
-                .cues
-                .last_mut()
-                .and_then(|cue| cue.parts.last_mut());
-            if let Some(part) = part {
+            if let Some(part) = self.last_part() {
                 part.colours.insert(channel, colour);
             }
         }
@@ -272,12 +269,7 @@ impl Reader {
         };
         let (channel, delay) = (record.channel(channel)?, own(rest.first())?);
         let time = own(Some(time))?;
-        let part = self
-            .show
-            .cues
-            .last_mut()
-            .and_then(|cue| cue.parts.last_mut());
-        if let Some(part) = part {
+        if let Some(part) = self.last_part() {
             part.times.insert(channel, Fade { time, delay });
         }
         Ok(())

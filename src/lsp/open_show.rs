@@ -19,7 +19,7 @@ pub struct Limits {
 
 /// A show by the file that includes all others.
 #[derive(Debug)]
-pub struct Sheet {
+pub struct OpenShow {
     path: PathBuf,
     files: Overlay,
     memory: usize,
@@ -28,11 +28,11 @@ pub struct Sheet {
     vocabulary: Vocabulary,
 }
 
-impl Sheet {
+impl OpenShow {
     /// Nothing is read yet.
-    pub fn new(path: &Path, buffers: &Buffers, limits: Limits) -> Sheet {
+    pub fn new(path: &Path, buffers: &Buffers, limits: Limits) -> OpenShow {
         let folder = path.parent().unwrap_or(Path::new(""));
-        Sheet {
+        OpenShow {
             path: path.to_owned(),
             files: Overlay::new(buffers, folder, limits.file),
             memory: limits.memory,
@@ -65,7 +65,7 @@ impl Sheet {
         };
     }
 
-    /// What a text in place of the show's own would be told.
+    /// The diagnostics of a text in place of the show's own.
     pub fn diagnostics_of(&self, text: &str) -> Diagnostics {
         let name = self.path.display().to_string();
         match Document::within(&name, text.as_bytes(), &self.files, self.memory) {
@@ -134,7 +134,7 @@ pub fn includes(text: &str) -> Vec<String> {
         let (range, _) = lang::tokens(own)
             .into_iter()
             .find(|(_, token)| *token == Token::Text)?;
-        Some(own.get(range)?.trim_matches('"').to_owned())
+        Some(lang::unquote(own.get(range)?))
     };
     includes.filter_map(path).collect()
 }

@@ -1,0 +1,358 @@
+//! The state of a server, and the messages that change it.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
+use lsp_types::notification::{
+    Cancel, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
+    DidOpenTextDocument, DidSaveTextDocument, Exit, Notification as _, PublishDiagnostics,
+    WorkDoneProgressCancel,
+};
+use lsp_types::request::{ExecuteCommand, Request as _, Shutdown};
+use lsp_types::{
+    DidChangeTextDocumentParams, DidCloseTextDocumentParams, DidOpenTextDocumentParams,
+    DidSaveTextDocumentParams, ExecuteCommandParams, PublishDiagnosticsParams, Uri,
+};
+use serde_json::Value;
+
+use super::Means;
+use super::buffers::{Buffer, Buffers, path_of};
+use super::diagnostic::diagnostic_of;
+use super::open_show::{OpenShow, root_of};
+use super::outline::PICTURE;
+use super::picture::{Client, Job, Pictures};
+use super::request;
+use super::text::{Encoding, Lines};
+use crate::units::CueNumber;
+
+/// A server and its client.
+pub struct Server<'c> {
+    connection: &'c Connection,
+    pub means: Means,
+    pub encoding: Encoding,
+    client: Client,
+    buffers: Buffers,
+    /// By the file that includes all others.
+    shows: BTreeMap<PathBuf, OpenShow>,
+    /// Of each open text the show that it belongs to.
+    roots: BTreeMap<PathBuf, PathBuf>,
+    /// Shows whose text was changed since it was read.
+    changed: BTreeSet<PathBuf>,
+    /// Messages that came in and are not worked off.
+    queue: VecDeque<Message>,
+    pictures: Pictures,
+    /// The client asked to shut down.
+    left: bool,
+}
+
+impl<'c> Server<'c> {
+    /// Nothing is open yet.
+    pub fn new(
+        connection: &'c Connection,
+        means: Means,
+        encoding: Encoding,
+        client: Client,
+    ) -> Server<'c> {
+        Server {
+            pictures: Pictures::new(connection.sender.clone()),
+            connection,
+            means,
+            encoding,
+            client,
+            buffers: Buffers::default(),
+            shows: BTreeMap::new(),
+            roots: BTreeMap::new(),
+            changed: BTreeSet::new(),
+            queue: VecDeque::new(),
+            left: false,
+        }
+    }
+
+    /// Answers until the client leaves.
+    pub fn run(&mut self) {
+        self.serve();
+        self.pictures.cancel_all();
+    }
+
+    fn serve(&mut self) {
+        loop {
+            while let Ok(message) = self.connection.receiver.try_recv() {
+                self.take(message);
+            }
+            let message = match self.queue.pop_front() {
+                Some(message) => message,
+                None if !self.changed.is_empty() => {
+                    self.read_changed();
+                    continue;
+                }
+                None => match self.connection.receiver.recv() {
+                    Ok(message) => {
+                        self.take(message);
+                        continue;
+                    }
+                    Err(_) => return,
+                },
+            };
+            match message {
+                Message::Request(request) => self.answer(request),
+                Message::Notification(n) if n.method == Exit::METHOD => return,
+                Message::Notification(notification) => self.take_notification(notification),
+                // To what the server asked nothing has to be done.
+                Message::Response(_) => {}
+            }
+        }
+    }
+
+    /// Queues a message, or takes one back that is cancelled.
+    fn take(&mut self, message: Message) {
+        let cancelled = match &message {
+            Message::Notification(n) if n.method == Cancel::METHOD => {
+                n.params.get("id").and_then(request_id)
+            }
+            _ => None,
+        };
+        let Some(id) = cancelled else {
+            self.queue.push_back(message);
+            return;
+        };
+        let waits = |m: &Message| matches!(m, Message::Request(r) if r.id == id);
+        if self.queue.iter().any(waits) {
+            self.queue.retain(|m| !waits(m));
+            self.fail(id, ErrorCode::RequestCanceled, "cancelled".to_owned());
+        } else {
+            self.pictures.cancel(&id);
+        }
+    }
+
+    fn send(&self, message: impl Into<Message>) {
+        // A client that is gone is noticed when it is listened to.
+        let _ = self.connection.sender.send(message.into());
+    }
+
+    fn fail(&self, id: RequestId, code: ErrorCode, why: String) {
+        self.send(Response::new_err(id, code as i32, why));
+    }
+
+    fn take_notification(&mut self, notification: Notification) {
+        let params = notification.params;
+        match notification.method.as_str() {
+            DidOpenTextDocument::METHOD => {
+                read::<DidOpenTextDocument>(params).map(|params| self.open(params))
+            }
+            DidChangeTextDocument::METHOD => {
+                read::<DidChangeTextDocument>(params).map(|params| self.change(params))
+            }
+            DidSaveTextDocument::METHOD => {
+                read::<DidSaveTextDocument>(params).map(|params| self.save(&params))
+            }
+            DidCloseTextDocument::METHOD => {
+                read::<DidCloseTextDocument>(params).map(|params| self.close(&params))
+            }
+            DidChangeWatchedFiles::METHOD => {
+                self.changed.extend(self.shows.keys().cloned());
+                None
+            }
+            WorkDoneProgressCancel::METHOD => {
+                self.pictures.cancel_all();
+                None
+            }
+            _ => None,
+        };
+    }
+
+    fn open(&mut self, params: DidOpenTextDocumentParams) {
+        let opened = params.text_document;
+        let path = key(&opened.uri);
+        let buffer = Buffer {
+            text: Arc::new(opened.text),
+            version: opened.version,
+            uri: opened.uri,
+        };
+        self.buffers.open(path.clone(), buffer);
+        self.find_roots();
+        self.changed.extend(self.roots.get(&path).cloned());
+    }
+
+    fn change(&mut self, params: DidChangeTextDocumentParams) {
+        let (path, version) = (key(&params.text_document.uri), params.text_document.version);
+        let changes = params.content_changes;
+        self.buffers.change(&path, version, changes, self.encoding);
+        self.changed.extend(self.roots.get(&path).cloned());
+    }
+
+    fn save(&mut self, params: &DidSaveTextDocumentParams) {
+        self.find_roots();
+        let Some(root) = self.roots.get(&key(&params.text_document.uri)).cloned() else {
+            return;
+        };
+        // Files that the show names may have changed as well.
+        self.changed.insert(root.clone());
+        self.read_changed();
+        if let Some(cue) = self.pictures.shown(&root) {
+            self.make_picture(None, &root, cue);
+        }
+    }
+
+    fn close(&mut self, params: &DidCloseTextDocumentParams) {
+        let uri = &params.text_document.uri;
+        let path = key(uri);
+        let root = self.roots.remove(&path);
+        self.buffers.close(&path);
+        self.publish(uri, Vec::new(), None);
+        self.find_roots();
+        let root = root.filter(|root| self.shows.contains_key(root));
+        self.changed.extend(root);
+    }
+
+    /// Finds the show that each open text belongs to, and forgets shows without one.
+    fn find_roots(&mut self) {
+        for path in self.buffers.paths() {
+            let root = root_of(&path, &self.buffers);
+            let before = self.roots.insert(path, root.clone());
+            if before.as_ref() != Some(&root) {
+                self.changed.insert(root);
+            }
+        }
+        let roots: BTreeSet<&PathBuf> = self.roots.values().collect();
+        self.shows.retain(|path, _| roots.contains(path));
+        self.changed.retain(|path| roots.contains(path));
+    }
+
+    /// Reads the shows again whose texts were changed, and says what is wrong with them.
+    fn read_changed(&mut self) {
+        for path in std::mem::take(&mut self.changed) {
+            let Some(text) = self.buffers.text(&path) else {
+                continue;
+            };
+            let limits = self.means.limits;
+            let buffers = &self.buffers;
+            let show = self.shows.entry(path.clone());
+            let show = show.or_insert_with(|| OpenShow::new(&path, buffers, limits));
+            show.update(&text);
+            self.publish_all(&path);
+        }
+    }
+
+    /// Sends the diagnostics of each open file of a show.
+    fn publish_all(&self, root: &Path) {
+        let Some(show) = self.shows.get(root) else {
+            return;
+        };
+        let lines = self.lines(show);
+        for path in self.buffers.paths() {
+            let is_own = self.roots.get(&path).is_some_and(|own| own == root);
+            let Some(buffer) = self.buffers.get(&path).filter(|_| is_own) else {
+                continue;
+            };
+            let list = show.diagnostics().list.iter();
+            let own = list.filter_map(|diagnostic| {
+                let (file, _) = show.file(diagnostic.labels.first().map_or(0, |l| l.file))?;
+                (file == path).then(|| diagnostic_of(show, &lines, diagnostic))
+            });
+            self.publish(&buffer.uri, own.collect(), Some(buffer.version));
+        }
+    }
+
+    fn publish(&self, uri: &Uri, diagnostics: Vec<lsp_types::Diagnostic>, version: Option<i32>) {
+        let params = PublishDiagnosticsParams {
+            uri: uri.clone(),
+            diagnostics,
+            version,
+        };
+        let method = PublishDiagnostics::METHOD.to_owned();
+        self.send(Notification::new(method, params));
+    }
+
+    /// The lines of each file of a show.
+    pub fn lines<'s>(&self, show: &'s OpenShow) -> Vec<Lines<'s>> {
+        let texts = show.sources().map(|(_, text)| text);
+        texts.map(|text| Lines::new(text, self.encoding)).collect()
+    }
+
+    fn answer(&mut self, request: Request) {
+        if self.left {
+            let why = "the server was shut down".to_owned();
+            return self.fail(request.id, ErrorCode::InvalidRequest, why);
+        }
+        // What is answered is of the text as it stands.
+        self.read_changed();
+        let Request { id, method, params } = request;
+        let answer = match method.as_str() {
+            Shutdown::METHOD => {
+                self.left = true;
+                Ok(Value::Null)
+            }
+            ExecuteCommand::METHOD => match self.execute(&id, params) {
+                Ok(()) => return,
+                Err(why) => Err((ErrorCode::InvalidParams, why)),
+            },
+            _ => request::answer(self, &method, params),
+        };
+        match answer {
+            Ok(value) => self.send(Response::new_ok(id, value)),
+            Err((code, why)) => self.fail(id, code, why),
+        }
+    }
+
+    /// The show and the text of an address.
+    pub fn at(&self, uri: &Uri) -> Option<(&OpenShow, Arc<String>)> {
+        let path = key(uri);
+        let show = self.shows.get(self.roots.get(&path)?)?;
+        Some((show, self.buffers.text(&path)?))
+    }
+
+    /// Begins a command; its answer comes when it is done.
+    fn execute(&mut self, id: &RequestId, params: Value) -> Result<(), String> {
+        let asked: ExecuteCommandParams =
+            serde_json::from_value(params).map_err(|error| error.to_string())?;
+        if asked.command != PICTURE {
+            return Err(format!("there is no command `{}`", asked.command));
+        }
+        let [uri, cue] = asked.arguments.as_slice() else {
+            return Err(format!("{PICTURE} wants an address and a cue"));
+        };
+        let uri: Uri = serde_json::from_value(uri.clone()).map_err(|e| e.to_string())?;
+        let cue = cue.as_str().and_then(CueNumber::parse);
+        let cue = cue.ok_or("a cue is written as \"2.5\"")?;
+        let root = self.roots.get(&key(&uri)).cloned();
+        let root = root.ok_or("the show is not open")?;
+        self.make_picture(Some(id.clone()), &root, cue);
+        Ok(())
+    }
+
+    fn make_picture(&mut self, id: Option<RequestId>, root: &Path, cue: CueNumber) {
+        let Some((show, text)) = self.shows.get(root).zip(self.buffers.text(root)) else {
+            return;
+        };
+        let files = Box::new(show.files().clone());
+        self.pictures.make(Job {
+            id,
+            root: root.to_owned(),
+            text,
+            cue,
+            host: (self.means.host)(root, files),
+            stop: Arc::default(),
+            client: self.client,
+        });
+    }
+}
+
+/// What a text is known by: its path, or its address where it has none.
+pub fn key(uri: &Uri) -> PathBuf {
+    path_of(uri).unwrap_or_else(|| PathBuf::from(uri.as_str()))
+}
+
+fn request_id(id: &Value) -> Option<RequestId> {
+    match id {
+        Value::Number(number) => Some(RequestId::from(i32::try_from(number.as_i64()?).ok()?)),
+        Value::String(text) => Some(RequestId::from(text.clone())),
+        _ => None,
+    }
+}
+
+/// The parameters of a notification; a malformed one is dropped, as it has no answer.
+fn read<N: lsp_types::notification::Notification>(params: Value) -> Option<N::Params> {
+    serde_json::from_value(params).ok()
+}
