@@ -23,6 +23,7 @@ pub mod still;
 pub mod texture;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use crate::geometry::{Vec3, block, diameter, newell, vec3};
 use crate::units::Rgb;
@@ -66,7 +67,7 @@ impl Material {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     /// At least three, counter-clockwise seen from the front, metres.
-    pub vertices: Vec<Vec3>,
+    pub vertices: Arc<[Vec3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
     /// What varies over it.
@@ -77,7 +78,7 @@ impl Polygon {
     /// One that is shaded flat and has no texture.
     pub fn new(vertices: Vec<Vec3>, material: usize) -> Polygon {
         Polygon {
-            vertices,
+            vertices: vertices.into(),
             material,
             shading: None,
         }
@@ -195,7 +196,7 @@ impl Scene {
     /// Gives the polygons at these indices a back: the same outline the other way round, a hair
     /// behind.
     pub fn add_backs(&mut self, fronts: &[usize]) {
-        let corners = self.polygons.iter().flat_map(|p| &p.vertices);
+        let corners = self.polygons.iter().flat_map(|p| p.vertices.iter());
         let thickness = diameter(corners) * THICKNESS;
         for index in fronts {
             let Some(front) = self.polygons.get(*index) else {

@@ -52,7 +52,7 @@ impl StageFile {
             cameras,
             summary,
         } = import::read(files, path, &Options::default(), memory)?;
-        let corners = || scene.polygons.iter().flat_map(|p| &p.vertices);
+        let corners = || scene.polygons.iter().flat_map(|p| p.vertices.iter());
         let first = corners().next().copied().unwrap_or_default();
         let low = corners().fold(first, |low, v| low.min(*v));
         let high = corners().fold(first, |high, v| high.max(*v));

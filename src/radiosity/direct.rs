@@ -103,7 +103,9 @@ impl Luminaire {
             Luminaire::Panel(pieces) => {
                 let together = together(pieces.len(), surfaces);
                 let corners = |group: &[usize]| {
-                    let vertices = group.iter().flat_map(|&i| &surfaces.pieces[i].vertices);
+                    let vertices = group
+                        .iter()
+                        .flat_map(|&i| surfaces.pieces[i].vertices.iter());
                     marks(&vertices.copied().collect::<Vec<Vec3>>())
                 };
                 CulledOccluders {

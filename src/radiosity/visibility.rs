@@ -233,7 +233,7 @@ impl Hierarchy {
         let bounds: Vec<Bounds> = surfaces
             .pieces
             .iter()
-            .map(|p| Bounds::of(&p.vertices))
+            .map(|p| Bounds::of(p.vertices.iter()))
             .collect();
         let mut hierarchy = Hierarchy {
             nodes: Vec::new(),

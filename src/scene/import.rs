@@ -7,6 +7,7 @@
 //! shows.
 
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 
 use super::gltf::{self, PartError};
 use super::obj::{self, LineError};
@@ -160,7 +161,7 @@ pub fn read(
     if options.place != Place::default() {
         import.put(&options.place, path)?;
     }
-    let corners = import.scene.polygons.iter().flat_map(|p| &p.vertices);
+    let corners = import.scene.polygons.iter().flat_map(|p| p.vertices.iter());
     let extent = diameter(corners);
     if extent > 0.0 && !STAGE_SIZES.contains(&extent) {
         let note = format!(
@@ -185,7 +186,8 @@ impl gltf::Imported {
     /// Turns all of it.
     fn turn(&mut self, by: impl Fn(Vec3) -> Vec3) {
         for polygon in &mut self.scene.polygons {
-            polygon.vertices.iter_mut().for_each(|v| *v = by(*v));
+            let vertices = Arc::make_mut(&mut polygon.vertices);
+            vertices.iter_mut().for_each(|v| *v = by(*v));
             if let Some(shading) = &mut polygon.shading {
                 shading.turn(&by);
             }
@@ -204,10 +206,8 @@ impl gltf::Imported {
         self.turn(|v| place.direction(v));
         let (scale, at) = (place.scale, place.at);
         for polygon in &mut self.scene.polygons {
-            polygon
-                .vertices
-                .iter_mut()
-                .for_each(|v| *v = *v * scale + at);
+            let vertices = Arc::make_mut(&mut polygon.vertices);
+            vertices.iter_mut().for_each(|v| *v = *v * scale + at);
             if let Some(shading) = &mut polygon.shading {
                 shading.stretch(scale, at);
             }
@@ -216,7 +216,7 @@ impl gltf::Imported {
         let cameras = self.cameras.iter_mut().map(|camera| &mut camera.position);
         lamps.chain(cameras).for_each(|p| *p = *p * scale + at);
         let far = |v: &Vec3| !v.is_finite() || v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
-        let mut vertices = self.scene.polygons.iter().flat_map(|p| &p.vertices);
+        let mut vertices = self.scene.polygons.iter().flat_map(|p| p.vertices.iter());
         match vertices.any(far) {
             true => Err(SceneError::Part {
                 path: path.to_owned(),

@@ -111,7 +111,7 @@ impl Mesh {
         let mut welded = HashMap::new();
         let mut largest = 0.0_f64;
         for polygon in polygons {
-            let &[a, b, c] = polygon.vertices.as_slice() else {
+            let [a, b, c] = *polygon.vertices else {
                 numbers.push(None);
                 continue;
             };

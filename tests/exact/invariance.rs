@@ -6,6 +6,7 @@ use crate::reference::{Case, cornell, errors, render, stage};
 use footlight::geometry::{Vec3, vec3};
 use footlight::picture::Image;
 use footlight::scene::View;
+use std::sync::Arc;
 
 fn small(mut case: Case) -> Case {
     (case.view.width, case.view.height) = (32, 24);
@@ -14,7 +15,12 @@ fn small(mut case: Case) -> Case {
 
 /// The case with each of its points taken elsewhere.
 fn mapped(mut case: Case, to: impl Fn(Vec3) -> Vec3) -> Case {
-    for vertex in case.scene.polygons.iter_mut().flat_map(|p| &mut p.vertices) {
+    for vertex in case
+        .scene
+        .polygons
+        .iter_mut()
+        .flat_map(|p| Arc::make_mut(&mut p.vertices))
+    {
         *vertex = to(*vertex);
     }
     case.view.from = to(case.view.from);
@@ -143,7 +149,7 @@ fn shares_of_a_pixel_add_up_to_one() {
     for pieces in [1, 2, 4] {
         let mut shining = Room::default();
         for polygon in room(pieces).scene.polygons {
-            shining.panel(&[polygon.vertices], 1.0);
+            shining.panel(&[polygon.vertices.to_vec()], 1.0);
         }
         for quality in qualities() {
             let all = shining.radiances(&inside(), quality);
@@ -158,7 +164,7 @@ fn shares_of_a_pixel_add_up_to_one() {
 fn backs_are_black() {
     let mut inside_out = room(1);
     for polygon in &mut inside_out.scene.polygons {
-        polygon.vertices.reverse();
+        Arc::make_mut(&mut polygon.vertices).reverse();
     }
     let mut away = Room::default();
     away.wall(&level([-1.0, 1.0], [-1.0, 1.0], 0.0, true), GREY);

@@ -6,6 +6,7 @@ use footlight::renderer::{Quality, Setup, Transport, TransportError};
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
+use std::sync::Arc;
 
 /// A stage, its lights (one source each) and the eye.
 struct Stage {
@@ -188,7 +189,9 @@ fn each_face_twice_and_each_face_from_both_sides() {
     stage.assert_finite("each face twice", true);
     let mut stage = plain();
     let mut turned = stage.scene.polygons.clone();
-    turned.iter_mut().for_each(|p| p.vertices.reverse());
+    turned
+        .iter_mut()
+        .for_each(|p| Arc::make_mut(&mut p.vertices).reverse());
     stage.scene.polygons.extend(turned);
     stage.assert_finite("each face from both sides", true);
 }
@@ -197,7 +200,7 @@ fn each_face_twice_and_each_face_from_both_sides() {
 fn numbers_that_are_none_are_refused() {
     for bad in [f64::NAN, f64::INFINITY, -f64::INFINITY] {
         let mut stage = plain();
-        stage.scene.polygons[3].vertices[1].y = bad;
+        Arc::make_mut(&mut stage.scene.polygons[3].vertices)[1].y = bad;
         let refused = stage.render(1, 1 << 30).unwrap_err().to_string();
         assert!(refused.contains("polygon 3"), "{refused}");
         let mut stage = plain();
@@ -218,7 +221,7 @@ fn numbers_that_are_none_are_refused() {
         );
     }
     let mut stage = plain();
-    stage.scene.polygons[3].vertices[1].y = 1e10;
+    Arc::make_mut(&mut stage.scene.polygons[3].vertices)[1].y = 1e10;
     let refused = stage.render(1, 1 << 30).unwrap_err().to_string();
     assert!(refused.contains("polygon 3"), "{refused}");
     let mut stage = plain();

@@ -397,7 +397,7 @@ mod tests {
 
     fn occluder(x: (f64, f64), y: (f64, f64), z: f64) -> Piece {
         Piece {
-            vertices: corners(x, y, z),
+            vertices: corners(x, y, z).into(),
             normal: -UP,
             facet: 0,
         }
@@ -554,7 +554,7 @@ mod tests {
             let vertices: Vec<Vec3> = corners.iter().map(|&(x, y, z)| vec3(x, y, z)).collect();
             let normal = newell(&vertices).normalized();
             prop_assume!(normal.dot(vertices[0]).abs() > 0.05);
-            let piece = Piece { vertices, normal, facet: 0 };
+            let piece = Piece { vertices: vertices.into(), normal, facet: 0 };
             let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
             let mut c = LambertIntegrator::default();
             let exact = c.occluded(Vec3::ZERO, UP, &lamp, [&piece].into_iter(), 1e-9);

@@ -129,7 +129,7 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let emitter = Emitter::new(
-                LightPolygon::new(piece.vertices.clone(), piece.normal),
+                LightPolygon::new(piece.vertices.to_vec(), piece.normal),
                 HALVINGS,
             );
             if is_behind(&emitter, chunk) {

@@ -69,7 +69,7 @@ impl Bvh {
     /// # Errors
     /// On cancel.
     pub fn new(surfaces: &Surfaces, work: Work<'_>) -> Result<Bvh, Cancelled> {
-        let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| &p.vertices));
+        let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| p.vertices.iter()));
         let middle = (low + high) * 0.5;
         let near = |v: Vec3| {
             let d = v - middle;

@@ -158,7 +158,7 @@ impl Faces<'_> {
             return None;
         }
         let mut corners: Vec<Vec3> = Vec::new();
-        for v in members.iter().flat_map(|&m| &self.facets[m].vertices) {
+        for v in members.iter().flat_map(|&m| self.facets[m].vertices.iter()) {
             if !corners.contains(v) {
                 corners.push(*v);
             }

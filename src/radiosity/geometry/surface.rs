@@ -16,7 +16,7 @@ use crate::renderer::TransportError;
 use crate::scene::import::FAR;
 use crate::scene::texture::Texture;
 use crate::scene::{Material, Scene, Shading};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
 /// about 1e-7 of it. On a ground plane of 10 km nothing lower than 14 mm casts a shadow.
@@ -26,7 +26,7 @@ const TOUCHING: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub struct Facet {
     /// Counter-clockwise seen from the front.
-    pub vertices: Vec<Vec3>,
+    pub vertices: Arc<[Vec3]>,
     /// Unit normal of the front.
     pub normal: Vec3,
     /// Square metres.
@@ -107,7 +107,7 @@ impl Facet {
 #[derive(Clone, Debug)]
 pub struct Piece {
     /// Counter-clockwise seen from the front.
-    pub vertices: Vec<Vec3>,
+    pub vertices: Arc<[Vec3]>,
     /// The facet's unit normal.
     pub normal: Vec3,
     /// Index into [`Surfaces::facets`].
@@ -176,7 +176,7 @@ impl Surfaces {
                 )));
             }
             let shading = polygon.shading.clone();
-            let own = facet(&polygon.vertices, polygon.material, reflectance);
+            let own = facet(outline(&polygon.vertices), polygon.material, reflectance);
             facets.extend(own.map(|own| Facet { shading, ..own }));
         }
         facets.sort_by(|a, b| b.area.total_cmp(&a.area));
@@ -195,7 +195,7 @@ impl Surfaces {
             f.pieces = start..pieces.len();
         }
         let mut surfaces = Surfaces {
-            size: diameter(facets.iter().flat_map(|f| &f.vertices)),
+            size: diameter(facets.iter().flat_map(|f| f.vertices.iter())),
             facets,
             pieces,
             solids: OnceLock::new(),
@@ -303,12 +303,21 @@ impl Surfaces {
     }
 }
 
-fn facet(vertices: &[Vec3], material: usize, reflectance: [f64; 3]) -> Option<Facet> {
-    let mut kept: Vec<Vec3> = vertices.to_vec();
+/// Vertices without those that repeat the one before; shared where there are none.
+fn outline(vertices: &Arc<[Vec3]>) -> Arc<[Vec3]> {
+    let next = vertices.iter().cycle().skip(1);
+    if vertices.iter().zip(next).all(|(a, b)| a != b) {
+        return Arc::clone(vertices);
+    }
+    let mut kept = vertices.to_vec();
     kept.dedup();
     if kept.len() > 1 && kept.first() == kept.last() {
         kept.pop();
     }
+    kept.into()
+}
+
+fn facet(kept: Arc<[Vec3]>, material: usize, reflectance: [f64; 3]) -> Option<Facet> {
     let first = *kept.first()?;
     // About a vertex of its own: far from the origin the products would cancel.
     let local: Vec<Vec3> = kept.iter().map(|v| *v - first).collect();
@@ -341,7 +350,7 @@ fn turn(a: Vec3, b: Vec3, c: Vec3, normal: Vec3) -> f64 {
 }
 
 /// Convex parts of a simple polygon: itself when convex, else triangles cut off as ears.
-pub fn convex_parts(vertices: &[Vec3], normal: Vec3) -> Vec<Vec<Vec3>> {
+pub fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
     let n = vertices.len();
     let corner = |i: usize| {
         let (a, b, c) = (
@@ -352,7 +361,7 @@ pub fn convex_parts(vertices: &[Vec3], normal: Vec3) -> Vec<Vec<Vec3>> {
         turn(a, b, c, normal) >= -1e-9 * (b - a).length() * (c - b).length()
     };
     if (0..n).all(corner) && turns_once(vertices, normal) {
-        return vec![vertices.to_vec()];
+        return vec![Arc::clone(vertices)];
     }
     let mut rest = vertices.to_vec();
     let mut parts = Vec::new();
@@ -361,14 +370,14 @@ pub fn convex_parts(vertices: &[Vec3], normal: Vec3) -> Vec<Vec<Vec3>> {
         let ear = (0..n).find(|&i| is_ear(&rest, i, normal));
         // A polygon that is not simple may have none: cut anywhere, so that the loop ends.
         let i = ear.unwrap_or(0);
-        let triangle = vec![rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
+        let triangle = [rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
         if turn(triangle[0], triangle[1], triangle[2], normal) > 0.0 {
-            parts.push(triangle);
+            parts.push(triangle.into());
         }
         rest.remove(i);
     }
     if turn(rest[0], rest[1], rest[2], normal) > 0.0 || parts.is_empty() {
-        parts.push(rest);
+        parts.push(rest.into());
     }
     parts
 }
@@ -424,7 +433,7 @@ mod tests {
 
     #[test]
     fn convex_polygons_stay_whole() {
-        let hexagon: Vec<Vec3> = (0..6)
+        let hexagon: Arc<[Vec3]> = (0..6)
             .map(|i| f64::from(i) * std::f64::consts::FRAC_PI_3)
             .map(|a| vec3(a.cos(), a.sin(), 0.0))
             .collect();
@@ -456,6 +465,7 @@ mod tests {
             (0.0, 2.0),
         ]);
         for polygon in [ell, comb] {
+            let polygon = polygon.into();
             let parts = convex_parts(&polygon, UP);
             assert!(parts.len() > 1);
             assert!(parts.iter().all(|p| area(p) > 0.0));
@@ -517,8 +527,15 @@ mod tests {
 
     #[test]
     fn degenerate_polygons_are_left_out() {
-        assert!(facet(&flat(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]), 0, [0.0; 3]).is_none());
-        assert!(facet(&flat(&[(1.0, 1.0); 4]), 0, [0.0; 3]).is_none());
-        assert!(facet(&[], 0, [0.0; 3]).is_none());
+        assert!(
+            facet(
+                outline(&flat(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]).into()),
+                0,
+                [0.0; 3]
+            )
+            .is_none()
+        );
+        assert!(facet(outline(&flat(&[(1.0, 1.0); 4]).into()), 0, [0.0; 3]).is_none());
+        assert!(facet(outline(&[].into()), 0, [0.0; 3]).is_none());
     }
 }

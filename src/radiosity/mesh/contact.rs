@@ -34,8 +34,9 @@ impl<'a> Contacts<'a> {
     /// Sorts a scene's pieces.
     pub fn new(surfaces: &'a Surfaces) -> Contacts<'a> {
         let pieces = surfaces.pieces.iter().enumerate();
-        let mut boxes: Vec<(usize, Bounds)> =
-            pieces.map(|(i, p)| (i, Bounds::of(&p.vertices))).collect();
+        let mut boxes: Vec<(usize, Bounds)> = pieces
+            .map(|(i, p)| (i, Bounds::of(p.vertices.iter())))
+            .collect();
         boxes.sort_by(|(i, a), (j, b)| a.low.x.total_cmp(&b.low.x).then(i.cmp(j)));
         Contacts { surfaces, boxes }
     }
@@ -57,7 +58,7 @@ impl<'a> Contacts<'a> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;
-        let mut bounds = Bounds::of(&own.vertices);
+        let mut bounds = Bounds::of(own.vertices.iter());
         bounds.low = bounds.low - margin;
         bounds.high += margin;
         let end = self

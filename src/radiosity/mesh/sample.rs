@@ -44,7 +44,7 @@ impl Sample {
     ) -> Option<Sample> {
         let (mut area, mut largest) = (0.0, (0.0, Vec3::ZERO));
         for piece in &surfaces.pieces[facet.pieces.clone()] {
-            let mut part = piece.vertices.clone();
+            let mut part = piece.vertices.to_vec();
             for (axis, scale, low) in [
                 (grid.along, grid.scale[0], corner[0]),
                 (grid.across, grid.scale[1], corner[1]),

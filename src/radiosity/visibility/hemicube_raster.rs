@@ -47,7 +47,7 @@ pub struct VertexBuffer {
 impl VertexBuffer {
     /// Collects the corners of a scene's pieces.
     pub fn new(surfaces: &Surfaces) -> VertexBuffer {
-        let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| &p.vertices));
+        let [low, high] = bounds(surfaces.pieces.iter().flat_map(|p| p.vertices.iter()));
         let mut out = VertexBuffer {
             middle: (low + high) * 0.5,
             corners: [Vec::new(), Vec::new(), Vec::new()],
@@ -56,7 +56,7 @@ impl VertexBuffer {
         };
         let mut known = BTreeMap::new();
         for piece in &surfaces.pieces {
-            for v in &piece.vertices {
+            for v in piece.vertices.iter() {
                 let key = [v.x.to_bits(), v.y.to_bits(), v.z.to_bits()];
                 let next = out.corners[0].len() as u32;
                 let at = *known.entry(key).or_insert(next);

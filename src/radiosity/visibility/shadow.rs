@@ -176,7 +176,7 @@ mod tests {
     fn piece(vertices: Vec<Vec3>) -> Piece {
         Piece {
             normal: newell(&vertices).normalized(),
-            vertices,
+            vertices: vertices.into(),
             facet: 0,
         }
     }

@@ -144,7 +144,7 @@ impl Triangles {
     fn add(&mut self, polygon: &Polygon) -> Option<()> {
         let flat = newell(&polygon.vertices).normalized();
         let cut = match polygon.vertices.len() {
-            3 => vec![polygon.vertices.clone()],
+            3 => vec![polygon.vertices.to_vec()],
             _ => triangles(&polygon.vertices)?,
         };
         for corner in cut.into_iter().flatten() {

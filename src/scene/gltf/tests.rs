@@ -469,7 +469,7 @@ fn instances_of_a_node_are_placed() {
     let stage = import(&json, &binary).unwrap();
     assert_eq!(stage.scene.polygons.len(), 3);
     let far = |axis: usize, at: f64| {
-        let mut all = stage.scene.polygons.iter().flat_map(|p| &p.vertices);
+        let mut all = stage.scene.polygons.iter().flat_map(|p| p.vertices.iter());
         all.any(|v| (v[axis] - at).abs() < 1e-6)
     };
     assert!(far(0, 6.0) && far(2, 8.0));

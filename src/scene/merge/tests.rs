@@ -90,7 +90,7 @@ fn an_l_is_one_polygon_and_a_wall_with_a_window_a_few_convex_ones() {
     assert!(merged.polygons.len() <= 8, "{:?}", sizes(&merged));
     assert!((area(&merged.polygons).z - 18.0).abs() < 1e-12);
     for polygon in &merged.polygons {
-        assert_eq!(polygon::planar(polygon.vertices.clone()).unwrap().len(), 1);
+        assert_eq!(polygon::planar(polygon.vertices.to_vec()).unwrap().len(), 1);
     }
 }
 
@@ -106,7 +106,7 @@ fn what_differs_stays_apart() {
     assert_eq!(triangles(folded).polygons.len(), 2);
     let mut turned = flat(&rectangle(2, 1));
     for triangle in &mut turned[2..] {
-        triangle.vertices.reverse();
+        std::sync::Arc::make_mut(&mut triangle.vertices).reverse();
     }
     assert_eq!(triangles(turned).polygons.len(), 2);
     let quad = |x: f64| {
@@ -142,7 +142,11 @@ fn edges_of_many_triangles_stay() {
     let mut many = flat(&rectangle(2, 1));
     let wing = vec3(1.0, 0.5, 1.0);
     let [a, b] = [vec3(1.0, 0.0, 0.0), vec3(1.0, 1.0, 0.0)];
-    for vertices in [vec![a, b, wing], vec![b, a, wing], many[0].vertices.clone()] {
+    for vertices in [
+        vec![a, b, wing],
+        vec![b, a, wing],
+        many[0].vertices.to_vec(),
+    ] {
         many.push(Polygon::new(vertices, 0));
     }
     let before = area(&many);
@@ -173,7 +177,7 @@ proptest! {
         }
         for polygon in &merged.polygons {
             prop_assert!(polygon::doubled_area(&polygon.vertices).z > 0.0);
-            prop_assert_eq!(polygon::planar(polygon.vertices.clone()).unwrap().len(), 1);
+            prop_assert_eq!(polygon::planar(polygon.vertices.to_vec()).unwrap().len(), 1);
         }
         prop_assert!(merged.polygons.len() <= before.len());
         // Without cuts by material every whole square is one piece at most.

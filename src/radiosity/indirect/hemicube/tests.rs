@@ -112,7 +112,7 @@ fn what_is_near_is_told() {
 #[test]
 fn backs_of_solids_change_nothing() {
     let facets = room(1.0).facets.into_iter();
-    let mut polygons: Vec<Vec<Vec3>> = facets.map(|f| f.vertices).collect();
+    let mut polygons: Vec<Vec<Vec3>> = facets.map(|f| f.vertices.to_vec()).collect();
     let corners = [vec3(0.2, -0.1, 0.0), vec3(0.7, 0.3, 0.6)];
     polygons.extend_from_slice(&block(corners, false)[..5]);
     let with_block = Surfaces::grey(polygons);
@@ -239,7 +239,7 @@ fn far_single_pairs_are_coarse_and_their_sum_is_not() {
                 if element.facet == own_facet {
                     continue;
                 }
-                let light_polygon = LightPolygon::new(facet.vertices.clone(), facet.normal);
+                let light_polygon = LightPolygon::new(facet.vertices.to_vec(), facet.normal);
                 let own = integrator.unoccluded(point, up, &light_polygon) / std::f64::consts::PI;
                 let share = f64::from(row.get(&e).copied().unwrap_or_default());
                 found += share;
