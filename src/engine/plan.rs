@@ -98,12 +98,13 @@ impl Engine {
         keys: &KeySequence,
         metric: Option<Metric>,
     ) -> Result<Weighting, Error> {
-        Ok(match metric {
+        let weighting = match metric {
             None | Some(Metric::Error) => pool.weighting().clone(),
             Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
-            Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
-            Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
-        })
+            Some(Metric::Settings) => return Ok(Weighting::settings(keys.coordinates())),
+            Some(Metric::Influence) => return Ok(Weighting::influence(&pool.norms(), keys)?),
+        };
+        Ok(weighting.at(self.moments(pool)))
     }
 
     /// What is left to refine in the order of a metric.
@@ -125,11 +126,15 @@ impl Engine {
     }
 
     /// The moments whose error counts.
-    fn moments(&self, pool: &Pool) -> Vec<plan::Moment> {
+    pub(super) fn moments(&self, pool: &Pool) -> Vec<plan::Moment> {
+        plan::Moment::relative(self.settings_of_cues(), |setting| pool.light(setting))
+    }
+
+    /// The settings of the moments whose error counts.
+    pub(super) fn settings_of_cues(&self) -> Vec<Vec<f64>> {
         let timeline = self.document.timeline();
-        let times = self.moments_of_cues();
-        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
-        scaled(pool, settings.collect())
+        let times = self.moments_of_cues().into_iter();
+        times.map(|(_, time)| timeline.evaluate(time)).collect()
     }
 
     /// Parts of every cue's fade, with the cue; of very many cues the end alone.
@@ -170,19 +175,6 @@ impl Engine {
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// From so many cues on only their ends count: each of their moments costs banks times banks.
 const MANY_CUES: usize = 500;
-/// Less light than this part of the brightest moment's is nearly out.
-const NEARLY_OUT: f64 = 0.02;
-
-/// Settings with one over their light; what is nearly out does not count.
-pub(super) fn scaled(pool: &Pool, settings: Vec<Vec<f64>>) -> Vec<plan::Moment> {
-    let lights: Vec<f64> = settings.iter().map(|s| pool.light(s)).collect();
-    let least = NEARLY_OUT * lights.iter().copied().fold(0.0, f64::max);
-    let moment = |(setting, light): (Vec<f64>, f64)| plan::Moment {
-        scale: if light > least { 1.0 / light } else { 0.0 },
-        setting,
-    };
-    settings.into_iter().zip(lights).map(moment).collect()
-}
 
 /// The plan where the first images are final: the basis still tells how the sequence varies, but no
 /// image of it is worth rendering.

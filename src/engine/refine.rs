@@ -1,6 +1,5 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
-use super::plan::scaled;
 use super::refiner::{Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error};
@@ -337,16 +336,13 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn worst_moment(&self) -> Result<Option<WorstMoment>, Error> {
-        let (pool, timeline) = (self.rendered()?, self.document.timeline());
+        let pool = self.rendered()?;
         let is_unknown = pool.coarser().is_empty() && !pool.is_stated();
         if self.is_final() || is_unknown || pool.has_no_estimated_error() {
             return Ok(None);
         }
-        let times = self.moments_of_cues();
-        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
         let mut worst: Option<WorstMoment> = None;
-        let moments = scaled(pool, settings.collect());
-        for ((cue, time), moment) in times.into_iter().zip(moments) {
+        for ((cue, time), moment) in self.moments_of_cues().into_iter().zip(self.moments(pool)) {
             let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
             let [alone, now] = left[..] else { continue };
             let error = pool.error(now, alone);

@@ -115,7 +115,7 @@ const MIXED: &str = "coarse pictures and mixtures";
 /// The table: a series for each way.
 pub fn record(ways: &Ways) -> Record {
     let quantities = [
-        ("true error of the sequence", "%"),
+        ("true error of the worst moment", "%"),
         ("seconds", "s"),
         ("seconds with an outside renderer", "s"),
     ];
@@ -171,7 +171,7 @@ fn panel(title: &str, which: usize, ways: &[(&str, Marker, Vec<Point>)]) -> Pane
     Panel {
         title: title.to_owned(),
         x: Axis::new("seconds, from nothing stored", Scale::Log),
-        y: Axis::new("true error of the sequence, %", Scale::Log),
+        y: Axis::new("true error of the worst moment, %", Scale::Log),
         series: ways.iter().map(series).collect(),
         reference: None,
     }
