@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::words::{count, drawn, percent, seconds};
+use super::words::{count, drawn, error, percent, seconds};
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use crate::engine::measure::tune::Ways;
@@ -22,7 +22,11 @@ pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
         return text;
     }
     let _ = match goal.until {
-        Some(until) => writeln!(text, "ways to an error of {} %", percent(until)),
+        Some(until) => writeln!(
+            text,
+            "ways to an error of {}",
+            error(until.error, until.unit)
+        ),
         None => writeln!(text, "ways"),
     };
     for (i, way) in ways.iter().enumerate() {
@@ -34,10 +38,10 @@ pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
         };
         let _ = writeln!(
             text,
-            "  {:<46} {:>8}  {:>7} %{mark}",
+            "  {:<46} {:>8}  {:>9}{mark}",
             name(way),
             seconds(way.seconds),
-            percent(way.error)
+            error(way.error, goal.unit())
         );
     }
     text

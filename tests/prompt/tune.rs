@@ -148,7 +148,7 @@ fn a_tighter_tolerance_costs_more_and_the_statement_can_be_typed() {
     );
     engine.edit(&Edit::Declare(tight.preview)).unwrap();
     let preview = &engine.show().preview;
-    assert!((preview.tolerance - tight.until).abs() < 1e-6);
+    assert!((preview.tolerance.error - tight.until).abs() < 1e-6);
     assert_eq!(preview.coarse, tight.choice.coarse);
     assert_eq!(preview.refined, tight.choice.refined.unwrap_or(4));
 }

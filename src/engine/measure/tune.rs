@@ -70,7 +70,7 @@ impl Engine {
             choice,
             keys: self.key_formats(&playback, tone)?,
             preview: lang::preview_statement(&Preview {
-                tolerance: until,
+                tolerance: until.into(),
                 coarse: choice.coarse,
                 refined: choice.refined.unwrap_or(preview.refined),
                 ..preview
