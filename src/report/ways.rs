@@ -67,7 +67,8 @@ pub fn taken(ways: &[WayForecast]) -> String {
     };
     let of = |way: &WayForecast| format!("{}, {}", name(way), seconds(way.seconds));
     let mut text = of(first);
-    if let Some(next) = rest.iter().find(|way| way.reaches) {
+    let other = |way: &&WayForecast| way.reaches && name(way) != name(first);
+    if let Some(next) = rest.iter().find(other) {
         let _ = write!(text, "; next best: {}", of(next));
     }
     text

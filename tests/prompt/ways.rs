@@ -86,9 +86,15 @@ fn steps_of_the_display_are_an_error_too() {
     assert!((error - 10.0).abs() < 1e-9, "as stated: {error}");
     let ran = say(&mut show, "run --until 12steps -o out");
     assert!(ran.contains("tolerance reached"), "{ran}");
-    assert!(ran.contains("10.0 steps of 255 as displayed"), "{ran}");
+    assert!(ran.contains("cue 3 at 0:14: 10.0"), "{ran}");
+    assert!(ran.contains("steps of 255 as displayed"), "{ran}");
     let spectrum = say(&mut show, "plot spectrum --tolerance 12steps -o s.svg");
     assert!(spectrum.contains("reach 12.0 steps"), "{spectrum}");
+    say(&mut show, "preview { tolerance 12 steps }");
+    let text = say(&mut show, "plan");
+    assert!(text.contains("ways to an error of 12.0 steps"), "{text}");
+    let held = say(&mut show, "status");
+    assert!(held.contains("preview { tolerance 12 steps "), "{held}");
     for wrong in ["refine until 300 steps", "run --until xsteps"] {
         let text = say(&mut show, wrong);
         assert!(text.contains("write steps of 255 as 1.5steps"), "{text}");

@@ -104,7 +104,7 @@ impl<'a> Lower<'a, '_> {
             }
             _ if !is_quantity => return self.unfit(key, value),
             ("tolerance", _) => self.show.preview.tolerance = self.tolerance(value)?,
-            (_, steps) if steps.ends_with("step") || steps.ends_with("steps") => {
+            (_, steps) if steps.ends_with("steps") => {
                 return self.unfit(key, value);
             }
             ("gap", _) => self.show.preview.gap = self.duration(value)?,
@@ -142,7 +142,7 @@ impl<'a> Lower<'a, '_> {
 
     fn tolerance(&mut self, value: Word<'a>) -> Option<Tolerance> {
         let text = value.text;
-        if !(text.ends_with("step") || text.ends_with("steps")) {
+        if !text.ends_with("steps") {
             let range = "a tolerance is 0% to 100%";
             let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
             return Some(Tolerance::from(fraction(percent)));
@@ -180,7 +180,7 @@ impl<'a> Lower<'a, '_> {
             (_, signed) if signed.starts_with('+') => {
                 format!("only `exposure` has a `+`, `{key}` is a plain number")
             }
-            (_, steps) if steps.ends_with("step") || steps.ends_with("steps") => {
+            (_, steps) if steps.ends_with("steps") => {
                 format!("only `tolerance` has `steps`, `{key}` is a plain number")
             }
             (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
