@@ -8,6 +8,7 @@
 
 mod background;
 mod compile;
+mod displayed;
 mod document;
 mod error;
 mod exposure;

@@ -73,7 +73,7 @@
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | color, pest, pest_derive, strsim |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
-//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg | - |
+//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg, units | - |
 //! | 5 | `desk` | shows and rigs of other programs: USITT ASCII, QLC+, MVR and GDTF; packets of the lighting network | lang, timeline, show, units, diagnostic, work | flate2, roxmltree |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
@@ -260,5 +260,5 @@ pub use report::film::{Canvas, Shown};
 pub use scene::{Rig, Scene, View};
 pub use show::Show;
 pub use timeline::Timeline;
-pub use units::{CueNumber, Time};
+pub use units::{CueNumber, ErrorUnit, Time, Tolerance};
 pub use work::{Progress, Work};

@@ -48,6 +48,7 @@ use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
 };
 use crate::scene::{Light, Material, Polygon, Rig};
+use crate::units::ErrorUnit;
 use crate::work::Work;
 use camera::fragment::{Fragment, Fragments, fragments};
 use compose::gather_weights;
@@ -116,8 +117,9 @@ impl Transport for Radiosity {
         })
     }
 
-    fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
-        stated::error(quality, setup.scene.polygons.len(), is_final_gather(setup))
+    fn stated_error(&self, setup: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        let polygons = setup.scene.polygons.len();
+        stated::error(quality, polygons, is_final_gather(setup), unit)
     }
 
     fn quality_parameters(

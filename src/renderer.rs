@@ -13,6 +13,7 @@ mod setup;
 pub use setup::Setup;
 
 use crate::picture::Image;
+use crate::units::ErrorUnit;
 use crate::work::{Cancelled, Work};
 
 /// A step on an operator's one ordered scale of quality; 1 is the cheapest.
@@ -207,7 +208,7 @@ pub trait Transport: Send + Sync {
     /// What a picture of this setup at this quality is off by, relative, at most in 19 of 20 shows:
     /// against the finest step, or, of the finest itself, against the truth. It falls with the
     /// quality. `None` where the operator does not know; errors are then estimated from two steps.
-    fn stated_error(&self, _setup: &Setup, _quality: Quality) -> Option<f64> {
+    fn stated_error(&self, _: &Setup, _: Quality, _unit: ErrorUnit) -> Option<f64> {
         None
     }
 

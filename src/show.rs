@@ -23,7 +23,7 @@ pub use self::rig::RigError;
 use crate::scene;
 use crate::scene::import::Place;
 use crate::scene::solid::Solid;
-use crate::units::{CueNumber, Rgb, Time};
+use crate::units::{CueNumber, Rgb, Time, Tolerance};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -63,8 +63,8 @@ pub struct Show {
 /// The `preview` statement: defaults for plan, run and play.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preview {
-    /// Error of the sequence to refine to (0.02 = 2 %).
-    pub tolerance: f64,
+    /// Error of the worst moment to refine to.
+    pub tolerance: Tolerance,
     /// Assumed wait between a cue's completion and the next GO where the text gives no time.
     pub gap: Time,
     /// Frames a second.
@@ -88,7 +88,7 @@ pub struct Preview {
 impl Default for Preview {
     fn default() -> Preview {
         Preview {
-            tolerance: 0.02,
+            tolerance: Tolerance::from(0.02),
             gap: Time::from_micros(5_000_000),
             rate: 25.0,
             exposure: None,

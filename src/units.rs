@@ -5,6 +5,10 @@
 //! level is a fraction of full, and percent is how text writes it. This module does not depend on
 //! shows, syntax or pictures.
 
+mod tolerance;
+
+pub use tolerance::{ErrorUnit, Tolerance};
+
 use std::fmt;
 use std::ops::{Add, AddAssign, Neg, Sub};
 

@@ -1,9 +1,10 @@
 //! What is promised of an error against what is true: the shipped shows and 40 random ones (rooms, dark
 //! cues, open squares, textures with projections).
-//! `cargo run --release --example promise [SHOWS]` prints, for each show and step of quality, the
-//! worst moment's true error against the finest step, and what the operator states; then, over
-//! tolerances from 4 to 0.4 %, how often the step that is chosen keeps its promise, and what the
-//! choice costs over that of one who knows the errors.
+//! `cargo run --release --example promise [SHOWS] [CHART.png]` prints, for each show and step of
+//! quality, the worst moment's true error against the finest step, and what the operator states, of
+//! the light and as displayed; then, over tolerances from 4 to 0.4 % and from 20 to 2 steps, how
+//! often the step that is chosen keeps its promise, and what the choice costs over that of one who
+//! knows the errors. The chart has what is promised against what is true.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,28 +20,34 @@ mod random_show;
 use std::error::Error;
 use std::path::Path;
 
+use footlight::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
 use footlight::geometry::vec3;
-use footlight::picture::combine::dot;
+use footlight::picture::combine::{combine, dot};
+use footlight::picture::tone::Tone;
 use footlight::picture::{Image, png};
 use footlight::renderer::Quality;
+use footlight::units::ErrorUnit;
 use random_show::{RandomShow, random_show};
 
 /// Random shows.
 const SHOWS: u64 = 40;
 /// Darker moments than this share of the brightest one's light do not count.
-const NEARLY_OUT: f64 = 0.05;
+const NEARLY_OUT: f64 = 0.02;
 /// Moments of a cue, as parts of its fade.
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 
 type Failure = Box<dyn Error>;
 
-/// A show's errors and costs, step by step.
+/// Pixels of a picture that are looked at as displayed, about.
+const LOOKED_AT: usize = 20_000;
+
+/// A show's errors and costs, step by step; errors of the light, then in steps of 255.
 struct Measured {
     name: String,
-    stated: Vec<f64>,
-    truth: Vec<f64>,
+    stated: [Vec<f64>; 2],
+    truth: [Vec<f64>; 2],
     /// In the operator's units.
     cost: Vec<f64>,
     /// Between this step and the one before it, at the worst moment.
@@ -61,7 +68,7 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
         }
         steps.push(images);
     }
-    let mut moments = Vec::new();
+    let mut moments: Vec<Vec<f64>> = Vec::new();
     for cue in engine.document().timeline().cues() {
         for part in PARTS {
             let time = cue.go + (cue.completion - cue.go).scaled(part);
@@ -71,6 +78,10 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
     let last = &steps[usize::from(finest) - 1];
     let lights = norms(last, None, &moments);
     let brightest = lights.iter().fold(0.0f64, |m, x| m.max(*x));
+    let is_lit = |(_, light): &(&Vec<f64>, &f64)| **light > NEARLY_OUT * brightest;
+    let lit: Vec<&Vec<f64>> = (moments.iter().zip(&lights).filter(is_lit))
+        .map(|(moment, _)| moment)
+        .collect();
     let worst = |a: &[Image], b: &[Image]| {
         let errors = norms(a, Some(b), &moments);
         let lit = errors.iter().zip(&lights);
@@ -79,7 +90,10 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
     };
     let setup = engine.setup().ok_or("no setup")?;
     let renderer = &engine.host().renderer;
-    let stated = (1..=finest).map(|q| renderer.stated_error(setup, Quality(q)).unwrap_or(0.0));
+    let stated = |unit| {
+        let all = (1..=finest).map(|q| renderer.stated_error(setup, Quality(q), unit));
+        all.map(|error| error.unwrap_or(0.0)).collect()
+    };
     let cost = (1..=finest).map(|q| renderer.cost(setup, Quality(q)).alone(n as f64));
     let (mut area, mut reflected) = (0.0, 0.0);
     for polygon in &setup.scene.polygons {
@@ -90,8 +104,11 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
     }
     Ok(Measured {
         name: name.to_owned(),
-        stated: stated.collect(),
-        truth: steps.iter().map(|step| worst(step, last)).collect(),
+        stated: [stated(ErrorUnit::Light), stated(ErrorUnit::Steps)],
+        truth: [
+            steps.iter().map(|step| worst(step, last)).collect(),
+            displayed(engine, &steps, &lit),
+        ],
         cost: cost.collect(),
         apart: steps.windows(2).map(|w| worst(&w[0], &w[1])).collect(),
         about: format!(
@@ -103,6 +120,43 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
     })
 }
 
+/// The worst moment's error of each step as displayed: the 99th percentile of the pixels' largest
+/// differences, in steps of 255.
+fn displayed(engine: &Engine, steps: &[Vec<Image>], moments: &[&Vec<f64>]) -> Vec<f64> {
+    let (width, height) = steps[0][0].size();
+    let apart = (width * height / LOOKED_AT).isqrt().max(1);
+    let thin = |step: &Vec<Image>| step.iter().map(|i| i.every(apart)).collect();
+    let thin: Vec<Vec<Image>> = steps.iter().map(thin).collect();
+    let picture = |step: &[Image], moment: &[f64]| {
+        let terms: Vec<(f64, &Image)> = moment.iter().copied().zip(step).collect();
+        combine(step[0].size(), &terms, 2)
+    };
+    let last = &thin[thin.len() - 1];
+    let keys = engine.document().keys().keys();
+    let keys: Vec<Image> = keys.iter().map(|key| picture(last, key)).collect();
+    let tone = engine.tone_of(&keys);
+    let mut worst = vec![0.0f64; thin.len()];
+    for moment in moments {
+        let truth: Vec<f64> = shown(&tone, &picture(last, moment));
+        for (step, worst) in thin.iter().zip(&mut worst) {
+            let seen = shown(&tone, &picture(step, moment));
+            let pixels = seen.chunks(3).zip(truth.chunks(3));
+            let off = pixels.map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max));
+            let mut off: Vec<f64> = off.collect();
+            off.sort_by(f64::total_cmp);
+            *worst = worst.max(255.0 * off[(off.len() - 1) * 99 / 100]);
+        }
+    }
+    worst
+}
+
+fn shown(tone: &Tone, image: &Image) -> Vec<f64> {
+    let light = image.data().iter();
+    light
+        .map(|v| tone.display(f64::from(*v).max(0.0)))
+        .collect()
+}
+
 /// The norm of each moment's light, or of its difference between two sets of pictures.
 fn norms(images: &[Image], from: Option<&[Image]>, moments: &[Vec<f64>]) -> Vec<f64> {
     let off: Vec<Image> = match from {
@@ -112,7 +166,7 @@ fn norms(images: &[Image], from: Option<&[Image]>, moments: &[Vec<f64>]) -> Vec<
             pairs
                 .map(|(a, b)| {
                     let terms = [(1.0, a), (-1.0, b)];
-                    footlight::picture::combine::combine(a.size(), &terms, 2)
+                    combine(a.size(), &terms, 2)
                 })
                 .collect()
         }
@@ -253,7 +307,8 @@ fn chosen(errors: &[f64], tolerance: f64) -> usize {
 
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Failure> {
-    let shows = std::env::args().nth(1).and_then(|n| n.parse().ok());
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let shows = words.iter().find_map(|word| word.parse().ok());
     let mut all = Vec::new();
     for seed in 1..=shows.unwrap_or(SHOWS) {
         all.push(measured(&format!("random {seed}"), &mut random(seed)?)?);
@@ -263,7 +318,12 @@ fn main() -> Result<(), Failure> {
         all.push(measured(name, &mut shipped(name)?)?);
         print(&all[all.len() - 1]);
     }
-    judge(&all);
+    let panels: Vec<Panel> = UNITS.iter().map(|unit| judge(&all, unit)).collect();
+    if let Some(path) = words.iter().find(|word| word.ends_with(".png")) {
+        let title = "What is promised of an error, and what is true";
+        let drawing = chart::panels(title, &panels, Theme::Light).magnified(2.0);
+        std::fs::write(path, drawing.png()?)?;
+    }
     Ok(())
 }
 
@@ -274,42 +334,81 @@ fn print(m: &Measured) {
         words.join(" ")
     };
     println!(
-        "{}; {}; true {}; stated {}; apart {}; cost {}",
+        "{}; {}; true {} %, {} steps; stated {} %, {} steps; apart {} %; cost {}",
         m.name,
         m.about,
-        list(&m.truth, 100.0),
-        list(&m.stated, 100.0),
+        list(&m.truth[0], 100.0),
+        list(&m.truth[1], 1.0),
+        list(&m.stated[0], 100.0),
+        list(&m.stated[1], 1.0),
         list(&m.apart, 100.0),
         list(&m.cost, 1.0)
     );
 }
 
-/// Promises kept, and what they cost.
+/// A unit of error: which, its name, what it is multiplied by, the largest tolerance.
+const UNITS: [(usize, &str, f64, f64); 2] = [
+    (0, "% of the light", 100.0, 0.04),
+    (1, "steps of 255 as displayed", 1.0, 20.0),
+];
+/// Tolerances, from the largest down to a tenth.
+const TOLERANCES: i32 = 24;
+
+/// Promises kept, and what they cost; what is promised against what is true.
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
-fn judge(all: &[Measured]) {
+fn judge(all: &[Measured], (which, name, by, largest): &(usize, &str, f64, f64)) -> Panel {
     let (mut count, mut kept, mut spent, mut least) = (0, 0, 0.0, 0.0);
     let mut worst = 0.0f64;
     let mut losses = Vec::new();
-    for show in all {
-        for i in 0..24 {
-            let tolerance = 0.04 * 0.1_f64.powf(f64::from(i) / 23.0);
-            let ours = chosen(&show.stated, tolerance);
-            let best = chosen(&show.truth, tolerance);
+    // The median show, 19 of 20, the worst one.
+    let ranks = [all.len() / 2, all.len() * 19 / 20, all.len() - 1];
+    let mut lines = [Vec::new(), Vec::new(), Vec::new()];
+    for i in 0..TOLERANCES {
+        let tolerance = largest * 0.1_f64.powf(f64::from(i) / f64::from(TOLERANCES - 1));
+        let mut errors = Vec::new();
+        for show in all {
+            let (stated, truth) = (&show.stated[*which], &show.truth[*which]);
+            let (ours, best) = (chosen(stated, tolerance), chosen(truth, tolerance));
             count += 1;
-            let ratio = show.truth[ours] / tolerance;
+            let ratio = truth[ours] / tolerance;
             kept += usize::from(ratio <= 1.0);
             worst = worst.max(ratio);
             spent += show.cost[ours];
             least += show.cost[best];
             losses.push(show.cost[ours] / show.cost[best]);
+            errors.push(truth[ours]);
+        }
+        errors.sort_by(f64::total_cmp);
+        for (line, rank) in lines.iter_mut().zip(ranks) {
+            line.push((by * tolerance, by * errors[rank]));
         }
     }
     losses.sort_by(f64::total_cmp);
     println!(
-        "{kept} of {count} promises kept; the worst is off by {worst:.2} times; seconds over those of \
-         one who knows: {:.2} in all, median {:.2}, 9 of 10 within {:.2}",
+        "{name}: {kept} of {count} promises kept; the worst is off by {worst:.2} times; seconds over \
+         those of one who knows: {:.2} in all, median {:.2}, 9 of 10 within {:.2}",
         spent / least,
         losses[losses.len() / 2],
         losses[losses.len() * 9 / 10]
     );
+    let line = [0.1, 1.0].map(|share| by * largest * share).map(|x| (x, x));
+    let series = |name: &str, points: Vec<(f64, f64)>, marker| Series {
+        name: name.to_owned(),
+        points,
+        marker,
+        labels: Vec::new(),
+    };
+    let [median, most, worst_of_all] = lines;
+    Panel {
+        title: format!("{kept} of {count} kept, the worst off by {worst:.2} times"),
+        x: Axis::new(&format!("asked for, {name}"), Scale::Log),
+        y: Axis::new("true error of the worst moment", Scale::Log),
+        series: vec![
+            series("the median show", median, Marker::Circle),
+            series("19 of 20 shows are within", most, Marker::Square),
+            series("the worst show", worst_of_all, Marker::Triangle),
+            series("as asked for", line.into(), Marker::None),
+        ],
+        reference: None,
+    }
 }

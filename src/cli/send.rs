@@ -139,6 +139,9 @@ impl Network {
         let sacn = call.option("sacn").map(universe).transpose()?;
         let to = call.option("to").map(host).transpose()?;
         let artnet = call.option("artnet").map(host).transpose()?;
+        if call.has("from") || call.has("cue") {
+            return usage("`--from` and `--cue` are not for sending: it begins at the start");
+        }
         if sacn.is_none() && (to.is_some() || call.has("priority")) {
             return usage("`--to` and `--priority` are for `--sacn`");
         }

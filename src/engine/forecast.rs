@@ -15,6 +15,7 @@ use crate::plan::Metric;
 use crate::pool::is_within;
 use crate::renderer::Transport as _;
 use crate::renderer::{Cost, Quality};
+use crate::units::ErrorUnit;
 
 /// Most images of one call: what is known after them is better than what is predicted before.
 const MOST: usize = 16;
@@ -96,7 +97,7 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
         Some(until) => {
             let ahead = steps.iter().zip(refined + 1..);
             let over = ahead.take_while(|(s, refined)| {
-                !is_within(until, s.error, *refined, forecast.is_stated)
+                !is_within(until.error, s.error, *refined, forecast.is_stated)
             });
             (over.count() + 1).min(steps.len())
         }
@@ -142,15 +143,19 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
     pub fn forecast(&self) -> Result<Forecast, Error> {
-        self.forecast_by(self.metric)
+        self.forecast_by(self.metric, ErrorUnit::Light)
     }
 
-    /// The same in the order of a metric.
-    pub(super) fn forecast_by(&self, metric: Option<Metric>) -> Result<Forecast, Error> {
+    /// The same in the order of a metric, with errors in a unit.
+    pub(super) fn forecast_by(
+        &self,
+        metric: Option<Metric>,
+        unit: ErrorUnit,
+    ) -> Result<Forecast, Error> {
         let quality = self.refined_step();
         let mut out = Forecast {
             quality: quality.0,
-            error: self.predicted_error()?,
+            error: self.predicted_in(unit)?,
             fixed: 0.0,
             steps: Vec::new(),
             is_stated: self.rendered()?.is_relative(),
@@ -163,7 +168,7 @@ impl Engine {
         if pool.has_no_estimated_error() || is_as_fine {
             return Ok(out);
         }
-        let next = self.directions(pool, metric)?;
+        let next = self.directions(pool, metric, unit)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = self.refined_cost()?;
         let ready = rendering.is_prepared(quality);
@@ -176,7 +181,7 @@ impl Engine {
             newly_lit(&mut lit, &refined.setting);
         }
         let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
-        let left = self.errors_left(pool, &settings);
+        let left = self.errors_left(pool, &settings, unit)?;
         let alone = left.first().copied().unwrap_or(0.0);
         let mut left = left.into_iter().skip(2);
         let store = self.host.store.as_ref();
@@ -266,7 +271,7 @@ mod tests {
 
     fn until(error: f64) -> Goal {
         Goal {
-            until: Some(error),
+            until: Some(error.into()),
             ..Goal::default()
         }
     }

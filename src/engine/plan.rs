@@ -1,18 +1,21 @@
 //! The plan of a show, and the order in which images are refined.
 
+use super::displayed::OF_ALL_LIGHT;
 use super::{Engine, Error};
-use crate::plan::{self, Direction, LeftOut, Metric, Plan, PlanReport, Predicted, Weighting};
+use crate::plan::{
+    self, Direction, LeftOut, Metric, Moment, Plan, PlanReport, Predicted, Weighting,
+};
 use crate::pool::{Pool, is_within};
 use crate::timeline::{KeyOptions, KeySequence};
-use crate::units::Time;
+use crate::units::{ErrorUnit, Time, Tolerance};
 
 /// What a plan is made for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanOptions {
     /// What is measured; all but settings render coarse images first.
     pub metric: Metric,
-    /// The relative error of the sequence that is aimed for.
-    pub tolerance: f64,
+    /// The error of the worst moment that is aimed for.
+    pub tolerance: Tolerance,
     /// Allow negative keys, which float playback can show, and spare the knots.
     pub signed_keys: bool,
 }
@@ -37,19 +40,29 @@ impl Engine {
     }
 
     fn plan_of(&self, keys: &KeySequence, options: PlanOptions) -> Result<PlanReport, Error> {
+        let Tolerance { error, unit } = options.tolerance;
         let weighting = match (options.metric, self.pool()) {
             (Metric::Settings, _) => Weighting::settings(keys.coordinates()),
             (_, None) => return Err(Error::NotRendered),
-            (metric, Some(pool)) => self.weighting(pool, keys, Some(metric))?,
+            (metric, Some(pool)) => self.weighting(pool, keys, Some(metric), unit)?,
         };
         let work = self.host.work();
         work.check()?;
-        let mut plan = Plan::new(keys, &weighting, options.tolerance, None)?;
+        let of_all_light = match unit {
+            ErrorUnit::Light => 1.0,
+            ErrorUnit::Steps => OF_ALL_LIGHT,
+        };
+        let mut plan = Plan::new(keys, &weighting, error / of_all_light, None)?;
+        plan.tolerance = error;
+        plan.predicted.iter_mut().for_each(|e| *e *= of_all_light);
         work.check()?;
         if let Some(pool) = self.pool().filter(|_| options.metric != Metric::Settings) {
-            self.predict_errors(&mut plan, pool);
+            self.predict_errors(&mut plan, pool, unit)?;
         }
-        let report = plan.report(self.show(), keys)?;
+        let report = PlanReport {
+            unit,
+            ..plan.report(self.show(), keys)?
+        };
         Ok(if self.is_final() {
             nothing_to_refine(report)
         } else {
@@ -86,9 +99,9 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; [`Error::Plan`].
     pub fn plan_metric(&self) -> Result<Metric, Error> {
-        Ok(self
-            .weighting(self.rendered()?, self.document.keys(), self.metric)?
-            .metric())
+        let (pool, keys) = (self.rendered()?, self.document.keys());
+        let weighting = self.weighting(pool, keys, self.metric, ErrorUnit::Light)?;
+        Ok(weighting.metric())
     }
 
     /// The weights that order what is to be refined of `keys`.
@@ -97,13 +110,15 @@ impl Engine {
         pool: &Pool,
         keys: &KeySequence,
         metric: Option<Metric>,
+        unit: ErrorUnit,
     ) -> Result<Weighting, Error> {
-        Ok(match metric {
+        let weighting = match metric {
             None | Some(Metric::Error) => pool.weighting().clone(),
             Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
-            Some(Metric::Settings) => Weighting::settings(keys.coordinates()),
-            Some(Metric::Influence) => Weighting::influence(&pool.norms(), keys)?,
-        })
+            Some(Metric::Settings) => return Ok(Weighting::settings(keys.coordinates())),
+            Some(Metric::Influence) => return Ok(Weighting::influence(&pool.norms(), keys)?),
+        };
+        Ok(weighting.at(self.moments(pool, unit)?))
     }
 
     /// What is left to refine in the order of a metric.
@@ -111,25 +126,41 @@ impl Engine {
         &self,
         pool: &Pool,
         metric: Option<Metric>,
+        unit: ErrorUnit,
     ) -> Result<Vec<Direction>, Error> {
         let keys = self.document.keys();
-        let weighting = self.weighting(pool, keys, metric)?;
+        let weighting = self.weighting(pool, keys, metric, unit)?;
         Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
     }
 
-    /// Estimated errors of the worst moment, relative, before calibration: of coarse images alone,
-    /// with the pool as it is, and with each of `directions` besides.
-    pub(super) fn errors_left(&self, pool: &Pool, directions: &[Vec<f64>]) -> Vec<f64> {
-        let moments = self.moments(pool);
-        plan::worst_left(&moments, &pool.settings(), directions, pool.weighting())
+    /// Estimated errors of the worst moment before calibration: of coarse images alone, with the
+    /// pool as it is, and with each of `directions` besides.
+    pub(super) fn errors_left(
+        &self,
+        pool: &Pool,
+        directions: &[Vec<f64>],
+        unit: ErrorUnit,
+    ) -> Result<Vec<f64>, Error> {
+        let (moments, known) = (self.moments(pool, unit)?, pool.settings());
+        let weighting = pool.weighting();
+        Ok(plan::worst_left(&moments, &known, directions, weighting))
     }
 
     /// The moments whose error counts.
-    fn moments(&self, pool: &Pool) -> Vec<plan::Moment> {
+    pub(super) fn moments(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Moment>, Error> {
+        let light = |setting: &[f64]| pool.light(setting);
+        let mut moments = Moment::relative(self.settings_of_cues(), light);
+        if unit == ErrorUnit::Steps {
+            self.displayed(pool, &mut moments)?;
+        }
+        Ok(moments)
+    }
+
+    /// The settings of the moments whose error counts.
+    pub(super) fn settings_of_cues(&self) -> Vec<Vec<f64>> {
         let timeline = self.document.timeline();
-        let times = self.moments_of_cues();
-        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
-        scaled(pool, settings.collect())
+        let times = self.moments_of_cues().into_iter();
+        times.map(|(_, time)| timeline.evaluate(time)).collect()
     }
 
     /// Parts of every cue's fade, with the cue; of very many cues the end alone.
@@ -149,8 +180,8 @@ impl Engine {
 
     /// Turns a plan's estimates into the errors that coarse images predict, refined ones not among
     /// them, and counts again what the tolerance needs.
-    fn predict_errors(&self, plan: &mut Plan, pool: &Pool) {
-        let moments = self.moments(pool);
+    fn predict_errors(&self, plan: &mut Plan, pool: &Pool, unit: ErrorUnit) -> Result<(), Error> {
+        let moments = self.moments(pool, unit)?;
         let left = plan::worst_left(&moments, &[], &plan.basis, pool.weighting());
         let alone = left.first().copied().unwrap_or(0.0);
         let errors = left
@@ -163,6 +194,7 @@ impl Engine {
         };
         let mut counted = plan.predicted.iter().enumerate();
         plan.used = counted.position(within).unwrap_or(plan.basis.len());
+        Ok(())
     }
 }
 
@@ -170,19 +202,6 @@ impl Engine {
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 /// From so many cues on only their ends count: each of their moments costs banks times banks.
 const MANY_CUES: usize = 500;
-/// Less light than this part of the brightest moment's is nearly out.
-const NEARLY_OUT: f64 = 0.02;
-
-/// Settings with one over their light; what is nearly out does not count.
-pub(super) fn scaled(pool: &Pool, settings: Vec<Vec<f64>>) -> Vec<plan::Moment> {
-    let lights: Vec<f64> = settings.iter().map(|s| pool.light(s)).collect();
-    let least = NEARLY_OUT * lights.iter().copied().fold(0.0, f64::max);
-    let moment = |(setting, light): (Vec<f64>, f64)| plan::Moment {
-        scale: if light > least { 1.0 / light } else { 0.0 },
-        setting,
-    };
-    settings.into_iter().zip(lights).map(moment).collect()
-}
 
 /// The plan where the first images are final: the basis still tells how the sequence varies, but no
 /// image of it is worth rendering.

@@ -1,18 +1,17 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
-use super::plan::scaled;
 use super::refiner::{Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::worst_left;
 use crate::pool::{Pool, is_within};
-use crate::units::Time;
+use crate::units::{ErrorUnit, Time, Tolerance};
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
-    /// Predicted error of the sequence, relative (0.02 = 2 %).
-    pub until: Option<f64>,
+    /// Predicted error of the worst moment.
+    pub until: Option<Tolerance>,
     /// Number of images to render now.
     pub count: Option<usize>,
     /// Seconds to spend now; an image that is begun is finished, one that is not predicted to fit
@@ -29,17 +28,23 @@ impl Goal {
         }
     }
 
-    /// A relative error of the sequence; 0 refines to the end of the plan.
-    pub fn until(error: f64) -> Goal {
+    /// An error of the worst moment, as a plain number relative (0.02 = 2 %); 0 refines to the end
+    /// of the plan.
+    pub fn until(error: impl Into<Tolerance>) -> Goal {
         Goal {
-            until: Some(error),
+            until: Some(error.into()),
             ..Goal::default()
         }
     }
 
+    /// What its error is measured in.
+    pub(crate) fn unit(&self) -> ErrorUnit {
+        self.until.map_or(ErrorUnit::Light, |until| until.unit)
+    }
+
     /// Whether it leaves open which images are rendered: for a number of them the plan's next are.
     pub(crate) fn asks_for_a_way(&self) -> bool {
-        let error = self.until.is_some_and(|until| until > 0.0);
+        let error = self.until.is_some_and(|until| until.error > 0.0);
         self.count.is_none() && (error || self.until.is_none() && self.budget.is_some())
     }
 
@@ -72,7 +77,7 @@ pub struct WorstMoment {
     pub cue: usize,
     /// When.
     pub time: Time,
-    /// Predicted error, relative to the light of the moment.
+    /// Predicted error.
     pub error: f64,
 }
 
@@ -250,10 +255,10 @@ impl Engine {
         done: &RefinementSummary,
     ) -> Result<Option<Ended>, Error> {
         // As it is now: an edit changes it without an image.
-        let error = self.predicted_error()?;
+        let error = self.predicted_in(goal.unit())?;
         // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
         let known = error > 0.0 || self.refined() > 0;
-        let reached = |wanted| known && self.is_reached(wanted, error);
+        let reached = |wanted: Tolerance| known && self.is_reached(wanted, error);
         if goal.until.is_some_and(reached) {
             return Ok(Some(Ended::Reached));
         }
@@ -265,9 +270,9 @@ impl Engine {
     }
 
     /// Whether an error that is predicted now counts as within `wanted`.
-    pub(super) fn is_reached(&self, wanted: f64, error: f64) -> bool {
+    pub(super) fn is_reached(&self, wanted: Tolerance, error: f64) -> bool {
         let is_stated = self.pool().is_some_and(Pool::is_relative);
-        is_within(wanted, error, self.refined(), is_stated)
+        is_within(wanted.error, error, self.refined(), is_stated)
     }
 
     /// Adds the refined images that earlier edits and sessions left.
@@ -313,7 +318,22 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn predicted_error(&self) -> Result<f64, Error> {
-        self.error_of(self.uncalibrated_error()?)
+        self.predicted_in(ErrorUnit::Light)
+    }
+
+    /// The same in a unit.
+    ///
+    /// # Errors
+    /// As [`Engine::predicted_error`].
+    pub fn predicted_in(&self, unit: ErrorUnit) -> Result<f64, Error> {
+        let pool = self.rendered()?;
+        if self.is_final() || pool.has_no_estimated_error() {
+            return Ok(0.0);
+        }
+        match self.errors_left(pool, &[], unit)?[..] {
+            [alone, now] => Ok(pool.error(now, alone)),
+            _ => Ok(0.0),
+        }
     }
 
     /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
@@ -326,27 +346,25 @@ impl Engine {
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
-        let alone = self.errors_left(pool, &[]).first().copied();
-        Ok(pool.error(left, alone.unwrap_or(0.0)))
+        let alone = self.errors_left(pool, &[], ErrorUnit::Light)?;
+        Ok(pool.error(left, alone.first().copied().unwrap_or(0.0)))
     }
 
     /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
-    /// fade; `None` where no error is known. Relative to the light there, unlike the error of the
-    /// sequence: a dark cue counts as much as a bright one, but for what is nearly out.
+    /// fade; `None` where no error is known. A dark cue counts as much as a bright one, but for what
+    /// is nearly out.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
-    pub fn worst_moment(&self) -> Result<Option<WorstMoment>, Error> {
-        let (pool, timeline) = (self.rendered()?, self.document.timeline());
+    pub fn worst_moment(&self, unit: ErrorUnit) -> Result<Option<WorstMoment>, Error> {
+        let pool = self.rendered()?;
         let is_unknown = pool.coarser().is_empty() && !pool.is_stated();
         if self.is_final() || is_unknown || pool.has_no_estimated_error() {
             return Ok(None);
         }
-        let times = self.moments_of_cues();
-        let settings = times.iter().map(|(_, time)| timeline.evaluate(*time));
         let mut worst: Option<WorstMoment> = None;
-        let moments = scaled(pool, settings.collect());
-        for ((cue, time), moment) in times.into_iter().zip(moments) {
+        let moments = self.moments(pool, unit)?;
+        for ((cue, time), moment) in self.moments_of_cues().into_iter().zip(moments) {
             let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
             let [alone, now] = left[..] else { continue };
             let error = pool.error(now, alone);
@@ -362,6 +380,7 @@ impl Engine {
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);
         }
-        Ok(self.errors_left(pool, &[]).last().copied().unwrap_or(0.0))
+        let left = self.errors_left(pool, &[], ErrorUnit::Light)?;
+        Ok(left.last().copied().unwrap_or(0.0))
     }
 }

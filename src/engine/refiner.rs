@@ -129,7 +129,7 @@ impl Refiner {
             engine.calibrate_cost()?;
         }
         let begin = engine.now();
-        let forecast = engine.forecast_by(self.metric)?;
+        let forecast = engine.forecast_by(self.metric, self.goal.unit())?;
         let left = self.goal.budget.map(|s| s - self.done.seconds);
         let goal = Goal {
             budget: left,

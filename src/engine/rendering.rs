@@ -21,6 +21,7 @@ use crate::renderer::contract::check_memory;
 use crate::renderer::layered::{Layered, only_images};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use crate::show::Preview;
+use crate::units::ErrorUnit;
 use crate::work::Work;
 
 /// Images that the pool does not use at present may take the memory budget divided by this.
@@ -137,8 +138,14 @@ impl SetupImages {
     }
 
     /// What the rig's operator states of a step's error.
-    pub fn stated_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {
-        self.layered(renderer).stated_error(&self.setup, quality)
+    pub fn stated_error(
+        &self,
+        renderer: &dyn Transport,
+        quality: Quality,
+        unit: ErrorUnit,
+    ) -> Option<f64> {
+        let operator = self.layered(renderer);
+        operator.stated_error(&self.setup, quality, unit)
     }
 
     /// Predicted cost of the rig's operator.

@@ -15,6 +15,7 @@ use super::{Engine, Error};
 use crate::plan::{self, Weighting};
 use crate::pool::{Stated, is_within};
 use crate::renderer::{Cost, Quality};
+use crate::units::{ErrorUnit, Tolerance};
 
 /// How a sequence becomes good enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -56,7 +57,7 @@ pub struct WayForecast {
     pub mixed: usize,
     /// Predicted seconds of rendering them.
     pub seconds: f64,
-    /// Predicted error of the sequence then, relative.
+    /// Predicted error of the worst moment then, in the unit of what is asked for.
     pub error: f64,
     /// Whether that is within what is asked for.
     pub reaches: bool,
@@ -83,7 +84,7 @@ impl Engine {
     /// [`Error::NoSetup`]; [`Error::Plan`].
     pub fn ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         let forecast = match self.pool() {
-            Some(_) => Some(self.forecast()?),
+            Some(_) => Some(self.forecast_by(self.metric, goal.unit())?),
             None => None,
         };
         self.ways_beyond(goal, forecast.as_ref())
@@ -113,9 +114,9 @@ impl Engine {
     }
 
     /// What the operator states of a step.
-    pub(super) fn stated(&self, quality: Quality) -> Option<f64> {
+    pub(super) fn stated(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let rendering = self.rendering.as_ref()?;
-        rendering.stated_error(self.host.renderer.as_ref(), quality)
+        rendering.stated_error(self.host.renderer.as_ref(), quality, unit)
     }
 
     /// Each source alone, at the step of the images that are there and at each finer one.
@@ -126,16 +127,16 @@ impl Engine {
         let mut out = Vec::new();
         for quality in now.max(1)..=self.finest().0 {
             let step = Quality(quality);
-            let Some(stated) = self.error_alone(step) else {
+            let Some(stated) = self.error_alone(step, goal.unit()) else {
                 continue;
             };
             let (error, missing) = match quality == now {
-                true => (self.predicted_error()?, 0),
+                true => (self.predicted_in(goal.unit())?, 0),
                 false => (stated, self.missing(&units, step)?),
             };
-            let reaches = |until: f64| match quality == now {
+            let reaches = |until: Tolerance| match quality == now {
                 true => self.is_reached(until, error),
-                false => error <= until,
+                false => error <= until.error,
             };
             let cost = match missing {
                 0 => 0.0,
@@ -156,9 +157,9 @@ impl Engine {
 
     /// The error of every source alone at a step. Where the operator states none, refined images
     /// stand for the truth of those who ask for this way.
-    fn error_alone(&self, quality: Quality) -> Option<f64> {
+    fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let own = self.way == Way::Alone && quality == self.refined_step();
-        self.stated(quality).or(own.then_some(0.0))
+        self.stated(quality, unit).or(own.then_some(0.0))
     }
 
     /// How many images of `units` are not at hand at a step.
@@ -179,7 +180,7 @@ impl Engine {
         let within = |error, mixed| {
             let refined = self.refined() + mixed;
             goal.until
-                .is_some_and(|until| is_within(until, error, refined, forecast.is_stated))
+                .is_some_and(|until| is_within(until.error, error, refined, forecast.is_stated))
         };
         let (mixed, seconds, error) = taken(goal, (0.0, forecast.error), &steps, &within);
         let stored = |step: &&super::NextImage| step.stored;
@@ -198,7 +199,8 @@ impl Engine {
     /// The coarse pair and mixtures, before there is any image: what levels alone say of the plan.
     fn mixed_way_unseen(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
         let ([cheap, fine], step) = (self.coarse_pair(), self.refined_step());
-        let (Some(coarse), Some(refined)) = (self.stated(fine), self.stated(step)) else {
+        let stated = [fine, step].map(|step| self.stated(step, goal.unit()));
+        let [Some(coarse), Some(refined)] = stated else {
             return Ok(None);
         };
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
@@ -220,14 +222,19 @@ impl Engine {
         } = self.refined_cost()?;
         let fixed = begin + pace * (prepare + units.len() as f64 * per_source);
         let keys = self.document.keys();
-        let next = plan::next(keys, &[], &Weighting::settings(units.len()), None)?;
-        let reach = |(i, d): (usize, &plan::Direction)| {
+        let light = |levels: &[f64]| levels.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let moments = plan::Moment::relative(self.settings_of_cues(), light);
+        let weighting = Weighting::settings(units.len()).at(moments.clone());
+        let next = plan::next(keys, &[], &weighting, None)?.directions;
+        let next: Vec<Vec<f64>> = next.into_iter().map(|d| d.setting).collect();
+        let left = plan::worst_left(&moments, &[], &next, &weighting);
+        let reach = |(i, left): (usize, &f64)| {
             let seconds = fixed + (i + 1) as f64 * per_image * pace;
-            let shown = (1.0 - d.error * d.error).max(0.0).sqrt();
-            (seconds, (coarse * d.error).hypot(refined * shown))
+            let shown = (1.0 - left * left).max(0.0).sqrt();
+            (seconds, (coarse * left).hypot(refined * shown))
         };
-        let steps: Vec<Reach> = next.directions.iter().enumerate().map(reach).collect();
-        let within = |error, _| goal.until.is_some_and(|until| error <= until);
+        let steps: Vec<Reach> = left.iter().skip(2).enumerate().map(reach).collect();
+        let within = |error, _| goal.until.is_some_and(|until| error <= until.error);
         let (mixed, seconds, error) = taken(goal, (begin, coarse), &steps, &within);
         Ok(Some(WayForecast {
             way: Way::Paper,
@@ -272,7 +279,7 @@ impl Engine {
     pub(super) fn stored_base(&self) -> Result<Option<[Quality; 2]>, Error> {
         let units = self.rendering.as_ref().ok_or(Error::NoSetup)?.units();
         let [cheap, fine] = self.coarse_pair();
-        if self.stated(fine).is_none() {
+        if self.stated(fine, ErrorUnit::Light).is_none() {
             let complete = self.missing(&units, cheap)? + self.missing(&units, fine)? == 0;
             return Ok(complete.then_some([cheap, fine]));
         }
@@ -306,8 +313,9 @@ impl Engine {
     /// own error by their difference.
     pub(super) fn stated_of_pool(&self) -> Option<Stated> {
         let [cheap, fine] = self.coarse_steps();
-        let coarse = self.error_alone(fine)?;
-        let refined = self.stated(self.refined_step()).unwrap_or(0.0);
+        let coarse = self.error_alone(fine, ErrorUnit::Light)?;
+        let refined = self.stated(self.refined_step(), ErrorUnit::Light);
+        let refined = refined.unwrap_or(0.0);
         Some(Stated {
             calibration: if cheap < fine { 1.0 } else { coarse },
             refined: if coarse > 0.0 {

@@ -18,9 +18,8 @@ pub fn preview_statement(preview: &Preview) -> String {
         .white
         .map_or_else(String::new, |kelvin| format!("  white {kelvin} K"));
     format!(
-        "preview {{ tolerance {}%  gap {}  rate {}  exposure {}{white}  tone {tone}{dither}  coarse {}  refined {} }}",
-        // Without the rounding of a division by a hundred.
-        (preview.tolerance * 1e6).round() / 1e4,
+        "preview {{ tolerance {}  gap {}  rate {}  exposure {}{white}  tone {tone}{dither}  coarse {}  refined {} }}",
+        preview.tolerance,
         preview.gap.seconds(),
         preview.rate,
         exposure,

@@ -187,7 +187,9 @@ fn words(rule: Rule) -> &'static str {
         Rule::EOI => END,
         Rule::name | Rule::names | Rule::target => "a name",
         Rule::text => "a text in quotes (like \"Evening\")",
-        Rule::quantity | Rule::amount | Rule::measure | Rule::open_round => NUMBER,
+        Rule::quantity | Rule::shown_steps | Rule::amount | Rule::measure | Rule::open_round => {
+            NUMBER
+        }
         Rule::let_value | Rule::sum | Rule::product | Rule::factor => "a value (like 5s)",
         Rule::times => "an operator (`+`, `-`, `*`, `/`)",
         Rule::close_round => "`)`",

@@ -6,7 +6,8 @@
 //! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
 //! the weighted error that they remove. M itself is never decomposed: squaring costs half the digits.
 //! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
-//! key can still be expressed while such banks come last.
+//! key can still be expressed while such banks come last. Where single moments count
+//! ([`Weighting::at`]), their weighted settings are the columns of A.
 
 mod express;
 mod moment;
@@ -97,11 +98,12 @@ const FLOOR: f64 = 1e-6;
 /// Singular values below this many eps·max(rows, columns) of the largest are rounding.
 const RANK: f64 = 8.0 * f64::EPSILON;
 
-/// The diagonal metric W.
+/// The diagonal metric W, and what of the sequence counts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighting {
     metric: Metric,
     weights: Vec<f64>,
+    moments: Vec<Moment>,
 }
 
 impl Weighting {
@@ -118,7 +120,11 @@ impl Weighting {
         if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
             return Err(PlanError::NoWeight);
         }
-        Ok(Weighting { metric, weights })
+        Ok(Weighting {
+            metric,
+            weights,
+            moments: Vec::new(),
+        })
     }
 
     /// The metric `settings` for this many coordinates.
@@ -126,7 +132,16 @@ impl Weighting {
         Weighting {
             metric: Metric::Settings,
             weights: vec![1.0; coordinates],
+            moments: Vec::new(),
         }
+    }
+
+    /// The same where not all of the time counts, by its length, but these moments, each by its
+    /// scale. Directions in the order of their singular values then bring the worst moment's error
+    /// down with few images: an average over the time hides dark or short cues.
+    #[must_use]
+    pub fn at(self, moments: Vec<Moment>) -> Weighting {
+        Weighting { moments, ..self }
     }
 
     /// The metric `influence`: w_i = ‖C_i‖ · (1/T) ∫ l_i dt, from the norms of the coarse images at
@@ -223,7 +238,7 @@ impl Plan {
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
-        let a = moment::factor(keys, &w);
+        let a = moment::factor(keys, &weighting.moments, &w);
         let total = a.lower.norm();
         let found = svd(&a.lower)?;
         let count = found.rank(RANK * w.len().max(a.columns) as f64);

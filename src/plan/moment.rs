@@ -5,6 +5,7 @@
     reason = "a segment's indices are those of its sequence's keys (timeline's invariant)"
 )]
 
+use super::Moment;
 use crate::linalg::{Matrix, Triangle, mass_factor};
 use crate::timeline::KeySequence;
 
@@ -43,14 +44,18 @@ pub(super) struct Factor {
     pub columns: usize,
 }
 
-/// What is decomposed: the weighted control points by time.
-pub(super) fn factor(keys: &KeySequence, w: &[f64]) -> Factor {
+/// What is decomposed: the weighted control points by time, or, unless there are none, moments.
+pub(super) fn factor(keys: &KeySequence, moments: &[Moment], w: &[f64]) -> Factor {
     let mut triangle = Triangle::new(keys.coordinates());
     let mut columns = 0;
-    weighted(keys, w, |column| {
+    let mut push = |column: &[f64]| {
         columns += 1;
         triangle.push(column);
-    });
+    };
+    match moments {
+        [] => weighted(keys, w, push),
+        some => some.iter().for_each(|moment| push(&moment.weighted(w))),
+    }
     Factor {
         lower: triangle.lower(),
         columns,

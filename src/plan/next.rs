@@ -2,7 +2,7 @@
 
 use super::express::as_setting;
 use super::{PlanError, RANK, Weighting, moment, predicted, same_shape};
-use crate::linalg::{Dependent, Orthonormal, svd};
+use crate::linalg::{Dependent, Matrix, Orthonormal, SvdError, svd};
 use crate::timeline::KeySequence;
 
 /// A setting worth rendering well.
@@ -44,29 +44,18 @@ pub fn next(
 ) -> Result<NextSteps, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = moment::factor(keys, &w).lower;
+    let a = moment::factor(keys, &weighting.moments, &w).lower;
     let total = a.norm();
     let (mut span, refused) = span(keys, pool, &w)?;
-    let mut rest = a;
-    for mut column in rest.column_iter_mut() {
-        let mut x: Vec<f64> = column.iter().copied().collect();
-        span.remove_from(&mut x);
-        column.iter_mut().zip(x).for_each(|(to, x)| *to = x);
+    let known = span.vectors().len();
+    let mut sigma = leading(a, &mut span)?;
+    if !weighting.moments.is_empty() {
+        // What counted moments do not show comes last, by the time that it takes.
+        let others = leading(moment::factor(keys, &[], &w).lower, &mut span)?;
+        sigma.extend(others.iter().map(|_| 0.0));
     }
-    let noise = RANK * rest.nrows().max(rest.ncols()) as f64 * total;
-    let found = svd(&rest)?;
-    let mut sigma = Vec::new();
-    let mut settings = Vec::new();
-    for (k, s) in found.sigma.iter().enumerate().filter(|(_, s)| **s > noise) {
-        let u: Vec<f64> = found.u.column(k).iter().copied().collect();
-        if span.push(&u).is_err() {
-            continue;
-        }
-        if let Some(q) = span.vectors().last() {
-            settings.push(as_setting(q, &w).0);
-            sigma.push(*s);
-        }
-    }
+    let directions = span.vectors().iter().skip(known);
+    let settings: Vec<Vec<f64>> = directions.map(|q| as_setting(q, &w).0).collect();
     let (error, after) = predicted(&sigma, norm.unwrap_or(total));
     let directions = settings.into_iter().zip(sigma).zip(after);
     Ok(NextSteps {
@@ -80,6 +69,26 @@ pub fn next(
             .collect(),
         refused,
     })
+}
+
+/// Adds to a span what it leaves of the columns of `a`, the largest first: its singular values.
+fn leading(a: Matrix, span: &mut Orthonormal) -> Result<Vec<f64>, SvdError> {
+    let noise = RANK * a.nrows().max(a.ncols()) as f64 * a.norm();
+    let mut rest = a;
+    for mut column in rest.column_iter_mut() {
+        let mut x: Vec<f64> = column.iter().copied().collect();
+        span.remove_from(&mut x);
+        column.iter_mut().zip(x).for_each(|(to, x)| *to = x);
+    }
+    let found = svd(&rest)?;
+    let mut sigma = Vec::new();
+    for (k, s) in found.sigma.iter().enumerate().filter(|(_, s)| **s > noise) {
+        let u: Vec<f64> = found.u.column(k).iter().copied().collect();
+        if span.push(&u).is_ok() {
+            sigma.push(*s);
+        }
+    }
+    Ok(sigma)
 }
 
 /// An orthonormal basis of the weighted pool, and what was refused.

@@ -60,7 +60,7 @@ pub fn forecast(
 ) -> Result<f64, PlanError> {
     same_shape(weighting.weights.len(), keys)?;
     let w = weighting.lifted();
-    let a = moment::factor(keys, &w).lower;
+    let a = moment::factor(keys, &[], &w).lower;
     let norm = norm.unwrap_or(a.norm());
     let (span, _) = span(keys, pool, &w)?;
     let mut sum = 0.0;

@@ -7,6 +7,7 @@ use super::{Plan, PlanError, weighted_columns};
 use crate::linalg::{Matrix, svd};
 use crate::show::Show;
 use crate::timeline::KeySequence;
+use crate::units::ErrorUnit;
 
 /// The whole plan.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,8 +26,10 @@ pub struct PlanReport {
     pub metric: &'static str,
     /// Whether directions are weighted by how long they are lit.
     pub time_weighted: bool,
-    /// The error of the sequence aimed for.
+    /// The error of the worst moment aimed for.
     pub tolerance: f64,
+    /// What errors are in.
+    pub unit: ErrorUnit,
     /// Numerical rank.
     pub rank: usize,
     /// How many basis settings the tolerance needs.
@@ -161,6 +164,7 @@ impl Plan {
             metric: self.metric.name(),
             time_weighted: self.time_weighted,
             tolerance: self.tolerance,
+            unit: ErrorUnit::Light,
             rank: self.rank(),
             used: self.used,
             singular_values: self.singular_values.clone(),

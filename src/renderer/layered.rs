@@ -19,7 +19,7 @@ use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning,
 };
 use crate::scene::{Light, Rig};
-use crate::units::Rgb;
+use crate::units::{ErrorUnit, Rgb};
 use crate::work::Work;
 
 /// Seconds to add one number of a picture to another.
@@ -115,8 +115,8 @@ impl Transport for Layered<'_> {
         self.inner.map_or(0, |inner| inner.least_bytes(setup))
     }
 
-    fn stated_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
-        self.inner?.stated_error(setup, quality)
+    fn stated_error(&self, setup: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        self.inner?.stated_error(setup, quality, unit)
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {

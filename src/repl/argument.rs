@@ -10,7 +10,7 @@ use crate::plan::Metric;
 use crate::playback::key::Format;
 use crate::renderer::Quality;
 use crate::report::target::{Layers, TargetOptions};
-use crate::units::{CueNumber, Time};
+use crate::units::{CueNumber, Time, Tolerance};
 
 /// `2%` or `0.02`; between 0 and 1.
 pub fn fraction(text: &str) -> Result<f64, Error> {
@@ -28,9 +28,20 @@ pub fn fraction(text: &str) -> Result<f64, Error> {
         .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as {meant}")))
 }
 
+/// `2%` or `0.02` of the light, or `1.5 steps` as displayed.
+pub fn error(text: &str) -> Result<Tolerance, Error> {
+    match Tolerance::parse_steps(text) {
+        Some(steps) => Ok(steps),
+        None if text.ends_with("step") || text.ends_with("steps") => usage(format!(
+            "`{text}` is not an error; write steps of 255 as 1.5steps"
+        )),
+        None => fraction(text).map(Tolerance::from),
+    }
+}
+
 /// The error that an option allows; without it the show's own tolerance.
-pub fn tolerance(engine: &Engine, call: &Call, option: &str) -> Result<f64, Error> {
-    let said = call.option(option).map(fraction).transpose()?;
+pub fn tolerance(engine: &Engine, call: &Call, option: &str) -> Result<Tolerance, Error> {
+    let said = call.option(option).map(error).transpose()?;
     Ok(said.unwrap_or(engine.show().preview.tolerance))
 }
 
@@ -112,13 +123,16 @@ pub fn cue(engine: &Engine, text: &str) -> Result<CueNumber, Error> {
 pub fn goal(call: &Call) -> Result<Goal, Error> {
     Ok(match call.words().as_slice() {
         [] => Goal::default(),
-        ["until", error] => Goal::until(fraction(error)?),
+        ["until", text] => Goal::until(error(text)?),
+        ["until", number, unit @ ("step" | "steps")] => {
+            Goal::until(error(&format!("{number}{unit}"))?)
+        }
         ["for", time] => Goal {
             budget: Some(duration(time)?.seconds()),
             ..Goal::default()
         },
         [number] => Goal::count(whole(number)?),
-        _ => return usage("usage: refine [N | until X% | for TIME] [&]"),
+        _ => return usage("usage: refine [N | until X | for TIME] [&]"),
     })
 }
 

@@ -90,9 +90,9 @@ mod tests {
         follows(at, &["0:05"], &[]);
         follows("[drop [unused | all]]", &["drop"], &["all", "unused"]);
         follows("[BANK… | keys]", &["lamps", "sky"], &["BANK"]);
-        follows("[N | until X% | for TIME] [&]", &["3"], &["&"]);
+        follows("[N | until X | for TIME] [&]", &["3"], &["&"]);
         follows(
-            "[N | until X% | for TIME] [&]",
+            "[N | until X | for TIME] [&]",
             &[],
             &["&", "N", "for", "until"],
         );

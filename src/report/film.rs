@@ -91,15 +91,43 @@ pub struct Outlets {
     pub encoder: Option<Box<dyn Encoder>>,
 }
 
-/// The sequence as an animated PNG, and how it was fitted; a show that takes no time is one picture.
-pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation), Error> {
-    let document = engine.document();
-    let (start, keys) = (document.timeline().start(), document.keys());
-    let still: Vec<(f64, f64)> = keys
-        .segments()
-        .iter()
+/// The part of a show that is played.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Span {
+    /// The first moment.
+    pub from: Time,
+    /// The last one, not before it.
+    pub to: Time,
+}
+
+impl Span {
+    /// All of the show.
+    pub fn whole(engine: &Engine) -> Span {
+        let timeline = engine.document().timeline();
+        Span {
+            from: timeline.start(),
+            to: timeline.end(),
+        }
+    }
+
+    fn seconds(self) -> f64 {
+        (self.to - self.from).seconds()
+    }
+}
+
+/// The sequence as an animated PNG, and how it was fitted; a span without length is one picture.
+pub fn animate(
+    engine: &Engine,
+    player: &Player,
+    span: Span,
+) -> Result<(Vec<u8>, Animation), Error> {
+    let (start, length) = (span.from, span.seconds());
+    let held = engine.document().keys().segments().iter();
+    let within = |seconds: f64| (seconds - start.seconds()).clamp(0.0, length);
+    let still: Vec<(f64, f64)> = held
         .filter(|s| s.degree == 0)
-        .map(|s| (s.start() - start.seconds(), s.end() - start.seconds()))
+        .map(|s| (within(s.start()), within(s.end())))
+        .filter(|(from, to)| from < to)
         .collect();
     let mut drawn = 0;
     let limits = Limits::default();
@@ -114,7 +142,6 @@ pub fn animate(engine: &Engine, player: &Player) -> Result<(Vec<u8>, Animation),
         bytes
     };
     let asked = engine.show().preview.rate;
-    let length = keys.duration();
     if length == 0.0 {
         let (width, height) = player.size();
         let bytes = png::encode(width, height, &frame(0.0))?;
@@ -152,12 +179,9 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     (Shown { size, rgb }, text)
 }
 
-/// Plays on a canvas in real time, from a moment, or from the start where that is the end; stopping
-/// it is no error.
-pub fn perform(engine: &Engine, player: &Player, now: Time, canvas: &dyn Canvas) -> String {
-    let timeline = engine.document().timeline();
-    let (start, end) = (timeline.start(), timeline.end());
-    let from = if now < end { now } else { start };
+/// Plays on a canvas in real time; stopping it is no error.
+pub fn perform(engine: &Engine, player: &Player, span: Span, canvas: &dyn Canvas) -> String {
+    let Span { from, to: end } = span;
     let mut frame = Shown {
         size: player.size(),
         rgb: Vec::new(),
@@ -184,27 +208,26 @@ pub fn perform(engine: &Engine, player: &Player, now: Time, canvas: &dyn Canvas)
 }
 
 /// Frames of the film.
-pub fn length(engine: &Engine) -> usize {
+pub fn length(engine: &Engine, span: Span) -> usize {
     let rate = engine.show().preview.rate;
-    let seconds = engine.document().keys().duration();
     // A whole number of frames must not become one more by rounding.
-    (seconds * rate - 1e-6).ceil().max(0.0) as usize + 1
+    (span.seconds() * rate - 1e-6).ceil().max(0.0) as usize + 1
 }
 
 /// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
 /// start, the last not before the end, which holds the last look. How many there are.
 fn frames(
     engine: &Engine,
+    span: Span,
     task: &str,
     take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
 ) -> Result<usize, Error> {
     let rate = engine.show().preview.rate;
-    let start = engine.document().timeline().start();
-    let total = length(engine);
+    let total = length(engine, span);
     for i in 0..total {
         engine.host().work().check()?;
         let time = Time::nearest(i as f64 / rate);
-        take(i, start + time)?;
+        take(i, span.from + time)?;
         engine.host().progress.report(task, i + 1, total);
     }
     Ok(total)
@@ -214,7 +237,7 @@ fn frames(
 /// that is well.
 pub fn video(
     engine: &Engine,
-    player: &Player,
+    (player, span): (&Player, Span),
     chroma: Chroma,
     mut file: Box<dyn AtomicWriter + '_>,
     place: &Path,
@@ -230,7 +253,7 @@ pub fn video(
     let mut bytes = film.header().into_bytes();
     let mut rgb = Vec::new();
     let mut done = 0;
-    let written = frames(engine, "video", &mut |_, time| {
+    let written = frames(engine, span, "video", &mut |_, time| {
         player.show(time, &mut rgb);
         film.push(&rgb, &mut bytes)?;
         file.write_all(&bytes).map_err(|e| failed(place, e))?;
@@ -263,14 +286,14 @@ fn is_broken_pipe(error: &Error) -> bool {
 /// An image for each frame, from number 1.
 pub fn numbered(
     engine: &Engine,
-    player: &Player,
+    (player, span): (&Player, Span),
     names: &Numbered,
     kind: Kind,
 ) -> Result<String, Error> {
     let (width, height) = player.size();
     let (mut rgb, mut light) = (Vec::new(), Image::new(0, 0));
     let title = header("show", &engine.show().title);
-    let total = frames(engine, "pictures", &mut |i, time| {
+    let total = frames(engine, span, "pictures", &mut |i, time| {
         let bytes = match kind {
             Kind::Png => {
                 player.show(time, &mut rgb);

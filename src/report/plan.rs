@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::words::{count, percent};
+use super::words::{self, count};
 use crate::plan::{LeftOut, Metric, PlanReport};
 use crate::printable;
+use crate::units::ErrorUnit;
 
 /// The JSON form of a plan.
 #[derive(Serialize)]
@@ -34,7 +35,7 @@ pub fn form(plan: &PlanReport) -> impl Serialize {
     Form {
         schema: 0,
         plan,
-        left_out: plan.left_out.iter().map(item).collect(),
+        left_out: plan.left_out.iter().map(|l| item(l, plan.unit)).collect(),
     }
 }
 
@@ -43,7 +44,7 @@ pub fn json(plan: &PlanReport) -> Result<String, serde_json::Error> {
     Ok(printable::json(&serde_json::to_string_pretty(&form(plan))?))
 }
 
-fn item(left_out: &LeftOut) -> Item {
+fn item(left_out: &LeftOut, unit: ErrorUnit) -> Item {
     let (what, name) = match left_out {
         LeftOut::StaysOut { name }
         | LeftOut::Constant { name, .. }
@@ -60,11 +61,11 @@ fn item(left_out: &LeftOut) -> Item {
     Item {
         what,
         name,
-        why: why(left_out),
+        why: why(left_out, unit),
     }
 }
 
-fn why(left_out: &LeftOut) -> String {
+fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
     let reason = match left_out {
         LeftOut::Constant { setting, .. } => {
             let share = number(100.0 * setting);
@@ -82,11 +83,15 @@ fn why(left_out: &LeftOut) -> String {
             tolerance,
             ..
         } => {
+            let (by, unit) = match unit {
+                ErrorUnit::Light => (100.0, "%"),
+                ErrorUnit::Steps => (1.0, "steps"),
+            };
             return format!(
-                "basis settings need no refined image: {used} leave a predicted error of {} %, \
-                 and {} % is enough",
-                number(100.0 * error),
-                number(100.0 * tolerance)
+                "basis settings need no refined image: {used} leave a predicted error of {} {unit}, \
+                 and {} {unit} is enough",
+                number(by * error),
+                number(by * tolerance)
             );
         }
         LeftOut::StaysOut { .. } => "stays out throughout: it needs no picture",
@@ -132,10 +137,15 @@ pub fn describe(plan: &PlanReport) -> String {
     );
     let _ = writeln!(
         text,
-        "{} of {} for an error of {} % of the light (metric {}); predicted after each",
+        "{} of {} for an error of {}{} (metric {}); predicted after each",
         count(plan.used, "refined picture"),
         plan.rank,
-        percent(plan.tolerance),
+        words::error(plan.tolerance, plan.unit),
+        if plan.unit == ErrorUnit::Light {
+            " of the light"
+        } else {
+            ""
+        },
         plan.metric
     );
     if plan.metric == Metric::Settings.name() {
@@ -149,16 +159,16 @@ pub fn describe(plan: &PlanReport) -> String {
         };
         let _ = writeln!(
             text,
-            "  {:>3}  {:>8} %{mark}",
+            "  {:>3}  {:>10}{mark}",
             step.refined,
-            percent(step.error)
+            words::error(step.error, plan.unit)
         );
     }
     if !plan.left_out.is_empty() {
         text.push_str("left out\n");
     }
     for left_out in &plan.left_out {
-        let Item { what, name, why } = item(left_out);
+        let Item { what, name, why } = item(left_out, plan.unit);
         let _ = writeln!(text, "  {what} {name}: {why}");
     }
     text
@@ -188,7 +198,7 @@ mod tests {
             other: "b0".to_owned(),
             factor: 0.5,
         };
-        let Item { what, name, why } = item(&left_out);
+        let Item { what, name, why } = item(&left_out, ErrorUnit::Light);
         assert_eq!((what, name.as_str()), ("bank", "b1"));
         assert_eq!(
             why,
@@ -205,7 +215,7 @@ mod tests {
             error: 0.0125,
             tolerance: 0.02,
         };
-        let Item { name, why, .. } = item(&left_out);
+        let Item { name, why, .. } = item(&left_out, ErrorUnit::Light);
         assert_eq!(name, "3");
         assert!(why.ends_with("error of 1.25 %, and 2 % is enough"), "{why}");
     }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use super::curves::cues_in_time;
 use super::results::ROUNDING;
-use super::words::{count, percent};
+use super::words::{self, count};
 use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
 use crate::engine::Document;
 use crate::plan::{PlanReport, Predicted};
 use crate::timeline::KeySequence;
+use crate::units::ErrorUnit;
 
 /// The key settings in a grid, tied to the moments at which they count.
 pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
@@ -71,10 +72,10 @@ fn ties(keys: &KeySequence) -> Vec<Tie> {
 /// The singular values and what they leave, with the tolerance.
 pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {
     let words = format!(
-        "{} of {} reach {} %",
+        "{} of {} reach {}",
         count(plan.used, "refined picture"),
         plan.rank,
-        percent(plan.tolerance)
+        words::error(plan.tolerance, plan.unit)
     );
     let title = format!("{}: {words}", plan.show);
     let text = format!("{words} (metric {})", plan.metric);
@@ -92,25 +93,29 @@ fn shares(plan: &PlanReport) -> Panel {
     let start = plan.predicted.first().map_or(1.0, |p| p.error);
     let scale = if total > 0.0 { start / total } else { 0.0 };
     let values = plan.singular_values.iter().enumerate();
+    let (by, unit) = match plan.unit {
+        ErrorUnit::Light => (100.0, "% of the sequence"),
+        ErrorUnit::Steps => (1.0, "steps of 255"),
+    };
     let shown = |x: f64| {
-        if x > ROUNDING { 100.0 * x } else { f64::NAN }
+        if x > ROUNDING { by * x } else { f64::NAN }
     };
     let left = plan.predicted.iter();
     let leaves_nothing = |p: &Predicted| p.refined == plan.used && p.error <= ROUNDING;
     let label = |p: &Predicted| match count(p.refined, "picture") {
         _ if p.refined != plan.used => String::new(),
         pictures if leaves_nothing(p) => format!("{pictures}: nothing left"),
-        pictures => format!("{pictures}: {} %", percent(p.error)),
+        pictures => format!("{pictures}: {}", words::error(p.error, plan.unit)),
     };
     // The picture that leaves nothing is seen under the tolerance, at the foot.
     let height = |p: &Predicted| match leaves_nothing(p) {
-        true => 25.0 * plan.tolerance,
+        true => 0.25 * by * plan.tolerance,
         false => shown(p.error),
     };
     Panel {
         title: format!("metric {}", plan.metric),
         x: Axis::new("refined pictures", Scale::Whole),
-        y: Axis::new("% of the sequence", Scale::Log),
+        y: Axis::new(unit, Scale::Log),
         series: vec![
             Series {
                 name: "error predicted after so many pictures".to_owned(),
@@ -131,8 +136,8 @@ fn shares(plan: &PlanReport) -> Panel {
             },
         ],
         reference: Some((
-            100.0 * plan.tolerance,
-            format!("tolerance {} %", percent(plan.tolerance)),
+            by * plan.tolerance,
+            format!("tolerance {}", words::error(plan.tolerance, plan.unit)),
         )),
     }
 }

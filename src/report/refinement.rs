@@ -28,7 +28,7 @@ const METHOD: &str = "the truth: every source at the refined quality; real time:
 pub fn record(refinement: &Refinement) -> Record {
     let quantities = [
         (REFINED, ""),
-        ("true error of the sequence", "%"),
+        ("true error of the worst moment", "%"),
         ("predicted time", "s"),
         ("real time", "s"),
     ];
@@ -80,7 +80,7 @@ pub fn drawing(refinement: &Refinement, theme: Theme) -> Drawing {
     let panel = |title: &str, x: &str, scale, of: &dyn Fn(usize, &OrderPoint) -> f64| Panel {
         title: title.to_owned(),
         x: Axis::new(x, scale),
-        y: Axis::new("true error of the sequence, %", Scale::Log),
+        y: Axis::new("true error of the worst moment, %", Scale::Log),
         series: lines(&refinement.orders, of),
         reference: None,
     };

@@ -17,6 +17,7 @@ use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
+use crate::units::{ErrorUnit, Tolerance};
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
@@ -62,7 +63,11 @@ pub fn write(
     }
     let curves = curves(document, &moving(document.show()), None, Theme::Dark);
     to.write(engine, "curves.png", &curves.png()?)?;
-    let errors = error_chart(engine, report.tolerance, Theme::Light)?;
+    let tolerance = Tolerance {
+        error: report.tolerance,
+        unit: report.unit,
+    };
+    let errors = error_chart(engine, tolerance, Theme::Light)?;
     to.write(engine, "error.png", &errors.png()?)?;
     if let Some(sheet) = basis_sheet(engine, Theme::Dark)? {
         to.write(engine, "basis.png", &sheet.png()?)?;
@@ -160,7 +165,9 @@ fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Res
 }
 
 /// Predicted error against refined pictures and against seconds, so far and as it would go on.
-pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Drawing, Error> {
+pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Result<Drawing, Error> {
+    // A tolerance as displayed has no place among errors of light.
+    let wanted = (tolerance.unit == ErrorUnit::Light).then_some(tolerance.error);
     let ahead = onward(engine)?;
     let steps = engine.steps();
     let mut known = Vec::with_capacity(steps.len());
@@ -198,17 +205,19 @@ pub fn error_chart(engine: &Engine, tolerance: f64, theme: Theme) -> Result<Draw
             },
             Series {
                 name: "if it went on".to_owned(),
-                points: (ahead.iter().filter(|s| s.error > FAR * tolerance))
-                    .map(|s| (of(s), shown(s.error)))
-                    .collect(),
+                points: (ahead
+                    .iter()
+                    .filter(|s| s.error > FAR * wanted.unwrap_or(0.0)))
+                .map(|s| (of(s), shown(s.error)))
+                .collect(),
                 marker: Marker::Triangle,
                 labels: Vec::new(),
             },
         ],
-        reference: Some((
-            tolerance * 100.0,
-            format!("asked for: {} %", percent(tolerance)),
-        )),
+        reference: wanted.map(|error| {
+            let words = format!("asked for: {} %", percent(error));
+            (error * 100.0, words)
+        }),
     };
     Ok(chart::panels(
         &format!(

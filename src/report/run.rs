@@ -6,12 +6,13 @@ use std::sync::Arc;
 
 use super::document::headline;
 use super::manifest::Results;
-use super::words::{count, exposure, percent};
+use super::words::{count, error, exposure, percent};
 use super::{Error, results, sheet, ways};
 use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WayForecast, WorstMoment};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::pool::image_cache::CacheStatistics;
+use crate::units::ErrorUnit;
 use crate::work::Cancelled;
 
 /// What a run did, and what it took.
@@ -25,6 +26,8 @@ pub struct Summary {
     pub ended: Ended,
     /// Where the sequence is predicted to be worst.
     pub worst: Option<WorstMoment>,
+    /// The same as displayed.
+    pub worst_shown: Option<WorstMoment>,
     /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
     /// How its images were come by.
@@ -83,7 +86,8 @@ pub fn run(
         plan: done.plan,
         ways: done.ways,
         ended: done.ended,
-        worst: engine.worst_moment()?,
+        worst: engine.worst_moment(ErrorUnit::Light)?,
+        worst_shown: engine.worst_moment(ErrorUnit::Steps)?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         statistics: engine.statistics().since(before),
         exposure: engine.tone_of(done.playback.images()).exposure,
@@ -160,13 +164,15 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         let _ = writeln!(text, "  {:<9} {}", "way", ways::taken(&done.ways));
     }
     text += &line("refine", &refinement(engine, done.ended), refine);
-    if let Some(worst) = done.worst {
-        let cue = engine.show().cues.get(worst.cue);
-        let number = cue.map_or(String::new(), |cue| cue.number.to_string());
-        let (time, error) = (sheet::clock(worst.time.rounded()), percent(worst.error));
+    if let (Some(light), Some(steps)) = (done.worst, done.worst_shown) {
+        let (of_light, shown) = (moment(engine, &light), moment(engine, &steps));
+        let percent = error(light.error, ErrorUnit::Light);
+        let steps = error(steps.error, ErrorUnit::Steps);
+        let second = if of_light == shown { "" } else { &shown };
         let _ = writeln!(
             text,
-            "  {:<9} cue {number} at {time}: {error} % of the light there, predicted",
+            "  {:<9}{of_light} {percent} of the light there,{second} {steps} of 255 as displayed, \
+             predicted",
             "worst"
         );
     }
@@ -197,6 +203,14 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     );
     text += "  cue-sheet.csv, track-sheet.csv, plan.json, curves.png, error.png, basis.png\n";
     text
+}
+
+/// ` cue 7 at 0:46:`
+fn moment(engine: &Engine, worst: &WorstMoment) -> String {
+    let cue = engine.show().cues.get(worst.cue);
+    let number = cue.map_or(String::new(), |cue| cue.number.to_string());
+    let time = sheet::clock(worst.time.rounded());
+    format!(" cue {number} at {time}:")
 }
 
 /// A step of the run: what was done, and the seconds that it took.

@@ -7,7 +7,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::film::{Encoder, Outlets, Piped};
+use super::film::{Encoder, Outlets, Piped, Span};
 use super::format::{ending, unknown};
 use super::{Error, film, layers, page};
 use crate::engine::Engine;
@@ -97,6 +97,11 @@ impl Target {
         !matches!(self, Target::Layers(..) | Target::Numbered(_, Kind::Exr(_)))
     }
 
+    /// Whether it has frames, of which some may be asked for; a page and layers have keys.
+    pub fn has_frames(&self) -> bool {
+        !matches!(self, Target::Page(_) | Target::Layers(..))
+    }
+
     /// The first option that this kind of file would silently ignore.
     pub fn idle(&self, options: TargetOptions) -> Option<Idle> {
         let layers = matches!(self, Target::Layers(..));
@@ -127,6 +132,8 @@ pub struct Sequence<'e> {
     pub tone: Tone,
     /// How keys are kept; `None`: as is fastest and good enough.
     pub keys: Option<Format>,
+    /// What of it is written.
+    pub span: Span,
 }
 
 impl Sequence<'_> {
@@ -142,11 +149,11 @@ impl Sequence<'_> {
 impl Target {
     /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
     /// replace files of the show, a pipe that is none, and a film that nothing encodes.
-    pub fn check(&self, engine: &Engine, outlets: &Outlets) -> Result<(), Error> {
+    pub fn check(&self, engine: &Engine, span: Span, outlets: &Outlets) -> Result<(), Error> {
         match self {
             Target::Numbered(names, _) => {
                 let (document, files) = (engine.document(), engine.host().files.as_ref());
-                let mut paths = (1..=film::length(engine)).map(|number| names.path(number));
+                let mut paths = (1..=film::length(engine, span)).map(|number| names.path(number));
                 let own = paths.find(|path| document.reads(path, files));
                 own.map_or(Ok(()), |path| Err(Error::ShowsFile(path)))
             }
@@ -166,6 +173,7 @@ impl Target {
             engine,
             playback,
             tone,
+            span,
             ..
         } = sequence;
         let store = &engine.host().store;
@@ -175,24 +183,24 @@ impl Target {
         };
         let text = match self {
             Target::Animation(path) => {
-                let (bytes, animation) = film::animate(engine, &sequence.player()?)?;
+                let (bytes, animation) = film::animate(engine, &sequence.player()?, *span)?;
                 whole(path, &bytes, animation.describe())?
             }
             Target::Video(Some(path), chroma) => {
                 let file = store.begin(path)?;
-                film::video(engine, &sequence.player()?, *chroma, file, path)?
+                film::video(engine, (&sequence.player()?, *span), *chroma, file, path)?
             }
             Target::Film(path) => {
                 let player = sequence.player()?;
                 let file = encoder(path, outlets)?.begin(path)?;
-                film::video(engine, &player, Chroma::Quarter, file, path)?
+                film::video(engine, (&player, *span), Chroma::Quarter, file, path)?
             }
             Target::Video(None, chroma) => {
                 let pipe = outlets.pipe.as_ref().ok_or(Error::NoPipe)?;
                 let place = Path::new("standard output");
                 let player = sequence.player()?;
                 let file = Box::new(Piped(pipe()));
-                let text = film::video(engine, &player, *chroma, file, place)?;
+                let text = film::video(engine, (&player, *span), *chroma, file, place)?;
                 return Ok((text, true));
             }
             Target::Numbered(names, kind) => {
@@ -200,7 +208,7 @@ impl Target {
                     Kind::Png => sequence.player()?,
                     Kind::Exr(_) => film::exact(engine, playback, *tone)?,
                 };
-                film::numbered(engine, &player, names, *kind)?
+                film::numbered(engine, (&player, *span), names, *kind)?
             }
             Target::Page(path) => {
                 let (html, text) = page::page(engine, playback, *tone)?;

@@ -48,7 +48,7 @@ pub fn describe(tuned: &Tuned) -> String {
 fn describe_steps(text: &mut String, tuned: &Tuned) {
     let _ = writeln!(
         text,
-        "  step  all sources  one more  if all is shown so, the sequence is off by"
+        "  step  all sources  one more  if all is shown so, the worst moment is off by"
     );
     for step in &tuned.steps {
         let whole = tuned.steps.len() == usize::from(step.quality);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::words::{count, drawn, percent, seconds};
+use super::words::{count, drawn, error, percent, seconds};
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use crate::engine::measure::tune::Ways;
@@ -22,7 +22,11 @@ pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
         return text;
     }
     let _ = match goal.until {
-        Some(until) => writeln!(text, "ways to an error of {} %", percent(until)),
+        Some(until) => writeln!(
+            text,
+            "ways to an error of {}",
+            error(until.error, until.unit)
+        ),
         None => writeln!(text, "ways"),
     };
     for (i, way) in ways.iter().enumerate() {
@@ -34,10 +38,10 @@ pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
         };
         let _ = writeln!(
             text,
-            "  {:<46} {:>8}  {:>7} %{mark}",
+            "  {:<46} {:>8}  {:>9}{mark}",
             name(way),
             seconds(way.seconds),
-            percent(way.error)
+            error(way.error, goal.unit())
         );
     }
     text
@@ -63,7 +67,8 @@ pub fn taken(ways: &[WayForecast]) -> String {
     };
     let of = |way: &WayForecast| format!("{}, {}", name(way), seconds(way.seconds));
     let mut text = of(first);
-    if let Some(next) = rest.iter().find(|way| way.reaches) {
+    let other = |way: &&WayForecast| way.reaches && name(way) != name(first);
+    if let Some(next) = rest.iter().find(other) {
         let _ = write!(text, "; next best: {}", of(next));
     }
     text
@@ -115,7 +120,7 @@ const MIXED: &str = "coarse pictures and mixtures";
 /// The table: a series for each way.
 pub fn record(ways: &Ways) -> Record {
     let quantities = [
-        ("true error of the sequence", "%"),
+        ("true error of the worst moment", "%"),
         ("seconds", "s"),
         ("seconds with an outside renderer", "s"),
     ];
@@ -171,7 +176,7 @@ fn panel(title: &str, which: usize, ways: &[(&str, Marker, Vec<Point>)]) -> Pane
     Panel {
         title: title.to_owned(),
         x: Axis::new("seconds, from nothing stored", Scale::Log),
-        y: Axis::new("true error of the sequence, %", Scale::Log),
+        y: Axis::new("true error of the worst moment, %", Scale::Log),
         series: ways.iter().map(series).collect(),
         reference: None,
     }

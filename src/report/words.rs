@@ -3,7 +3,7 @@
 use crate::engine::measure::Machine;
 use crate::lang;
 use crate::show::{Cue, Preview, Show};
-use crate::units::Time;
+use crate::units::{ErrorUnit, Time};
 
 /// `1 cue`, `2 cues`.
 pub fn count(n: usize, what: &str) -> String {
@@ -19,6 +19,15 @@ pub fn percent(x: f64) -> String {
         a if a >= 10.0 => format!("{p:.1}"),
         a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
         _ => format!("{p:.3}"),
+    }
+}
+
+/// An error with its unit: `2.00 %`, `1.5 steps`.
+pub fn error(error: f64, unit: ErrorUnit) -> String {
+    match unit {
+        ErrorUnit::Light => format!("{} %", percent(error)),
+        // Three digits, as percentages have.
+        ErrorUnit::Steps => format!("{} steps", percent(error / 100.0)),
     }
 }
 

@@ -54,7 +54,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     assert!(plan.contains("nothing is left to refine"), "{plan}");
     let options = PlanOptions {
         metric: Metric::Settings,
-        tolerance: 0.02,
+        tolerance: 0.02.into(),
         signed_keys: false,
     };
     let data = show.engine_mut().plan(options).unwrap();

@@ -18,6 +18,7 @@ mod files;
 mod image_banks;
 mod operator;
 mod session;
+mod stains;
 mod store;
 mod study;
 mod told;

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use footlight::picture::Image;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight::units::ErrorUnit;
 use footlight::work::Work;
 
 /// Radiosity with a scale, quality or cost of its own where there is one.
@@ -60,8 +61,13 @@ impl Transport for Altered {
         Ok(Box::new(Counting(inner, Arc::clone(&self.rendered))))
     }
 
-    fn stated_error(&self, _: &Setup, quality: Quality) -> Option<f64> {
-        self.stated.get(usize::from(quality.0) - 1).copied()
+    fn stated_error(&self, _: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        let light = self.stated.get(usize::from(quality.0) - 1).copied();
+        // A percent shows as five steps.
+        light.map(|error| match unit {
+            ErrorUnit::Light => error,
+            ErrorUnit::Steps => 500.0 * error,
+        })
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {

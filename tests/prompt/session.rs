@@ -510,7 +510,7 @@ fn influence_and_error_metrics_render_coarse_pictures_and_settings_do_not() {
     let (mut show, _) = open();
     let options = |metric| PlanOptions {
         metric,
-        tolerance: 0.02,
+        tolerance: 0.02.into(),
         signed_keys: false,
     };
     show.engine_mut().plan(options(Metric::Settings)).unwrap();

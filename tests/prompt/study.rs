@@ -266,7 +266,7 @@ fn the_chart_of_the_plan_has_every_order_and_both_bounds() {
     assert_eq!(names.len(), 5, "{names:?}");
     let curve = |name: &str, x: &str| {
         let series = record.series.iter().find(|s| s.name == name).unwrap();
-        record.curve(series, x, "true error of the sequence")
+        record.curve(series, x, "true error of the worst moment")
     };
     let shipped = "order: estimated error (shipped)";
     let start = curve(shipped, "refined pictures")[0].1;

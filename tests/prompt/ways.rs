@@ -12,6 +12,7 @@ use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::renderer::Cost;
 use footlight::repl::Repl;
+use footlight::units::ErrorUnit;
 
 /// What each step is off by, as the operator of these tests states it.
 const STATED: [f64; 5] = [0.08, 0.04, 0.02, 0.01, 0.0005];
@@ -68,6 +69,38 @@ fn one_step_is_enough_where_pictures_share_their_work() {
         let error = engine.predicted_error().unwrap();
         assert!((error - STATED[usize::from(quality) - 1]).abs() < 1e-12);
     }
+}
+
+/// An error as displayed takes the step that is stated to show it, and every verb names it so.
+#[test]
+fn steps_of_the_display_are_an_error_too() {
+    let (mut show, _) = open(None, &MemoryStore::default());
+    let text = say(&mut show, "plan --tolerance 12steps");
+    assert!(text.contains("for an error of 12.0 steps"), "{text}");
+    assert!(text.contains("ways to an error of 12.0 steps"), "{text}");
+    assert!(text.contains("every bank alone at quality 3"), "{text}");
+    say(&mut show, "refine until 12 steps");
+    let engine = show.engine();
+    assert_eq!(engine.coarse_steps().map(|q| q.0), [3; 2]);
+    let error = engine.predicted_in(ErrorUnit::Steps).unwrap();
+    assert!((error - 10.0).abs() < 1e-9, "as stated: {error}");
+    let ran = say(&mut show, "run --until 12steps -o out");
+    assert!(ran.contains("tolerance reached"), "{ran}");
+    assert!(ran.contains("cue 3 at 0:14: 10.0"), "{ran}");
+    assert!(ran.contains("steps of 255 as displayed"), "{ran}");
+    let spectrum = say(&mut show, "plot spectrum --tolerance 12steps -o s.svg");
+    assert!(spectrum.contains("reach 12.0 steps"), "{spectrum}");
+    say(&mut show, "preview { tolerance 12 steps }");
+    let text = say(&mut show, "plan");
+    assert!(text.contains("ways to an error of 12.0 steps"), "{text}");
+    let held = say(&mut show, "status");
+    assert!(held.contains("preview { tolerance 12 steps "), "{held}");
+    for wrong in ["refine until 300 steps", "run --until xsteps"] {
+        let text = say(&mut show, wrong);
+        assert!(text.contains("write steps of 255 as 1.5steps"), "{text}");
+    }
+    let text = say(&mut show, "plan --measure --tolerance 1steps");
+    assert!(text.contains("--tolerance 1%"), "{text}");
 }
 
 /// Where every picture costs the same, two mixtures on top of what is there beat five banks.

@@ -1,4 +1,4 @@
-//! What refining brings: the sequence's true error against refined images and against seconds, by
+//! What refining brings: the worst moment's true error against refined images and against seconds, by
 //! the order in which images are refined.
 //!
 //! The truth is every source at the refined quality; the mathematics is [`Trial`]'s. All orders are
@@ -41,7 +41,7 @@ pub struct OrderCurve {
 /// Where the sequence stands after some refined pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrderPoint {
-    /// True error of the sequence, relative.
+    /// True error of the worst moment, relative.
     pub error: f64,
     /// Seconds from the start as predicted, coarse pictures among them.
     pub predicted: f64,
@@ -146,7 +146,7 @@ impl Seconds {
 }
 
 impl Engine {
-    /// The true error of the sequence against refined pictures and seconds, by order.
+    /// The true error of the worst moment against refined pictures and seconds, by order.
     ///
     /// # Errors
     /// As [`Engine::trial`]; [`Error::AlikeCoarse`] and [`Error::AlikeRefined`] where there is no

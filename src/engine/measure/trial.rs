@@ -1,5 +1,5 @@
-//! Orders of refined images and their predictions against the truth: errors of whole sequences,
-//! exactly, without rendering a frame.
+//! Orders of refined images and their predictions against the truth: errors of the worst moment of
+//! a sequence, exactly, without rendering a frame.
 //!
 //! With images of every source at both coarse qualities and at the refined one, what a pool would
 //! show is determined: G is linear, so the refined image of any setting is the sum of the sources',
@@ -17,7 +17,7 @@ use crate::engine::{Engine, Error};
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
-use crate::plan::{self, Metric, PlanError, Weighting};
+use crate::plan::{self, Metric, Moment, PlanError, Weighting};
 use crate::pool::{Evidence, Fit, Pool};
 use crate::renderer::contract::check_memory;
 use crate::timeline::KeySequence;
@@ -27,8 +27,7 @@ use crate::work::{Cancelled, Work};
 #[derive(Clone, Debug)]
 pub struct Trial {
     keys: KeySequence,
-    moment: Matrix,
-    norm: f64,
+    moments: Vec<Moment>,
     /// Norms of the finer coarse images, ‖C_i‖.
     pub norms: Vec<f64>,
     /// D_i·D_j, n x n.
@@ -78,7 +77,7 @@ impl Order {
     pub const SHIPPED: Order = Order::Metric(Metric::Error);
 }
 
-/// Predicted and true error of a sequence, relative.
+/// Predicted and true error of the worst moment, relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
     /// As the interpreter says it.
@@ -88,14 +87,15 @@ pub struct Predicted {
 }
 
 impl Trial {
-    /// From pictures of every source alone at unit setting: at the cheaper and the finer coarse
-    /// quality, and at the refined one. `None` unless there is one of each for every coordinate of
+    /// From the settings of the moments whose errors count and pictures of every source alone at
+    /// unit setting: at the cheaper and the finer coarse quality, and at the refined one. `None` unless there is one of each for every coordinate of
     /// the keys, all of one size.
     ///
     /// # Errors
     /// Cancel.
     pub fn new(
         keys: KeySequence,
+        moments: Vec<Vec<f64>>,
         pictures: [&[Image]; 3],
         work: Work<'_>,
     ) -> Result<Option<Trial>, Cancelled> {
@@ -120,21 +120,24 @@ impl Trial {
         let between = |a: &[Image], b: &[Image]| between(a, b, work);
         let products = [between(&d, &d)?, between(&k, &d)?, between(&k, &k)?];
         let coarse = between(coarse, coarse)?;
-        Ok(Some(Trial::of_products(keys, &coarse, products)))
+        Ok(Some(Trial::of_products(keys, moments, &coarse, products)))
     }
 
     /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
-    pub(super) fn of_products(keys: KeySequence, coarse: &Matrix, known: [Matrix; 3]) -> Trial {
-        let moment = plan::second_moment(&keys);
+    pub(super) fn of_products(
+        keys: KeySequence,
+        moments: Vec<Vec<f64>>,
+        coarse: &Matrix,
+        known: [Matrix; 3],
+    ) -> Trial {
         let [dd, kd, kk] = known;
         Trial {
-            norm: plan::sequence_norm(coarse, &moment),
+            moments: Moment::relative(moments, |setting| root(form(coarse, setting, setting))),
             norms: roots(coarse),
             dd,
             kd,
             kk,
             keys,
-            moment,
         }
     }
 
@@ -143,19 +146,21 @@ impl Trial {
         &self.keys
     }
 
-    /// Weights of a metric; `error` is the pool's estimate.
+    /// Weights of a metric, and what it counts; `error` is the pool's estimate.
     pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
-        match metric {
-            Metric::Settings => Ok(Weighting::settings(self.norms.len())),
-            Metric::Norm => Weighting::new(metric, self.norms.clone()),
-            Metric::Influence => Weighting::influence(&self.norms, &self.keys),
-            Metric::Error => Weighting::new(metric, roots(&self.dd)),
-        }
+        let weighting = match metric {
+            Metric::Settings => return Ok(Weighting::settings(self.norms.len())),
+            Metric::Influence => return Weighting::influence(&self.norms, &self.keys),
+            Metric::Norm => Weighting::new(metric, self.norms.clone())?,
+            Metric::Error => Weighting::new(metric, roots(&self.dd))?,
+        };
+        Ok(weighting.at(self.moments.clone()))
     }
 
     /// The metric of one who knows the truth: norms of the true coarse errors.
     pub fn oracle(&self) -> Result<Weighting, PlanError> {
-        Weighting::new(Metric::Error, roots(&self.kk))
+        let weighting = Weighting::new(Metric::Error, roots(&self.kk))?;
+        Ok(weighting.at(self.moments.clone()))
     }
 
     /// Settings to refine, the most useful first, in a metric.
@@ -173,20 +178,33 @@ impl Trial {
         }
     }
 
-    /// One picture per bank, each time the one that takes most of the true error away.
+    /// One picture per bank, each time the one that takes most of the worst true error away.
     pub fn banks_in_best_order(&self) -> Vec<Vec<f64>> {
         let mut units = Pool::unit_settings(self.norms.len());
+        let mut order = Vec::new();
+        let mut rest: Vec<Moment> = self.moments.clone();
         let mut left: Vec<usize> = (0..units.len()).collect();
-        let mut out = Vec::new();
-        let pair = |i: usize, j: usize| self.kk[(i, j)] * self.moment[(i, j)];
         while !left.is_empty() {
-            // Without source i the sum over all pairs of what is left loses row and column i.
-            let gain = |i: usize| 2.0 * left.iter().map(|j| pair(i, *j)).sum::<f64>() - pair(i, i);
-            let best = (0..left.len()).max_by(|a, b| gain(left[*a]).total_cmp(&gain(left[*b])));
+            let without = |i: usize| {
+                // Without source i the sum over all pairs loses row and column i.
+                let error = |Moment { setting, scale }: &Moment| {
+                    let row = self.kk.row(i);
+                    let along: f64 = row.iter().zip(setting).map(|(k, x)| k * x).sum();
+                    let x = setting[i];
+                    let now = form(&self.kk, setting, setting);
+                    (now - 2.0 * x * along + x * x * row[i]) * scale * scale
+                };
+                rest.iter().map(error).fold(0.0, f64::max)
+            };
+            let worst: Vec<f64> = left.iter().map(|i| without(*i)).collect();
+            let best = (0..left.len()).min_by(|a, b| worst[*a].total_cmp(&worst[*b]));
             let Some(best) = best else { break };
-            out.push(std::mem::take(&mut units[left.remove(best)]));
+            let bank = left.remove(best);
+            rest.iter_mut()
+                .for_each(|moment| moment.setting[bank] = 0.0);
+            order.push(std::mem::take(&mut units[bank]));
         }
-        out
+        order
     }
 
     /// What a pool with refined images of `settings` shows.
@@ -211,21 +229,16 @@ impl Trial {
         &self.kk - (&self.kd + self.kd.transpose()) * a + &self.dd * (a * a)
     }
 
-    /// Error of the sequence, relative to the norm of the coarse one: the square root of
-    /// tr(G_a H M Hᵀ).
+    /// Error of the worst moment, relative to the norm of its coarse image: the square root of the
+    /// largest (H·L)ᵀ G_a H·L.
     pub fn error(&self, shown: &Shown) -> f64 {
-        let left = &shown.rest * &self.moment * shown.rest.transpose();
-        plan::sequence_norm(&self.wrong(shown.extrapolation), &left) / self.norm
+        let wrong = self.wrong(shown.extrapolation);
+        worst(&self.moments, |setting| left_of(shown, &wrong, setting))
     }
 
     /// Error of one look, in the units of the pictures.
     pub fn look_error(&self, shown: &Shown, look: &[f64]) -> f64 {
-        let light = Matrix::from_column_slice(look.len(), 1, look);
-        let left = &shown.rest * light;
-        plan::sequence_norm(
-            &self.wrong(shown.extrapolation),
-            &(&left * left.transpose()),
-        )
+        left_of(shown, &self.wrong(shown.extrapolation), look)
     }
 
     /// What the refined pictures of `settings` tell the pool, one after the other.
@@ -248,10 +261,11 @@ impl Trial {
         Ok(Fit::of(1.0, &self.evidence(settings)?))
     }
 
-    /// What the interpreter says of the sequence's error, and what it is.
+    /// What the interpreter says of the worst moment's error, and what it is.
     pub fn predicted(&self, settings: &[Vec<f64>]) -> Result<Predicted, PlanError> {
         let weighting = self.weighting(Metric::Error)?;
-        let forecast = plan::forecast(&self.keys, settings, &weighting, Some(self.norm))?;
+        let left = plan::worst_left(&self.moments, settings, &[], &weighting);
+        let forecast = left.last().copied().unwrap_or(0.0);
         Ok(Predicted {
             predicted: forecast * self.fit(settings)?.calibration,
             truth: self.error(&self.shown(settings)?),
@@ -296,7 +310,8 @@ impl Engine {
         let mut refined: Vec<Image> = Vec::new();
         let mut keep = |image| refined.push(image);
         (_, seconds.alone) = self.one_by_one(("sources alone", needed), &units, &mut keep)?;
-        let trial = Trial::new(keys, [&coarser, &coarse, &refined], self.host.work())?;
+        let (moments, pictures) = (self.settings_of_cues(), [&*coarser, &coarse, &refined]);
+        let trial = Trial::new(keys, moments, pictures, self.host.work())?;
         Ok((trial.ok_or(Error::NoBanks)?, seconds))
     }
 
@@ -341,13 +356,29 @@ fn between(rows: &[Image], columns: &[Image], work: Work<'_>) -> Result<Matrix, 
 
 /// Square roots of a Gram matrix's diagonal.
 fn roots(gram: &Matrix) -> Vec<f64> {
-    (0..gram.nrows())
-        .map(|i| gram[(i, i)].max(0.0).sqrt())
-        .collect()
+    gram.diagonal().iter().map(|x| root(*x)).collect()
+}
+
+/// Where rounding made a square negative, 0.
+fn root(square: f64) -> f64 {
+    square.max(0.0).sqrt()
+}
+
+/// The largest of errors, each times its moment's scale.
+pub(super) fn worst(moments: &[Moment], error: impl Fn(&[f64]) -> f64) -> f64 {
+    let lit = moments.iter().filter(|m| m.scale > 0.0);
+    let scaled = lit.map(|m| m.scale * error(&m.setting));
+    scaled.fold(0.0, f64::max)
+}
+
+/// What a setting is off by where pictures are wrong by `gram`.
+fn left_of(shown: &Shown, gram: &Matrix, setting: &[f64]) -> f64 {
+    let left = &shown.rest * Matrix::from_column_slice(setting.len(), 1, setting);
+    root(form(gram, left.as_slice(), left.as_slice()))
 }
 
 /// aᵀ·G·b
-fn form(gram: &Matrix, a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn form(gram: &Matrix, a: &[f64], b: &[f64]) -> f64 {
     let row = |i: usize| gram.row(i).iter().zip(b).map(|(g, b)| g * b).sum::<f64>();
     a.iter().enumerate().map(|(i, a)| a * row(i)).sum()
 }

@@ -36,7 +36,7 @@ pub struct Ways {
 const LEAST: u8 = 3;
 
 impl Engine {
-    /// Chooses what is good enough for an error of the sequence of `until` against the finest step
+    /// Chooses what is good enough for an error of the worst moment of `until` against the finest step
     /// of the scale, or the finest that is predicted to be measured within `budget` seconds.
     ///
     /// # Errors
@@ -49,7 +49,8 @@ impl Engine {
         let (pictures, steps) = self.measure_steps(finest, budget)?;
         let reference = pictures.len() as u8;
         let work = self.host.work();
-        let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
+        let sequence = (self.document.keys().clone(), self.settings_of_cues());
+        let tuner = Tuner::new(sequence, &pictures, steps, work)?;
         let tuner = tuner.ok_or(Error::Black)?;
         let candidates = tuner.candidates(until, self.host.work())?;
         let Some(choice) = tuner::choice(&candidates, until) else {
@@ -69,7 +70,7 @@ impl Engine {
             choice,
             keys: self.key_formats(&playback, tone)?,
             preview: lang::preview_statement(&Preview {
-                tolerance: until,
+                tolerance: until.into(),
                 coarse: choice.coarse,
                 refined: choice.refined.unwrap_or(preview.refined),
                 ..preview
@@ -86,7 +87,8 @@ impl Engine {
         self.fits_tuning(finest)?;
         let (pictures, steps) = self.measure_steps(finest, None)?;
         let work = self.host.work();
-        let tuner = Tuner::new(self.document.keys().clone(), &pictures, steps, work)?;
+        let sequence = (self.document.keys().clone(), self.settings_of_cues());
+        let tuner = Tuner::new(sequence, &pictures, steps, work)?;
         let tuner = tuner.ok_or(Error::Black)?;
         let [cheap, _] = self.coarse_pair();
         Ok(Ways {

@@ -1,5 +1,5 @@
 //! What a show needs: which steps of quality, and how many refined pictures, bring the error of its
-//! sequence within a tolerance in the least time.
+//! sequence's worst moment within a tolerance in the least time.
 //!
 //! With pictures of every source at every step of the scale the error of all choices is known
 //! without another picture: G is linear, so whatever the pool would show is a sum of these, and its
@@ -25,12 +25,13 @@ use std::borrow::Borrow;
 use serde::Serialize;
 
 use super::playback::KeyFormat;
+use super::trial::{form, worst};
 use super::{Machine, Trial};
 use crate::engine::Error;
 use crate::linalg::Matrix;
 use crate::picture::Image;
 use crate::picture::combine::{combine, dot};
-use crate::plan::{self, Metric, PlanError};
+use crate::plan::{Metric, Moment, PlanError};
 use crate::timeline::KeySequence;
 use crate::work::{Cancelled, Work};
 
@@ -45,7 +46,7 @@ pub struct StepCost {
     pub picture: f64,
     /// False where pictures were found and the seconds are the operator's own prediction.
     pub measured: bool,
-    /// The sequence's error when every source is shown at this step; 0 for the finest, against
+    /// The worst moment's error when every source is shown at this step; 0 for the finest, against
     /// which it is.
     pub error: f64,
 }
@@ -61,7 +62,7 @@ pub struct Candidate {
     pub pictures: usize,
     /// What all pictures take.
     pub seconds: f64,
-    /// The sequence's error against the finest step, relative.
+    /// The worst moment's error against the finest step, relative.
     pub error: f64,
     /// The error as the interpreter would predict it.
     pub predicted: f64,
@@ -96,9 +97,8 @@ pub struct Tuned {
 #[derive(Clone, Debug)]
 pub struct Tuner {
     keys: KeySequence,
-    moment: Matrix,
-    /// sqrt ∫ ‖T·L‖² dt
-    norm: f64,
+    /// Relative to the light of T.
+    moments: Vec<Moment>,
     /// Scalar products of all Δ, cheapest step first, and of T in the last place.
     gram: Matrix,
     steps: Vec<StepCost>,
@@ -112,11 +112,11 @@ struct Way {
 }
 
 impl Tuner {
-    /// From pictures of every source alone at unit setting, a list for each step of quality from 1
-    /// on, with what the steps take (their errors are filled in). `None` unless there are three
+    /// From the settings of the moments whose errors count, and pictures of every source alone at
+    /// unit setting, a list for each step of quality from 1 on, with what the steps take (their errors are filled in). `None` unless there are three
     /// steps at least, each with a picture for every coordinate, all of one size and not all black.
     pub fn new<I: Borrow<Image>>(
-        keys: KeySequence,
+        (keys, moments): (KeySequence, Vec<Vec<f64>>),
         pictures: &[Vec<I>],
         steps: Vec<StepCost>,
         work: Work<'_>,
@@ -148,20 +148,20 @@ impl Tuner {
         let off: Vec<Image> = off.collect::<Result<_, Cancelled>>()?;
         let all: Vec<&Image> = off.iter().chain(truth.iter().map(Borrow::borrow)).collect();
         let gram = products(&all, work)?;
-        let moment = plan::second_moment(&keys);
         let last = block(&gram, sources, [coarser.len(); 2]);
-        let norm = plan::sequence_norm(&last, &moment);
+        let light = |setting: &[f64]| form(&last, setting, setting).max(0.0).sqrt();
+        let moments = Moment::relative(moments, light);
+        let is_lit = moments.iter().any(|m| m.scale > 0.0);
         let mut out = Tuner {
             keys,
-            moment,
-            norm,
+            moments,
             gram,
             steps,
         };
         for step in 0..out.steps.len() {
             out.steps[step].error = out.step_error(step);
         }
-        Ok((norm > 0.0).then_some(out))
+        Ok(is_lit.then_some(out))
     }
 
     /// What each step takes and leaves.
@@ -180,8 +180,13 @@ impl Tuner {
     fn step_error(&self, step: usize) -> f64 {
         match step + 1 == self.steps.len() {
             true => 0.0,
-            false => plan::sequence_norm(&self.block(step, step), &self.moment) / self.norm,
+            false => self.worst(&self.block(step, step)),
         }
+    }
+
+    /// The worst moment's error where pictures are off by what has these scalar products.
+    fn worst(&self, gram: &Matrix) -> f64 {
+        worst(&self.moments, |s| form(gram, s, s).max(0.0).sqrt())
     }
 
     /// Every way to spend time that meets `until` with as few refined pictures as it can, and those
@@ -256,7 +261,8 @@ impl Tuner {
             coarse += &mixed + mixed.transpose() + self.block(fine, fine);
         }
         let products = [difference(d, d), difference(k, d), difference(k, k)];
-        let trial = Trial::of_products(self.keys.clone(), &coarse, products);
+        let moments = self.moments.iter().map(|m| m.setting.clone()).collect();
+        let trial = Trial::of_products(self.keys.clone(), moments, &coarse, products);
         let order = match trial.weighting(Metric::Error) {
             Ok(weighting) => trial.order(&weighting)?,
             // Both coarse steps are alike: nothing is known to be wrong, nothing is refined.
@@ -325,15 +331,13 @@ impl Tuner {
             (refined, taken),
         ];
         let terms: Vec<&(usize, Matrix)> = terms.iter().filter(|(step, _)| *step != last).collect();
-        let mut square = 0.0;
+        let mut gram = Matrix::zeros(n, n);
         for (p, left) in &terms {
             for (q, right) in &terms {
-                // tr(Leftᵀ·G_pq·Right·M)
-                let gram = left.transpose() * self.block(*p, *q) * right;
-                square += gram.component_mul(&self.moment).sum();
+                gram += left.transpose() * self.block(*p, *q) * right;
             }
         }
-        Ok(square.max(0.0).sqrt() / self.norm)
+        Ok(self.worst(&gram))
     }
 }
 

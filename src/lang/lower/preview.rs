@@ -13,7 +13,7 @@ use crate::lang::unquoted;
 use crate::scene;
 
 use crate::show::{Stage, ToneCurve, View};
-use crate::units::fraction;
+use crate::units::{Tolerance, fraction};
 
 /// The frame behind a `lens`: its height in metres.
 const FRAME: f64 = 0.024;
@@ -103,10 +103,9 @@ impl<'a> Lower<'a, '_> {
                 return self.unfit(key, value);
             }
             _ if !is_quantity => return self.unfit(key, value),
-            ("tolerance", _) => {
-                let range = "a tolerance is 0% to 100%";
-                let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
-                self.show.preview.tolerance = fraction(percent);
+            ("tolerance", _) => self.show.preview.tolerance = self.tolerance(value)?,
+            (_, steps) if steps.ends_with("steps") => {
+                return self.unfit(key, value);
             }
             ("gap", _) => self.show.preview.gap = self.duration(value)?,
             ("rate", _) => {
@@ -141,6 +140,22 @@ impl<'a> Lower<'a, '_> {
         Some(())
     }
 
+    fn tolerance(&mut self, value: Word<'a>) -> Option<Tolerance> {
+        let text = value.text;
+        if !text.ends_with("steps") {
+            let range = "a tolerance is 0% to 100%";
+            let percent = self.within(value, Wanted::Share, (0.0, 100.0), range)?;
+            return Some(Tolerance::from(fraction(percent)));
+        }
+        let steps = Tolerance::parse_steps(text);
+        if steps.is_none() {
+            let message = format!("`{text}` is out of range: a tolerance is 0 to 255 steps");
+            let at = (value.span, "out of range");
+            return self.report.error(codes::RANGE, message, at, "");
+        }
+        steps
+    }
+
     /// The stops behind `exposure auto`.
     fn bias(&mut self, word: Word<'a>) -> Option<()> {
         self.show.preview.bias = self.stops(word, "stops are -30 to 30")?;
@@ -164,6 +179,9 @@ impl<'a> Lower<'a, '_> {
             }
             (_, signed) if signed.starts_with('+') => {
                 format!("only `exposure` has a `+`, `{key}` is a plain number")
+            }
+            (_, steps) if steps.ends_with("steps") => {
+                format!("only `tolerance` has `steps`, `{key}` is a plain number")
             }
             (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
             (_, "on" | "off") => format!("only `dither` is `on` or `off`, `{key}` is a number"),

@@ -8,6 +8,7 @@ use crate::repl::argument::{duration, quality as step, tolerance};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, DRAWING, RECORD};
 use crate::report::{self, comparison, refinement, tradeoff, ways};
+use crate::units::ErrorUnit;
 
 /// The file of commands that `chart session` replays unless another is given, next to the show.
 const COMMANDS: &str = "session.txt";
@@ -72,8 +73,11 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 pub(super) fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words("; a number of steps stands behind --next")?;
     let until = tolerance(&repl.engine, call, "tolerance")?;
+    if until.unit == ErrorUnit::Steps {
+        return usage("--measure chooses by an error of the light: say --tolerance 1%");
+    }
     let budget = call.option("budget").map(duration).transpose()?;
-    let tuned = repl.engine.tune(until, budget.map(|t| t.seconds()))?;
+    let tuned = repl.engine.tune(until.error, budget.map(|t| t.seconds()))?;
     match call.has("json") {
         true => Reply::json(&tuned),
         false => Ok(Reply::text(report::tune::describe(&tuned))),

@@ -3,15 +3,15 @@
 use std::path::Path;
 
 use super::usage;
-use crate::repl::argument::{key_format, target};
+use crate::repl::argument::{cue, key_format, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::film;
+use crate::report::film::{self, Span};
 use crate::report::target::{Sequence, Target};
 use crate::report::words::exposure;
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let options = [
-        "sacn", "to", "priority", "artnet", "bind", "patch", "osc", "osc-to",
+        "sacn", "priority", "artnet", "bind", "patch", "osc", "osc-to",
     ];
     if let Some(option) = options.into_iter().find(|option| call.has(option)) {
         return usage(format!(
@@ -21,8 +21,13 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
+    let said = said_span(repl, call)?;
+    let span = said.unwrap_or(Span::whole(&repl.engine));
     if let Some(target) = &target {
-        target.check(&repl.engine, &repl.console.outlets)?;
+        if said.is_some() && !target.has_frames() {
+            return usage("`--from`, `--to` and `--cue` are for frames: this file has the keys");
+        }
+        target.check(&repl.engine, span, &repl.console.outlets)?;
     }
     let playback = repl.engine.playback()?;
     let (engine, console) = (&repl.engine, &repl.console);
@@ -31,6 +36,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         tone: engine.tone_of(playback.images()),
         playback,
         keys: call.option("keys").map(key_format).transpose()?,
+        span,
     };
     let exposure = exposure(engine.show(), sequence.tone.exposure);
     if let Some(target) = target {
@@ -44,16 +50,60 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         });
     }
     let (player, now) = (sequence.player()?, repl.live.time());
+    // From here on, or all of it where this is the end.
+    let span = said.unwrap_or(match now < span.to {
+        true => Span { from: now, ..span },
+        false => span,
+    });
     Ok(match &console.canvas {
         None => {
-            let (picture, text) = film::still(engine, &player, now);
+            let at = if said.is_some() { span.from } else { now };
+            let (picture, text) = film::still(engine, &player, at);
             Reply::pictured(picture, format!("{text}\n{exposure}"))
         }
         Some(canvas) => {
-            let text = film::perform(engine, &player, now, canvas.as_ref());
+            let text = film::perform(engine, &player, span, canvas.as_ref());
             Reply::text(format!("{text}\n{exposure}"))
         }
     })
+}
+
+/// The part of the show that a call asks for, if it does: from a moment, to one, or a cue from its
+/// GO until it is complete.
+fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
+    let engine = &repl.engine;
+    let moment = |option: &str| {
+        let words = call
+            .option(option)
+            .map(|text| text.split_whitespace().collect());
+        words
+            .map(|words: Vec<&str>| time_of(engine, &words))
+            .transpose()
+    };
+    let (from, to) = (moment("from")?, moment("to")?);
+    let mut span = Span::whole(engine);
+    if let Some(text) = call.option("cue") {
+        if from.is_some() || to.is_some() {
+            return usage("say a cue, or from where to where");
+        }
+        let number = cue(engine, text)?;
+        let place = engine.show().cues.iter().position(|c| c.number == number);
+        let times = place.and_then(|at| engine.document().timeline().cues().get(at));
+        span = times.map_or(span, |cue| Span {
+            from: cue.go,
+            to: cue.completion,
+        });
+        return Ok(Some(span));
+    }
+    span.from = from.unwrap_or(span.from);
+    span.to = to.unwrap_or(span.to);
+    if span.to < span.from {
+        return usage(format!(
+            "{} is before {}: nothing is between them",
+            span.to, span.from
+        ));
+    }
+    Ok((from.is_some() || to.is_some()).then_some(span))
 }
 
 /// What to write to `path`; options that this kind of file would silently ignore are refused.

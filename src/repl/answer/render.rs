@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::{measure, usage};
 use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
-use crate::repl::argument::{duration, fraction, goal, tolerance, whole};
+use crate::repl::argument::{duration, error, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::words::exposure;
 use crate::report::{self, refine as words, run as whole_loop};
@@ -26,9 +26,10 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words("; a number of steps stands behind --next")?;
     repl.engine.take_up()?;
     let metric = repl.engine.usual_metric()?;
+    let tolerance = tolerance(&repl.engine, call, "tolerance")?;
     let plan = repl.engine.plan(PlanOptions {
         metric,
-        tolerance: tolerance(&repl.engine, call, "tolerance")?,
+        tolerance,
         signed_keys: call.has("signed-keys"),
     })?;
     if call.has("json") {
@@ -39,7 +40,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         text.push_str(&now);
     }
     if repl.engine.setup().is_some() {
-        let goal = Goal::until(plan.tolerance);
+        let goal = Goal::until(tolerance);
         repl.engine.calibrate_cost()?;
         text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
     }
@@ -167,7 +168,7 @@ pub fn stop(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let seconds = |text: &str| duration(text).map(|t| t.seconds());
     let mut goal = Goal {
-        until: call.option("until").map(fraction).transpose()?,
+        until: call.option("until").map(error).transpose()?,
         count: call.option("count").map(whole).transpose()?,
         budget: call.option("budget").map(seconds).transpose()?,
     };

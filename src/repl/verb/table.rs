@@ -161,7 +161,7 @@ pub const VERBS: &[VerbSpec] = &[
         value(
             "tolerance",
             "X",
-            "error allowed, such as 2% (default: the show's preview)",
+            "error allowed, such as 2% or 1.5steps (default: the show's preview)",
         ),
         SIGNED,
         value(
@@ -218,7 +218,7 @@ pub const VERBS: &[VerbSpec] = &[
         "render refined pictures, most useful first; `&`: in the background",
         "refine until 2%",
     )
-    .words("[N | until X% | for TIME] [&]", Complete::Nothing)
+    .words("[N | until X | for TIME] [&]", Complete::Nothing)
     .options(&[VIEW, METRIC, WAY]),
     verb(
         "status",
@@ -247,6 +247,16 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .options(&[
         VIEW,
+        value(
+            "from",
+            "TIME",
+            "the first moment, such as 1:30 or \"cue 5\"",
+        ),
+        value(
+            "cue",
+            "N",
+            "this cue alone, from its GO until it is complete",
+        ),
         KEYS,
         value(
             "layers",
@@ -262,8 +272,8 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         value(
             "to",
-            "HOST",
-            "of --sacn, to this machine in place of multicast",
+            "TIME",
+            "the last moment; of --sacn the machine to send to, in place of multicast",
         ),
         value("priority", "P", "of --sacn, 0 to 200 (default: 100)"),
         value(
@@ -311,7 +321,7 @@ pub const VERBS: &[VerbSpec] = &[
         value(
             "tolerance",
             "X",
-            "of spectrum, the error allowed, such as 2% (default: the show's preview)",
+            "of spectrum, the error allowed, such as 2% or 1.5steps (default: the show's preview)",
         ),
         DARK,
         output("write a .png or an .svg"),
@@ -327,7 +337,7 @@ pub const VERBS: &[VerbSpec] = &[
         value(
             "until",
             "X",
-            "refine until this error, such as 2% (default: the show's preview)",
+            "refine until this error, such as 2% or 1.5steps (default: the show's preview)",
         ),
         value(
             "count",

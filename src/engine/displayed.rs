@@ -1,0 +1,96 @@
+//! What an error of light shows as.
+//!
+//! An error of a moment is taken to be spread evenly over its picture. It then shows most where the
+//! picture is darkest, as the display's code rises steepest there: at the 99th percentile of the
+//! pixels, with the slope at the 1st percentile of their darkest channels.
+
+use super::{Engine, Error};
+use crate::picture::Image;
+use crate::picture::tone;
+use crate::plan::Moment;
+use crate::pool::Pool;
+use crate::units::ErrorUnit;
+
+/// The part of a picture's pixels that are darker than the one that counts.
+const DARK: f64 = 0.01;
+/// Pixels of a picture that are looked at: few, as every moment's is made.
+const LOOKED_AT: usize = 3600;
+/// Numbers that are added up in all; of very many moments fewer pixels are looked at.
+const MOST: usize = 500_000_000;
+/// Fewer than these would not tell a percentile.
+const LEAST: usize = 400;
+/// Steps that an error of all light shows as, where no picture is there that would tell: of the
+/// shipped shows the median is half of it.
+pub(super) const OF_ALL_LIGHT: f64 = 1000.0;
+
+/// The largest channels and darkest pixel that count of a moment's picture.
+struct Look {
+    /// Root mean square.
+    light: f64,
+    dark: f64,
+    bright: f64,
+}
+
+impl Engine {
+    /// Turns moments whose errors count relative to their light into those whose errors count in
+    /// steps of 255 as displayed.
+    ///
+    /// # Errors
+    /// Cancel; [`Error::Plan`].
+    pub(super) fn displayed(&self, pool: &Pool, moments: &mut [Moment]) -> Result<(), Error> {
+        let looks = self.looks(pool, moments)?;
+        let brightest = looks.iter().map(|l| l.bright).fold(0.0, f64::max);
+        let preview = &self.show().preview;
+        let automatic = || tone::exposure(brightest) + preview.bias;
+        let tone = self.tone_at(preview.exposure.unwrap_or_else(automatic));
+        let mut largest = 0.0_f64;
+        for (moment, look) in moments.iter_mut().zip(&looks) {
+            let little = 0.01 * look.light;
+            let rise = tone.display(look.dark + little) - tone.display(look.dark);
+            let steps = 255.0 * rise / 0.01;
+            if moment.scale > 0.0 {
+                largest = largest.max(steps);
+            }
+            moment.scale *= steps;
+        }
+        let step = self.coarse_steps()[1];
+        let stated = [ErrorUnit::Light, ErrorUnit::Steps].map(|unit| self.stated(step, unit));
+        if let ([Some(light), Some(steps)], true) = (stated, pool.is_relative() && largest > 0.0) {
+            // What is stated is what the worst moment shows.
+            let by = steps / (light * largest);
+            moments.iter_mut().for_each(|m| m.scale *= by);
+        }
+        Ok(())
+    }
+
+    fn looks(&self, pool: &Pool, moments: &[Moment]) -> Result<Vec<Look>, Error> {
+        let (width, height) = pool.size();
+        let each = moments.len().max(1) * pool.coarse().len().max(1);
+        let pixels = (MOST / each).clamp(LEAST, LOOKED_AT);
+        let step = (width * height).div_ceil(pixels).isqrt().max(1);
+        let thin = pool.thinned(step);
+        let work = self.host.work();
+        let of = |moment: &Moment| {
+            work.check()?;
+            Ok(look(&thin.preview(&moment.setting, work)?))
+        };
+        moments.iter().map(of).collect()
+    }
+}
+
+fn look(image: &Image) -> Look {
+    let (pixels, _) = image.data().as_chunks::<3>();
+    let squares: f64 = image.data().iter().map(|v| f64::from(*v).powi(2)).sum();
+    let least = |[r, g, b]: &[f32; 3]| r.min(*g).min(*b);
+    let mut darkest: Vec<f32> = pixels.iter().map(least).collect();
+    let rank = (DARK * darkest.len() as f64) as usize;
+    let dark = match rank < darkest.len() {
+        true => *darkest.select_nth_unstable_by(rank, f32::total_cmp).1,
+        false => 0.0,
+    };
+    Look {
+        light: (squares / image.data().len().max(1) as f64).sqrt(),
+        dark: f64::from(dark.max(0.0)),
+        bright: tone::bright_light(image),
+    }
+}
