@@ -25,6 +25,7 @@ mod rendering;
 pub mod session;
 mod setup;
 mod stage;
+mod tasks;
 mod versions;
 mod ways;
 
@@ -56,6 +57,7 @@ pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
 pub use self::session::Session;
 pub use self::stage::{StageFile, StageMaterial};
+pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
 pub use self::versions::Serving;
 pub use self::ways::{Way, WayForecast};
 pub use crate::scene::LampShape;

@@ -233,3 +233,15 @@ pub trait Prepared: Send {
         0
     }
 }
+
+/// What an operator with chance draws its numbers from for a setting at a quality: the same whenever the
+/// same image is asked for.
+pub fn seed(setting: &[f64], quality: Quality) -> u32 {
+    let bits = setting.iter().map(|value| value.to_bits());
+    let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
+        (seed ^ bits)
+            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+            .rotate_left(29)
+    });
+    (mixed >> 33) as u32
+}

@@ -175,6 +175,39 @@ pub enum Error {
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The operator does not name the version of its images, so that nobody could tell them apart.
+    #[error("the renderer does not name the version of its images")]
+    NoVersion,
+    /// Images are kept in memory only.
+    #[error("images are stored nowhere")]
+    NoPool,
+    /// The images of a list do not fit into the pool's folder.
+    #[error("the images take {needed} bytes, the pool may hold {limit}")]
+    PoolLimit {
+        /// Bytes of this show's images and of those listed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// A list of tasks cannot be read, or is of another form.
+    #[error("{0}")]
+    NotTasks(String),
+    /// A list of tasks was made with another operator or for another scene.
+    #[error("the list is of another {what}: {listed}, not {here}")]
+    OtherTasks {
+        /// What differs.
+        what: &'static str,
+        /// What the list says.
+        listed: String,
+        /// What it is here.
+        here: String,
+    },
+    /// An image that was rendered could not be stored.
+    #[error("the image was not stored: {0}")]
+    NotStored(String),
+    /// A farm did not do what it was told.
+    #[error("{0}")]
+    Farm(String),
     /// The embedding program asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -19,7 +19,7 @@ use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
 use crate::renderer::contract::{check_memory, check_quality, check_settings};
-use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
 use crate::scene::View;
 use crate::work::Work;
 
@@ -97,6 +97,8 @@ pub struct Call {
     pub show: Option<PathBuf>,
     /// A script that comes with the program, for Python.
     pub script: Option<&'static str>,
+    /// What the user calls the version of its pictures; none are kept without it.
+    pub version: Option<String>,
 }
 
 impl Call {
@@ -117,6 +119,7 @@ impl Call {
                 steps: *steps,
                 show: None,
                 script: Some(script),
+                version: None,
             });
         }
         for mark in [SETTINGS, OUTPUT] {
@@ -131,6 +134,7 @@ impl Call {
             steps: 1,
             show: None,
             script: None,
+            version: None,
         })
     }
 
@@ -230,6 +234,14 @@ impl Outside {
         }))
     }
 
+    /// The same renderer for a worker among many: its linearity is not measured here, which would take
+    /// each of them four more pictures.
+    #[must_use]
+    pub fn unmeasured(self) -> Outside {
+        self.0.measured().linearity = Some(Linearity::default());
+        self
+    }
+
     /// How linear the renderer is; `None` before the first picture.
     pub fn linearity(&self) -> Option<Linearity> {
         self.0.measured().linearity
@@ -243,6 +255,12 @@ impl Transport for Outside {
 
     fn finest(&self) -> Quality {
         Quality(self.0.call.steps.max(1))
+    }
+
+    fn results_version(&self) -> Option<String> {
+        let Call { version, steps, .. } = &self.0.call;
+        let version = version.as_ref()?;
+        Some(format!("outside {version}, of {steps} steps"))
     }
 
     fn prepare(
@@ -456,17 +474,6 @@ impl OutsideOperator {
             double: off(&[(2.0, a), (-1.0, twice)], twice),
         })
     }
-}
-
-/// A number that goes with a setting at a quality.
-fn seed(setting: &[f64], quality: Quality) -> u32 {
-    let bits = setting.iter().map(|value| value.to_bits());
-    let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
-        (seed ^ bits)
-            .wrapping_mul(0x9e37_79b9_7f4a_7c15)
-            .rotate_left(29)
-    });
-    (mixed >> 33) as u32
 }
 
 impl Prepared for OutsideOperator {
