@@ -9,7 +9,7 @@ use clap::Args;
 use super::argument::{Settings, time_limit};
 use super::screen::Screen;
 use super::{host, print, stop};
-use crate::engine::{self, Engine, LEASE, TaskList, TaskState, Worked};
+use crate::engine::{self, Engine, LEASE, Task, TaskList, TaskState, Worked};
 use crate::files::Disk;
 use crate::printable;
 use crate::renderer::outside::{self, Outside};
@@ -55,7 +55,7 @@ pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, E
     engine.check_tasks(&list)?;
     let lease = told.lease.unwrap_or(LEASE);
     let done = match chosen {
-        Some(task) => one(&mut engine, &list, task.task, lease),
+        Some(task) => one(&mut engine, &list, task, lease),
         None => all_free(&mut engine, &list, lease),
     };
     match done {
@@ -92,40 +92,45 @@ fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine,
     Ok(engine)
 }
 
+/// Renders one task unless it is there or somebody else is at work on it.
 fn one(
     engine: &mut Engine,
     list: &TaskList,
-    number: usize,
+    task: &Task,
     lease: Duration,
 ) -> Result<u8, engine::Error> {
-    let Some(task) = list.tasks.iter().find(|task| task.task == number) else {
-        return Ok(0);
-    };
     let worked = engine.work_on(list, task, lease)?;
-    print(format!("{}\n", tasks::worked(number, &worked)));
+    print(format!("{}\n", tasks::worked(task.task, &worked)));
     Ok(match worked {
         Worked::Rendered(_) | Worked::There => 0,
         Worked::Claimed(_) => TRY_AGAIN,
     })
 }
 
-/// What is free, and after that what failed before.
+/// Renders what is free, and after that what failed before; then what became free meanwhile.
 fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8, engine::Error> {
-    let states = list.states(&Disk, lease)?;
-    let numbers = |failed: bool| {
-        let all = list.tasks.iter().zip(&states);
-        all.filter(move |(_, state)| {
-            **state != TaskState::There && matches!(state, TaskState::Failed(_)) == failed
-        })
-    };
-    let mut code = 0;
-    for (task, _) in numbers(false).chain(numbers(true)) {
-        code = code.max(one(engine, list, task.task, lease)?);
+    let mut is_new = true;
+    loop {
+        let states = list.states(&Disk, lease)?;
+        let mut open: Vec<_> = list.tasks.iter().zip(&states).collect();
+        open.retain(|(_, state)| **state != TaskState::There);
+        if open.is_empty() {
+            print("every picture is there\n");
+            return Ok(0);
+        }
+        if !is_new {
+            print(tasks::describe(list, &states));
+            return Ok(TRY_AGAIN);
+        }
+        open.sort_by_key(|(_, state)| matches!(state, TaskState::Failed(_)));
+        is_new = false;
+        for (task, _) in open {
+            if let done @ Worked::Rendered(_) = engine.work_on(list, task, lease)? {
+                print(format!("{}\n", tasks::worked(task.task, &done)));
+                is_new = true;
+            }
+        }
     }
-    if code == 0 {
-        print("nothing is left to do\n");
-    }
-    Ok(code)
 }
 
 /// Prints how far a list is.

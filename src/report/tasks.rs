@@ -30,8 +30,9 @@ pub fn write(store: &dyn Store, path: &Path, list: &TaskList) -> Result<(), Erro
         pool: named(&list.pool)?,
         ..list.clone()
     };
-    let mut json = serde_json::to_string_pretty(&list)?;
-    json.push('\n');
+    let json = serde_json::to_string(&list)?;
+    // A line for each task. Within a string the quotes would have backslashes.
+    let json = json.replace(r#"{"task":"#, "\n{\"task\":") + "\n";
     Ok(store.output(path, json.as_bytes())?)
 }
 
