@@ -48,7 +48,7 @@ use crate::work::Work;
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
-pub use self::error::Error;
+pub use self::error::{Error, TaskFault};
 pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};

@@ -1,12 +1,13 @@
 //! Slurm: one job array for the tasks of a list, by the programs that every user of Slurm has.
 //!
 //! What else a site wants to be told (partition, account, time) stands in the variables that `sbatch`
-//! reads itself, such as `SBATCH_PARTITION`.
+//! reads itself, such as `SBATCH_PARTITION`; without `SBATCH_OUTPUT` what workers print is not kept.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::Duration;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
 
 use super::argument::Settings;
 use crate::files::process::quote;
@@ -14,6 +15,12 @@ use crate::report::farm::Farm;
 
 /// How often the queue is looked at.
 const REST: Duration = Duration::from_secs(1);
+
+/// How often it is asked whether to go on.
+const GLANCE: Duration = Duration::from_millis(20);
+
+/// Where `sbatch` has what workers print.
+const OUTPUT: &str = "SBATCH_OUTPUT";
 
 /// The Slurm that this machine can submit to.
 pub struct Slurm {
@@ -51,7 +58,6 @@ impl Farm for Slurm {
                 "--parsable",
                 "--requeue",
                 "--job-name=footlight",
-                "--output=/dev/null",
                 &array,
                 &wrapped,
             ],
@@ -59,7 +65,10 @@ impl Farm for Slurm {
         // `1234`, or `1234;cluster`.
         let job = said.trim().split(';').next().unwrap_or_default();
         match !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit()) {
-            true => Ok(job.to_owned()),
+            true => {
+                jobs().push(job.to_owned());
+                Ok(job.to_owned())
+            }
             false => Err(format!("sbatch answered `{}`", said.trim())),
         }
     }
@@ -79,12 +88,32 @@ impl Farm for Slurm {
     }
 
     fn cancel(&self, job: &str) {
+        jobs().retain(|other| other != job);
         // It may have ended.
         let _ = run("scancel", &[job]);
     }
 
-    fn rest(&self) {
-        std::thread::sleep(REST);
+    fn rest(&self, is_over: &dyn Fn() -> bool) {
+        let begin = Instant::now();
+        while begin.elapsed() < REST && !is_over() {
+            std::thread::sleep(GLANCE);
+        }
+    }
+}
+
+/// Jobs that are to end where the process does before it is done with them.
+static JOBS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+fn jobs() -> MutexGuard<'static, Vec<String>> {
+    JOBS.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Ends the jobs of this process, which is about to end.
+pub fn cancel_all() {
+    let jobs = std::mem::take(&mut *jobs());
+    if !jobs.is_empty() {
+        let names: Vec<&str> = jobs.iter().map(String::as_str).collect();
+        let _ = run("scancel", &names);
     }
 }
 
@@ -92,6 +121,9 @@ impl Farm for Slurm {
 fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null());
+    if std::env::var_os(OUTPUT).is_none() {
+        command.env(OUTPUT, "/dev/null");
+    }
     let output = command.output().map_err(|e| {
         format!("`{program}` cannot be started: {e}; `--farm slurm` needs Slurm's programs")
     })?;

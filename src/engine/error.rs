@@ -190,8 +190,13 @@ pub enum Error {
         limit: u64,
     },
     /// A list of tasks cannot be read, or is of another form.
-    #[error("{0}")]
-    NotTasks(String),
+    #[error("`{}` is no list of tasks: {fault}", path.display())]
+    NotTasks {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: TaskFault,
+    },
     /// A list of tasks was made with another operator or for another scene.
     #[error("the list is of another {what}: {listed}, not {here}")]
     OtherTasks {
@@ -217,6 +222,29 @@ pub enum Error {
         /// The limit.
         seconds: f64,
     },
+}
+
+/// What is wrong with a list of tasks.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TaskFault {
+    /// It is not JSON of the form.
+    #[error("{0}")]
+    Form(String),
+    /// It is of another version of the form than that which is read.
+    #[error("its schema is {0}, this program reads {1}")]
+    Schema(u32, u32),
+    /// The scene is no address.
+    #[error("its scene is no address")]
+    Scene,
+    /// Tasks are not numbered from 1.
+    #[error("task {0} has another number")]
+    Number(usize),
+    /// A task's picture is no address.
+    #[error("the picture of task {0} is no address")]
+    Picture(usize),
+    /// A task's setting has another length than the coordinates, or is not finite.
+    #[error("the setting of task {0} does not fit the coordinates")]
+    Setting(usize),
 }
 
 /// Why a reference cannot be used.

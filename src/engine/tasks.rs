@@ -12,6 +12,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::error::TaskFault;
 use super::refiner::{Calls, Next, Refiner};
 use super::{Engine, Error, Goal};
 use crate::files::claim::{self, Claim, Claimed, Holder};
@@ -29,6 +30,9 @@ const SCHEMA: u32 = 0;
 /// How long a claim holds without being renewed unless something else is said: longer than network file
 /// systems keep what they know of a file.
 pub const LEASE: Duration = Duration::from_secs(60);
+
+/// What a folder of the pool must not be: it may have come with a stranger's show, and lead anywhere.
+const LINK: &str = "a link";
 
 /// Bytes of a file beyond its pixels, about.
 const HEADER: u64 = 4096;
@@ -107,31 +111,28 @@ impl TaskList {
     /// Checks what was read.
     ///
     /// # Errors
-    /// [`Error::NotTasks`] with what is wrong.
-    pub fn check(&self) -> Result<(), Error> {
-        let wrong = |what: String| Err(Error::NotTasks(what));
+    /// What is wrong with it.
+    pub fn check(&self) -> Result<(), TaskFault> {
         if self.schema != SCHEMA {
-            return wrong(format!(
-                "its schema is {}, this program reads {SCHEMA}",
-                self.schema
-            ));
+            return Err(TaskFault::Schema(self.schema, SCHEMA));
         }
         if Digest::parse(&self.scene).is_none() {
-            return wrong("its scene is no address".to_owned());
+            return Err(TaskFault::Scene);
         }
         for (task, number) in self.tasks.iter().zip(1..) {
             if task.task != number {
-                return wrong(format!("task {number} has another number"));
+                return Err(TaskFault::Number(number));
             }
-            let key = task.picture.strip_prefix(&format!("{}-", task.quality));
-            if key.and_then(Digest::parse).is_none() {
-                return wrong(format!("the picture of task {number} is no address"));
+            let parts = task.picture.split_once('-');
+            let is_named = |(q, key): (&str, &str)| {
+                q == task.quality.to_string() && Digest::parse(key).is_some()
+            };
+            if !parts.is_some_and(is_named) {
+                return Err(TaskFault::Picture(number));
             }
             let is_finite = task.setting.iter().all(|x| x.is_finite());
             if !is_finite || task.setting.len() != self.coordinates.len() {
-                return wrong(format!(
-                    "the setting of task {number} does not fit the coordinates"
-                ));
+                return Err(TaskFault::Setting(number));
             }
         }
         Ok(())
@@ -167,7 +168,7 @@ impl TaskList {
     }
 
     fn claim_name(&self, task: &Task) -> String {
-        format!("{}-{}", self.scene, task.picture)
+        [&self.scene, "-", &task.picture].concat()
     }
 }
 
@@ -178,7 +179,7 @@ fn claims(pool: &Path) -> PathBuf {
 
 /// Where it stands why the last rendering of something failed.
 fn failure(claims: &Path, name: &str) -> PathBuf {
-    claims.join(format!("{name}.failed"))
+    claims.join([name, ".failed"].concat())
 }
 
 /// Progress that keeps a claim: every loop of the operator asks whether to go on.
@@ -358,7 +359,8 @@ impl Engine {
         Ok(disk_cache.make_room(store, bytes)?)
     }
 
-    /// Refuses a list that this show, with this operator, would render otherwise than it says.
+    /// Refuses a list that is not of this scene, view and operator. The lights of each task are compared
+    /// before it is rendered.
     ///
     /// # Errors
     /// [`Error::OtherTasks`].
@@ -381,16 +383,13 @@ impl Engine {
                 here,
             });
         }
-        let fits = rendering.sources() == list.coordinates.len();
-        for task in list.tasks.iter().filter(|_| fits) {
-            self.check_task(task)?;
-        }
-        match fits {
+        let (listed, here) = (list.coordinates.len(), rendering.sources());
+        match listed == here {
             true => Ok(()),
             false => Err(Error::OtherTasks {
                 what: "number of sources",
-                listed: list.coordinates.len().to_string(),
-                here: rendering.sources().to_string(),
+                listed: listed.to_string(),
+                here: here.to_string(),
             }),
         }
     }
@@ -423,16 +422,11 @@ impl Engine {
         lease: Duration,
     ) -> Result<Worked, Error> {
         let wanted = self.check_task(task)?;
-        let folder = claims(self.pool_folder()?);
         if self.is_stored(&wanted) {
             return Ok(Worked::There);
         }
-        if self.store().is_link(&folder) {
-            let link = FileError::Outside(folder.display().to_string());
-            return Err(link.into());
-        }
         let name = list.claim_name(task);
-        let claim = match claim::claim(&folder, &name, lease)? {
+        let claim = match self.claim(&name, lease)? {
             Claimed::Ours(claim) => claim,
             Claimed::By(holder) => return Ok(Worked::Claimed(holder)),
         };
@@ -441,22 +435,33 @@ impl Engine {
             return Ok(Worked::There);
         }
         let begin = self.now();
-        let failure = failure(&folder, &name);
         let done = self.render_task(&wanted, task, &claim);
-        match done {
-            Ok(()) => {
-                self.store().remove(&failure)?;
-                Ok(Worked::Rendered(self.now() - begin))
-            }
-            Err(error) => {
-                if !error.is_cancel() {
-                    let said = format!("{}: {error}\n", claim::host());
-                    // The error itself is what counts.
-                    let _ = self.store().write(&failure, said.as_bytes());
-                }
-                Err(error)
+        self.write_down(&name, done.as_ref().err())?;
+        done.map(|()| Worked::Rendered(self.now() - begin))
+    }
+
+    fn claim(&self, name: &str, lease: Duration) -> Result<Claimed, Error> {
+        let folder = claims(self.pool_folder()?);
+        if self.store().is_link(&folder) {
+            let path = folder.display().to_string();
+            return Err(FileError::NotAFile { path, kind: LINK }.into());
+        }
+        Ok(claim::claim(&folder, name, lease)?)
+    }
+
+    /// Keeps why a task failed, or forgets why it once did.
+    fn write_down(&self, name: &str, error: Option<&Error>) -> Result<(), Error> {
+        let path = failure(&claims(self.pool_folder()?), name);
+        match error {
+            None => self.store().remove(&path)?,
+            Some(error) if error.is_cancel() => {}
+            Some(error) => {
+                let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
+                // The error itself is what counts.
+                let _ = self.store().write(&path, said.as_bytes());
             }
         }
+        Ok(())
     }
 
     fn is_stored(&self, wanted: &Wanted) -> bool {

@@ -181,7 +181,7 @@ fn engine_code(error: &engine::Error) -> u8 {
     match error {
         error if error.is_cancel() => 130,
         E::OutOfTime { .. } => 130,
-        E::NotTasks(_) | E::OtherTasks { .. } => 65,
+        E::NotTasks { .. } | E::OtherTasks { .. } => 65,
         E::NotStored(_) => 75,
         E::Show(_) => 1,
         E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost | E::Farm(_) => 3,

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Error, tasks};
 use crate::engine::{self, Engine, Goal, LEASE, TaskList, TaskState};
-use crate::files::claim;
+use crate::files::{FileError, claim};
 use crate::work::Cancelled;
 
 /// Tasks of one job: what farms take at once unless they are told to take more.
@@ -37,8 +37,8 @@ pub trait Farm: Send {
     /// Ends a job; what cannot be ended stays.
     fn cancel(&self, job: &str);
 
-    /// Waits until it is worth to look again, a second or so.
-    fn rest(&self);
+    /// Waits until it is worth to look again, a second or so, or until `is_over` is true.
+    fn rest(&self, is_over: &dyn Fn() -> bool);
 }
 
 /// Has everything rendered on a farm that a goal needs; what is then left to the engine needs no
@@ -67,6 +67,11 @@ pub fn refine(engine: &mut Engine, goal: Goal, farm: &dyn Farm) -> Result<usize,
 /// Has a list done, and removes its file.
 fn round(engine: &mut Engine, list: &TaskList, farm: &dyn Farm) -> Result<(), Error> {
     let path = list_path(list)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if engine.host().store.is_link(folder) {
+        let (path, kind) = (folder.display().to_string(), "a link");
+        return Err(FileError::NotAFile { path, kind }.into());
+    }
     tasks::write(engine.host().store.as_ref(), &path, list)?;
     let mut round = Round {
         list,
@@ -79,9 +84,8 @@ fn round(engine: &mut Engine, list: &TaskList, farm: &dyn Farm) -> Result<(), Er
         there: 0,
     };
     let done = round.run(engine);
-    if done.is_err() {
-        round.jobs.iter().for_each(|job| farm.cancel(job));
-    }
+    // Of a list that is done too: what still waits has nothing to do.
+    round.jobs.iter().for_each(|job| farm.cancel(job));
     engine.host().store.remove(&path)?;
     done
 }
@@ -117,8 +121,9 @@ impl Round<'_> {
         let all: Vec<usize> = self.list.tasks.iter().map(|task| task.task).collect();
         self.submit(&all)?;
         while !self.look(engine)? {
-            self.farm.rest();
-            if engine.host().progress.cancelled() {
+            let progress = &engine.host().progress;
+            self.farm.rest(&|| progress.cancelled());
+            if progress.cancelled() {
                 return Err(Cancelled.into());
             }
         }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Error;
 use super::words::{count, seconds};
-use crate::engine::{self, TEXT_LIMIT, Task, TaskList, TaskState, Worked};
+use crate::engine::{self, TEXT_LIMIT, Task, TaskFault, TaskList, TaskState, Worked};
 use crate::files::Store;
 
 /// Tasks that are named one by one.
@@ -50,12 +50,13 @@ fn absolute(path: &Path) -> Result<PathBuf, Error> {
 /// [`engine::Error::NotTasks`]; [`engine::Error::File`].
 pub fn read(store: &dyn Store, path: &Path) -> Result<TaskList, engine::Error> {
     let bytes = store.read(path, TEXT_LIMIT)?;
-    let named = |what: String| {
-        engine::Error::NotTasks(format!("`{}` is no list of tasks: {what}", path.display()))
+    let named = |fault| engine::Error::NotTasks {
+        path: path.to_owned(),
+        fault,
     };
     let list: Result<TaskList, _> = serde_json::from_slice(&bytes);
-    let list = list.map_err(|error| named(error.to_string()))?;
-    list.check().map_err(|error| named(error.to_string()))?;
+    let list = list.map_err(|error| named(TaskFault::Form(error.to_string())))?;
+    list.check().map_err(named)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     Ok(TaskList {
         show: folder.join(&list.show),
@@ -221,5 +222,93 @@ fn why(state: &TaskState) -> String {
                 holder.age.as_secs_f64()
             )
         }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test's own data")]
+mod tests {
+    use super::*;
+    use crate::files::MemoryStore;
+    use crate::files::claim::Holder;
+    use std::time::Duration;
+
+    fn list(tasks: usize) -> TaskList {
+        let task = |number: usize| Task {
+            task: number,
+            picture: format!("4-{number:032x}"),
+            quality: 4,
+            setting: vec![1.0 / 3.0, -f64::MIN_POSITIVE],
+            order: None,
+            seed: 7,
+            seconds: Some(0.1 + 0.2),
+        };
+        TaskList {
+            schema: 0,
+            show: "shows/a \"show\".lxq".into(),
+            view: Some("house".to_owned()),
+            pool: "/net/pool".into(),
+            operator: "radiosity 1 {\"task\":".to_owned(),
+            scene: "0".repeat(32),
+            size: [640, 360],
+            coordinates: vec!["lamp".to_owned(), "sky".to_owned()],
+            tasks: (1..=tasks).map(task).collect(),
+        }
+    }
+
+    #[test]
+    fn a_list_is_read_as_it_was_written_to_the_last_bit() {
+        let store = MemoryStore::default();
+        let (path, wanted) = (Path::new("lists/tasks.json"), list(3));
+        write(&store, path, &wanted).unwrap();
+        let found = read(&store, path).unwrap();
+        assert_eq!(found.tasks, wanted.tasks);
+        assert_eq!((found.operator, found.pool), (wanted.operator, wanted.pool));
+        // The show is not below the list's folder.
+        assert_eq!(found.show, std::path::absolute(wanted.show).unwrap());
+        let beside = Path::new("tasks.json");
+        write(&store, beside, &list(1)).unwrap();
+        let text = String::from_utf8(store.read(beside, 1 << 20).unwrap()).unwrap();
+        assert!(text.contains(r#""show":"shows/a \"show\".lxq""#), "{text}");
+        let lines = text.lines().filter(|l| l.starts_with("{\"task\"")).count();
+        assert_eq!(lines, 1, "{text}");
+    }
+
+    #[test]
+    fn what_is_missing_has_its_reason() {
+        let holder = |age| Holder {
+            host: "n1".to_owned(),
+            process: 4711,
+            age: Duration::from_secs(age),
+            lease: Duration::from_secs(60),
+        };
+        let states = [
+            TaskState::There,
+            TaskState::Claimed(holder(12)),
+            TaskState::Claimed(holder(80)),
+            TaskState::Failed("n2: no licence".to_owned()),
+            TaskState::Free,
+        ];
+        let list = list(states.len());
+        assert_eq!(
+            describe(&list, &states),
+            "1 of 5 pictures there\n\
+             \x20 task 2    is being rendered by process 4711 on n1, last heard of 12 s ago\n\
+             \x20 task 3    was given up by process 4711 on n1, last heard of 80 s ago\n\
+             \x20 task 4    failed on n2: no licence\n\
+             \x20 task 5    nobody has begun it\n"
+        );
+        let json: serde_json::Value = serde_json::from_str(&json(&list, &states).unwrap()).unwrap();
+        let whys: Vec<_> = json["missing"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|m| &m["why"])
+            .collect();
+        assert_eq!(whys, ["claimed", "stale", "failed", "free"]);
+        assert_eq!(
+            (&json["there"], &json["missing"][0]["process"]),
+            (&1.into(), &4711.into())
+        );
     }
 }

@@ -306,7 +306,7 @@ impl Farm for Lossy {
 
     fn cancel(&self, _: &str) {}
 
-    fn rest(&self) {}
+    fn rest(&self, _: &dyn Fn() -> bool) {}
 }
 
 #[test]

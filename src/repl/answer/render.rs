@@ -7,7 +7,7 @@ use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
 use crate::repl::argument::{duration, fraction, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::words::exposure;
+use crate::report::words::{count, exposure};
 use crate::report::{self, refine as words, run as whole_loop};
 
 /// Steps that `plan --next` lists unless another number is given.
@@ -84,7 +84,12 @@ fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<Goal, Error> {
     let Some(farm) = &repl.console.farm else {
         return usage("there is no farm here");
     };
-    report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
+    let rendered = report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
+    if rendered > 0 {
+        let pictures = count(rendered, "picture");
+        repl.unheard
+            .push(format!("{name} rendered {pictures}").into());
+    }
     Ok(Goal {
         count: goal.or_one().count.map(|_| 0),
         ..goal
