@@ -241,10 +241,8 @@ pub use cli::main;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
-    Moves, PlanOptions, PoolPlace, RefinementSummary, Status, Task, TaskList, TaskState, Way,
-    WayForecast, Worked,
+    Moves, PlanOptions, PoolPlace, RefinementSummary, Status, Way, WayForecast,
 };
-pub use files::claim::Holder;
 pub use files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,
 };
@@ -258,7 +256,6 @@ pub use printable::Printable;
 pub use radiosity::Radiosity;
 pub use renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 pub use repl::{Call, Console, Error as ReplError, Repl, Reply};
-pub use report::farm::Farm;
 pub use report::film::{Canvas, Shown};
 pub use scene::{Rig, Scene, View};
 pub use show::Show;

@@ -72,7 +72,8 @@ pub struct Task {
     pub picture: String,
     /// The step of quality.
     pub quality: u8,
-    /// One number for each coordinate.
+    /// One number for each coordinate; as text, which gives back the very bits in every program.
+    #[serde(with = "exact")]
     pub setting: Vec<f64>,
     /// Its place among the refined images of the plan, from 0; none for one of a source alone.
     pub order: Option<usize>,
@@ -81,6 +82,22 @@ pub struct Task {
     /// Predicted seconds of a worker that does this task alone, on the machine that listed it; none
     /// where nothing is known.
     pub seconds: Option<f64>,
+}
+
+/// Numbers as text, with blanks between them.
+mod exact {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(numbers: &[f64], to: S) -> Result<S::Ok, S::Error> {
+        let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        to.serialize_str(&words.join(" "))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+        let text = String::deserialize(from)?;
+        let numbers = text.split_whitespace().map(str::parse);
+        numbers.collect::<Result<_, _>>().map_err(D::Error::custom)
+    }
 }
 
 /// What work on a task came to.
@@ -410,7 +427,7 @@ impl Engine {
 
     /// Renders a task of a list that was checked, unless its image is there or somebody else is at work on
     /// it. The claim holds for `lease` without being renewed. What fails is written down for
-    /// [`TaskList::states`].
+    /// `TaskList::states`.
     ///
     /// # Errors
     /// [`Error::NotStored`] where the image could not be written; [`Error::File`] where nothing can be

@@ -351,7 +351,13 @@ mod tests {
         for _ in 0..20 {
             std::mem::forget(ours(dir.path(), LEASE));
             age(dir.path(), "a.0", 100);
-            let steal = || matches!(claim(dir.path(), "a", LEASE).unwrap(), Claimed::Ours(c) if { std::mem::forget(c); true });
+            let steal = || match claim(dir.path(), "a", LEASE).unwrap() {
+                Claimed::Ours(stolen) => {
+                    std::mem::forget(stolen);
+                    true
+                }
+                Claimed::By(_) => false,
+            };
             let stolen: usize = std::thread::scope(|scope| {
                 let thieves: Vec<_> = (0..8).map(|_| scope.spawn(steal)).collect();
                 thieves

@@ -149,20 +149,17 @@ fn what_does_not_fit_is_refused_before_anything_is_rendered() {
             list.replace("\"radiosity ", "\"radiosity x"),
             "another renderer",
         ),
-        (
-            list.replace("[1.0,0.0,0.0]", "[2.0,0.0,0.0]"),
-            "another light",
-        ),
+        (list.replace("\"1 0 0\"", "\"2 0 0\""), "another light"),
         (
             list.replace("\"schema\":0", "\"schema\":7"),
             "its schema is 7",
         ),
         (
-            list.replace("[1.0,0.0,0.0]", "[1e999,0.0,0.0]"),
+            list.replace("\"1 0 0\"", "\"1 0 zero\""),
             "no list of tasks",
         ),
         (
-            list.replace("[1.0,0.0,0.0]", "[1.0]"),
+            list.replace("\"1 0 0\"", "\"1 0 inf\""),
             "does not fit the coordinates",
         ),
         (list.replace("\"1-", "\"../1-"), "no address"),
@@ -322,7 +319,7 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
     let alone = folder.path().join("alone");
     let mut serial = engine(&show, &alone);
     serial.set_way(Way::Paper);
-    serial.refine(Goal::until(0.005)).unwrap();
+    serial.coarse().unwrap();
 
     let lossy = farm("lossy", true, true);
     let mut far = engine(&show, &lossy.pool);
