@@ -13,8 +13,10 @@ mod remote;
 mod reports;
 mod screen;
 mod send;
+mod slurm;
 mod stop;
 mod watch;
+mod work;
 
 use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
@@ -40,10 +42,11 @@ use self::encoder::Ffmpeg;
 use self::prompt::Threads;
 use self::reports::Versions;
 use self::screen::Screen;
+use self::slurm::Slurm;
 
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
-/// has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped by the user or the limit of
-/// time, 143 and 129 by SIGTERM and SIGHUP.
+/// has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault, 75 try again,
+/// 130 stopped by the user or the limit of time, 143 and 129 by SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os()) {
         Ok(parsed) => parsed,
@@ -142,6 +145,8 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
         }),
+        OwnCommand::Work(told) => work::work(told, settings, screen),
+        OwnCommand::Collect { tasks, json } => work::collect(tasks, *json, settings),
         #[cfg(feature = "lsp")]
         OwnCommand::Lsp => serve_editor(settings),
         OwnCommand::Completions { shell } => {
@@ -162,7 +167,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
                 background: Some(background),
                 ..host(show.as_deref(), settings, screen)
             };
-            let mut repl = load(show.as_deref(), host, screen)?;
+            let mut repl = load(show.as_deref(), host, (settings, screen))?;
             if !commands.is_empty() {
                 prompt::batch(&mut repl, commands.join("\n").as_bytes(), screen)
             } else if io::stdin().is_terminal() {
@@ -252,10 +257,14 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
 
 /// Opens a show with the terminal's means.
 fn open(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Result<Repl, Error> {
-    load(path, host(path, settings, screen), screen)
+    load(path, host(path, settings, screen), (settings, screen))
 }
 
-fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error> {
+fn load(
+    path: Option<&Path>,
+    host: Host,
+    (settings, screen): (&Settings, &Screen),
+) -> Result<Repl, Error> {
     let engine = match path {
         None => Engine::from_text("untitled.lxq", b"show \"Untitled\"\n", host),
         Some(path) if path == Path::new("-") => {
@@ -276,6 +285,7 @@ fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error>
             encoder: Some(Box::new(Ffmpeg)),
         },
         canvas: screen.canvas(),
+        farm: Some(Box::new(Slurm::new(settings))),
     };
     files::return_freed_memory();
     Ok(Repl::new(engine?, console))

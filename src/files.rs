@@ -5,6 +5,7 @@
 //! left half written (it is written beside its place, then renamed). No other module of the library
 //! touches `std::fs`, a process or a clock.
 
+pub mod claim;
 pub mod process;
 
 mod address_space;

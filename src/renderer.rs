@@ -12,6 +12,7 @@ mod setup;
 
 pub use setup::Setup;
 
+use crate::hash::{GOLDEN, mix};
 use crate::picture::Image;
 use crate::units::ErrorUnit;
 use crate::work::{Cancelled, Work};
@@ -233,4 +234,14 @@ pub trait Prepared: Send {
     fn bytes(&self) -> usize {
         0
     }
+}
+
+/// What an operator with chance draws its numbers from for a setting at a quality: the same whenever the
+/// same image is asked for.
+pub fn seed(setting: &[f64], quality: Quality) -> u32 {
+    let bits = setting.iter().map(|value| value.to_bits());
+    let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
+        mix((seed ^ bits).wrapping_add(GOLDEN))
+    });
+    (mixed >> 33) as u32
 }

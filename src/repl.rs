@@ -23,6 +23,7 @@ use crate::engine::{Edited, Engine, Event, LiveControl};
 use crate::files::is_same;
 use crate::lang;
 use crate::printable::{self, Printable};
+use crate::report::farm::Farm;
 use crate::report::film::{Canvas, Outlets, Shown};
 use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
@@ -41,15 +42,18 @@ pub struct Console {
     pub outlets: Outlets,
     /// Shows frames as `play` makes them; without it `play` only reports how fast it is.
     pub canvas: Option<Box<dyn Canvas>>,
+    /// What `--farm` hands pictures to; without it that is refused.
+    pub farm: Option<Box<dyn Farm>>,
 }
 
 impl Default for Console {
-    /// Plain text, no outlets, no canvas.
+    /// Plain text, no outlets, no canvas, no farm.
     fn default() -> Console {
         Console {
             style: Style::Plain,
             outlets: Outlets::default(),
             canvas: None,
+            farm: None,
         }
     }
 }
@@ -313,7 +317,7 @@ impl Repl {
     /// Options of a verb that say what is refined first, and from where images are seen, hold for
     /// that verb alone.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
-        if let Some(path) = call.path("output") {
+        for path in ["output", "tasks"].into_iter().filter_map(|o| call.path(o)) {
             self.spare(path, call)?;
             let folder = path.parent().unwrap_or(Path::new(""));
             self.engine.host().store.sweep(folder);

@@ -12,6 +12,7 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand
 
 use super::import::Imported;
 use super::watch::Watched;
+use super::work::Worker;
 use crate::diagnostic::Style;
 use crate::engine::POOL_LIMIT;
 use crate::files;
@@ -55,8 +56,8 @@ pub struct Settings {
     /// Program that renders in place of this one's own radiosity: 'python3 render.py {settings}
     /// {output}'
     #[arg(long, global = true, value_name = "COMMAND")]
-    #[arg(value_parser = |line: &str| outside::Call::parse(line).map_err(|e| e.to_string()))]
-    renderer: Option<outside::Call>,
+    #[arg(value_parser = RendererLine::parse)]
+    renderer: Option<RendererLine>,
     /// Seconds that it may take for one picture (default: 600)
     #[arg(long, global = true, value_name = "SECONDS")]
     #[arg(value_parser = value_parser!(u32).range(1..=1_000_000))]
@@ -64,6 +65,10 @@ pub struct Settings {
     /// Its steps of quality (default: 1, it has no scale)
     #[arg(long, global = true, value_name = "N", value_parser = value_parser!(u8).range(1..=5))]
     renderer_steps: Option<u8>,
+    /// What the version of its pictures is called, so that they are kept and shared (default: none, they
+    /// are not)
+    #[arg(long, global = true, value_name = "TEXT")]
+    renderer_version: Option<String>,
     /// Folder that keeps pictures (default: .footlight next to the show; `off`: none)
     #[arg(long, global = true, value_name = "DIR")]
     pub pool: Option<PathBuf>,
@@ -106,7 +111,8 @@ impl Settings {
 
     /// The renderer to use in place of the program's own.
     pub fn renderer(&self) -> Option<outside::Call> {
-        let mut call = self.renderer.clone()?;
+        let mut call = self.renderer.clone()?.call;
+        call.version.clone_from(&self.renderer_version);
         if let Some(seconds) = self.renderer_timeout {
             call.timeout = f64::from(seconds);
         }
@@ -114,6 +120,42 @@ impl Settings {
             call.steps = steps;
         }
         Some(call)
+    }
+
+    /// The options that a worker on another machine is to be given.
+    pub fn of_worker(&self) -> Vec<String> {
+        let mut words = vec!["--quiet".to_owned()];
+        let mut option = |name: &str, value: Option<String>| {
+            words.extend(value.map(|value| format!("--{name}={value}")));
+        };
+        option("threads", self.threads.map(|n| n.to_string()));
+        option("memory", self.memory.map(|bytes| (bytes >> 20).to_string()));
+        let renderer = self.renderer.as_ref();
+        option("renderer", renderer.map(|r| r.line.clone()));
+        option(
+            "renderer-timeout",
+            self.renderer_timeout.map(|s| s.to_string()),
+        );
+        option("renderer-steps", self.renderer_steps.map(|n| n.to_string()));
+        option("renderer-version", self.renderer_version.clone());
+        words
+    }
+}
+
+/// A renderer's command as it was typed, and what it means.
+#[derive(Clone, Debug)]
+struct RendererLine {
+    line: String,
+    call: outside::Call,
+}
+
+impl RendererLine {
+    fn parse(line: &str) -> Result<RendererLine, String> {
+        let call = outside::Call::parse(line).map_err(|e| e.to_string())?;
+        Ok(RendererLine {
+            line: line.to_owned(),
+            call,
+        })
     }
 }
 
@@ -193,6 +235,27 @@ pub enum OwnCommand {
     #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
         Example:\n  footlight watch show.lxq -o now.png")]
     Watch(Watched),
+    /// render a task of a list that `plan --tasks` wrote, or whatever of it is free
+    #[command(
+        after_help = "Exits with 0 when it is done or was already, 75 when it is to be tried again (others \
+        are at work on it, or it could not be stored), 65 when the list is of another version of \
+        the program, the renderer or the show.\n\nExample:\n  \
+        footlight plan show.lxq --tasks tasks.json\n  footlight work tasks.json"
+    )]
+    Work(Worker),
+    /// how far a list of tasks is: what is missing, and why
+    #[command(
+        after_help = "Exits with 0 when everything is there, else with 75.\n\n\
+        Example:\n  footlight collect tasks.json"
+    )]
+    Collect {
+        /// The list that `plan --tasks` wrote
+        #[arg(id = "TASKS")]
+        tasks: PathBuf,
+        /// Print data instead of words
+        #[arg(long)]
+        json: bool,
+    },
     /// serve an editor by the language server protocol, on standard input and output
     #[cfg(feature = "lsp")]
     #[command(
@@ -235,7 +298,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Tas
 }
 
 /// A time that is not nothing, as shows write them.
-fn time_limit(text: &str) -> Result<Duration, String> {
+pub fn time_limit(text: &str) -> Result<Duration, String> {
     let micros = lang::time(text).and_then(|time| u64::try_from(time.micros()).ok());
     match micros.filter(|micros| *micros > 0) {
         Some(micros) => Ok(Duration::from_micros(micros)),

@@ -19,6 +19,7 @@ use std::{
 use nix::sys::termios::{self, SetArg, Termios};
 
 use super::screen::Screen;
+use super::slurm;
 use crate::engine;
 use crate::files::process;
 use crate::work::Cancelled;
@@ -103,6 +104,7 @@ fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
     // A system without threads to spare has none at work either.
     let _ = thread::Builder::new().spawn(move || {
         thread::sleep(time);
+        slurm::cancel_all();
         process::end_all();
         restore_terminal();
         screen.fail(&reason.into());

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use super::forecast;
 use super::refine::{Ended, Goal, RefinementSummary};
-use super::refiner::{Next, Refiner, Ticket};
+use super::refiner::{Calls, Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered};
 use super::ways::Way;
 use super::{Engine, Error};
@@ -224,7 +224,7 @@ impl Engine {
         }
         self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
-            refiner: Refiner::new(goal, self.metric, false, self.now()),
+            refiner: Refiner::new(goal, self.metric, Calls::Background, self.now()),
             job: None,
         });
         self.go_on();

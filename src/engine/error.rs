@@ -175,6 +175,44 @@ pub enum Error {
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
+    /// The operator does not name the version of its images, so that nobody could tell them apart.
+    #[error("the renderer does not name the version of its images")]
+    NoVersion,
+    /// Images are kept in memory only.
+    #[error("images are stored nowhere")]
+    NoPool,
+    /// The images of a list do not fit into the pool's folder.
+    #[error("the images take {needed} bytes, the pool may hold {limit}")]
+    PoolLimit {
+        /// Bytes of this show's images and of those listed.
+        needed: u64,
+        /// Bytes allowed.
+        limit: u64,
+    },
+    /// A list of tasks cannot be read, or is of another form.
+    #[error("`{}` is no list of tasks: {fault}", path.display())]
+    NotTasks {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        fault: TaskFault,
+    },
+    /// A list of tasks was made with another operator or for another scene.
+    #[error("the list is of another {what}: {listed}, not {here}")]
+    OtherTasks {
+        /// What differs.
+        what: &'static str,
+        /// What the list says.
+        listed: String,
+        /// What it is here.
+        here: String,
+    },
+    /// An image that was rendered could not be stored.
+    #[error("the image was not stored: {0}")]
+    NotStored(String),
+    /// A farm did not do what it was told.
+    #[error("{0}")]
+    Farm(String),
     /// The embedding program asked to stop.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -184,6 +222,29 @@ pub enum Error {
         /// The limit.
         seconds: f64,
     },
+}
+
+/// What is wrong with a list of tasks.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TaskFault {
+    /// It is not JSON of the form.
+    #[error("{0}")]
+    Form(String),
+    /// It is of another version of the form than that which is read.
+    #[error("its schema is {0}, this program reads {1}")]
+    Schema(u32, u32),
+    /// The scene is no address.
+    #[error("its scene is no address")]
+    Scene,
+    /// Tasks are not numbered from 1.
+    #[error("task {0} has another number")]
+    Number(usize),
+    /// A task's picture is no address.
+    #[error("the picture of task {0} is no address")]
+    Picture(usize),
+    /// A task's setting has another length than the coordinates, or is not finite.
+    #[error("the setting of task {0} does not fit the coordinates")]
+    Setting(usize),
 }
 
 /// Why a reference cannot be used.

@@ -1,6 +1,6 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
-use super::refiner::{Next, Refiner};
+use super::refiner::{Calls, Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::worst_left;
@@ -49,7 +49,7 @@ impl Goal {
     }
 
     /// One image where nothing is said.
-    pub(super) fn or_one(self) -> Goal {
+    pub(crate) fn or_one(self) -> Goal {
         match self == Goal::default() {
             true => Goal::count(1),
             false => self,
@@ -159,7 +159,8 @@ impl Engine {
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
             engine.choose_base(&goal)?;
-            let mut refiner = Refiner::new(Goal::count(0), engine.metric, true, engine.now());
+            let mut refiner =
+                Refiner::new(Goal::count(0), engine.metric, Calls::Blocking, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
             Ok(())
         })
@@ -205,7 +206,7 @@ impl Engine {
         self.timed(|engine| {
             engine.idle()?;
             engine.coarse_for(goal)?;
-            let mut refiner = Refiner::new(goal, engine.metric, true, engine.now());
+            let mut refiner = Refiner::new(goal, engine.metric, Calls::Blocking, engine.now());
             let ended = engine.drive(&mut refiner, watch)?;
             let mut done = refiner.done;
             done.ended = Some(ended);

@@ -51,6 +51,11 @@ impl Ticket {
     pub fn rendering(&self) -> usize {
         self.found.iter().filter(|f| f.is_none()).count()
     }
+
+    /// What is being rendered, as the cache is to hold it; none where it is not to be kept.
+    pub fn wanted(&self) -> &[Wanted] {
+        self.wanted.as_deref().unwrap_or_default()
+    }
 }
 
 /// Coarse images on their way to a pool.
@@ -66,14 +71,23 @@ struct Coarse {
     found: bool,
 }
 
+/// How many images share a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Calls {
+    /// One: each is shown as soon as it is there.
+    Background,
+    /// Several where that pays: the caller waits until the end, and none is needed by itself.
+    Blocking,
+    /// All that the goal is predicted to need: they are rendered at once, elsewhere.
+    Farm,
+}
+
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
     goal: Goal,
     /// What orders the images, as it was when the refinement began.
     metric: Option<Metric>,
-    /// Whether the caller waits until the end: several images then share a job where that pays, as
-    /// none of them is needed by itself.
-    blocking: bool,
+    calls: Calls,
     coarse: Coarse,
     pub done: RefinementSummary,
     stopping: bool,
@@ -83,11 +97,11 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, metric: Option<Metric>, blocking: bool, now: f64) -> Refiner {
+    pub fn new(goal: Goal, metric: Option<Metric>, calls: Calls, now: f64) -> Refiner {
         Refiner {
             goal: goal.or_one(),
             metric,
-            blocking,
+            calls,
             coarse: Coarse::default(),
             done: RefinementSummary::default(),
             stopping: false,
@@ -125,7 +139,7 @@ impl Refiner {
         if let Some(ended) = engine.ended(&self.goal, &self.done)? {
             return Ok(Next::Ended(ended));
         }
-        if self.blocking {
+        if self.calls != Calls::Background {
             engine.calibrate_cost()?;
         }
         let begin = engine.now();
@@ -142,9 +156,17 @@ impl Refiner {
             return Ok(Next::Added);
         }
         let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
-        if !self.blocking {
-            batch.images = batch.images.min(1);
-            batch.warning = None;
+        match self.calls {
+            Calls::Blocking => {}
+            Calls::Background => {
+                batch.images = batch.images.min(1);
+                batch.warning = None;
+            }
+            Calls::Farm => {
+                let count = goal.count.unwrap_or(batch.needed);
+                batch.images = batch.needed.min(count.saturating_sub(self.done.images));
+                batch.warning = None;
+            }
         }
         // The first one is rendered whatever it takes: else nothing would ever be known.
         if self.done.images > 0 && !batch.fits {
@@ -280,7 +302,7 @@ impl Refiner {
         rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();
         // What was found says nothing of what rendering takes; the background learns job by job.
-        if self.blocking && !coarse.found {
+        if self.calls == Calls::Blocking && !coarse.found {
             let [predicted, measured] = coarse.seconds;
             let measured = measured + engine.now() - begin;
             engine.pace.learn(predicted, measured);
@@ -318,7 +340,7 @@ impl Refiner {
                 self.done.images += kept.len();
                 self.done.seconds += seconds;
             }
-            if !self.blocking && ticket.found.iter().all(Option::is_none) {
+            if self.calls == Calls::Background && ticket.found.iter().all(Option::is_none) {
                 engine.pace.learn(ticket.predicted, seconds);
             }
             self.coarse.seconds[0] += ticket.predicted;

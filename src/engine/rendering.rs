@@ -309,7 +309,7 @@ impl SetupImages {
     }
 
     /// Images of settings as the cache holds them; `refined` as in [`SetupImages::find`].
-    fn wanted(
+    pub fn wanted(
         &self,
         key: SceneKey,
         quality: Quality,
@@ -335,6 +335,11 @@ impl SetupImages {
             false => cost.prepare,
         };
         Cost { prepare, ..cost }.alone(images as f64)
+    }
+
+    /// Where this scene and view have their images; `None` when these are not to be kept.
+    pub fn scene_key(&self) -> Option<SceneKey> {
+        self.scene_key
     }
 
     /// True for where this scene and view have their images.

@@ -59,6 +59,8 @@ impl<S: Store + ?Sized> AtomicWriter for Gathered<'_, S> {
 pub(super) enum Place {
     /// The name: a link there is replaced, not followed.
     Name,
+    /// The name, unless something has it.
+    New,
     /// What the name leads to: links are followed, its mode is kept, a pipe or a device is written
     /// into.
     Target,
@@ -70,7 +72,7 @@ pub(super) enum Place {
 pub(super) fn begin(path: &Path, place: Place) -> Result<Box<dyn AtomicWriter>, FileError> {
     Ok(match destination(path, place)? {
         Destination::Special => Box::new(Straight::new(path)?),
-        Destination::File(target, old) => Box::new(Beside::new(path, target, old.as_ref())?),
+        Destination::File(target, old) => Box::new(Beside::new(path, target, old.as_ref(), place)?),
     })
 }
 
@@ -82,7 +84,7 @@ enum Destination {
 }
 
 fn destination(path: &Path, place: Place) -> Result<Destination, FileError> {
-    if place == Place::Name {
+    if matches!(place, Place::Name | Place::New) {
         return Ok(Destination::File(path.to_owned(), None));
     }
     let io = io_error(path.display());
@@ -200,16 +202,23 @@ struct Beside {
     target: PathBuf,
     /// What messages call it.
     path: PathBuf,
+    place: Place,
 }
 
 impl Beside {
-    fn new(path: &Path, target: PathBuf, old: Option<&Metadata>) -> Result<Beside, FileError> {
+    fn new(
+        path: &Path,
+        target: PathBuf,
+        old: Option<&Metadata>,
+        place: Place,
+    ) -> Result<Beside, FileError> {
         let (file, beside) = part::create(&target)?;
         let new = Beside {
             file: Some(BufWriter::new(file)),
             beside,
             target,
             path: path.to_owned(),
+            place,
         };
         if let (Some(file), Some(old)) = (&new.file, old) {
             keep_rights(file.get_ref(), old).map_err(io_error(path.display()))?;
@@ -238,11 +247,24 @@ impl AtomicWriter for Beside {
         let place = |this: &mut Beside| {
             this.flush()?;
             this.open()?.get_ref().sync_all()?;
-            fs::rename(&this.beside, &this.target)
+            if this.place == Place::New && link(&this.beside, &this.target) {
+                // The part goes as one that is given up does.
+                return Ok(());
+            }
+            fs::rename(&this.beside, &this.target)?;
+            this.file = None;
+            Ok(())
         };
-        place(&mut self).map_err(io_error(self.path.display()))?;
-        self.file = None;
-        Ok(())
+        place(&mut self).map_err(io_error(self.path.display()))
+    }
+}
+
+/// Gives a file another name, unless something has that already; false where it cannot, as on file systems
+/// without hard links.
+fn link(file: &Path, name: &Path) -> bool {
+    match fs::hard_link(file, name) {
+        Ok(()) => true,
+        Err(error) => error.kind() == io::ErrorKind::AlreadyExists,
     }
 }
 

@@ -25,6 +25,12 @@ impl Store for Disk {
         whole(path, Place::Name, content)
     }
 
+    /// By way of a temporary file next to it that becomes the file by a hard link, where the file system
+    /// has such; else as [`Disk::write`].
+    fn add(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        whole(path, Place::New, content)
+    }
+
     /// The same, but a link is followed and its target keeps its mode; a pipe or a device is written
     /// into.
     fn output(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
@@ -142,6 +148,16 @@ mod tests {
         fs::write(path.with_file_name("a file"), b"x").unwrap();
         let names = Disk.list(path.parent().unwrap(), "ile").unwrap();
         assert_eq!(names, ["a file", "file"]);
+    }
+
+    #[test]
+    fn what_is_added_first_stays_and_no_part_does() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("deep/file");
+        Disk.add(&path, b"one").unwrap();
+        Disk.add(&path, b"two").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"one");
+        assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
     }
 
     #[test]

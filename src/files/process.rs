@@ -211,6 +211,7 @@ struct Running {
     /// Programs, by their numbers.
     programs: Vec<u32>,
     folders: Vec<PathBuf>,
+    files: Vec<PathBuf>,
     /// No other is to be started.
     ended: bool,
 }
@@ -226,6 +227,7 @@ impl Running {
 static RUNNING: Mutex<Running> = Mutex::new(Running {
     programs: Vec::new(),
     folders: Vec::new(),
+    files: Vec::new(),
     ended: false,
 });
 
@@ -233,12 +235,25 @@ fn running() -> MutexGuard<'static, Running> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Kills all programs that are running, with all that they started, and removes their folders; no
-/// other can be started then. For a process that is about to end.
+/// Has a file removed where the process is ended before it is done.
+pub(super) fn remember_file(path: &Path) {
+    running().files.push(path.to_owned());
+}
+
+/// The process looks after a file itself again.
+pub(super) fn forget_file(path: &Path) {
+    running().files.retain(|other| other != path);
+}
+
+/// Kills all programs that are running, with all that they started, and removes their folders and what
+/// else must not outlive the process; no other can be started then. For a process that is about to end.
 pub fn end_all() {
     let mut running = running();
     running.ended = true;
     running.programs.iter().for_each(|p| kill_group(*p));
+    for file in &running.files {
+        let _ = fs::remove_file(file);
+    }
     for folder in &running.folders {
         // A program that is being killed may still write.
         let gone = |_: &u32| {
@@ -404,6 +419,11 @@ pub fn split(line: &str) -> Result<(String, Vec<String>), SplitError> {
     let mut words = shlex::split(line).ok_or(SplitError::Open)?.into_iter();
     let program = words.next().filter(|word| !word.is_empty());
     Ok((program.ok_or(SplitError::Empty)?, words.collect()))
+}
+
+/// Words as one line of a shell, quoted where they must be; `None` for what no shell can be told.
+pub fn quote<'a>(words: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    shlex::try_join(words).ok()
 }
 
 #[cfg(test)]

@@ -29,6 +29,15 @@ pub trait Store: Send + Sync {
     /// [`FileError`] with the path; the old file is then untouched.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
 
+    /// Writes a file as a whole unless there is one, which then stays: of several processes that make the
+    /// same the first does it. A store that cannot tell replaces it.
+    ///
+    /// # Errors
+    /// As [`Store::write`].
+    fn add(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
+        self.write(path, content)
+    }
+
     /// Writes a result to the place that a person named: as [`Store::write`], but it may be a link,
     /// a pipe or a device.
     ///

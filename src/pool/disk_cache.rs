@@ -5,6 +5,7 @@
 //! that is truncated, changed, renamed, foreign or of another version is not used, and the picture
 //! is rendered again in its place. Checksums find faults, not forgery.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use crate::files::{Entry, FileError, Store};
@@ -23,6 +24,9 @@ const HEADER_START: u64 = 32 << 10;
 /// A part left by a killed process is litter once the newest file is younger by this many
 /// microseconds; before, another process may still be writing it.
 const STALE: u64 = 3_600_000_000;
+
+/// What stands in the pool's folder: pictures, who is at work on which, and lists of them.
+const OWN_FOLDERS: [&str; 3] = ["claims", "pictures", "tasks"];
 
 const ATTRIBUTE_FORMAT: &str = "footlight.format";
 const ATTRIBUTE_GROUND: &str = "footlight.ground";
@@ -118,6 +122,30 @@ pub enum Note {
     },
 }
 
+/// What the folder of a picture's scene and its own file are called, without an ending.
+pub fn names((scene_key, quality, key): Name) -> [String; 2] {
+    [scene_key.0.to_string(), format!("{}-{key}", quality.0)]
+}
+
+/// The pictures of a scene by the names of their files, from that of the scene's folder; none where there
+/// is no folder.
+///
+/// # Errors
+/// [`FileError`] when it cannot be listed.
+pub fn pictures_of(
+    store: &dyn Store,
+    folder: &Path,
+    scene: &str,
+) -> Result<BTreeSet<String>, FileError> {
+    let listed = store.list(&folder.join("pictures").join(scene), ".exr");
+    let names = match listed {
+        Err(FileError::Missing(_)) => Vec::new(),
+        other => other?,
+    };
+    let stem = |name: &String| name.strip_suffix(".exr").map(str::to_owned);
+    Ok(names.iter().filter_map(stem).collect())
+}
+
 /// The store of one folder.
 #[derive(Debug)]
 pub struct DiskCache {
@@ -127,6 +155,8 @@ pub struct DiskCache {
     pub limit: u64,
     /// What the operator says of its pictures.
     operator: String,
+    /// Other processes store pictures here too, and another one keeps the limit.
+    is_shared: bool,
     /// Bytes in the store as far as known; `None` before the first look.
     bytes: Option<u64>,
     damaged: usize,
@@ -146,6 +176,7 @@ impl DiskCache {
             folder: folder.into(),
             limit,
             operator: operator.to_owned(),
+            is_shared: false,
             bytes: None,
             damaged: 0,
             first_damage: None,
@@ -155,10 +186,27 @@ impl DiskCache {
         }
     }
 
-    fn path(&self, (scene_key, quality, key): Name) -> PathBuf {
-        let name = format!("{}-{key}.exr", quality.0);
-        let scene_key = scene_key.0.to_string();
-        self.folder.join("pictures").join(scene_key).join(name)
+    /// From now on only adds pictures: what is there is neither counted, replaced nor trimmed.
+    pub fn share(&mut self) {
+        self.is_shared = true;
+    }
+
+    /// Why nothing is written any more, if so.
+    pub fn stopped(&self) -> Option<&str> {
+        self.stopped.as_deref()
+    }
+
+    /// Whether a file is there for a picture; it is read, and verified, where it is used.
+    pub fn has(&self, store: &dyn Store, name: Name) -> bool {
+        store.read_start(&self.path(name), 1).is_ok()
+    }
+
+    fn path(&self, name: Name) -> PathBuf {
+        let [scene, picture] = names(name);
+        self.folder
+            .join("pictures")
+            .join(scene)
+            .join(picture + ".exr")
     }
 
     /// The verified picture of an address, `size` pixels wide and high, and what it says is lit;
@@ -313,6 +361,10 @@ impl DiskCache {
         content: &[u8],
     ) -> Result<(), FileError> {
         let size = content.len() as u64;
+        if self.is_shared {
+            self.claim(store)?;
+            return store.add(&self.path(address.name()), content);
+        }
         if size > self.limit {
             return Ok(());
         }
@@ -332,15 +384,23 @@ impl DiskCache {
         let bytes = before.saturating_add(size);
         self.bytes = Some(bytes);
         match bytes > self.limit {
-            true => self.trim(store),
+            true => self.trim(store, self.limit),
             false => Ok(()),
         }
+    }
+
+    /// Removes what was used least recently, so that so many bytes more are within the limit.
+    ///
+    /// # Errors
+    /// [`FileError`] when something cannot be removed.
+    pub fn make_room(&mut self, store: &dyn Store, bytes: u64) -> Result<(), FileError> {
+        self.trim(store, self.limit.saturating_sub(bytes))
     }
 
     /// Keeps the folder out of version control by a file of its own, unless there is more in the
     /// folder than ours: somebody's own folder is not to be hidden.
     fn claim(&self, store: &dyn Store) -> Result<(), FileError> {
-        let ours = |entry: &Entry| entry.name == "pictures";
+        let ours = |entry: &Entry| OWN_FOLDERS.contains(&entry.name.as_str());
         if store.entries(&self.folder)?.iter().all(ours) {
             store.write(&self.folder.join(".gitignore"), b"*\n")?;
         }
@@ -392,15 +452,15 @@ impl DiskCache {
         entries.filter_map(stored).collect()
     }
 
-    /// Removes what was used least recently until the limit is kept, and parts left behind.
-    fn trim(&mut self, store: &dyn Store) -> Result<(), FileError> {
+    /// Removes what was used least recently until a limit is kept, and parts left behind.
+    fn trim(&mut self, store: &dyn Store, limit: u64) -> Result<(), FileError> {
         let mut all = self.stored(store);
         all.sort_by_key(|s| s.used);
         let newest = all.last().map_or(0, |s| s.used);
         self.sweep(store, newest.saturating_sub(STALE))?;
         let mut bytes: u64 = all.iter().map(|s| s.bytes).sum();
         for stored in all {
-            if bytes <= self.limit {
+            if bytes <= limit {
                 break;
             }
             store.remove(&self.path(stored.name()))?;

@@ -15,12 +15,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::Serialize;
 
 use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
-use crate::hash::{GOLDEN, mix};
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
 use crate::renderer::contract::{check_memory, check_quality, check_settings};
-use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning};
+use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
 use crate::scene::View;
 use crate::work::Work;
 
@@ -98,6 +97,8 @@ pub struct Call {
     pub show: Option<PathBuf>,
     /// A script that comes with the program, for Python.
     pub script: Option<&'static str>,
+    /// What the user calls the version of its pictures; none are kept without it.
+    pub version: Option<String>,
 }
 
 impl Call {
@@ -118,6 +119,7 @@ impl Call {
                 steps: *steps,
                 show: None,
                 script: Some(script),
+                version: None,
             });
         }
         for mark in [SETTINGS, OUTPUT] {
@@ -132,6 +134,7 @@ impl Call {
             steps: 1,
             show: None,
             script: None,
+            version: None,
         })
     }
 
@@ -231,6 +234,14 @@ impl Outside {
         }))
     }
 
+    /// The same renderer for a worker among many: its linearity is not measured here, which would take
+    /// each of them four more pictures.
+    #[must_use]
+    pub fn unmeasured(self) -> Outside {
+        self.0.measured().linearity = Some(Linearity::default());
+        self
+    }
+
     /// How linear the renderer is; `None` before the first picture.
     pub fn linearity(&self) -> Option<Linearity> {
         self.0.measured().linearity
@@ -244,6 +255,12 @@ impl Transport for Outside {
 
     fn finest(&self) -> Quality {
         Quality(self.0.call.steps.max(1))
+    }
+
+    fn results_version(&self) -> Option<String> {
+        let Call { version, steps, .. } = &self.0.call;
+        let version = version.as_ref()?;
+        Some(format!("outside {version}, of {steps} steps"))
     }
 
     fn prepare(
@@ -457,15 +474,6 @@ impl OutsideOperator {
             double: off(&[(2.0, a), (-1.0, twice)], twice),
         })
     }
-}
-
-/// A number that goes with a setting at a quality.
-fn seed(setting: &[f64], quality: Quality) -> u32 {
-    let bits = setting.iter().map(|value| value.to_bits());
-    let mixed = bits.fold(u64::from(quality.0), |seed, bits| {
-        mix((seed ^ bits).wrapping_add(GOLDEN))
-    });
-    (mixed >> 33) as u32
 }
 
 impl Prepared for OutsideOperator {

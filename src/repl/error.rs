@@ -118,7 +118,8 @@ impl Error {
         }
     }
 
-    /// 1 the show has errors, 2 usage, 3 files or devices, 70 our own fault, 130 stopped.
+    /// 1 the show has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault,
+    /// 75 try again, 130 stopped.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
@@ -180,8 +181,10 @@ fn engine_code(error: &engine::Error) -> u8 {
     match error {
         error if error.is_cancel() => 130,
         E::OutOfTime { .. } => 130,
+        E::NotTasks { .. } | E::OtherTasks { .. } => 65,
+        E::NotStored(_) => 75,
         E::Show(_) => 1,
-        E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost => 3,
+        E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost | E::Farm(_) => 3,
         E::Render(TransportError::Outside(_)) => 3,
         E::Render(_) => 1,
         E::Plan(_) => 70,

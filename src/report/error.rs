@@ -173,6 +173,25 @@ pub fn engine_error(error: &engine::Error) -> String {
             "{error}; only a show itself can come from a pipe, as `-`: `cat show.lxq | footlight \
              check -`"
         ),
+        E::NoVersion => {
+            "the renderer's pictures have no version, so that no two machines can tell whether \
+                         theirs are alike: name one with `--renderer-version`"
+                .to_owned()
+        }
+        E::NoPool => "pictures are stored nowhere: `--pool DIR` names a folder that all machines \
+                      share"
+            .to_owned(),
+        E::PoolLimit { needed, limit } => format!(
+            "the pictures of this show take {} MB and the folder may hold {} MB: allow more with \
+             `--pool-limit MB`",
+            needed.div_ceil(1_000_000),
+            limit / 1_000_000
+        ),
+        E::OtherTasks { what, listed, here } => format!(
+            "the tasks are for another {what} ({listed}) than there is here ({here}): nothing was \
+             rendered; write them anew with `plan --tasks`, with the program and the files that \
+             the workers have"
+        ),
         E::OutOfTime { seconds } => format!(
             "stopped after {seconds} s, the limit of time; every picture that was finished is \
              kept, and the same again goes on from there (or give it more time: `--time-limit`)"

@@ -10,6 +10,7 @@
 )]
 
 mod editor;
+mod farm;
 mod files;
 mod film;
 mod help;

@@ -89,6 +89,7 @@ fn call(mode: &str, steps: u8) -> Call {
         steps,
         show: None,
         script: None,
+        version: None,
     }
 }
 

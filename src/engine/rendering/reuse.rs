@@ -83,28 +83,38 @@ impl SetupImages {
         known.collect()
     }
 
-    /// The refined images that are known, with their settings, but for those that say next to
-    /// nothing new; none without a pool.
+    /// The refined images that are known and not in the pool yet, with their settings, but for those
+    /// that say next to nothing new; none without a pool.
     pub fn reusable(
         &mut self,
         image_cache: &mut ImageCache,
         least: Quality,
         store: &dyn Store,
     ) -> Vec<Reused> {
-        let Some((weighting, size)) = self
+        let Some((weighting, size, have)) = self
             .pool
             .as_ref()
-            .map(|p| (p.weighting().clone(), p.size()))
+            .map(|p| (p.weighting().clone(), p.size(), p.settings()))
         else {
             return Vec::new();
         };
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let weighted = |setting: &[f64]| -> Vec<f64> {
+            let terms = setting.iter().zip(weighting.weights());
+            terms.map(|(s, w)| s * w).collect()
+        };
         let mut span = Orthonormal::new();
+        for setting in &have {
+            // What the pool took is never refused.
+            let _ = span.push(&weighted(setting));
+        }
         let mut out = Vec::new();
         self.near_copies = 0;
         for known in self.known(image_cache, least, Some(store)) {
-            let terms = known.setting.iter().zip(weighting.weights());
-            let weighted: Vec<f64> = terms.map(|(s, w)| s * w).collect();
+            if have.contains(&known.setting) {
+                continue;
+            }
+            let weighted = weighted(&known.setting);
             let mut rest = weighted.clone();
             span.remove_from(&mut rest);
             if norm(&rest) <= OUTSIDE * norm(&weighted) {

@@ -7,7 +7,7 @@ use crate::engine::{Ended, Goal, PlanOptions};
 use crate::plan::Metric;
 use crate::repl::argument::{duration, error, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::words::exposure;
+use crate::report::words::{count, exposure};
 use crate::report::{self, refine as words, run as whole_loop};
 
 /// Steps that `plan --next` lists unless another number is given.
@@ -24,6 +24,9 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return usage("--budget belongs to --measure: without it nothing is rendered");
     }
     call.without_words("; a number of steps stands behind --next")?;
+    if let Some(path) = call.path("tasks") {
+        return tasks(repl, call, path);
+    }
     repl.engine.take_up()?;
     let metric = repl.engine.usual_metric()?;
     let tolerance = tolerance(&repl.engine, call, "tolerance")?;
@@ -55,6 +58,43 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         ));
     }
     Ok(Reply::text(text))
+}
+
+/// Lists the pictures that the tolerance needs for others to render.
+fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
+    let goal = Goal::until(tolerance(&repl.engine, call, "tolerance")?);
+    let list = repl.engine.tasks(goal)?;
+    report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
+    Ok(Reply::text(report::tasks::listed(&list, path)))
+}
+
+/// Has a goal's pictures rendered by the farm of this name, where one is said; what is left of the goal
+/// then needs no rendering.
+fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<Goal, Error> {
+    let Some(name) = call.option("farm") else {
+        return Ok(goal);
+    };
+    if name != "slurm" {
+        return usage(format!(
+            "there is no farm `{name}`; it is slurm (others: the manual's page `farm`)"
+        ));
+    }
+    if goal.budget.is_some() {
+        return usage("a farm's time is its own: say how many pictures, or until which error");
+    }
+    let Some(farm) = &repl.console.farm else {
+        return usage("there is no farm here");
+    };
+    let rendered = report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
+    if rendered > 0 {
+        let pictures = count(rendered, "picture");
+        repl.unheard
+            .push(format!("{name} rendered {pictures}").into());
+    }
+    Ok(Goal {
+        count: goal.or_one().count.map(|_| 0),
+        ..goal
+    })
 }
 
 fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
@@ -91,6 +131,9 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let mut call = call.clone();
     if let Some(words) = in_background(&mut call) {
+        if call.has("farm") {
+            return usage("a farm is waited for: say it without `&`");
+        }
         repl.engine.idle()?;
         repl.engine.start(goal(&call)?)?;
         repl.refining = words;
@@ -102,8 +145,12 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let goal = goal(&call)?;
     repl.engine.idle()?;
+    let mut before = repl.engine.steps().len();
+    let goal = on_farm(repl, &call, goal)?;
     repl.engine.coarse_for(goal)?;
-    let before = repl.engine.steps().len();
+    if !call.has("farm") {
+        before = repl.engine.steps().len();
+    }
     let done = repl.engine.refine(goal)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
     Ok(Reply {
@@ -178,6 +225,14 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let folder = call.path("output").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
     repl.engine.idle()?;
+    if let Some(count) = goal.count {
+        // Those that are there are counted once the coarse ones are.
+        on_farm(repl, call, Goal::count(0))?;
+        let left = count.saturating_sub(repl.engine.refined());
+        on_farm(repl, call, Goal::count(left))?;
+    } else {
+        on_farm(repl, call, goal)?;
+    }
     let summary = whole_loop::run(&mut repl.engine, goal, &folder, call.has("keys"))?;
     Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
 }

@@ -53,6 +53,12 @@ const WAY: OptionSpec = value(
      step of quality) (default: auto)",
 );
 
+const FARM: OptionSpec = value(
+    "farm",
+    "NAME",
+    "have it rendered by other machines: slurm (the manual's page `farm`)",
+);
+
 const DARK: OptionSpec = switch("dark", "light lines on a dark ground, in a file too");
 
 const FLOAT: OptionSpec = switch(
@@ -180,6 +186,12 @@ pub const VERBS: &[VerbSpec] = &[
             "of --measure: leave out fine steps that are not measured within this time; the finest \
                  measured is the truth",
         ),
+        VIEW,
+        value(
+            "tasks",
+            "FILE",
+            "write the pictures that are missing for the tolerance as tasks for `work`",
+        ),
     ])
     .command(),
     verb(
@@ -219,7 +231,8 @@ pub const VERBS: &[VerbSpec] = &[
         "refine until 2%",
     )
     .words("[N | until X | for TIME] [&]", Complete::Nothing)
-    .options(&[VIEW, METRIC, WAY]),
+    .options(&[VIEW, METRIC, WAY, FARM])
+    .command(),
     verb(
         "status",
         render::status,
@@ -348,6 +361,7 @@ pub const VERBS: &[VerbSpec] = &[
         VIEW,
         METRIC,
         WAY,
+        FARM,
         switch("keys", "write the key images too, as linear .exr"),
         OptionSpec {
             value: Some("DIR"),

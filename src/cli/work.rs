@@ -1,0 +1,150 @@
+//! `work` and `collect`: lists of tasks that machines share.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use clap::Args;
+
+use super::argument::{Settings, time_limit};
+use super::screen::Screen;
+use super::{host, print, stop};
+use crate::engine::{self, Engine, LEASE, Task, TaskList, TaskState, Worked};
+use crate::files::Disk;
+use crate::printable;
+use crate::renderer::outside::{self, Outside};
+use crate::repl::Error;
+use crate::report::tasks;
+
+/// The exit code of what is to be tried again.
+const TRY_AGAIN: u8 = 75;
+
+/// What `work` is told.
+#[derive(Debug, Args)]
+pub struct Worker {
+    /// The list that `plan --tasks` wrote
+    #[arg(id = "TASKS")]
+    tasks: PathBuf,
+    /// The task, from 1 (default: whatever is free, until nothing is)
+    #[arg(id = "N")]
+    task: Option<usize>,
+    /// How long a claim holds that is not renewed, as where a worker was killed (default: 1:00)
+    #[arg(long, value_name = "TIME", value_parser = time_limit)]
+    lease: Option<Duration>,
+}
+
+/// Renders a task, or all that are free.
+pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
+    if let Some(time) = settings.time_limit {
+        stop::limit(time, screen);
+    }
+    let list = read(&told.tasks, settings)?;
+    let chosen = match told.task {
+        None => None,
+        Some(number) => Some(
+            number
+                .checked_sub(1)
+                .and_then(|i| list.tasks.get(i))
+                .ok_or(Error::Usage(format!(
+                    "there is no task {number}; they are 1 to {}",
+                    list.tasks.len()
+                )))?,
+        ),
+    };
+    let mut engine = open(&list, settings, screen)?;
+    engine.check_tasks(&list)?;
+    let lease = told.lease.unwrap_or(LEASE);
+    let done = match chosen {
+        Some(task) => one(&mut engine, &list, task, lease),
+        None => all_free(&mut engine, &list, lease),
+    };
+    match done {
+        // A disk that is full, a network that is away: another time, or another machine, may do.
+        Err(engine::Error::File(error)) => {
+            let trouble = engine::Error::File(error).into();
+            screen.fail(&trouble);
+            Ok(TRY_AGAIN)
+        }
+        done => Ok(done?),
+    }
+}
+
+/// The list, with the pool that the user names in place of its own.
+fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
+    let list = tasks::read(&Disk, path)?;
+    let pool = settings.pool.clone().unwrap_or(list.pool);
+    Ok(TaskList { pool, ..list })
+}
+
+fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine, Error> {
+    let mut settings = settings.clone();
+    settings.pool = Some(list.pool.clone());
+    let mut host = host(Some(&list.show), &settings, screen);
+    if let Some(call) = settings.renderer() {
+        let show = std::path::absolute(&list.show).ok();
+        let outside = Outside::new(outside::Call { show, ..call });
+        host.renderer = Arc::new(outside.unmeasured());
+    }
+    let mut engine = Engine::open(&list.show, host)?;
+    if let Some(view) = &list.view {
+        engine.look_from(view)?;
+    }
+    Ok(engine)
+}
+
+/// Renders one task unless it is there or somebody else is at work on it.
+fn one(
+    engine: &mut Engine,
+    list: &TaskList,
+    task: &Task,
+    lease: Duration,
+) -> Result<u8, engine::Error> {
+    let worked = engine.work_on(list, task, lease)?;
+    print(format!("{}\n", tasks::worked(task.task, &worked)));
+    Ok(match worked {
+        Worked::Rendered(_) | Worked::There => 0,
+        Worked::Claimed(_) => TRY_AGAIN,
+    })
+}
+
+/// Renders what is free, and after that what failed before; then what became free meanwhile.
+fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8, engine::Error> {
+    let mut is_new = true;
+    loop {
+        let states = list.states(&Disk, lease)?;
+        let mut open: Vec<_> = list.tasks.iter().zip(&states).collect();
+        open.retain(|(_, state)| **state != TaskState::There);
+        if open.is_empty() {
+            print("every picture is there\n");
+            return Ok(0);
+        }
+        if !is_new {
+            print(tasks::describe(list, &states));
+            return Ok(TRY_AGAIN);
+        }
+        open.sort_by_key(|(_, state)| matches!(state, TaskState::Failed(_)));
+        is_new = false;
+        for (task, _) in open {
+            if let done @ Worked::Rendered(_) = engine.work_on(list, task, lease)? {
+                print(format!("{}\n", tasks::worked(task.task, &done)));
+                is_new = true;
+            }
+        }
+    }
+}
+
+/// Prints how far a list is.
+pub fn collect(path: &Path, json: bool, settings: &Settings) -> Result<u8, Error> {
+    let list = read(path, settings)?;
+    let states = list.states(&Disk, LEASE)?;
+    match json {
+        true => {
+            print(printable::json(&tasks::json(&list, &states)?));
+        }
+        false => {
+            print(tasks::describe(&list, &states));
+        }
+    }
+    let is_done = states.iter().all(|state| *state == TaskState::There);
+    Ok(if is_done { 0 } else { TRY_AGAIN })
+}

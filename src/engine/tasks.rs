@@ -1,0 +1,526 @@
+//! Images as tasks, each of which any machine may do, and twice without harm: lists of what a goal needs
+//! next, the work on one of them, and how far all are.
+//!
+//! A task is an address in the pool. Who works on it claims it first, and so that of many workers on one
+//! folder each renders something else; nothing is lost where claims fail, as images of one address are
+//! alike and the first that is stored stays. Workers add images and remove none: who lists tasks makes
+//! room for them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::error::TaskFault;
+use super::refiner::{Calls, Next, Refiner};
+use super::{Engine, Error, Goal};
+use crate::files::claim::{self, Claim, Claimed, Holder};
+use crate::files::{FileError, Store};
+use crate::picture::Image;
+use crate::pool::address::Digest;
+use crate::pool::disk_cache::{names, pictures_of};
+use crate::pool::image_cache::Wanted;
+use crate::renderer::{self, Quality};
+use crate::work::{Progress, Work};
+
+/// Version of the form of lists.
+const SCHEMA: u32 = 0;
+
+/// How long a claim holds without being renewed unless something else is said: longer than network file
+/// systems keep what they know of a file.
+pub const LEASE: Duration = Duration::from_secs(60);
+
+/// What a folder of the pool must not be: it may have come with a stranger's show, and lead anywhere.
+const LINK: &str = "a link";
+
+/// Bytes of a file beyond its pixels, about.
+const HEADER: u64 = 4096;
+
+/// Bytes of the reason of a failure that are read.
+const REASON: u64 = 4096;
+
+/// What is to be rendered of a show, by whoever has its files and can write to its pool.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TaskList {
+    /// Version of this form.
+    pub schema: u32,
+    /// The show's file. This and the pool are as the list's own place says, unless absolute.
+    pub show: PathBuf,
+    /// The view, where the show has several.
+    pub view: Option<String>,
+    /// The folder that the images are for.
+    pub pool: PathBuf,
+    /// Name and version of the operator.
+    pub operator: String,
+    /// Names operator, scene and view.
+    pub scene: String,
+    /// Width and height.
+    pub size: [usize; 2],
+    /// What the numbers of a setting are of.
+    pub coordinates: Vec<String>,
+    /// The most useful first.
+    pub tasks: Vec<Task>,
+}
+
+/// One image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Task {
+    /// Its place in the list, from 1.
+    pub task: usize,
+    /// The name of its file in the folder of its scene, without `.exr`.
+    pub picture: String,
+    /// The step of quality.
+    pub quality: u8,
+    /// One number for each coordinate; as text, which gives back the very bits in every program.
+    #[serde(with = "exact")]
+    pub setting: Vec<f64>,
+    /// Its place among the refined images of the plan, from 0; none for one of a source alone.
+    pub order: Option<usize>,
+    /// What a renderer with chance is to draw its numbers from.
+    pub seed: u32,
+    /// Predicted seconds of a worker that does this task alone, on the machine that listed it; none
+    /// where nothing is known.
+    pub seconds: Option<f64>,
+}
+
+/// Numbers as text, with blanks between them.
+mod exact {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub fn serialize<S: Serializer>(numbers: &[f64], to: S) -> Result<S::Ok, S::Error> {
+        let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
+        to.serialize_str(&words.join(" "))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+        let text = String::deserialize(from)?;
+        let numbers = text.split_whitespace().map(str::parse);
+        numbers.collect::<Result<_, _>>().map_err(D::Error::custom)
+    }
+}
+
+/// What work on a task came to.
+#[derive(Debug, PartialEq)]
+pub enum Worked {
+    /// It was rendered, in so many seconds.
+    Rendered(f64),
+    /// Its image was there already.
+    There,
+    /// Somebody else is at work on it.
+    Claimed(Holder),
+}
+
+/// How far a task is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TaskState {
+    /// Its image is there.
+    There,
+    /// Somebody is at work on it, or was: a stale claim is as good as none.
+    Claimed(Holder),
+    /// Rendering it failed last time, as this says.
+    Failed(String),
+    /// Nobody has begun it.
+    Free,
+}
+
+impl TaskList {
+    /// Checks what was read.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self) -> Result<(), TaskFault> {
+        if self.schema != SCHEMA {
+            return Err(TaskFault::Schema(self.schema, SCHEMA));
+        }
+        if Digest::parse(&self.scene).is_none() {
+            return Err(TaskFault::Scene);
+        }
+        for (task, number) in self.tasks.iter().zip(1..) {
+            if task.task != number {
+                return Err(TaskFault::Number(number));
+            }
+            let parts = task.picture.split_once('-');
+            let is_named = |(q, key): (&str, &str)| {
+                q == task.quality.to_string() && Digest::parse(key).is_some()
+            };
+            if !parts.is_some_and(is_named) {
+                return Err(TaskFault::Picture(number));
+            }
+            let is_finite = task.setting.iter().all(|x| x.is_finite());
+            if !is_finite || task.setting.len() != self.coordinates.len() {
+                return Err(TaskFault::Setting(number));
+            }
+        }
+        Ok(())
+    }
+
+    /// How far each task is, without opening the show. Those whose claim does not say how long it holds
+    /// count as claimed for `lease`.
+    ///
+    /// # Errors
+    /// [`Error::File`] when the pool cannot be read.
+    pub fn states(&self, store: &dyn Store, lease: Duration) -> Result<Vec<TaskState>, Error> {
+        let there = pictures_of(store, &self.pool, &self.scene)?;
+        let folder = claims(&self.pool);
+        let is_done = self.tasks.iter().all(|t| there.contains(&t.picture));
+        let holders = match is_done {
+            true => BTreeMap::new(),
+            false => claim::holders(&folder, lease)?,
+        };
+        let state = |task: &Task| {
+            if there.contains(&task.picture) {
+                return TaskState::There;
+            }
+            let name = self.claim_name(task);
+            if let Some(holder) = holders.get(&name) {
+                return TaskState::Claimed(holder.clone());
+            }
+            match store.read(&failure(&folder, &name), REASON) {
+                Ok(said) => TaskState::Failed(String::from_utf8_lossy(&said).trim().to_owned()),
+                Err(_) => TaskState::Free,
+            }
+        };
+        Ok(self.tasks.iter().map(state).collect())
+    }
+
+    fn claim_name(&self, task: &Task) -> String {
+        [&self.scene, "-", &task.picture].concat()
+    }
+}
+
+/// Where claims of a pool are.
+fn claims(pool: &Path) -> PathBuf {
+    pool.join("claims")
+}
+
+/// Where it stands why the last rendering of something failed.
+fn failure(claims: &Path, name: &str) -> PathBuf {
+    claims.join([name, ".failed"].concat())
+}
+
+/// Progress that keeps a claim: every loop of the operator asks whether to go on.
+struct Renewing<'a> {
+    progress: &'a dyn Progress,
+    claim: &'a Claim,
+}
+
+impl Progress for Renewing<'_> {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        self.progress.report(task, done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.claim.renew();
+        self.progress.cancelled()
+    }
+}
+
+impl Engine {
+    /// The images that a goal needs next and that are not at hand, as tasks: those of sources alone, or,
+    /// once these are there, mixtures in the order of the plan. No tasks are left once the goal is met as
+    /// far as is known. Old images in the pool's folder make room.
+    ///
+    /// # Errors
+    /// [`Error::NoVersion`] and [`Error::NoPool`] where images cannot be shared;
+    /// [`Error::PoolLimit`]; [`Error::Busy`]; else what planning says.
+    pub fn tasks(&mut self, goal: Goal) -> Result<TaskList, Error> {
+        self.timed(|engine| {
+            engine.idle()?;
+            let mut list = engine.empty_list()?;
+            engine.calibrate_cost()?;
+            engine.choose_base(&goal)?;
+            list.tasks = engine.missing_units()?;
+            if list.tasks.is_empty() {
+                list.tasks = engine.missing_mixtures(goal)?;
+            }
+            for (task, number) in list.tasks.iter_mut().zip(1..) {
+                task.task = number;
+            }
+            engine.make_room(&list)?;
+            Ok(list)
+        })
+    }
+
+    /// A list of this show without tasks.
+    fn empty_list(&self) -> Result<TaskList, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let scene = rendering.scene_key().ok_or(Error::NoVersion)?;
+        let version = self.host.renderer.results_version();
+        let view = &rendering.setup.view;
+        let sources = rendering.setup.rig.sources.iter();
+        Ok(TaskList {
+            schema: SCHEMA,
+            show: self.document.path().ok_or(Error::NoFile)?.to_owned(),
+            view: self.document.view().map(str::to_owned),
+            pool: self.pool_folder()?.to_owned(),
+            operator: version.ok_or(Error::NoVersion)?,
+            scene: scene.0.to_string(),
+            size: [view.width, view.height],
+            coordinates: sources.map(|source| source.name.clone()).collect(),
+            tasks: Vec::new(),
+        })
+    }
+
+    fn pool_folder(&self) -> Result<&Path, Error> {
+        let disk_cache = self.image_cache.disk_cache.as_ref();
+        Ok(&disk_cache.ok_or(Error::NoPool)?.folder)
+    }
+
+    /// Images of sources alone that the pool waits for.
+    fn missing_units(&self) -> Result<Vec<Task>, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
+        if !self.is_pool_due() {
+            return Ok(out);
+        }
+        let [cheap, fine] = self.coarse_steps();
+        let units = rendering.units();
+        for quality in Some(cheap).filter(|c| *c < fine).into_iter().chain([fine]) {
+            let there = rendering.at_hand(&self.image_cache, quality, &units, self.store());
+            let missing = units.iter().zip(there).filter(|(_, there)| !there);
+            for (unit, _) in missing {
+                let wanted = self.wanted(quality, unit, None)?;
+                let task = self.task(&wanted, unit)?;
+                // Two sources may be lit alike.
+                out.extend(seen.insert(task.picture.clone()).then_some(task));
+            }
+        }
+        Ok(out)
+    }
+
+    /// Mixtures that the goal is predicted to need. Those that have arrived are taken up first.
+    fn missing_mixtures(&mut self, goal: Goal) -> Result<Vec<Task>, Error> {
+        self.take_arrivals()?;
+        let mut refiner = Refiner::new(goal, self.metric, Calls::Farm, self.now());
+        loop {
+            match refiner.advance(self)? {
+                Next::Ended(_) => return Ok(Vec::new()),
+                Next::Added => {
+                    let units = self.missing_units()?;
+                    if !units.is_empty() {
+                        return Ok(units);
+                    }
+                }
+                Next::Render(job, ticket) => {
+                    refiner.abandon(self, &ticket);
+                    let pairs = ticket.wanted().iter().zip(&job.settings);
+                    return pairs.map(|(wanted, s)| self.task(wanted, s)).collect();
+                }
+            }
+        }
+    }
+
+    /// Adds refined images to the pool that others have stored since.
+    ///
+    /// # Errors
+    /// As [`Engine::coarse`].
+    pub fn take_arrivals(&mut self) -> Result<(), Error> {
+        match self.pool() {
+            Some(_) => self.reuse_refined(),
+            None => Ok(()),
+        }
+    }
+
+    fn task(&self, wanted: &Wanted, setting: &[f64]) -> Result<Task, Error> {
+        let quality = wanted.address.quality;
+        let [_, picture] = names(wanted.address.name());
+        let cost = self.cost(quality)?;
+        let lit = setting.iter().filter(|s| **s != 0.0).count();
+        let image = if lit > 1 {
+            cost.per_image
+        } else {
+            cost.per_lone
+        };
+        let seconds = self.pace.seconds() * (cost.prepare + lit as f64 * cost.per_source + image);
+        Ok(Task {
+            task: 0,
+            picture,
+            quality: quality.0,
+            setting: setting.to_vec(),
+            order: wanted.refined.as_ref().map(|place| place.order),
+            seed: renderer::seed(setting, quality),
+            seconds: Some(seconds).filter(|s| *s > 0.0),
+        })
+    }
+
+    fn wanted(
+        &self,
+        quality: Quality,
+        setting: &[f64],
+        order: Option<usize>,
+    ) -> Result<Wanted, Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let key = rendering.scene_key().ok_or(Error::NoVersion)?;
+        let all = rendering.wanted(key, quality, &[setting.to_vec()], order);
+        all.into_iter().next().ok_or(Error::NoSetup)
+    }
+
+    /// Removes old images of the pool's folder, so that those of a list fit in.
+    fn make_room(&mut self, list: &TaskList) -> Result<(), Error> {
+        let [width, height] = list.size;
+        let bytes = (width as u64 * height as u64 * 12 + HEADER) * list.tasks.len() as u64;
+        let store = self.host.store.as_ref();
+        let (Some(disk_cache), Some(rendering)) =
+            (&mut self.image_cache.disk_cache, &self.rendering)
+        else {
+            return Err(Error::NoPool);
+        };
+        let own = disk_cache.stored(store).into_iter();
+        let own = own.filter(|stored| rendering.is_of_scene(stored.scene_key));
+        let needed = bytes + own.map(|stored| stored.bytes).sum::<u64>();
+        let limit = disk_cache.limit;
+        if needed > limit {
+            return Err(Error::PoolLimit { needed, limit });
+        }
+        Ok(disk_cache.make_room(store, bytes)?)
+    }
+
+    /// Refuses a list that is not of this scene, view and operator. The lights of each task are compared
+    /// before it is rendered.
+    ///
+    /// # Errors
+    /// [`Error::OtherTasks`].
+    pub fn check_tasks(&self, list: &TaskList) -> Result<(), Error> {
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let version = self.host.renderer.results_version();
+        let here = version.ok_or(Error::NoVersion)?;
+        if here != list.operator {
+            return Err(Error::OtherTasks {
+                what: "renderer",
+                listed: list.operator.clone(),
+                here,
+            });
+        }
+        let here = rendering.scene_key().ok_or(Error::NoVersion)?.0.to_string();
+        if here != list.scene {
+            return Err(Error::OtherTasks {
+                what: "scene or view",
+                listed: list.scene.clone(),
+                here,
+            });
+        }
+        let (listed, here) = (list.coordinates.len(), rendering.sources());
+        match listed == here {
+            true => Ok(()),
+            false => Err(Error::OtherTasks {
+                what: "number of sources",
+                listed: listed.to_string(),
+                here: here.to_string(),
+            }),
+        }
+    }
+
+    /// The image of a task, whose name must be that of what its setting lights.
+    fn check_task(&self, task: &Task) -> Result<Wanted, Error> {
+        let wanted = self.wanted(Quality(task.quality), &task.setting, task.order)?;
+        let [_, here] = names(wanted.address.name());
+        match here == task.picture {
+            true => Ok(wanted),
+            false => Err(Error::OtherTasks {
+                what: "light",
+                listed: task.picture.clone(),
+                here,
+            }),
+        }
+    }
+
+    /// Renders a task of a list that was checked, unless its image is there or somebody else is at work on
+    /// it. The claim holds for `lease` without being renewed. What fails is written down for
+    /// `TaskList::states`.
+    ///
+    /// # Errors
+    /// [`Error::NotStored`] where the image could not be written; [`Error::File`] where nothing can be
+    /// claimed; what rendering says; on cancel.
+    pub fn work_on(
+        &mut self,
+        list: &TaskList,
+        task: &Task,
+        lease: Duration,
+    ) -> Result<Worked, Error> {
+        let wanted = self.check_task(task)?;
+        if self.is_stored(&wanted) {
+            return Ok(Worked::There);
+        }
+        let name = list.claim_name(task);
+        let claim = match self.claim(&name, lease)? {
+            Claimed::Ours(claim) => claim,
+            Claimed::By(holder) => return Ok(Worked::Claimed(holder)),
+        };
+        // Another worker may have stored it just before the claim.
+        if self.is_stored(&wanted) {
+            return Ok(Worked::There);
+        }
+        let begin = self.now();
+        let done = self.render_task(&wanted, task, &claim);
+        self.write_down(&name, done.as_ref().err())?;
+        done.map(|()| Worked::Rendered(self.now() - begin))
+    }
+
+    fn claim(&self, name: &str, lease: Duration) -> Result<Claimed, Error> {
+        let folder = claims(self.pool_folder()?);
+        if self.store().is_link(&folder) {
+            let path = folder.display().to_string();
+            return Err(FileError::NotAFile { path, kind: LINK }.into());
+        }
+        Ok(claim::claim(&folder, name, lease)?)
+    }
+
+    /// Keeps why a task failed, or forgets why it once did.
+    fn write_down(&self, name: &str, error: Option<&Error>) -> Result<(), Error> {
+        let path = failure(&claims(self.pool_folder()?), name);
+        match error {
+            None => self.store().remove(&path)?,
+            Some(error) if error.is_cancel() => {}
+            Some(error) => {
+                let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
+                // The error itself is what counts.
+                let _ = self.store().write(&path, said.as_bytes());
+            }
+        }
+        Ok(())
+    }
+
+    fn is_stored(&self, wanted: &Wanted) -> bool {
+        let disk_cache = self.image_cache.disk_cache.as_ref();
+        disk_cache.is_some_and(|cache| cache.has(self.store(), wanted.address.name()))
+    }
+
+    fn render_task(&mut self, wanted: &Wanted, task: &Task, claim: &Claim) -> Result<(), Error> {
+        let quality = Quality(task.quality);
+        let memory = self.work().memory;
+        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let job = rendering.new_job(quality, vec![task.setting.clone()], memory);
+        let renewing = Renewing {
+            progress: self.host.progress.as_ref(),
+            claim,
+        };
+        let work = Work {
+            progress: &renewing,
+            threads: self.host.threads,
+            memory,
+        };
+        let rendered = job.run(self.host.renderer.as_ref(), work);
+        if let Some(rendering) = &mut self.rendering {
+            rendering.return_operator(quality, rendered.operator);
+        }
+        for image in rendered.images? {
+            self.put(wanted, &image)?;
+        }
+        Ok(())
+    }
+
+    /// Stores an image without keeping it in memory.
+    fn put(&mut self, wanted: &Wanted, image: &Image) -> Result<(), Error> {
+        let store = self.host.store.as_ref();
+        let disk_cache = self.image_cache.disk_cache.as_mut();
+        let disk_cache = disk_cache.ok_or(Error::NoPool)?;
+        disk_cache.share();
+        let about = (wanted.words.as_str(), wanted.refined.as_ref());
+        disk_cache.keep(store, &wanted.address, about, image);
+        match disk_cache.stopped() {
+            None => Ok(()),
+            Some(reason) => Err(Error::NotStored(reason.to_owned())),
+        }
+    }
+}

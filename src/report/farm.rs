@@ -1,0 +1,215 @@
+//! Refinement on a farm: what a goal needs is listed, handed over, watched, collected, and planned again.
+//!
+//! Own work ends at the edge: queues, nodes and their loss are the farm's. What it loses without a word is
+//! handed over again a few times, as images that are there are never rendered twice.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::{Error, tasks};
+use crate::engine::{self, Engine, Goal, LEASE, TaskList, TaskState};
+use crate::files::{FileError, claim};
+use crate::work::Cancelled;
+
+/// Tasks of one job: what farms take at once unless they are told to take more.
+const MOST: usize = 1000;
+
+/// How often a task is handed over that ends without an image.
+const ATTEMPTS: usize = 3;
+
+/// How often in a row a farm may give no answer.
+const PATIENCE: usize = 60;
+
+/// A program that runs workers on other machines.
+pub trait Farm: Send {
+    /// Starts a worker for each of these tasks of a list, and returns the job's name.
+    ///
+    /// # Errors
+    /// What the farm says.
+    fn submit(&self, list: &Path, tasks: &[usize]) -> Result<String, String>;
+
+    /// The tasks of a job that wait or run.
+    ///
+    /// # Errors
+    /// What the farm says, where it cannot be asked just now.
+    fn queued(&self, job: &str) -> Result<BTreeSet<usize>, String>;
+
+    /// Ends a job; what cannot be ended stays.
+    fn cancel(&self, job: &str);
+
+    /// Waits until it is worth to look again, a second or so, or until `is_over` is true.
+    fn rest(&self, is_over: &dyn Fn() -> bool);
+}
+
+/// Has everything rendered on a farm that a goal needs; what is then left to the engine needs no
+/// rendering. How many images were rendered so.
+///
+/// # Errors
+/// What planning says; [`engine::Error::Farm`] where the farm does not work or a task fails again and
+/// again; on cancel, with all jobs ended. Images that are there are kept.
+pub fn refine(engine: &mut Engine, goal: Goal, farm: &dyn Farm) -> Result<usize, Error> {
+    let mut goal = goal.or_one();
+    let mut rendered = 0;
+    loop {
+        let mut list = engine.tasks(goal)?;
+        if list.tasks.is_empty() {
+            return Ok(rendered);
+        }
+        list.tasks.truncate(MOST);
+        round(engine, &list, farm)?;
+        rendered += list.tasks.len();
+        let mixtures = list.tasks.iter().filter(|task| task.order.is_some());
+        let mixtures = mixtures.count();
+        goal.count = goal.count.map(|count| count.saturating_sub(mixtures));
+    }
+}
+
+/// Has a list done, and removes its file.
+fn round(engine: &mut Engine, list: &TaskList, farm: &dyn Farm) -> Result<(), Error> {
+    let path = list_path(list)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    if engine.host().store.is_link(folder) {
+        let (path, kind) = (folder.display().to_string(), "a link");
+        return Err(FileError::NotAFile { path, kind }.into());
+    }
+    tasks::write(engine.host().store.as_ref(), &path, list)?;
+    let mut round = Round {
+        list,
+        path: &path,
+        farm,
+        jobs: Vec::new(),
+        attempts: BTreeMap::new(),
+        lost: BTreeSet::new(),
+        silent: 0,
+        there: 0,
+    };
+    let done = round.run(engine);
+    // Of a list that is done too: what still waits has nothing to do.
+    round.jobs.iter().for_each(|job| farm.cancel(job));
+    engine.host().store.remove(&path)?;
+    done
+}
+
+/// A file in the pool, which all machines see, that no other process writes.
+fn list_path(list: &TaskList) -> Result<PathBuf, Error> {
+    let pool = std::path::absolute(&list.pool).map_err(|error| farm_error(&error))?;
+    let name = format!("{}-{}.json", claim::host(), std::process::id());
+    Ok(pool.join("tasks").join(name))
+}
+
+fn farm_error(what: &impl ToString) -> Error {
+    engine::Error::Farm(what.to_string()).into()
+}
+
+/// A list that is being done.
+struct Round<'a> {
+    list: &'a TaskList,
+    path: &'a Path,
+    farm: &'a dyn Farm,
+    jobs: Vec<String>,
+    /// How often tasks were handed over again.
+    attempts: BTreeMap<usize, usize>,
+    /// Tasks that were neither there nor queued when it was last looked.
+    lost: BTreeSet<usize>,
+    /// How often in a row the farm gave no answer.
+    silent: usize,
+    there: usize,
+}
+
+impl Round<'_> {
+    fn run(&mut self, engine: &mut Engine) -> Result<(), Error> {
+        let all: Vec<usize> = self.list.tasks.iter().map(|task| task.task).collect();
+        self.submit(&all)?;
+        while !self.look(engine)? {
+            let progress = &engine.host().progress;
+            self.farm.rest(&|| progress.cancelled());
+            if progress.cancelled() {
+                return Err(Cancelled.into());
+            }
+        }
+        Ok(())
+    }
+
+    fn submit(&mut self, tasks: &[usize]) -> Result<(), Error> {
+        let job = self.farm.submit(self.path, tasks);
+        self.jobs.push(job.map_err(|error| farm_error(&error))?);
+        Ok(())
+    }
+
+    /// Takes up what has arrived and hands over again what was lost; true once all are there.
+    fn look(&mut self, engine: &mut Engine) -> Result<bool, Error> {
+        // The queue first: what leaves it has stored its image before.
+        let queued = self.queued()?;
+        let states = self.list.states(engine.host().store.as_ref(), LEASE)?;
+        let is_there = |state: &&TaskState| **state == TaskState::There;
+        let there = states.iter().filter(is_there).count();
+        let progress = &engine.host().progress;
+        progress.report("pictures on the farm", there, states.len());
+        if there > self.there {
+            self.there = there;
+            engine.take_arrivals()?;
+        }
+        if let Some(queued) = queued {
+            self.hand_over_again(&queued, &states)?;
+        }
+        Ok(there == states.len())
+    }
+
+    /// Tasks that wait or run; `None` where the farm gives no answer now.
+    fn queued(&mut self) -> Result<Option<BTreeSet<usize>>, Error> {
+        let mut out = BTreeSet::new();
+        for job in &self.jobs {
+            match self.farm.queued(job) {
+                Ok(tasks) => out.extend(tasks),
+                Err(error) if self.silent >= PATIENCE => return Err(farm_error(&error)),
+                Err(_) => {
+                    self.silent += 1;
+                    return Ok(None);
+                }
+            }
+        }
+        self.silent = 0;
+        Ok(Some(out))
+    }
+
+    /// Hands over what is lost: neither there nor queued nor claimed, twice in a row, as a file may be
+    /// seen late.
+    fn hand_over_again(
+        &mut self,
+        queued: &BTreeSet<usize>,
+        states: &[TaskState],
+    ) -> Result<(), Error> {
+        let is_lost = |state: &TaskState| match state {
+            TaskState::There => false,
+            TaskState::Claimed(holder) => holder.is_stale(),
+            TaskState::Failed(_) | TaskState::Free => true,
+        };
+        let pairs = self.list.tasks.iter().zip(states);
+        let lost = pairs.filter(|(task, state)| is_lost(state) && !queued.contains(&task.task));
+        let lost: BTreeSet<usize> = lost.map(|(task, _)| task.task).collect();
+        let again: Vec<usize> = lost.intersection(&self.lost).copied().collect();
+        self.lost = lost;
+        if again.is_empty() {
+            return Ok(());
+        }
+        for task in &again {
+            let attempts = self.attempts.entry(*task).or_insert(1);
+            *attempts += 1;
+            if *attempts > ATTEMPTS {
+                return Err(self.given_up(states));
+            }
+        }
+        self.lost.clear();
+        self.submit(&again)
+    }
+
+    fn given_up(&self, states: &[TaskState]) -> Error {
+        farm_error(&format!(
+            "tasks were handed to the farm {ATTEMPTS} times and ended without a picture\n{}a node may \
+             not see this program, the show's folder or the pool: try a line by hand there, `footlight \
+             work {} N`",
+            tasks::describe(self.list, states),
+            self.path.display()
+        ))
+    }
+}
