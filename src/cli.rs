@@ -13,6 +13,8 @@ mod remote;
 mod reports;
 mod screen;
 mod send;
+#[cfg(feature = "serve")]
+mod serve;
 mod stop;
 mod watch;
 
@@ -141,6 +143,15 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Import(told) => import::import(told),
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
+        }),
+        #[cfg(feature = "serve")]
+        OwnCommand::Serve { show, port } => serve::page(show, port.unwrap_or(0), screen, || {
+            let background: Box<dyn Background> = Box::new(serve::spawn);
+            let host = Host {
+                background: Some(background),
+                ..host(Some(show), settings, screen)
+            };
+            load(Some(show), host, screen)
         }),
         #[cfg(feature = "lsp")]
         OwnCommand::Lsp => serve_editor(settings),

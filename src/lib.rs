@@ -81,7 +81,8 @@
 //! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, desk, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
 //! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, desk, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
 //! | 11 | `lsp` | the language server: an editor's texts in, diagnostics, completion, names, hints, pictures out | repl, engine, lang, diagnostic, show, timeline, picture, files, units, work | crossbeam_channel, lsp_server, lsp_types, serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
+//! | 11 | `serve` | the live page: a show served to browsers of this machine | repl, report, engine, playback, picture, diagnostic, printable | getrandom, httparse, serde_json |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, serve, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -218,6 +219,8 @@ mod report;
 pub mod scene;
 #[cfg(not(feature = "internals"))]
 mod scene;
+#[cfg(feature = "serve")]
+mod serve;
 #[cfg(feature = "internals")]
 pub mod show;
 #[cfg(not(feature = "internals"))]

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::Error;
 use super::words::count;
 use crate::engine::{self, Document, Engine};
+use crate::picture::Image;
 use crate::picture::tone::Tone;
 use crate::playback::Playback;
 use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
@@ -25,20 +26,8 @@ const MOST_STEPS: usize = 400;
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
     let banks = engine.bank_images_beside(playback.image_bytes())?;
-    let (document, show) = (engine.document(), engine.show());
-    let coordinates = show.coordinates();
     let keys = playback.images();
-    let faders = coordinates.iter().enumerate();
-    let contents = Contents {
-        title: &visible(&show.title),
-        faders: faders.map(|(i, c)| fader(show, c, i)).collect(),
-        mixers: mixers(document),
-        cues: cues(document, coordinates.len()),
-        keys: document.keys(),
-        pictures: keys.iter().collect(),
-        banks: banks.iter().collect(),
-        tone,
-    };
+    let contents = contents(engine, (keys, &banks), tone);
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
     let held = playback.image_bytes() + bank_bytes;
     let work = engine.work().holding(held);
@@ -60,6 +49,27 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
         made.html.len() as f64 / 1e6
     );
     Ok((made.html, text))
+}
+
+/// What a page has of a show, with images of the keys, where there are any, and of the banks.
+pub fn contents<'a>(
+    engine: &'a Engine,
+    (keys, banks): (&'a [Image], &'a [Image]),
+    tone: Tone,
+) -> Contents<'a> {
+    let (document, show) = (engine.document(), engine.show());
+    let coordinates = show.coordinates();
+    let faders = coordinates.iter().enumerate();
+    Contents {
+        title: visible(&show.title),
+        faders: faders.map(|(i, c)| fader(show, c, i)).collect(),
+        mixers: mixers(document),
+        cues: cues(document, coordinates.len()),
+        keys: document.keys(),
+        pictures: keys.iter().collect(),
+        banks: banks.iter().collect(),
+        tone,
+    }
 }
 
 fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
