@@ -104,6 +104,7 @@
 /// - [`plan`](manual::plan): how does the rig of my plan come in?
 /// - [`qlc`](manual::qlc): how does a show get to QLC+?
 /// - [`live`](manual::live): how does a show get to a visualiser, or to real lamps?
+/// - [`serve`](manual::serve): how do others see my show while I write it?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
@@ -127,6 +128,8 @@ pub mod manual {
     pub mod qlc {}
     #[doc = include_str!("manual/live.md")]
     pub mod live {}
+    #[doc = include_str!("manual/serve.md")]
+    pub mod serve {}
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
     #[doc = include_str!("manual/security.md")]
