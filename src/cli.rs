@@ -20,7 +20,7 @@ mod watch;
 
 use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
@@ -285,11 +285,21 @@ fn load(path: Option<&Path>, host: Host, screen: &Screen) -> Result<Repl, Error>
         outlets: Outlets {
             pipe: pipe(),
             encoder: Some(Box::new(Ffmpeg)),
+            module: module(),
         },
         canvas: screen.canvas(),
     };
     files::return_freed_memory();
     Ok(Repl::new(engine?, console))
+}
+
+/// The engine as a module for a page, beside the program itself.
+fn module() -> Option<PathBuf> {
+    Some(
+        std::env::current_exe()
+            .ok()?
+            .with_file_name("footlight-live.wasm"),
+    )
 }
 
 /// Standard output for files, unless it is a terminal, which shows no films, or closed.

@@ -10,6 +10,7 @@
 mod coding;
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
@@ -21,6 +22,15 @@ use crate::picture::{Image, PictureError};
 use crate::printable;
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
+
+/// How the program knows that a module of the engine for the page is its own: of this version, with the
+/// same numbers.
+pub const MODULE: &str = concat!(
+    "footlight-live ",
+    env!("CARGO_PKG_VERSION"),
+    " ",
+    env!("FOOTLIGHT_OPERATOR")
+);
 
 /// The most bytes of a page unless something else is said.
 pub const BUDGET: usize = 20_000_000;
@@ -142,7 +152,7 @@ pub struct Picture {
 
 impl Picture {
     /// With its files in the addresses themselves.
-    fn inside(coded: Coded) -> Picture {
+    pub fn inside(coded: Coded) -> Picture {
         let address = |file: Vec<u8>| {
             let mut address = "data:image/png;base64,".to_owned();
             BASE64_STANDARD.encode_string(file, &mut address);
@@ -241,17 +251,63 @@ pub fn data(
     json(contents, pictures, 0, (size, full))
 }
 
+/// A sheet with what is needed to edit it in a page.
+#[derive(Debug, Serialize)]
+pub struct Sheet<'a> {
+    /// What the file is called.
+    pub name: &'a str,
+    /// Its text.
+    pub text: &'a str,
+    /// The files that it names, in base64.
+    pub files: BTreeMap<String, String>,
+    /// The exposure of its pictures, stops.
+    pub exposure: f64,
+    /// The engine as a WebAssembly module, packed by gzip and in base64.
+    pub module: String,
+}
+
+/// A page in which the show is edited: with the banks' pictures alone, in at most `budget` bytes, and
+/// with the engine.
+///
+/// # Errors
+/// As [`write`].
+pub fn live(
+    contents: &Contents<'_>,
+    sheet: &Sheet<'_>,
+    budget: usize,
+    work: Work<'_>,
+) -> Result<Page, PageError> {
+    let (coded, size) = fit(&contents.banks, contents.tone, budget, work)?;
+    let pictures = coded.into_iter().map(Picture::inside).collect();
+    let show = data(contents, pictures, size)?;
+    let sheet = serde_json::to_string(sheet)?;
+    let sheet = printable::json(sheet.trim_start_matches('{'));
+    let data = format!("{{\"show\":{show},{sheet}").replace('<', "\\u003c");
+    let policy = "default-src 'none'; img-src data:; worker-src blob:; style-src 'unsafe-inline'; \
+                  script-src 'unsafe-inline' 'wasm-unsafe-eval'";
+    let start = [
+        include_str!("page/change.js"),
+        include_str!("page/engine.js"),
+        include_str!("page/live.js"),
+    ];
+    let html = filled(&escaped(&contents.title), policy, &start, &data);
+    Ok(Page {
+        html,
+        size,
+        blends: false,
+    })
+}
+
 /// A page that is served; one that `follows` looks on while another runs the show.
 pub fn served(title: &str, follows: bool) -> String {
     let policy = "default-src 'none'; connect-src 'self'; img-src 'self' data:; \
                   script-src 'unsafe-inline'; style-src 'unsafe-inline'";
     let data = format!("{{\"follows\":{follows}}}");
-    filled(
-        &escaped(title),
-        policy,
+    let start = [
+        include_str!("page/change.js"),
         include_str!("page/served.js"),
-        &data,
-    )
+    ];
+    filled(&escaped(title), policy, &start, &data)
 }
 
 /// All that the page reads.
@@ -305,7 +361,8 @@ fn html(
     // Inside a script element nothing may look like its end, or like an older browser's line end.
     let data = json(contents, pictures, keys, sizes)?.replace('<', "\\u003c");
     let title = escaped(&contents.title);
-    Ok(filled(&title, policy, include_str!("page/file.js"), &data))
+    let start = [include_str!("page/file.js")];
+    Ok(filled(&title, policy, &start, &data))
 }
 
 /// What the page says of itself.
@@ -337,7 +394,7 @@ fn remark(
 }
 
 /// The template with its places filled, each once, so that no content is taken for a place.
-fn filled(title: &str, policy: &str, start: &str, json: &str) -> String {
+fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
     let script = [
         include_str!("page/light.js"),
         include_str!("page/go.js"),
@@ -346,7 +403,6 @@ fn filled(title: &str, policy: &str, start: &str, json: &str) -> String {
         include_str!("page/faders.js"),
         include_str!("page/desk.js"),
         include_str!("page/load.js"),
-        start,
     ];
     let mut page = String::with_capacity(json.len() + (1 << 16));
     for part in include_str!("page/page.html").split("{{") {
@@ -358,7 +414,7 @@ fn filled(title: &str, policy: &str, start: &str, json: &str) -> String {
             "title" => page.push_str(title),
             "policy" => page.push_str(policy),
             "style" => page.push_str(include_str!("page/page.css")),
-            "script" => page.extend(script),
+            "script" => page.extend(script.iter().chain(start).copied()),
             _ => page.push_str(json),
         }
         page.push_str(rest);

@@ -9,9 +9,6 @@ let followed = null;
 /// The version that is wanted, and the one that is shown.
 let wanted = 0, shownVersion = 0, isFetching = false;
 
-const indexOf = (version, name) => version.coordinates.findIndex((c) => c.name === name);
-const cueOf = (version, number) => version.cues.findIndex((cue) => cue.number === number);
-
 /// The state of the desk in names, which mean the same in another version of the show.
 function stateOfDesk() {
   const passed = desk.playing && desk.last !== undefined ? (performance.now() - desk.last) / 1000 : 0;
@@ -40,45 +37,6 @@ function follow() {
   }
   desk.moved = false;
   if (cue !== was && cue >= 0) tell(`Cue ${cueName(cue)}`);
-}
-
-/// The desk's place in the next version: in the same cue, as long after its GO; complete if it was.
-function carryOver(next) {
-  const cue = cueOf(next, show.cues[desk.cue]?.number);
-  const named = (list) => next.coordinates.map((c) => list[indexOf(show, c.name)] ?? 0);
-  const held = [...desk.held].map(([i, level]) => [indexOf(next, show.coordinates[i].name), level]);
-  const rest = desk.rest && { light: named(desk.rest.light), lasts: named(desk.rest.lasts) };
-  Object.assign(desk, { held: new Map(held.filter(([i]) => i >= 0)), rest });
-  if (cue < 0 || desk.sequence) {
-    desk.time = Math.min(Math.max(desk.time, next.start), next.end);
-    return Object.assign(desk, { cue, until: desk.sequence ? next.end : desk.time });
-  }
-  const until = settled(next, lastOf(next, cue)), complete = desk.time >= settled(show, lastOf(show, desk.cue)) - 1e-6;
-  const time = complete ? until : Math.min(desk.time - show.cues[desk.cue].go + next.cues[cue].go, next.end);
-  Object.assign(desk, { cue, time, until: Math.max(until, time) });
-}
-
-/// All of a version but its pictures.
-const words = ({ pictures, ...rest }) => JSON.stringify(rest);
-
-/// Shows another version, at once where all of it is here.
-async function change(next) {
-  const fits = String(next.size) === String(show.size) && next.curve === show.curve && next.dither === show.dither;
-  const renderer = fits ? desk.renderer : rendererFor(next, element("picture").cloneNode());
-  const taken = [];
-  await load(next, renderer.wantsPixels, fits ? show.pictures : [], (...picture) => taken.push(picture));
-  for (const picture of taken) renderer.take(...picture);
-  const same = words(next) === words(show);
-  if (!same) carryOver(next);
-  if (!fits) element("picture").replaceWith(renderer.canvas);
-  show = next;
-  length = show.end - show.start;
-  desk.renderer = renderer;
-  if (!same) fill();
-  pictured = 0;
-  desk.dirty = true;
-  if (followed && followed.run.by !== own) follow();
-  else if (!page.follows) desk.moved = true;
 }
 
 async function fetchShow() {
@@ -132,6 +90,10 @@ async function send() {
 }
 
 desk.follows = page.follows;
+desk.changed = () => {
+  if (followed && followed.run.by !== own) follow();
+  else if (!page.follows) desk.moved = true;
+};
 document.body.classList.toggle("follows", page.follows);
 if (!page.follows) desk.tells = send;
 const events = new EventSource("events");
