@@ -22,6 +22,9 @@ const BODY: usize = 256 << 10;
 /// How long a request may take to come, and an answer to go.
 const PATIENCE: Duration = Duration::from_secs(5);
 
+/// How long to wait after a connection that could not be taken.
+const PAUSE: Duration = Duration::from_millis(50);
+
 /// How often a page is told what it knows already, so that neither side waits for one that is gone.
 const PULSE: Duration = Duration::from_secs(10);
 
@@ -55,8 +58,12 @@ pub fn listen(listener: TcpListener, audience: &Arc<Audience>) {
     let audience = Arc::clone(audience);
     // Without threads to spare nothing is served, which is seen at once.
     let _ = thread::Builder::new().spawn(move || {
-        for stream in listener.incoming().flatten() {
-            take(stream, &audience);
+        for stream in listener.incoming() {
+            match stream {
+                Ok(stream) => take(stream, &audience),
+                // Out of handles: some come free.
+                Err(_) => thread::sleep(PAUSE),
+            }
         }
     });
 }

@@ -32,7 +32,9 @@ fn of_grammar() -> BTreeSet<String> {
 
 /// The words in quotes of single kind in a part of a grammar for tree-sitter.
 fn of_tree_sitter(text: &str, quote: char) -> BTreeSet<String> {
-    let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let code = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
     let code: String = code.collect::<Vec<_>>().join("\n");
     let quoted = code.split(quote).skip(1).step_by(2);
     let is_word = |w: &&str| {
@@ -53,7 +55,13 @@ fn the_tree_sitter_grammar_and_its_queries_have_the_words_of_the_grammar() {
     assert_eq!(wanted.difference(&own).next(), None);
     let photometric = read("lxq.pest");
     let photometric = photometric.split("photometric_unit = _{ (").nth(1).unwrap();
-    let units = photometric.split(')').next().unwrap().split('"').skip(1).step_by(2);
+    let units = photometric
+        .split(')')
+        .next()
+        .unwrap()
+        .split('"')
+        .skip(1)
+        .step_by(2);
     let grammar = read("editors/tree-sitter/grammar.js");
     for unit in units.filter(|unit| *unit != "cd/m2") {
         assert!(grammar.contains(&format!("'{unit}'")), "{unit}");

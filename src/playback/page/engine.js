@@ -6,7 +6,9 @@ async function engineOf(bytes) {
   const { memory, input, answer, output } = instance.exports;
   return (question) => {
     const asked = new TextEncoder().encode(JSON.stringify(question));
-    new Uint8Array(memory.buffer, input(asked.length), asked.length).set(asked);
+    // The memory is another one where it had to grow.
+    const at = input(asked.length);
+    new Uint8Array(memory.buffer, at, asked.length).set(asked);
     const length = answer();
     return JSON.parse(new TextDecoder().decode(new Uint8Array(memory.buffer, output(), length)));
   };

@@ -8,7 +8,7 @@ let ask = null, bytes = null, worker = null, wait = 0;
 /// The last sheet without errors, what it says, and the number of its lights and stage.
 let good = { text: sheet.text, show: first, scene: 0 };
 /// The pictures, and the exposure in stops that they are coded at.
-let lit = { pictures: first.pictures, size: first.size, exposure: sheet.exposure };
+let lit = { pictures: first.pictures, size: first.size, made: first.made, exposure: sheet.exposure };
 let changing = Promise.resolve();
 
 async function unpacked(code) {
@@ -21,7 +21,7 @@ async function unpacked(code) {
 function showGood() {
   const gain = 2 ** (good.exposure - lit.exposure);
   const pictures = lit.pictures.map((picture) => ({ ...picture, law: picture.law.map((v) => v * gain) }));
-  const next = { ...good.show, size: lit.size, pictures };
+  const next = { ...good.show, size: lit.size, made: lit.made, pictures };
   changing = changing.then(() => change(next)).catch(cannotPlay);
 }
 
@@ -82,7 +82,8 @@ function render() {
       return;
     }
     ask("taken");
-    lit = { pictures: data.show.pictures, size: data.show.size, exposure: data.exposure };
+    const { pictures, size, made } = data.show;
+    lit = { pictures, size, made, exposure: data.exposure };
     showGood();
     element("judged").textContent = data.is_finest ? "" : `Rendered at step ${data.step}; finer to come`;
   };
