@@ -138,6 +138,8 @@ function save() {
 async function begin() {
   document.body.classList.add("live");
   element("sheet").hidden = false;
+  // Where it moves nothing that is being typed.
+  element("offers").after(element("wrong"));
   element("sheet-title").textContent = sheet.name;
   text.value = sheet.text;
   await openShow(first);
