@@ -13,6 +13,8 @@ mod remote;
 mod reports;
 mod screen;
 mod send;
+#[cfg(feature = "serve")]
+mod serve;
 mod slurm;
 mod stop;
 mod watch;
@@ -20,7 +22,7 @@ mod work;
 
 use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
@@ -147,6 +149,15 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         }),
         OwnCommand::Work(told) => work::work(told, settings, screen),
         OwnCommand::Collect { tasks, json } => work::collect(tasks, *json, settings),
+        #[cfg(feature = "serve")]
+        OwnCommand::Serve { show, port } => serve::page(show, port.unwrap_or(0), screen, || {
+            let background: Box<dyn Background> = Box::new(serve::spawn);
+            let host = Host {
+                background: Some(background),
+                ..host(Some(show), settings, screen)
+            };
+            load(Some(show), host, (settings, screen))
+        }),
         #[cfg(feature = "lsp")]
         OwnCommand::Lsp => serve_editor(settings),
         OwnCommand::Completions { shell } => {
@@ -283,12 +294,22 @@ fn load(
         outlets: Outlets {
             pipe: pipe(),
             encoder: Some(Box::new(Ffmpeg)),
+            module: module(),
         },
         canvas: screen.canvas(),
         farm: Some(Box::new(Slurm::new(settings))),
     };
     files::return_freed_memory();
     Ok(Repl::new(engine?, console))
+}
+
+/// The engine as a module for a page, beside the program itself.
+fn module() -> Option<PathBuf> {
+    Some(
+        std::env::current_exe()
+            .ok()?
+            .with_file_name("footlight-live.wasm"),
+    )
 }
 
 /// Standard output for files, unless it is a terminal, which shows no films, or closed.

@@ -78,10 +78,11 @@
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
-//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, desk, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | serde_json, sha2 |
+//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, desk, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | base64, flate2, serde_json, sha2 |
 //! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, desk, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
 //! | 11 | `lsp` | the language server: an editor's texts in, diagnostics, completion, names, hints, pictures out | repl, engine, lang, diagnostic, show, timeline, picture, files, units, work | crossbeam_channel, lsp_server, lsp_types, serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
+//! | 11 | `serve` | the live page: a show served to browsers of this machine | repl, report, engine, playback, picture, diagnostic, printable | getrandom, httparse, serde_json |
+//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, serve, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
 
 #![cfg_attr(
     not(feature = "internals"),
@@ -103,6 +104,7 @@
 /// - [`plan`](manual::plan): how does the rig of my plan come in?
 /// - [`qlc`](manual::qlc): how does a show get to QLC+?
 /// - [`live`](manual::live): how does a show get to a visualiser, or to real lamps?
+/// - [`serve`](manual::serve): how do others see my show while I write it?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
@@ -126,6 +128,8 @@ pub mod manual {
     pub mod qlc {}
     #[doc = include_str!("manual/live.md")]
     pub mod live {}
+    #[doc = include_str!("manual/serve.md")]
+    pub mod serve {}
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
     #[doc = include_str!("manual/security.md")]
@@ -218,6 +222,8 @@ mod report;
 pub mod scene;
 #[cfg(not(feature = "internals"))]
 mod scene;
+#[cfg(feature = "serve")]
+mod serve;
 #[cfg(feature = "internals")]
 pub mod show;
 #[cfg(not(feature = "internals"))]

@@ -8,6 +8,7 @@ mod answer;
 mod argument;
 mod call;
 mod error;
+pub mod saves;
 mod usage;
 mod verb;
 mod vocabulary;

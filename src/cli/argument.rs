@@ -256,6 +256,20 @@ pub enum OwnCommand {
         #[arg(long)]
         json: bool,
     },
+    /// serve a show's page to browsers of this machine, from the file as it is edited
+    #[cfg(feature = "serve")]
+    #[command(
+        after_help = "The first address that it prints runs the show, the second follows it. \
+        Ctrl-C ends it.\n\nExample:\n  footlight serve show.lxq"
+    )]
+    Serve {
+        /// The show's file (.lxq)
+        #[arg(id = "SHOW")]
+        show: PathBuf,
+        /// the port to listen at (default: any that is free)
+        #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
+        port: Option<u16>,
+    },
     /// serve an editor by the language server protocol, on standard input and output
     #[cfg(feature = "lsp")]
     #[command(

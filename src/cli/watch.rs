@@ -1,22 +1,15 @@
 //! `watch`: the show is edited elsewhere; every save is checked, reported in words and shown again.
 
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 
 use super::screen::Screen;
 use super::{complain, print};
-use crate::engine::{self, TEXT_LIMIT};
-use crate::files::{Disk, Stamp, Store};
+use crate::engine;
 use crate::lang;
 use crate::printable::Printable;
+use crate::repl::saves::{Look, PAUSE, Saves};
 use crate::repl::{Call, Error, Repl, find};
 use crate::report::words;
-
-/// How often the files are looked at.
-const PAUSE: Duration = Duration::from_millis(40);
-
-/// Looks after which a file that is away is said to be.
-const LONG: usize = 25;
 
 // What to watch, and what to do at every change. A doc comment here would be the command's help.
 #[derive(Clone, Debug, clap::Args)]
@@ -42,7 +35,7 @@ pub fn watch(
     mut open: impl FnMut() -> Result<Repl, Error>,
 ) -> Result<u8, Error> {
     let path = watched.show.as_path();
-    let mut seen = vec![Disk.read(path, TEXT_LIMIT)?];
+    let mut saves = Saves::new(path)?;
     let mut show = None;
     match open() {
         Ok(repl) => show = Some(repl),
@@ -52,45 +45,22 @@ pub fn watch(
         Err(error) => return Err(error),
     }
     if let Some(repl) = &mut show {
-        seen = texts(path, repl);
-        let time = watched.at.clone();
-        picture(repl, watched, time, screen)?;
+        saves.follow(repl);
+        picture(repl, watched, watched.at.clone(), screen)?;
         print(format!("watching {}; Ctrl-C ends it\n", path.display()));
     }
-    let mut stamps = stamps_of(&show);
     let mut shown = watched.at.clone();
-    let (mut changes, mut away, mut looks) = (0, 0, 0);
+    let mut changes = 0;
     while !screen.stop().is_asked() && watched.count.is_none_or(|count| changes < count) {
         std::thread::sleep(PAUSE);
-        let now = match &show {
-            Some(repl) => texts(path, repl),
-            None => Disk.read(path, TEXT_LIMIT).into_iter().collect(),
-        };
-        // An editor that writes in two steps leaves the file away, or empty, for a moment.
-        let Some(text) = now.first().filter(|text| !text.is_empty()).cloned() else {
-            away += 1;
-            if away == LONG {
-                complain(format!("{} is gone or empty", path.display()));
-                let kept = if show.is_some() {
-                    "; the last good show is kept\n"
-                } else {
-                    "\n"
-                };
-                complain(kept);
+        let (text, is_new) = match saves.look(show.as_ref()) {
+            Look::Same => continue,
+            Look::Away => {
+                complain(away(path, show.is_some()));
+                continue;
             }
-            continue;
+            Look::Saved { text, is_new } => (text, is_new),
         };
-        away = 0;
-        let stamped = stamps_of(&show);
-        looks += 1;
-        // Without a show it is not known which of its files was missing.
-        let again = show.is_none() && looks % LONG == 0;
-        if now == seen && stamped == stamps && !again {
-            continue;
-        }
-        let unchanged = now == seen && show.is_none();
-        stamps = stamped;
-        seen = now;
         let changed = match &mut show {
             Some(repl) => change(repl, &text, &mut shown, watched, screen),
             None => open().and_then(|mut repl| {
@@ -99,7 +69,7 @@ pub fn watch(
                 Ok(())
             }),
         };
-        if unchanged && changed.is_err() {
+        if !is_new && changed.is_err() {
             continue;
         }
         changes += 1;
@@ -114,36 +84,21 @@ pub fn watch(
             }
             Err(error) => return Err(error),
         }
-        // What the show includes may be other files now.
         if let Some(repl) = &show {
-            let now = texts(path, repl);
-            seen.truncate(1);
-            seen.extend(now.into_iter().skip(1));
-        }
-        let named = stamps_of(&show);
-        if named.len() != stamps.len() {
-            stamps = named;
+            saves.follow(repl);
         }
     }
     Ok(0)
 }
 
-/// The stage's files, images and all else that the show names, as they are on disk.
-fn stamps_of(show: &Option<Repl>) -> Vec<Stamp> {
-    show.as_ref()
-        .map_or_else(Vec::new, |repl| repl.engine().files_now())
-}
-
-/// The show's file and those it includes, as they are on disk.
-fn texts(path: &Path, repl: &Repl) -> Vec<Vec<u8>> {
-    let sources = &repl.engine().document().diagnostics().sources;
-    let included = (1..)
-        .map_while(|i| sources.get(i))
-        .map(|(name, _)| Path::new(name));
-    let paths = std::iter::once(path).chain(included);
-    paths
-        .map(|p| Disk.read(p, TEXT_LIMIT).unwrap_or_default())
-        .collect()
+/// That a show's file is away.
+pub fn away(path: &Path, is_kept: bool) -> String {
+    let kept = if is_kept {
+        "; the last good show is kept"
+    } else {
+        ""
+    };
+    format!("{} is gone or empty{kept}\n", path.display())
 }
 
 /// Takes a new text. The moment shown is where the light changed most, and else the last one.

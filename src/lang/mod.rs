@@ -314,5 +314,20 @@ pub fn statement_complete(text: &str) -> bool {
     !scan::scan(text).open
 }
 
+/// Where the statement begins that is typed at byte `at`: a line at the margin outside all braces
+/// begins another one.
+pub fn statement_start(text: &str, at: usize) -> usize {
+    let before = text.get(..at).unwrap_or(text);
+    let line = before.rfind('\n').map_or(0, |i| i + 1);
+    let Some(last) = outline(before).pop() else {
+        return line;
+    };
+    let own = before.get(last.range.start..).unwrap_or("");
+    let margin = before.get(line..);
+    let margin = margin.is_some_and(|l| !l.starts_with([' ', '\t']));
+    let is_another = line > last.range.start && margin && statement_complete(own);
+    if is_another { line } else { last.range.start }
+}
+
 #[cfg(test)]
 mod tests;

@@ -1,27 +1,39 @@
-//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network.
+//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network; and
+//! the same page as a program serves it, with the show and its pictures beside it.
 //!
-//! Invariants: nothing is fetched (the page's own policy forbids it); key and bank images are
-//! inside in the code of 8 bits of [`super::key`], as PNG, and are decoded to light before they are
-//! blended; exposure and curve are those of every other output; the file keeps its budget, with
-//! smaller pictures if it must. This module does not decide how a desk looks: that is the page's
-//! own text (`page/`), which does not depend on Rust.
+//! Invariants: a file fetches nothing, and a served page only from where it came (their own policies
+//! forbid the rest); images are in the code of 8 bits of [`super::key`], as PNG, and are decoded to
+//! light before they are blended; exposure and curve are those of every other output; the pictures
+//! keep their budget, smaller if they must. This module does not decide how a desk looks: that is the
+//! page's own text (`page/`), which does not depend on Rust.
+
+mod coding;
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
 
-use super::key::{ByteCurve, peak};
-use crate::picture::shrink::shrink;
+pub use self::coding::{Coded, fit};
+use self::coding::{attempt, smaller};
 use crate::picture::tone::{Curve, Tone};
-use crate::picture::{Image, PictureError, png};
+use crate::picture::{Image, PictureError};
 use crate::printable;
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
 
+/// How the program knows that a module of the engine for the page is its own: of this version, with the
+/// same numbers.
+pub const MODULE: &str = concat!(
+    "footlight-live ",
+    env!("CARGO_PKG_VERSION"),
+    " ",
+    env!("FOOTLIGHT_OPERATOR")
+);
+
 /// The most bytes of a page unless something else is said.
 pub const BUDGET: usize = 20_000_000;
-
-/// The least width that pictures are made smaller to.
-const NARROWEST: usize = 160;
 
 /// Why a page could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -99,7 +111,7 @@ pub struct Cue {
 #[derive(Debug)]
 pub struct Contents<'a> {
     /// The show's title.
-    pub title: &'a str,
+    pub title: Cow<'a, str>,
     /// Its coordinates, in order.
     pub faders: Vec<Fader>,
     /// Its banks of colour mixers, in order.
@@ -128,14 +140,30 @@ pub struct Page {
 }
 
 /// A picture as the page reads it.
-#[derive(Debug, Serialize)]
-struct Picture {
-    /// Exposed light per c^2 and per c^8, c being 0 to 1.
-    law: [f32; 2],
-    /// A PNG file of the codes c, in base64.
-    codes: String,
-    /// A PNG file that is white in the channels that are negative, in base64.
-    signs: Option<String>,
+#[derive(Clone, Debug, Serialize)]
+pub struct Picture {
+    /// As [`Coded::law`].
+    pub law: [f32; 2],
+    /// The address of a PNG file of the codes.
+    pub codes: String,
+    /// That of one that is white in the channels that are negative.
+    pub signs: Option<String>,
+}
+
+impl Picture {
+    /// With its files in the addresses themselves.
+    pub fn inside(coded: Coded) -> Picture {
+        let address = |file: Vec<u8>| {
+            let mut address = "data:image/png;base64,".to_owned();
+            BASE64_STANDARD.encode_string(file, &mut address);
+            address
+        };
+        Picture {
+            law: coded.law,
+            codes: address(coded.codes),
+            signs: coded.signs.map(address),
+        }
+    }
 }
 
 /// A segment as the page reads it, times in seconds.
@@ -191,6 +219,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
         let all: Vec<&Image> = keys.iter().chain(&contents.banks).copied().collect();
         let needed = match attempt(&all, contents.tone, size, budget, work)? {
             Ok(pictures) => {
+                let pictures = pictures.into_iter().map(Picture::inside).collect();
                 let html = html(contents, pictures, keys.len(), (size, full))?;
                 if html.len() <= budget {
                     let blends = !keys.is_empty();
@@ -204,105 +233,85 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
             keys = &[];
             continue;
         }
-        // The size of the file goes with the number of pixels, and small ones compress less well.
-        let side = (0.95 * budget as f64 / needed as f64).sqrt();
-        let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
-        size = (scaled(size.0), scaled(size.1));
-        if size.0 < NARROWEST.min(full.0) {
-            let limit = budget;
-            return Err(PictureError::Bytes { needed, limit }.into());
-        }
+        size = smaller(size, full, needed, budget)?;
     }
 }
 
-/// Pictures from which those of a page are estimated well within a factor of two.
-const ENOUGH: usize = 32;
-
-/// All pictures in a size that keeps the budget, or else the bytes that they would take.
-type Attempt = Result<Vec<Picture>, usize>;
-
-fn attempt(
-    all: &[&Image],
-    tone: Tone,
+/// The data of a served page, which adds the banks' pictures up: these have the addresses that
+/// `pictures` says, and this size.
+///
+/// # Errors
+/// [`PageError::Data`].
+pub fn data(
+    contents: &Contents<'_>,
+    pictures: Vec<Picture>,
     size: (usize, usize),
+) -> Result<String, PageError> {
+    let full = contents.banks.first().map_or(size, |i| i.size());
+    json(contents, pictures, 0, (size, full))
+}
+
+/// A sheet with what is needed to edit it in a page.
+#[derive(Debug, Serialize)]
+pub struct Sheet<'a> {
+    /// What the file is called.
+    pub name: &'a str,
+    /// Its text.
+    pub text: &'a str,
+    /// The files that it names, in base64.
+    pub files: BTreeMap<String, String>,
+    /// The exposure of its pictures, stops.
+    pub exposure: f64,
+    /// The engine as a WebAssembly module, packed by gzip and in base64.
+    pub module: String,
+}
+
+/// A page in which the show is edited: with the banks' pictures alone, in at most `budget` bytes, and
+/// with the engine.
+///
+/// # Errors
+/// As [`write`].
+pub fn live(
+    contents: &Contents<'_>,
+    sheet: &Sheet<'_>,
     budget: usize,
     work: Work<'_>,
-) -> Result<Attempt, PageError> {
-    let total = all.len();
-    let mut pictures = Vec::with_capacity(total);
-    let mut bytes = 0;
-    for together in all.chunks(work.threads.max(1)) {
-        work.check()?;
-        for picture in all_coded(together, size, tone) {
-            let picture = picture?;
-            bytes += picture.codes.len() + picture.signs.as_ref().map_or(0, String::len);
-            pictures.push(picture);
-        }
-        let estimate = bytes * total / pictures.len();
-        if bytes > budget || (pictures.len() >= ENOUGH && estimate > 2 * budget) {
-            return Ok(Err(estimate));
-        }
-        work.progress.report("page", pictures.len(), total);
-    }
-    Ok(Ok(pictures))
-}
-
-/// Some pictures in a size, each on a thread of its own.
-fn all_coded(
-    images: &[&Image],
-    size: (usize, usize),
-    tone: Tone,
-) -> Vec<Result<Picture, PictureError>> {
-    let one = |image: &Image| match image.size() == size {
-        true => coded(image, tone),
-        false => coded(&shrink(image, size.0, size.1), tone),
-    };
-    let mut pictures: Vec<_> = images.iter().map(|_| None).collect();
-    std::thread::scope(|scope| {
-        let mut places = images.iter().zip(&mut pictures);
-        let first = places.next();
-        for (image, place) in places {
-            scope.spawn(move || *place = Some(one(image)));
-        }
-        if let Some((image, place)) = first {
-            *place = Some(one(image));
-        }
-    });
-    pictures.into_iter().flatten().collect()
-}
-
-/// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
-/// could tell them from black.
-fn coded(image: &Image, tone: Tone) -> Result<Picture, PictureError> {
-    let curve = ByteCurve::new(peak(image.data()), tone.knee());
-    let codes = curve.codes(image.data());
-    let file = |codes: &[u8]| -> Result<String, PictureError> {
-        let bytes = png::encode(image.width(), image.height(), codes)?;
-        Ok(BASE64_STANDARD.encode(&bytes))
-    };
-    let least = image.data().iter().copied().fold(0.0, f32::min);
-    let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
-    let white = |v: &f32| if *v < 0.0 { 255 } else { 0 };
-    let gain = tone.exposure.exp2() as f32;
-    let (codes, signs) = match seen {
-        true => {
-            let signs: Vec<u8> = image.data().iter().map(white).collect();
-            (file(&codes)?, Some(file(&signs)?))
-        }
-        false => {
-            let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
-            let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
-            (file(&codes)?, None)
-        }
-    };
-    Ok(Picture {
-        law: [curve.low * gain, curve.high * gain],
-        codes,
-        signs,
+) -> Result<Page, PageError> {
+    let (coded, size) = fit(&contents.banks, contents.tone, budget, work)?;
+    let pictures = coded.into_iter().map(Picture::inside).collect();
+    let show = data(contents, pictures, size)?;
+    let sheet = serde_json::to_string(sheet)?;
+    let sheet = printable::json(sheet.trim_start_matches('{'));
+    let data = format!("{{\"show\":{show},{sheet}").replace('<', "\\u003c");
+    let policy = "default-src 'none'; img-src data:; worker-src blob:; style-src 'unsafe-inline'; \
+                  script-src 'unsafe-inline' 'wasm-unsafe-eval'";
+    let start = [
+        include_str!("page/change.js"),
+        include_str!("page/engine.js"),
+        include_str!("page/live.js"),
+    ];
+    let html = filled(&escaped(&contents.title), policy, &start, &data);
+    Ok(Page {
+        html,
+        size,
+        blends: false,
     })
 }
 
-fn html<'a>(
+/// A page that is served; one that `follows` looks on while another runs the show.
+pub fn served(title: &str, follows: bool) -> String {
+    let policy = "default-src 'none'; connect-src 'self'; img-src 'self' data:; \
+                  script-src 'unsafe-inline'; style-src 'unsafe-inline'";
+    let data = format!("{{\"follows\":{follows}}}");
+    let start = [
+        include_str!("page/change.js"),
+        include_str!("page/served.js"),
+    ];
+    filled(&escaped(title), policy, &start, &data)
+}
+
+/// All that the page reads.
+fn json<'a>(
     contents: &'a Contents<'_>,
     pictures: Vec<Picture>,
     keys: usize,
@@ -316,7 +325,7 @@ fn html<'a>(
         keys: &s.keys,
     };
     let data = Data {
-        title: contents.title,
+        title: &contents.title,
         size: [size.0, size.1],
         start: segments.first().map_or(0.0, |s| s.start()),
         end: segments.last().map_or(0.0, |s| s.end()),
@@ -334,13 +343,26 @@ fn html<'a>(
         segments: segments.iter().map(stretch).collect(),
         pictures,
     };
-    // Inside a script element nothing may look like its end, or like an older browser's line end.
     // One step after the other, so that no more than two copies are there at once.
-    let mut json = serde_json::to_string(&data)?;
+    let json = serde_json::to_string(&data)?;
     drop(data);
-    json = printable::json(&json);
-    json = json.replace('<', "\\u003c");
-    Ok(filled(&escaped(contents.title), &json))
+    Ok(printable::json(&json))
+}
+
+/// The page as a file.
+fn html(
+    contents: &Contents<'_>,
+    pictures: Vec<Picture>,
+    keys: usize,
+    sizes: ((usize, usize), (usize, usize)),
+) -> Result<String, PageError> {
+    let policy =
+        "default-src 'none'; img-src data:; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
+    // Inside a script element nothing may look like its end, or like an older browser's line end.
+    let data = json(contents, pictures, keys, sizes)?.replace('<', "\\u003c");
+    let title = escaped(&contents.title);
+    let start = [include_str!("page/file.js")];
+    Ok(filled(&title, policy, &start, &data))
 }
 
 /// What the page says of itself.
@@ -371,8 +393,8 @@ fn remark(
     )
 }
 
-/// The template with its four places filled, each once, so that no content is taken for a place.
-fn filled(title: &str, json: &str) -> String {
+/// The template with its places filled, each once, so that no content is taken for a place.
+fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
     let script = [
         include_str!("page/light.js"),
         include_str!("page/go.js"),
@@ -390,8 +412,9 @@ fn filled(title: &str, json: &str) -> String {
         };
         match place {
             "title" => page.push_str(title),
+            "policy" => page.push_str(policy),
             "style" => page.push_str(include_str!("page/page.css")),
-            "script" => page.extend(script),
+            "script" => page.extend(script.iter().chain(start).copied()),
             _ => page.push_str(json),
         }
         page.push_str(rest);
@@ -446,7 +469,7 @@ mod tests {
         let timeline = Timeline::new(&empty(1)).unwrap();
         let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
         let contents = Contents {
-            title,
+            title: title.into(),
             faders: vec![fader("{{show}}")],
             mixers: Vec::new(),
             cues: Vec::new(),
@@ -500,16 +523,9 @@ mod tests {
         assert_eq!(data["coordinates"][0]["name"], "{{show}}");
         // The only address is a name, that of SVG.
         assert_eq!(html.matches("://").count(), 1);
-        assert!(html.contains("default-src 'none'"));
-    }
-
-    #[test]
-    fn signs_are_kept_where_they_can_be_seen() {
-        let mut image = noise(4, 3);
-        assert!(coded(&image, tone()).unwrap().signs.is_none());
-        image.data_mut()[5] = -1e-5;
-        assert!(coded(&image, tone()).unwrap().signs.is_none());
-        image.data_mut()[5] = -0.1;
-        assert!(coded(&image, tone()).unwrap().signs.is_some());
+        assert!(html.contains("default-src 'none'; img-src data:;"));
+        let page = served(title, true);
+        assert_eq!(page.matches("</script").count(), 2);
+        assert_eq!(page.matches("://").count(), 1);
     }
 }

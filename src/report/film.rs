@@ -4,7 +4,7 @@
 //! one frame, however long the show is; an animated PNG has a limited size instead.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Error;
@@ -89,6 +89,8 @@ pub struct Outlets {
     pub pipe: Option<Pipe>,
     /// What encodes films; without it they are refused.
     pub encoder: Option<Box<dyn Encoder>>,
+    /// Where the engine is as a module for a page that is edited.
+    pub module: Option<PathBuf>,
 }
 
 /// The part of a show that is played.

@@ -30,6 +30,50 @@ fn of_grammar() -> BTreeSet<String> {
     words
 }
 
+/// The words in quotes of single kind in a part of a grammar for tree-sitter.
+fn of_tree_sitter(text: &str, quote: char) -> BTreeSet<String> {
+    let code = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    let code: String = code.collect::<Vec<_>>().join("\n");
+    let quoted = code.split(quote).skip(1).step_by(2);
+    let is_word = |w: &&str| {
+        !w.is_empty() && w.chars().all(|c| c.is_ascii_lowercase() || c == '-') && *w != "-"
+    };
+    quoted.filter(is_word).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_tree_sitter_grammar_and_its_queries_have_the_words_of_the_grammar() {
+    let own = of_tree_sitter(&read("editors/tree-sitter/grammar.js"), '\'');
+    let mut wanted = of_grammar();
+    wanted.extend(lang::keywords().iter().map(|w| (*w).to_owned()));
+    // Part of a colour there.
+    wanted.remove("gel");
+    let extra: BTreeSet<&String> = own.difference(&wanted).collect();
+    assert_eq!(extra, BTreeSet::from([&"lxq".to_owned()]));
+    assert_eq!(wanted.difference(&own).next(), None);
+    let photometric = read("lxq.pest");
+    let photometric = photometric.split("photometric_unit = _{ (").nth(1).unwrap();
+    let units = photometric
+        .split(')')
+        .next()
+        .unwrap()
+        .split('"')
+        .skip(1)
+        .step_by(2);
+    let grammar = read("editors/tree-sitter/grammar.js");
+    for unit in units.filter(|unit| *unit != "cd/m2") {
+        assert!(grammar.contains(&format!("'{unit}'")), "{unit}");
+    }
+    assert!(grammar.contains("'cd', token.immediate('/m2')"));
+    let coloured = of_tree_sitter(&read("editors/tree-sitter/queries/highlights.scm"), '"');
+    let named = ["cd", "lm", "snap", "blackout", "block"].map(str::to_owned);
+    let mut left: BTreeSet<&String> = wanted.difference(&coloured).collect();
+    left.retain(|word| !named.contains(word));
+    assert!(left.is_empty(), "{left:?}");
+}
+
 #[test]
 fn the_textmate_grammar_has_the_words_of_the_grammar() {
     let text = read("editors/vscode/syntaxes/lxq.tmLanguage.json");

@@ -8,8 +8,11 @@
     reason = "a test stops at its first surprise, and says what it skips"
 )]
 
+mod browser;
 mod displayed;
+mod live;
 mod output;
 mod page;
 mod playback;
 mod plot;
+mod served;

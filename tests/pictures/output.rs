@@ -71,7 +71,7 @@ fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, MemoryStore) {
     let console = Console {
         outlets: Outlets {
             pipe,
-            encoder: None,
+            ..Outlets::default()
         },
         ..Console::default()
     };

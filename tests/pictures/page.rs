@@ -2,12 +2,8 @@
 //! says nothing to the console; with WebGL and without. Where no Chromium is installed it is
 //! skipped.
 
-use std::cell::{Cell, RefCell};
-use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, MemoryStore, Store};
@@ -18,6 +14,8 @@ use footlight::repl::{Console, Repl};
 use footlight::timeline::settings as settings_of;
 use footlight::units::Time;
 use serde_json::{Value, json};
+
+use crate::browser::{Browser, WEBGL, apart, decoded};
 
 const WIDTH: usize = 48;
 const HEIGHT: usize = 27;
@@ -40,7 +38,7 @@ fn pool(centre: f32, colour: [f32; 3], below: f32) -> Image {
 }
 
 /// A title that HTML and scripts would trip over, a dimmer of each kind, jumps, curves and holds.
-const SHOW: &str = "show \"A </script> & <b>title</b> \u{e4}\"
+pub const SHOW: &str = "show \"A </script> & <b>title</b> \u{e4}\"
 preview { exposure -5.4 }
 bank warm image \"warm.exr\"
 bank cool image \"cool.exr\"  dimmer square
@@ -54,20 +52,27 @@ cue 4 at 0:07 { snap  warm 0  edge full  hang 1 }
 cue 5 { time 2  cool 20  edge 0 }
 ";
 
-const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
+pub const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
 
-fn open() -> (Repl, MemoryStore) {
+/// The images that the show names.
+pub fn images() -> [(&'static str, Vec<u8>); 4] {
+    let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
+    [
+        ("warm.exr", coded(&pool(10.0, [1.0, 0.6, 0.3], 0.0))),
+        ("cool.exr", coded(&pool(30.0, [0.2, 0.5, 1.0], 0.0))),
+        ("edge.exr", coded(&pool(20.0, [0.3, 1.0, 0.5], 0.6))),
+        ("wash.exr", coded(&pool(24.0, [0.8, 0.8, 0.8], 0.0))),
+    ]
+}
+
+pub fn open() -> (Repl, MemoryStore) {
     open_with(SHOW)
 }
 
 fn open_with(text: &str) -> (Repl, MemoryStore) {
     let store = MemoryStore::default();
-    let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
-    let files = Memory::default()
-        .with("warm.exr", coded(&pool(10.0, [1.0, 0.6, 0.3], 0.0)))
-        .with("cool.exr", coded(&pool(30.0, [0.2, 0.5, 1.0], 0.0)))
-        .with("edge.exr", coded(&pool(20.0, [0.3, 1.0, 0.5], 0.6)))
-        .with("wash.exr", coded(&pool(24.0, [0.8, 0.8, 0.8], 0.0)));
+    let add = |files: Memory, (name, file)| files.with(name, file);
+    let files = images().into_iter().fold(Memory::default(), add);
     let host = Host {
         files: Box::new(files),
         store: Box::new(store.clone()),
@@ -84,7 +89,7 @@ fn page(show: &mut Repl, store: &MemoryStore) -> String {
 }
 
 /// The codes of `picture`, as a PNG file has them.
-fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
+pub fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     show.execute(&format!("picture {words} -o p.png")).unwrap();
     let file = store.read(Path::new("p.png"), 1 << 25).unwrap();
     let light = png::decode(&file, 1 << 25).unwrap();
@@ -94,224 +99,6 @@ fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     };
     let code = |v: &f32| (255.0 * encoded(v)).round() as u8;
     light.data().iter().map(code).collect()
-}
-
-/// Chromium, driven through its pipe by the DevTools protocol; it ends with the test.
-struct Browser {
-    process: Child,
-    orders: RefCell<ChildStdin>,
-    answers: Receiver<Value>,
-    session: String,
-    count: Cell<u64>,
-    /// What the page has said to the console.
-    said: RefCell<Vec<Value>>,
-    _profile: tempfile::TempDir,
-}
-
-/// What a test waits for at most.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// The messages of a pipe, each ended by a zero.
-fn messages(pipe: ChildStdout) -> Receiver<Value> {
-    let (sender, receiver) = channel();
-    std::thread::spawn(move || {
-        let parts = BufReader::new(pipe).split(0);
-        for message in parts.map_while(Result::ok) {
-            let message = serde_json::from_slice(&message).unwrap();
-            if sender.send(message).is_err() {
-                return;
-            }
-        }
-    });
-    receiver
-}
-
-impl Browser {
-    /// `None` where there is no Chromium.
-    fn start(graphics: &[&str]) -> Option<Browser> {
-        let names = ["chromium", "chromium-browser", "google-chrome"];
-        let runs = |name: &&&str| Command::new(**name).arg("--version").output().is_ok();
-        let Some(name) = names.iter().find(runs) else {
-            eprintln!("skipped: Chromium does not run here");
-            return None;
-        };
-        let profile = tempfile::tempdir().unwrap();
-        // The browser reads from the third file and writes to the fourth.
-        let mut process = Command::new("sh")
-            .args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null"])
-            .args([name, "--headless", "--no-sandbox", "--disable-quic"])
-            .args([
-                "--no-first-run",
-                "--disable-sync",
-                "--remote-debugging-pipe",
-            ])
-            .args([
-                "--disable-background-networking",
-                "--disable-component-update",
-            ])
-            .args(graphics)
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg("about:blank")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut browser = Browser {
-            orders: RefCell::new(process.stdin.take().unwrap()),
-            answers: messages(process.stdout.take().unwrap()),
-            process,
-            session: String::new(),
-            count: Cell::new(0),
-            said: RefCell::default(),
-            _profile: profile,
-        };
-        let targets = browser.order("Target.getTargets", json!({}));
-        let targets = targets["targetInfos"].as_array().unwrap().clone();
-        let page = targets.iter().find(|t| t["type"] == "page").unwrap();
-        let attach = json!({ "targetId": page["targetId"], "flatten": true });
-        let attached = browser.order("Target.attachToTarget", attach);
-        browser.session = attached["sessionId"].as_str().unwrap().to_owned();
-        for domain in ["Page.enable", "Runtime.enable", "Log.enable"] {
-            browser.order(domain, json!({}));
-        }
-        Some(browser)
-    }
-
-    /// The `result` of an order.
-    fn order(&self, method: &str, parameters: Value) -> Value {
-        let id = self.count.get() + 1;
-        self.count.set(id);
-        let mut order = json!({ "id": id, "method": method, "params": parameters });
-        if !self.session.is_empty() {
-            order["sessionId"] = json!(self.session);
-        }
-        let mut pipe = self.orders.borrow_mut();
-        write!(pipe, "{order}\0").unwrap();
-        pipe.flush().unwrap();
-        loop {
-            let answer = self.answers.recv_timeout(PATIENCE).unwrap();
-            match answer["method"].as_str() {
-                Some("Runtime.consoleAPICalled" | "Runtime.exceptionThrown" | "Log.entryAdded") => {
-                    self.said.borrow_mut().push(answer);
-                }
-                Some(_) => {}
-                None if answer["id"] == id => {
-                    assert!(answer["error"].is_null(), "{method}: {answer}");
-                    return answer["result"].clone();
-                }
-                None => {}
-            }
-        }
-    }
-
-    fn evaluate(&self, script: &str) -> Value {
-        let expression = format!("(() => {{ {script} }})()");
-        let wanted = json!({ "expression": expression, "returnByValue": true });
-        self.order("Runtime.evaluate", wanted)
-    }
-
-    /// What a script on the page returns.
-    fn run(&self, script: &str) -> Value {
-        let answer = self.evaluate(script);
-        assert!(answer["exceptionDetails"].is_null(), "{script}: {answer}");
-        answer["result"]["value"].clone()
-    }
-
-    /// Opens a page and waits until the script is true.
-    fn open(&self, page: &Path, query: &str, until: &str) {
-        let address = format!("file://{}?{query}", page.display());
-        self.order("Page.navigate", json!({ "url": address }));
-        self.wait(until);
-    }
-
-    fn wait(&self, until: &str) {
-        let begin = Instant::now();
-        while begin.elapsed() < PATIENCE {
-            let answer = self.evaluate(&format!("return Boolean({until})"));
-            if answer["result"]["value"] == json!(true) {
-                return;
-            }
-            std::thread::sleep(Duration::from_millis(50));
-        }
-        let page = self.run("return document.body.innerText.slice(0, 500)");
-        panic!("{until} never came; console: {:?}; {page}", self.console());
-    }
-
-    /// The lines of a page's report of frames at some seconds.
-    fn report(&self, page: &Path, query: &str) -> Vec<String> {
-        self.open(page, query, "document.getElementById('test')");
-        let text = self.run("return document.getElementById('test').textContent");
-        text.as_str().unwrap().lines().map(str::to_owned).collect()
-    }
-
-    /// What the page has said to the console.
-    fn console(&self) -> Vec<Value> {
-        self.said.borrow().clone()
-    }
-
-    /// Types a key, by its name, into whatever has the focus.
-    fn press(&self, key: &str) {
-        let (number, text) = match key {
-            "Enter" => (13, "\r"),
-            "Escape" => (27, ""),
-            "End" => (35, ""),
-            "Home" => (36, ""),
-            "ArrowLeft" => (37, ""),
-            "ArrowRight" => (39, ""),
-            "ArrowDown" => (40, ""),
-            letter => (u32::from(letter.to_uppercase().as_bytes()[0]), letter),
-        };
-        for kind in ["keyDown", "keyUp"] {
-            let event = json!({
-                "type": kind, "key": key, "windowsVirtualKeyCode": number,
-                "text": if kind == "keyDown" { text } else { "" },
-            });
-            self.order("Input.dispatchKeyEvent", event);
-        }
-    }
-
-    /// Shows the page in a window of this size.
-    fn resize(&self, width: u32, height: u32) {
-        let size = json!({
-            "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false,
-        });
-        self.order("Emulation.setDeviceMetricsOverride", size);
-    }
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        // It may have ended by itself.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
-    }
-}
-
-fn decoded(text: &str) -> Vec<u8> {
-    let digit = |c: u8| match c {
-        b'A'..=b'Z' => c - b'A',
-        b'a'..=b'z' => c - b'a' + 26,
-        b'0'..=b'9' => c - b'0' + 52,
-        b'+' => 62,
-        _ => 63,
-    };
-    let mut out = Vec::new();
-    let letters: Vec<u8> = text.bytes().filter(|c| *c != b'=').map(digit).collect();
-    for four in letters.chunks(4) {
-        let bits =
-            four.iter().fold(0_u32, |bits, d| bits << 6 | u32::from(*d)) << (6 * (4 - four.len()));
-        out.extend_from_slice(&bits.to_be_bytes()[1..four.len()]);
-    }
-    out
-}
-
-/// The largest difference in steps of 255.
-fn apart(line: &str, picture: &[u8]) -> u8 {
-    let codes = decoded(line);
-    assert_eq!(codes.len(), picture.len());
-    let off = codes.iter().zip(picture).map(|(a, b)| a.abs_diff(*b));
-    off.max().unwrap()
 }
 
 /// Faders held by hand, in percent.
@@ -348,12 +135,6 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     };
     tone.encode(&sum)
 }
-
-const WEBGL: &[&str] = &[
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-];
 
 #[test]
 fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {

@@ -21,6 +21,7 @@ mod moments;
 mod outside;
 mod readme;
 mod roads;
+mod serve;
 mod stop;
 mod store_process;
 mod terminal;

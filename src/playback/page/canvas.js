@@ -22,7 +22,7 @@ function canvasRenderer(canvas, show) {
   const pictures = [];
 
   /// Light of all codes of a picture times a weight; the second half is negative.
-  const table = ({ law: [low, high] }, weight) => {
+  const table = ([low, high], weight) => {
     const light = new Float32Array(512);
     for (let i = 0; i < 256; i++) {
       const c2 = (i / 255) ** 2;
@@ -33,8 +33,8 @@ function canvasRenderer(canvas, show) {
   };
   const add = (index, weight) => {
     if (weight === 0) return;
-    const { codes, signs } = pictures[index];
-    const light = table(show.pictures[index], weight);
+    const { codes, signs, law } = pictures[index];
+    const light = table(law, weight);
     if (signs) for (let i = 0; i < sum.length; i++) sum[i] += light[codes[i] + 256 * signs[i]];
     else for (let i = 0; i < sum.length; i++) sum[i] += light[codes[i]];
   };
@@ -42,9 +42,10 @@ function canvasRenderer(canvas, show) {
   return {
     name: "canvas",
     wantsPixels: true,
-    take(index, _, pixels) {
+    take(index, { law, signs: signed }, _, pixels) {
+      if (!pixels) { pictures[index].law = law; return; }
       const codes = new Uint8Array(width * height * 3);
-      const signs = show.pictures[index].signs ? new Uint8Array(codes.length) : null;
+      const signs = signed ? new Uint8Array(codes.length) : null;
       for (let p = 0, i = 0; p < pixels.length; p += 4) {
         const negative = 255 - pixels[p + 3];
         for (let c = 0; c < 3; c++, i++) {
@@ -52,7 +53,7 @@ function canvasRenderer(canvas, show) {
           if (signs) signs[i] = (negative >> c) & 1;
         }
       }
-      pictures[index] = { codes, signs };
+      pictures[index] = { codes, signs, law };
     },
     /// Draws a moment, or a sum of pictures where there is one.
     draw(frame, terms) {

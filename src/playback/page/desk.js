@@ -1,6 +1,7 @@
 // The desk: time, cues, and what is told about them.
 
-const show = JSON.parse(document.getElementById("show").textContent);
+/// The show, and its length in seconds; of a page that is served the version of now.
+let show = null, length = 0;
 const element = (id) => document.getElementById(id);
 
 function clock(seconds, digits = 1) {
@@ -23,12 +24,12 @@ function made(tag, options = {}, ...children) {
   return out;
 }
 
-const length = show.end - show.start;
 const percent = (level) => Math.round(level * 100);
 const cueName = (i) => `${show.cues[i].number}${show.cues[i].label ? " " + show.cues[i].label : ""}`;
 
-/// The show's state; everything on the page follows from it.
-const desk = { ...standing(show), playing: false, held: new Map(), renderer: null, dirty: true };
+/// The show's state; everything on the page follows from it. `moved` says that a person changed it,
+/// `follows` that this page only looks on.
+const desk = { playing: false, held: new Map(), renderer: null, dirty: true, moved: false, follows: false };
 
 /// The last cue that has begun; -1 before the first.
 function cueAt(time) {
@@ -58,7 +59,7 @@ function sumAt(settings) {
 function seek(time) {
   const to = Math.min(Math.max(time, show.start), show.end), cue = cueAt(to);
   const until = cue < 0 ? to : Math.max(settled(show, cue), to);
-  Object.assign(desk, { time: to, until, rest: null, cue, dirty: true });
+  Object.assign(desk, { time: to, until, rest: null, cue, dirty: true, moved: true });
 }
 
 function play(on) {
@@ -74,7 +75,7 @@ function running(on) {
   desk.last = undefined;
   element("play").textContent = on ? "Pause" : "Play";
   element("play").setAttribute("aria-pressed", String(on));
-  desk.dirty = true;
+  Object.assign(desk, { dirty: true, moved: true });
 }
 
 /// The cue that GO runs; -1 after the last.
@@ -101,7 +102,7 @@ function stop() {
 }
 
 function toCue(i) {
-  if (i < 0 || i >= show.cues.length) return;
+  if (i < 0 || i >= show.cues.length || desk.follows) return;
   running(false);
   seek(show.cues[i].go);
   tell(`Cue ${cueName(i)}, at its start`);
@@ -115,9 +116,11 @@ function tell(text) {
 
 // ---- what stands on the page -------------------------------------------------------------------
 
-const cueRows = [];
+let cueRows = [];
 
 function buildCues() {
+  cueRows = [];
+  for (const id of ["cues", "marks"]) element(id).replaceChildren();
   show.cues.forEach((cue, i) => {
     const thumbnail = made("canvas", { width: 160, height: Math.round(160 * show.size[1] / show.size[0]) });
     const byItself = i > 0 && show.cues[i - 1].starts;
@@ -216,6 +219,10 @@ function frame(now) {
     desk.renderer.draw(moment, sumAt(light));
     refresh(light);
   } else if (desk.renderer && !desk.playing) drawThumbnails(8);
+  if (desk.moved) {
+    desk.moved = false;
+    desk.tells?.();
+  }
   requestAnimationFrame(frame);
 }
 
@@ -236,21 +243,32 @@ function onKey(event) {
       End: () => { running(false); seek(show.end); },
     }),
   };
-  const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-  if (!action || event.key === "Escape" && slider) return;
+  const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+  const action = actions[name];
+  if (!action || desk.follows && name !== "f" || event.key === "Escape" && slider) return;
   event.preventDefault();
   // A key that is held down is pressed once, but for the arrows.
   if (!event.repeat || event.key.startsWith("Arrow")) action();
 }
 
-function build() {
+/// What a version of the show says on the page.
+function fill() {
   const counted = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`;
+  const focused = document.activeElement?.id, scrolled = element("cues").scrollTop;
   buildFaders();
+  document.title = element("title").textContent = show.title;
   element("facts").textContent = `${counted(show.cues.length, "cue")}, ${counted(faders.length, "bank")}, ${clock(length, 0)}`;
   element("of").textContent = `of ${clock(show.end)}`;
   element("made").textContent = show.made;
+  Object.assign(element("scrub"), { min: show.start, max: show.end, value: show.start, disabled: desk.follows });
+  buildCues();
+  element("cues").scrollTop = scrolled;
+  if (focused) element(focused)?.focus();
+}
+
+/// What is done on the page.
+function listen() {
   const scrub = element("scrub");
-  Object.assign(scrub, { min: show.start, max: show.end, value: show.start });
   scrub.addEventListener("input", () => { running(false); seek(Number(scrub.value)); });
   scrub.addEventListener("keydown", (event) => {
     const by = { ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10 }[event.key];
@@ -265,7 +283,6 @@ function build() {
   element("full").addEventListener("click", () => element("frame").requestFullscreen?.());
   element("play").addEventListener("click", () => play(!desk.playing));
   element("release").addEventListener("click", () => release());
-  buildCues();
   document.addEventListener("keydown", onKey);
   // A button takes Space when the key is let go.
   document.addEventListener("keyup", (event) => event.key === " " && event.preventDefault());

@@ -2,7 +2,7 @@
 // colour; what is held by hand is kept as the light of its three emitters.
 
 const SVG = "http://www.w3.org/2000/svg";
-const faders = [];
+let faders = [];
 
 /// A colour of the display, `#rrggbb`, of linear shares of red, green and blue; and back.
 function hexOf(colour) {
@@ -46,6 +46,7 @@ function isHeld({ first, count }) {
 function hold(fader, mix) {
   const light = settingOf(fader.law, mix.level);
   fader.kept = mix;
+  desk.moved = true;
   if (fader.mixer) mix.colour.forEach((share, c) => desk.held.set(fader.first + c, light * share));
   else desk.held.set(fader.first, mix.level);
   desk.dirty = true;
@@ -56,7 +57,7 @@ function release(fader) {
     one.kept = null;
     for (let c = 0; c < one.count; c++) desk.held.delete(one.first + c);
   }
-  desk.dirty = true;
+  Object.assign(desk, { dirty: true, moved: true });
   tell(fader ? `${fader.name} released` : "All faders released");
 }
 
@@ -108,6 +109,7 @@ function curve(fader) {
   svg.append(area, drawn("path", { class: "edge", d: line }),
     drawn("line", { class: "hand", x1: 0, x2: 1000, y1: 0, y2: 0 }), drawn("line", { class: "now", x1: 0, x2: 0, y1: -3, y2: 103 }));
   const drag = (event) => {
+    if (desk.follows) return;
     const box = svg.getBoundingClientRect();
     running(false);
     seek(show.start + length * (event.clientX - box.left) / box.width);
@@ -123,7 +125,7 @@ function buildFader(fader) {
   const { name, first, mixer } = fader;
   const id = `bank-${first}`;
   const label = made("label", { htmlFor: id, title: name }, name);
-  const range = made("input", { id, type: "range", min: 0, max: 100, step: 1, value: 0 });
+  const range = made("input", { id, type: "range", min: 0, max: 100, step: 1, value: 0, disabled: desk.follows });
   // The fader itself tells its level; this would be read out with every frame.
   const output = made("span", { className: "level", "aria-hidden": "true" });
   const svg = curve(fader);
@@ -133,21 +135,23 @@ function buildFader(fader) {
   range.addEventListener("input", () => hold(fader, { ...now(), level: range.value / 100 }));
   range.addEventListener("change", heldNow);
   if (mixer) {
-    fader.well = made("input", { type: "color", "aria-label": `${name}, colour` });
+    fader.well = made("input", { type: "color", disabled: desk.follows, "aria-label": `${name}, colour` });
     fader.well.addEventListener("input", () => hold(fader, { ...now(), colour: colourOf(fader.well.value) }));
     fader.well.addEventListener("change", heldNow);
     named.append(fader.well);
   }
   const row = made("div", { className: "bank" }, named, range, output, svg);
-  range.addEventListener("dblclick", () => release(fader));
+  range.addEventListener("dblclick", () => { if (!desk.follows) release(fader); });
   row.addEventListener("keydown", (event) => {
-    if (event.key === "Escape" || event.key === "Delete") release(fader);
+    if (!desk.follows && (event.key === "Escape" || event.key === "Delete")) release(fader);
   });
   element("banks").append(row);
   Object.assign(fader, { row, range, output, hand: svg.querySelector(".hand"), playhead: svg.querySelector(".now") });
 }
 
 function buildFaders() {
+  faders = [];
+  element("banks").replaceChildren();
   const mixers = new Map(show.mixers.map((mixer) => [mixer.first, mixer]));
   for (let i = 0; i < show.coordinates.length;) {
     const { name, law, varies } = show.coordinates[i], mixer = mixers.get(i);
@@ -174,7 +178,7 @@ function refreshFaders(settings) {
     if (held && !sameMix(sheet, now)) changed.push(`${fader.name} ${mixText(sheet)} \u2192 ${mixText(now)}`);
   }
   const held = desk.held.size > 0;
-  element("changed").textContent = held ? `Held: ${changed.join(", ") || "as the sheet says"}` : "Move a fader to mix by hand; a double click lets it go.";
+  element("changed").textContent = held ? `Held: ${changed.join(", ") || "as the sheet says"}` : desk.follows ? "" : "Move a fader to mix by hand; a double click lets it go.";
   element("changed").classList.toggle("held", held);
-  element("release").hidden = !held;
+  element("release").hidden = !held || desk.follows;
 }

@@ -36,6 +36,12 @@ function settled(show, i) {
   return next && next.go <= complete && next.go > go ? next.go - 1e-6 : Math.max(complete, go);
 }
 
+/// The last of the cues that follow a cue by themselves.
+function lastOf(show, i) {
+  while (show.cues[i]?.starts && i + 1 < show.cues.length) i++;
+  return i;
+}
+
 /// Runs the next cue, and those that it starts, from where the light is. False after the last.
 function pressGo(show, run) {
   const next = run.cue + 1;
@@ -52,9 +58,7 @@ function pressGo(show, run) {
   const rest = light.map((value, i) => (Math.abs(value - before[i]) < 1e-9 ? 0 : value - before[i]));
   run.rest = rest.some((value, i) => value !== 0 && lasts[i] > 0)
     ? { light: rest, lasts: lasts.map((seconds, i) => (rest[i] === 0 ? 0 : seconds)) } : null;
-  let last = next;
-  while (show.cues[last].starts && last + 1 < show.cues.length) last++;
-  Object.assign(run, { cue: next, time: cue.go, until: settled(show, last), ran: 0 });
+  Object.assign(run, { cue: next, time: cue.go, until: settled(show, lastOf(show, next)), ran: 0 });
   return true;
 }
 

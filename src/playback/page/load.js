@@ -6,14 +6,13 @@ const asked = new URLSearchParams(location.search);
 
 async function decoded(code) {
   const image = new Image();
-  image.src = `data:image/png;base64,${code}`;
+  image.src = code;
   await image.decode();
   return image;
 }
 
 /// An image's pixels; signs go to alpha: 255 less one for negative red, two for green, four for blue.
-async function pixelsOf(image, signs) {
-  const [width, height] = show.size;
+async function pixelsOf(image, signs, [width, height]) {
   const canvas = Object.assign(document.createElement("canvas"), { width, height });
   const context = canvas.getContext("2d", { willReadFrequently: true });
   const read = (from) => { context.drawImage(from, 0, 0); return context.getImageData(0, 0, width, height).data; };
@@ -28,23 +27,64 @@ async function pixelsOf(image, signs) {
   return new Uint8Array(pixels.buffer);
 }
 
-async function load(renderer) {
+/// Gives every picture of a show to `take`, those left out whose codes are as they were in `had`.
+async function load(next, wantsPixels, had, take) {
   const one = async (picture, index) => {
-    const image = await decoded(picture.codes);
-    const pixels = renderer.wantsPixels || picture.signs ? await pixelsOf(image, picture.signs) : null;
-    renderer.take(index, image, pixels);
-    picture.codes = "";
+    const same = had[index] && picture.codes === had[index].codes && picture.signs === had[index].signs;
+    const image = same ? null : await decoded(picture.codes);
+    const pixels = !same && (wantsPixels || picture.signs) ? await pixelsOf(image, picture.signs, next.size) : null;
+    take(index, picture, image, pixels);
+    // A picture in the page itself is read once.
+    if (picture.codes.startsWith("data:")) picture.codes = "";
   };
   // A few at a time: decoding runs beside the page, and memory holds few images.
-  const queue = show.pictures.map((picture, index) => [picture, index]);
+  const queue = next.pictures.map((picture, index) => [picture, index]);
   let done = 0;
   const worker = async () => {
-    for (let next = queue.shift(); next; next = queue.shift()) {
-      await one(...next);
-      element("notice").textContent = `Loading the pictures: ${++done} of ${show.pictures.length}`;
+    for (let job = queue.shift(); job; job = queue.shift()) {
+      await one(...job);
+      if (!show) element("notice").textContent = `Loading the pictures: ${++done} of ${next.pictures.length}`;
     }
   };
   await Promise.all([worker(), worker(), worker(), worker()]);
+}
+
+/// What draws a show on a canvas that has drawn nothing yet, or on one in its place: a canvas that
+/// has given out a WebGL context gives no other.
+function rendererFor(next, first) {
+  let canvas = first;
+  [canvas.width, canvas.height] = next.size;
+  let renderer = asked.get("renderer") === "canvas" ? null : webglRenderer(canvas, next);
+  if (!renderer) {
+    canvas = first.cloneNode();
+    renderer = canvasRenderer(canvas, next);
+  }
+  canvas.addEventListener("webglcontextlost", () => {
+    element("notice").textContent = "The graphics processor was reset; load the page again.";
+  });
+  return Object.assign(renderer, { canvas });
+}
+
+/// Draws a first version of a show.
+async function openShow(first) {
+  const canvas = element("picture"), renderer = rendererFor(first, canvas);
+  if (renderer.canvas !== canvas) canvas.replaceWith(renderer.canvas);
+  await load(first, renderer.wantsPixels, [], renderer.take);
+  element("notice").textContent = "";
+  show = first;
+  length = show.end - show.start;
+  Object.assign(desk, standing(show), { renderer });
+  fill();
+  listen();
+  drawThumbnails(300);
+  for (const id of ["go", "back", "stop", "play", "full"]) element(id).disabled = false;
+  if (asked.has("at")) seek(Number(asked.get("at")));
+  for (const words of asked.getAll("hold")) {
+    const [name, level] = words.split(":");
+    const i = show.coordinates.findIndex((c) => c.name === name && c.varies);
+    if (i >= 0) desk.held.set(i, Math.min(Math.max(Number(level) / 100, 0), 1) || 0);
+  }
+  requestAnimationFrame(frame);
 }
 
 /// The codes on the canvas as rows from the top, in base64.
@@ -77,38 +117,7 @@ async function test(renderer) {
   document.body.append(made("pre", { id: "test" }, [renderer.name, played, ...lines].join("\n")));
 }
 
-async function start() {
-  const canvas = element("picture");
-  [canvas.width, canvas.height] = show.size;
-  build();
-  const wanted = asked.get("renderer") === "canvas" ? null : webglRenderer(canvas, show);
-  const renderer = wanted ?? canvasRenderer(replaced(canvas), show);
-  await load(renderer);
-  element("notice").textContent = "";
-  element("picture").addEventListener("webglcontextlost", () => {
-    element("notice").textContent = "The graphics processor was reset; load the page again.";
-  });
-  desk.renderer = renderer;
-  drawThumbnails(300);
-  for (const id of ["go", "back", "stop", "play", "full"]) element(id).disabled = false;
-  if (asked.has("at")) seek(Number(asked.get("at")));
-  for (const words of asked.getAll("hold")) {
-    const [name, level] = words.split(":");
-    const i = show.coordinates.findIndex((c) => c.name === name && c.varies);
-    if (i >= 0) desk.held.set(i, Math.min(Math.max(Number(level) / 100, 0), 1) || 0);
-  }
-  requestAnimationFrame(frame);
-  if (asked.has("test")) await test(renderer);
-}
-
-/// A canvas that has given out a WebGL context gives no other: a new one takes its place.
-function replaced(canvas) {
-  const other = canvas.cloneNode();
-  canvas.replaceWith(other);
-  return other;
-}
-
-start().catch((error) => {
+function cannotPlay(error) {
   element("notice").textContent = `This show cannot be played here: ${error.message}`;
   console.error(error);
-});
+}

@@ -121,12 +121,12 @@ function webglRenderer(canvas, show) {
     gl.uniform1i(p.uniform("dither"), show.dither);
   }
   gl.clearColor(0, 0, 0, 0);
-  const textures = [];
+  const textures = [], lawOf = [];
 
   const bind = (p, pictures) => {
     const laws = new Float32Array(8);
     pictures.forEach((index, unit) => {
-      laws.set(show.pictures[index].law, 2 * unit);
+      laws.set(lawOf[index], 2 * unit);
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(gl.TEXTURE_2D, textures[index]);
     });
@@ -143,8 +143,12 @@ function webglRenderer(canvas, show) {
 
   return {
     name: "WebGL",
-    /// Takes picture `index` as an image, or as pixels with signs in alpha.
-    take(index, image, pixels) {
+    /// Takes picture `index` as an image, or as pixels with signs in alpha; neither where its codes
+    /// stay and their law alone is another.
+    take(index, { law }, image, pixels) {
+      lawOf[index] = law;
+      if (!image && !pixels) return;
+      gl.deleteTexture(textures[index] ?? null);
       textures[index] = texture(gl);
       const format = [gl.RGBA, gl.UNSIGNED_BYTE];
       if (pixels) gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, ...format, pixels);

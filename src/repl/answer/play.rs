@@ -3,11 +3,14 @@
 use std::path::Path;
 
 use super::usage;
+use crate::engine;
+use crate::playback::page;
 use crate::repl::argument::{cue, key_format, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film::{self, Span};
 use crate::report::target::{Sequence, Target};
 use crate::report::words::exposure;
+use crate::report::{self, format};
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let options = [
@@ -18,6 +21,9 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             "`--{option}` is for sending, which is a command: footlight play show.lxq --artnet \
              127.0.0.1"
         ));
+    }
+    if call.has("live") || call.has("wasm") {
+        return live(repl, call);
     }
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
@@ -104,6 +110,50 @@ fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
         ));
     }
     Ok((from.is_some() || to.is_some()).then_some(span))
+}
+
+/// The largest module that is read.
+const MODULE_LIMIT: u64 = 64 << 20;
+
+/// A page in which the show is edited.
+fn live(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let html = |path: &&Path| matches!(format::ending(path).as_str(), "html" | "htm");
+    let Some(path) = call.path("output").filter(html) else {
+        return usage("`--live` is for a page: play -o show.html --live");
+    };
+    if !call.has("live") {
+        return usage("`--wasm` is for `--live`: play -o show.html --live --wasm FILE");
+    }
+    for other in ["keys", "layers", "float", "chroma", "from", "to", "cue"] {
+        if call.has(other) {
+            return usage(format!("`--{other}` is not for a page that is edited"));
+        }
+    }
+    let beside = repl.console.outlets.module.as_deref();
+    let Some(place) = call.path("wasm").or(beside) else {
+        return usage("say the engine's module: --wasm footlight-live.wasm");
+    };
+    let made = "`examples/live/build` in the sources of this version makes it";
+    let module = repl.engine.host().store.read(place, MODULE_LIMIT);
+    let module = match module {
+        Err(error) if call.has("wasm") => return Err(engine::Error::from(error).into()),
+        Err(_) => {
+            return usage(format!(
+                "there is no module of the engine at {}; {made}, or name one with `--wasm FILE`",
+                place.display()
+            ));
+        }
+        Ok(module) => module,
+    };
+    let mark = page::MODULE.as_bytes();
+    if !module.windows(mark.len()).any(|window| window == mark) {
+        return usage(format!(
+            "{} is no module of this version of the engine; {made}",
+            place.display()
+        ));
+    }
+    let (html, text) = report::page::live(&mut repl.engine, &module)?;
+    repl.written(path, html.as_bytes(), &format!("{text}\n"))
 }
 
 /// What to write to `path`; options that this kind of file would silently ignore are refused.

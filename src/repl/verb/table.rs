@@ -304,6 +304,15 @@ pub const VERBS: &[VerbSpec] = &[
             "FILE",
             "addresses of banks (default: their channels)",
         ),
+        switch(
+            "live",
+            "of a .html: the sheet is in the page, to be edited there",
+        ),
+        value(
+            "wasm",
+            "FILE",
+            "of --live: the engine as a module (default: footlight-live.wasm beside the program)",
+        ),
         value("osc", "PORT", "wait for GO by OSC at this port"),
         value(
             "osc-to",

@@ -1,0 +1,1 @@
+[(cue) (look) (preview) (part) (surface) (light) (view) (comment)] @fold

@@ -1,0 +1,33 @@
+(comment) @comment
+(text) @string
+(colour) @constant
+(number) @number
+(measure) @number
+(count) @number
+(cue_number) @number
+(size) @number
+(stops) @number
+
+["show" "preview" "include" "gels" "let" "stage" "surface" "view" "light" "bank" "fixed" "group"
+ "look" "default" "curve" "effect" "cue"] @keyword
+
+["tolerance" "gap" "rate" "exposure" "white" "tone" "dither" "coarse" "refined" "auto" "filmic"
+ "plain" "on" "off" "z" "y" "up" "one-sided" "scale" "at" "turn" "reflectance" "quad" "box" "disc"
+ "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "inside" "two-sided" "fov" "lens" "roll"
+ "size" "beam" "field" "spot" "panel" "photometric" "project" "like" "image" "layer" "channel"
+ "dimmer" "rgb" "level" "full" "out" "spline" "linear" "steps" "natural" "clamped" "catmull-rom"
+ "monotone" "hermite" "bezier" "slope" "via" "flicker" "pulse" "depth" "seed" "time" "down" "delay"
+ "follow" "hang" "repeat" "part" "note" "block" "assert" "cueonly"] @keyword.modifier
+
+[(snap) (blackout)] @keyword.modifier
+
+(bank name: (name) @variable)
+(light name: (name) @type)
+(look name: (name) @function)
+(group name: (name) @variable)
+(target (name) @variable)
+(names (name) @type)
+
+["{" "}" "(" ")"] @punctuation.bracket
+["," "." "="] @punctuation.delimiter
+["+" "-" "*" "/"] @operator

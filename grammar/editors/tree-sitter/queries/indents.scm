@@ -1,0 +1,2 @@
+[(body) (look_block) (preview)] @indent.begin
+"}" @indent.end @indent.branch

@@ -1,0 +1,42 @@
+//! `serve`: the live page, with the terminal told what happens.
+
+use std::path::Path;
+use std::thread;
+
+use super::screen::Screen;
+use super::{complain, print};
+use crate::printable::Printable;
+use crate::repl::{Error, Repl};
+use crate::serve::{Operator, serve};
+
+impl Operator for Screen {
+    fn tell(&self, text: Printable) {
+        print(text);
+    }
+
+    fn fail(&self, error: &Error) {
+        Screen::fail(self, error);
+        complain("the last good show is kept\n");
+    }
+
+    fn is_over(&self) -> bool {
+        self.stop().is_asked()
+    }
+}
+
+/// Serves the page until a signal ends it.
+pub fn page(
+    show: &Path,
+    port: u16,
+    screen: &Screen,
+    mut open: impl FnMut() -> Result<Repl, Error>,
+) -> Result<u8, Error> {
+    serve(show, port, &mut open, screen)?;
+    Ok(0)
+}
+
+/// Refines beside the page. Where there is no thread to be had the task is dropped, and found out to
+/// have ended.
+pub fn spawn(task: Box<dyn FnOnce() + Send>) {
+    let _ = thread::Builder::new().spawn(task);
+}

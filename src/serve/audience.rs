@@ -1,0 +1,279 @@
+//! What the pages see, and who may see it.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use crate::playback::page;
+use crate::repl::Error;
+
+/// Letters of a token, four bits each.
+const LETTERS: usize = 32;
+
+/// A secret in an address.
+pub struct Token(String);
+
+impl Token {
+    /// 128 random bits of the system's.
+    pub fn new() -> Result<Token, Error> {
+        let mut bits = [0_u8; LETTERS / 2];
+        getrandom::fill(&mut bits)
+            .map_err(|e| Error::Device(format!("the system's random numbers: {e}")))?;
+        Ok(Token(bits.iter().map(|b| format!("{b:02x}")).collect()))
+    }
+
+    /// Whether this is it, in a time that does not say how much of it is right.
+    fn is(&self, other: &str) -> bool {
+        let (own, other) = (self.0.as_bytes(), other.as_bytes());
+        let off = own.iter().zip(other).fold(0, |off, (a, b)| off | (a ^ b));
+        own.len() == other.len() && off == 0
+    }
+}
+
+/// What the holder of a token may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// Run the show.
+    Runs,
+    /// Look on.
+    Follows,
+}
+
+/// What was done with the show last: the desk's state, in names.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Run {
+    /// The page that did it.
+    by: String,
+    /// Number of the cue that was run last.
+    cue: Option<String>,
+    /// Moment of the sequence, where it stops, and since when what is left of older light fades.
+    time: f64,
+    until: f64,
+    ran: f64,
+    playing: bool,
+    /// Whether the whole sequence plays, and not a cue.
+    sequence: bool,
+    /// Levels held by hand.
+    held: BTreeMap<String, f64>,
+    /// Older light, and the seconds that it fades.
+    rest: Option<BTreeMap<String, [f64; 2]>>,
+}
+
+/// What a page is told when something happens.
+#[derive(Serialize)]
+struct Message<'a> {
+    version: u64,
+    wrong: &'a str,
+    state: &'a str,
+    run: Option<&'a Run>,
+    /// Seconds since it was done.
+    age: f64,
+}
+
+/// Picture files by their numbers.
+pub type Files = BTreeMap<u64, Arc<Vec<u8>>>;
+
+#[derive(Default)]
+struct Now {
+    /// Changes so far.
+    tick: u64,
+    version: u64,
+    show: Arc<String>,
+    /// Files of this version, and of the one before, which a page may still be reading.
+    files: [Files; 2],
+    wrong: String,
+    state: String,
+    run: Option<(Run, Instant)>,
+}
+
+/// The pages, and what they see.
+pub struct Audience {
+    port: u16,
+    tokens: [Token; 2],
+    /// What a page is called before it has the show.
+    title: String,
+    now: Mutex<Now>,
+    changed: Condvar,
+    /// Connections that are open.
+    pub connections: AtomicUsize,
+}
+
+impl Audience {
+    pub fn new(title: &str, port: u16, tokens: [Token; 2]) -> Audience {
+        Audience {
+            port,
+            tokens,
+            title: title.to_owned(),
+            now: Mutex::default(),
+            changed: Condvar::new(),
+            connections: AtomicUsize::new(0),
+        }
+    }
+
+    /// Where the show is run, and where it is watched.
+    pub fn addresses(&self) -> [String; 2] {
+        let port = self.port;
+        self.tokens
+            .each_ref()
+            .map(|token| format!("http://127.0.0.1:{port}/{}/", token.0))
+    }
+
+    /// What a token gives, if it is one.
+    pub fn role(&self, token: &str) -> Option<Role> {
+        let [run, watch] = &self.tokens;
+        match () {
+            () if run.is(token) => Some(Role::Runs),
+            () if watch.is(token) => Some(Role::Follows),
+            () => None,
+        }
+    }
+
+    /// Whether `host` is this machine as its own addresses say it: another name may have been made to
+    /// lead here by whoever owns it.
+    pub fn is_own_host(&self, host: &str) -> bool {
+        let name = host.strip_suffix(&format!(":{}", self.port));
+        name.is_some_and(|name| name == "127.0.0.1" || name.eq_ignore_ascii_case("localhost"))
+    }
+
+    /// Whether a page is one of ours.
+    pub fn is_own_origin(&self, origin: &str) -> bool {
+        origin
+            .strip_prefix("http://")
+            .is_some_and(|host| self.is_own_host(host))
+    }
+
+    fn now(&self) -> MutexGuard<'_, Now> {
+        // Each change is whole: a panic elsewhere leaves nothing half done.
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes a change, and tells all.
+    fn change(&self, change: impl FnOnce(&mut Now)) {
+        let mut now = self.now();
+        change(&mut now);
+        now.tick += 1;
+        self.changed.notify_all();
+    }
+
+    /// Shows another version.
+    pub fn show(&self, data: String, files: Files) {
+        self.change(|now| {
+            now.version += 1;
+            now.show = Arc::new(data);
+            let before = std::mem::replace(&mut now.files[0], files);
+            now.files[1] = before;
+        });
+    }
+
+    /// Says what is wrong with the show; empty where nothing is.
+    pub fn wrong(&self, text: &str) {
+        if self.now().wrong != text {
+            self.change(|now| text.clone_into(&mut now.wrong));
+        }
+    }
+
+    /// Says how far the images are.
+    pub fn state(&self, text: String) {
+        if self.now().state != text {
+            self.change(|now| now.state = text);
+        }
+    }
+
+    /// Takes what a page did.
+    pub fn run(&self, run: Run) {
+        self.change(|now| now.run = Some((run, Instant::now())));
+    }
+
+    /// The page for a role.
+    pub fn page(&self, role: Role) -> String {
+        page::served(&self.title, role == Role::Follows)
+    }
+
+    /// The show as data; `None` before there are images of it.
+    pub fn data(&self) -> Option<Arc<String>> {
+        let now = self.now();
+        (now.version > 0).then(|| Arc::clone(&now.show))
+    }
+
+    /// A picture's file.
+    pub fn file(&self, number: u64) -> Option<Arc<Vec<u8>>> {
+        let now = self.now();
+        now.files
+            .iter()
+            .find_map(|files| files.get(&number))
+            .cloned()
+    }
+
+    /// What there is to tell, once something has changed since `tick` or after `patience`; and the
+    /// next tick.
+    pub fn message(&self, tick: Option<u64>, patience: Duration) -> (String, u64) {
+        let now = self.now();
+        let waits = |now: &mut Now| tick == Some(now.tick);
+        let waited = self.changed.wait_timeout_while(now, patience, waits);
+        let (now, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        let message = Message {
+            version: now.version,
+            wrong: &now.wrong,
+            state: &now.state,
+            run: now.run.as_ref().map(|(run, _)| run),
+            age: now
+                .run
+                .as_ref()
+                .map_or(0.0, |(_, at)| at.elapsed().as_secs_f64()),
+        };
+        // Text and numbers alone: there is nothing in it that JSON could not say.
+        let text = serde_json::to_string(&message).unwrap_or_default();
+        (text, now.tick)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    #[test]
+    fn only_own_tokens_names_and_origins_count() {
+        let audience = Audience::new(
+            "s.lxq",
+            8000,
+            [Token::new().unwrap(), Token::new().unwrap()],
+        );
+        let [run, watch] = audience.addresses();
+        let token = |address: &str| address.split('/').nth(3).unwrap().to_owned();
+        assert_eq!(audience.role(&token(&run)), Some(Role::Runs));
+        assert_eq!(audience.role(&token(&watch)), Some(Role::Follows));
+        let mut near = token(&run);
+        near.pop();
+        assert_eq!(audience.role(&near), None);
+        assert_eq!(audience.role(""), None);
+        assert_eq!(token(&run).len(), LETTERS);
+        for host in ["127.0.0.1:8000", "localhost:8000", "LocalHost:8000"] {
+            assert!(
+                audience.is_own_host(host) && audience.is_own_origin(&format!("http://{host}"))
+            );
+        }
+        for host in [
+            "127.0.0.1",
+            "127.0.0.1:80",
+            "evil.example:8000",
+            "127.0.0.1:8000.evil",
+            "",
+        ] {
+            assert!(!audience.is_own_host(host), "{host}");
+        }
+        for origin in [
+            "null",
+            "https://127.0.0.1:8000",
+            "http://evil.example:8000",
+            "",
+        ] {
+            assert!(!audience.is_own_origin(origin), "{origin}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! From an engine to what the pages see: the show as data, its banks' pictures as files.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::audience::{Audience, Files};
+use crate::engine::Engine;
+use crate::picture::Image;
+use crate::picture::tone::Tone;
+use crate::playback::page::{self, Picture};
+use crate::repl::Error;
+use crate::report;
+use crate::report::words::{count, percent};
+
+/// Refined images are shown after so many times as long as showing them takes.
+const REST: u32 = 4;
+
+/// The banks' pictures as they were published last.
+#[derive(Default)]
+struct Kept {
+    images: Vec<Image>,
+    tone: Option<Tone>,
+    size: (usize, usize),
+    pictures: Vec<Picture>,
+    files: Files,
+    /// The next file's number: no two files ever have the same one.
+    next: u64,
+}
+
+/// Publishes a show when there is something new to see of it.
+pub struct Publisher {
+    audience: Arc<Audience>,
+    kept: Kept,
+    /// The show was edited since.
+    is_due: bool,
+    /// Refined images that were shown.
+    refined: Option<usize>,
+    /// When more refined images are shown.
+    rested: Instant,
+}
+
+impl Publisher {
+    pub fn new(audience: Arc<Audience>) -> Publisher {
+        audience.state("Reading the show".to_owned());
+        Publisher {
+            audience,
+            kept: Kept::default(),
+            is_due: false,
+            refined: None,
+            rested: Instant::now(),
+        }
+    }
+
+    /// Notes that the show is another.
+    pub fn expire(&mut self) {
+        self.is_due = true;
+    }
+
+    /// Says on the pages what is wrong; empty where nothing is.
+    pub fn wrong(&self, text: &str) {
+        self.audience.wrong(text);
+    }
+
+    /// Publishes what is new, if anything is.
+    pub fn publish(&mut self, engine: &mut Engine) -> Result<(), Error> {
+        if engine.pool().is_none() {
+            self.refined = None;
+            self.audience.state(first_images(engine));
+            return Ok(());
+        }
+        let refined = Some(engine.refined());
+        let is_rested = Instant::now() >= self.rested;
+        if !self.is_due && (self.refined == refined || !is_rested) {
+            return Ok(());
+        }
+        // What cannot be shown now is not tried again before the next edit.
+        (self.is_due, self.refined) = (false, refined);
+        let begin = Instant::now();
+        self.show(engine)?;
+        self.audience.state(refined_images(engine));
+        self.rested = Instant::now() + REST * begin.elapsed().max(Duration::from_millis(50));
+        Ok(())
+    }
+
+    fn show(&mut self, engine: &mut Engine) -> Result<(), Error> {
+        let tone = engine.tone()?;
+        let held: usize = self.kept.images.iter().map(|i| size_of_val(i.data())).sum();
+        let banks = engine.bank_images_beside(held)?;
+        if self.kept.tone != Some(tone) || self.kept.images != banks {
+            self.kept.take(&banks, tone, engine)?;
+        }
+        self.kept.images = banks;
+        let contents = report::page::contents(engine, (&[], &self.kept.images), tone);
+        let pictures = self.kept.pictures.clone();
+        let data = page::data(&contents, pictures, self.kept.size);
+        let data = data.map_err(report::Error::from)?;
+        self.audience.show(data, self.kept.files.clone());
+        Ok(())
+    }
+}
+
+impl Kept {
+    /// Codes images; a file that would be the same keeps its number, so that no page reads it again.
+    fn take(&mut self, images: &[Image], tone: Tone, engine: &Engine) -> Result<(), Error> {
+        let all: Vec<&Image> = images.iter().collect();
+        let coded = page::fit(&all, tone, page::BUDGET, engine.work());
+        let (coded, size) = coded.map_err(report::Error::from)?;
+        let before = std::mem::take(&mut self.files);
+        let mut file = |bytes: Vec<u8>| {
+            let same = before.iter().find(|(_, old)| ***old == bytes);
+            let (number, bytes) = match same {
+                Some((number, old)) => (*number, Arc::clone(old)),
+                None => {
+                    self.next += 1;
+                    (self.next, Arc::new(bytes))
+                }
+            };
+            self.files.insert(number, bytes);
+            format!("picture/{number}")
+        };
+        let pictures = coded.into_iter().map(|coded| Picture {
+            law: coded.law,
+            codes: file(coded.codes),
+            signs: coded.signs.map(&mut file),
+        });
+        self.pictures = pictures.collect();
+        (self.tone, self.size) = (Some(tone), size);
+        Ok(())
+    }
+}
+
+/// How far the first images are, in words.
+fn first_images(engine: &Engine) -> String {
+    match engine.status().and_then(|status| status.job) {
+        Some(job) if job.task.2 > 0 => {
+            let (task, done, total) = job.task;
+            format!("Rendering the first pictures: {task}, {done} of {total}")
+        }
+        _ if engine.is_busy() => "Rendering the first pictures".to_owned(),
+        _ => String::new(),
+    }
+}
+
+/// How good the images are, in words.
+fn refined_images(engine: &Engine) -> String {
+    match (engine.refined(), engine.predicted_error()) {
+        (_, Err(_)) => String::new(),
+        (0, Ok(_)) if engine.is_final() => String::new(),
+        (0, Ok(error)) => format!("Coarse pictures, predicted error {} %", percent(error)),
+        (refined, Ok(error)) => {
+            let refined = count(refined, "refined picture");
+            format!("{refined}, predicted error {} %", percent(error))
+        }
+    }
+}
