@@ -208,7 +208,10 @@ mod tests {
             name: "b2".to_owned(),
             setting: 0.4,
         };
-        assert_eq!(item(&left_out).why, "stays at 40 % of its light throughout");
+        assert_eq!(
+            item(&left_out, ErrorUnit::Light).why,
+            "stays at 40 % of its light throughout"
+        );
         let left_out = LeftOut::SparedDirections {
             count: 3,
             used: 2,
