@@ -1,7 +1,7 @@
 //! A show on disk: what it is read from is spared, and read again when it was edited elsewhere.
 
 use footlight::engine::Host;
-use footlight::files::{Disk, Folder};
+use footlight::files::{Disk, Folder, MemoryStore};
 use footlight::repl::{Call, Repl, find};
 use std::path::PathBuf;
 use tempfile::TempDir;
@@ -99,4 +99,41 @@ fn a_stage_edited_elsewhere_is_read_again() {
     std::fs::remove_file(folder.path().join("first.obj")).unwrap();
     assert!(show.execute("stage \"first.obj\"").is_err());
     assert_eq!(pixel(&mut show), after);
+}
+
+/// A part of the show is played by times, or as a cue from its GO until it is complete.
+#[test]
+fn a_part_of_a_show_is_played() {
+    let text = include_str!("../../examples/first.lxq").replace("size 480x270", "size 16x9");
+    let (files, store) = (footlight::files::Memory::default(), MemoryStore::default());
+    let host = Host {
+        files: Box::new(
+            files
+                .with("first.obj", include_str!("../../examples/first.obj"))
+                .with("first.mtl", include_str!("../../examples/first.mtl")),
+        ),
+        store: Box::new(store),
+        ..Host::default()
+    };
+    let mut show = crate::prompt("first.lxq", text.as_bytes(), host).unwrap();
+    let mut say = |line: &str| match show.execute(line) {
+        Ok(reply) => reply.text.to_string(),
+        Err(error) => error.to_string(),
+    };
+    let told = say("play --from 0:01 --to 0:02 -o a###.png");
+    assert!(told.starts_with("26 frames"), "{told}");
+    let told = say("play --from 0:01 --to 0:01 -o b.png");
+    assert!(told.starts_with("1 frame,"), "{told}");
+    let cue = say("play --cue 3 -o c###.png");
+    assert!(cue.contains("frames of 16x9"), "{cue}");
+    for (line, said) in [
+        ("play --from 0:02 --to 0:01 -o d.png", "nothing is between"),
+        ("play --cue 3 --to 0:01 -o d.png", "say a cue, or from"),
+        ("play --cue 77 -o d.png", "there is no cue `77`"),
+        ("play --from 0:01 -o d.html", "are for frames"),
+        ("play --to visualiser -o d.png", "is not a time"),
+    ] {
+        let told = say(line);
+        assert!(told.contains(said), "{line}: {told}");
+    }
 }
