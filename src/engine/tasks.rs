@@ -471,7 +471,8 @@ impl Engine {
         let path = failure(&claims(self.pool_folder()?), name);
         match error {
             None => self.store().remove(&path)?,
-            Some(error) if error.is_cancel() => {}
+            // A farm may end the renderer as well as the worker that is to stop.
+            Some(error) if error.is_cancel() || self.host.progress.cancelled() => {}
             Some(error) => {
                 let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
                 // The error itself is what counts.

@@ -14,6 +14,9 @@ use crate::report::{self, refine as words, run as whole_loop};
 const LISTED: usize = 5;
 
 pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    if let Some(path) = call.path("tasks") {
+        return tasks(repl, call, path);
+    }
     if call.has("next") {
         return next(repl, call);
     }
@@ -24,9 +27,6 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return usage("--budget belongs to --measure: without it nothing is rendered");
     }
     call.without_words("; a number of steps stands behind --next")?;
-    if let Some(path) = call.path("tasks") {
-        return tasks(repl, call, path);
-    }
     repl.engine.take_up()?;
     let metric = repl.engine.usual_metric()?;
     let tolerance = tolerance(&repl.engine, call, "tolerance")?;
@@ -62,6 +62,12 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// Lists the pictures that the tolerance needs for others to render.
 fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
+    for other in ["next", "measure", "budget", "json", "signed-keys"] {
+        if call.has(other) {
+            return usage(format!("--{other} does not go with --tasks"));
+        }
+    }
+    call.without_words("; the file of tasks stands behind --tasks")?;
     let goal = Goal::until(tolerance(&repl.engine, call, "tolerance")?);
     let list = repl.engine.tasks(goal)?;
     report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
