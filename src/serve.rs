@@ -45,7 +45,10 @@ pub fn serve(
     operator: &dyn Operator,
 ) -> Result<(), Error> {
     let saves = Saves::new(path)?;
-    let device = |error: std::io::Error| Error::Device(format!("port {port}: {error}"));
+    let device = |error: std::io::Error| {
+        let words = format!("port {port}: {error}; without `--port` one that is free is taken");
+        Error::Device(words)
+    };
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(device)?;
     let port = listener.local_addr().map_err(device)?.port();
     let title = visible(&path.display().to_string()).into_owned();
@@ -138,6 +141,7 @@ impl Served<'_> {
                 self.publisher.wrong("");
                 self.publisher.expire();
             }
+            Err(_) if self.operator.is_over() => {}
             Err(error) if matches!(error.exit_code(), 1..=3) => {
                 self.publisher.wrong(&error.report(Style::Plain));
                 self.operator.fail(&error);
@@ -167,7 +171,6 @@ impl Served<'_> {
             None => self.publisher.publish(show.engine_mut()),
         };
         match published {
-            Err(_) if self.operator.is_over() => Ok(()),
             Err(error) => self.judge(Err(error)),
             Ok(()) => Ok(()),
         }
