@@ -16,7 +16,7 @@ const FILES: usize = 200;
 
 /// What the text may go on with at a place.
 pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
-    let typed = text.get(statement_start(text, at)..at).unwrap_or("");
+    let typed = text.get(lang::statement_start(text, at)..at).unwrap_or("");
     let tokens = lang::tokens(typed);
     let (words, start): (Vec<String>, usize) = match tokens.last() {
         Some((range, Token::Text)) if is_open(typed, range) => {
@@ -43,23 +43,6 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
         ..CompletionItem::default()
     };
     words.into_iter().map(item).collect()
-}
-
-/// Where the statement begins that is typed at a place: a line at the margin outside all braces
-/// begins another one.
-fn statement_start(text: &str, at: usize) -> usize {
-    let before = text.get(..at).unwrap_or(text);
-    let line = before.rfind('\n').map_or(0, |i| i + 1);
-    let statements = lang::outline(before).into_iter();
-    let Some(last) = statements.last() else {
-        return line;
-    };
-    let own = before.get(last.range.start..).unwrap_or("");
-    let margin = before
-        .get(line..)
-        .is_some_and(|l| !l.starts_with([' ', '\t']));
-    let is_another = line > last.range.start && margin && lang::statement_complete(own);
-    if is_another { line } else { last.range.start }
 }
 
 /// Is a text without its closing quote?

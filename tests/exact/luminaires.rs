@@ -60,28 +60,33 @@ fn tangents(axis: Vec3) -> (Vec3, Vec3) {
     (u, axis.cross(u))
 }
 
-/// Lights as one source, white.
-fn together(lights: Vec<Light>) -> Rig {
-    let emitters = (0..lights.len()).map(|light| Emitter {
-        light,
-        filter: Rgb::WHITE,
-    });
-    let source = Source {
-        name: "all".to_owned(),
-        emitters: emitters.collect(),
-    };
-    Rig {
-        lights,
-        sources: vec![source],
+/// Each group of lights as one source, white.
+fn sources(groups: Vec<Vec<Light>>) -> Rig {
+    let mut rig = Rig::default();
+    for group in groups {
+        let first = rig.lights.len();
+        rig.lights.extend(group);
+        let emitters = (first..rig.lights.len()).map(|light| Emitter {
+            light,
+            filter: Rgb::WHITE,
+        });
+        rig.sources.push(Source {
+            name: format!("from {first}"),
+            emitters: emitters.collect(),
+        });
     }
+    rig
 }
 
-/// Light that arrives on the six walls: the mean illuminance of each, read from a camera close to
-/// it, times its area. The camera looks at the wall square on, so that every pixel is the same
-/// area.
-fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
-    let (scene, rig) = (Arc::new(scene.clone()), Arc::new(together(lights)));
-    let mut sum = [0.0; 3];
+/// Light of each group that arrives on the six walls: the mean illuminance of each wall, read from
+/// a camera close to it, times its area. The camera looks at the wall square on, so that every
+/// pixel is the same area.
+fn delivered(scene: &Scene, groups: Vec<Vec<Light>>, pixels: usize) -> Vec<[f64; 3]> {
+    let (scene, rig) = (Arc::new(scene.clone()), Arc::new(sources(groups)));
+    let count = rig.sources.len();
+    let alone = |i: usize| (0..count).map(|j| f64::from(u8::from(i == j))).collect();
+    let settings: Vec<Vec<f64>> = (0..count).map(alone).collect();
+    let mut sums = vec![[0.0; 3]; count];
     for axis in walls() {
         let near = 0.25;
         let view = View {
@@ -97,28 +102,33 @@ fn delivered(scene: &Scene, lights: Vec<Light>, pixels: usize) -> [f64; 3] {
         // Cheap steps interpolate direct light, each piece of a light by itself, and what they miss
         // adds up: steps 2 and 3 take 0.45 and 0.29 % off the flux of a 10 cm sphere.
         let mut prepared = Radiosity.prepare(&setup, Quality(4), work).unwrap();
-        let image = prepared.render(&[vec![1.0]], work).unwrap().remove(0);
+        let images = prepared.render(&settings, work).unwrap();
         let area = 4.0 / (pixels * pixels) as f64;
-        for pixel in image.data().chunks_exact(3) {
-            for (s, p) in sum.iter_mut().zip(pixel) {
-                *s += f64::from(*p) * std::f64::consts::PI / DARK * area;
+        for (image, sum) in images.iter().zip(&mut sums) {
+            for pixel in image.data().chunks_exact(3) {
+                for (s, p) in sum.iter_mut().zip(pixel) {
+                    *s += f64::from(*p) * std::f64::consts::PI / DARK * area;
+                }
             }
         }
     }
-    sum
+    sums
 }
 
 #[test]
 fn a_spots_lumens_arrive() {
-    for (beam, field) in [(24.0, 40.0), (60.0, 61.0), (100.0, 170.0)] {
-        let spot = Spot {
+    let cones = [(24.0, 40.0), (60.0, 61.0), (100.0, 170.0)];
+    let spot = |(beam, field)| {
+        vec![Light::Spot(Spot {
             position: vec3(0.2, -0.1, 0.3),
             aim: vec3(0.5, 0.4, -0.8),
             beam,
             field,
             intensity: Rgb::WHITE.scaled(800.0 / Profile::new(beam, field).unwrap().flux()),
-        };
-        let flux = delivered(&black_box(), vec![Light::Spot(spot)], 32);
+        })]
+    };
+    let all = delivered(&black_box(), cones.map(spot).to_vec(), 32);
+    for ((beam, field), flux) in cones.into_iter().zip(all) {
         assert!(
             (flux[0] / 800.0 - 1.0).abs() < 2e-3,
             "{beam}/{field}: {flux:?}"
@@ -146,7 +156,7 @@ fn a_files_lumens_arrive() {
         factor: Rgb::WHITE.scaled(800.0 / distribution.flux()),
         distribution,
     });
-    let flux = delivered(&black_box(), vec![light], 48);
+    let flux = delivered(&black_box(), vec![vec![light]], 48)[0];
     assert!((flux[0] / 800.0 - 1.0).abs() < 3e-3, "{flux:?}");
 }
 
@@ -182,7 +192,7 @@ fn a_projections_lumens_arrive() {
     let slide = slide();
     let candela = 800.0 / Projection::flux(&slide, 70.0);
     let lights = planes(&slide, mount(vec3(0.5, 0.4, -0.8), 25.0), 70.0, candela);
-    let flux = delivered(&black_box(), lights, 64);
+    let flux = delivered(&black_box(), vec![lights], 64)[0];
     // The stripes and the ramp are not weighed alike by the frustum's solid angle, but nearly.
     assert!((flux[0] / 800.0 - 1.0).abs() < 3e-3, "{flux:?}");
     assert!((flux[1] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");
@@ -200,7 +210,7 @@ fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
         width: pixels,
         height: pixels,
     };
-    let setup = Setup::new(scene.clone(), together(lights), view);
+    let setup = Setup::new(scene.clone(), sources(vec![lights]), view);
     let work = Work::silent();
     let mut prepared = Radiosity.prepare(&setup, Quality(5), work).unwrap();
     let mut image = prepared.render(&[vec![1.0]], work).unwrap().remove(0);
@@ -312,7 +322,7 @@ fn a_shapes_lumens_arrive() {
             material: 1,
             radiance,
         };
-        let flux = delivered(&scene, vec![panel], 28);
+        let flux = delivered(&scene, vec![vec![panel]], 28)[0];
         assert!((flux[0] / 800.0 - 1.0).abs() < 2e-3, "{shape:?}: {flux:?}");
     }
 }
