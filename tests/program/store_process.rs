@@ -99,7 +99,7 @@ fn a_process_killed_at_any_moment_leaves_a_sound_store() {
     let mut most = 0;
     for round in 1..=40 {
         let mut child = start(folder.path(), "killed", ".footlight");
-        std::thread::sleep(Duration::from_millis(10 * round));
+        std::thread::sleep(Duration::from_millis(20 * round));
         child.kill().unwrap();
         child.wait().unwrap();
         assert!(stored() >= most, "a killed process took something away");
