@@ -23,10 +23,11 @@ pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
         .info()
         .ok_or_else(|| malformed("it has no header"))?;
     let size = [usize::from(info.width), usize::from(info.height)];
-    // What progressive files keep, RGB, and what comes out.
+    // What progressive files keep, RGB and what comes out are 13; codes and the texels made of them,
+    // as of a PNG file, are more.
     let needed = (size[0] as u64)
         .saturating_mul(size[1] as u64)
-        .saturating_mul(6 + 3 + 4);
+        .saturating_mul(4 + 11);
     require_memory((size[0], size[1]), needed, limit_bytes as u64)?;
     let rgb = decoder.decode().map_err(malformed)?;
     let (rgb, _) = rgb.as_chunks::<3>();

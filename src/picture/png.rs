@@ -38,8 +38,9 @@ pub fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, Pictur
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`].
 pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
+    // Samples of four channels with two bytes, and the picture.
     let ([width, height], codes, colour, depth) =
-        samples(bytes, Transformations::EXPAND, limit_bytes)?;
+        samples(bytes, Transformations::EXPAND, 8 + 12, limit_bytes)?;
     let data = linear(&codes, colour, depth);
     Image::from_data(width, height, data).ok_or_else(|| malformed("some of its pixels are missing"))
 }
@@ -50,7 +51,9 @@ pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
 /// As [`decode`].
 pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
     let wanted = Transformations::EXPAND | Transformations::STRIP_16 | Transformations::ALPHA;
-    let (size, codes, colour, _) = samples(bytes, wanted, limit_bytes)?;
+    // Samples and codes are less than codes and the texels that are made of them: eight bytes each,
+    // and a third more for the coarser levels.
+    let (size, codes, colour, _) = samples(bytes, wanted, 4 + 11, limit_bytes)?;
     let pixel = |pixel: &[u8]| match *pixel {
         [r, g, b, a] => [r, g, b, a],
         [grey, a] => [grey, grey, grey, a],
@@ -60,10 +63,12 @@ pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
     Ok((size, pixels.map(pixel).collect()))
 }
 
-/// Columns and rows, the samples of all pixels, what they stand for and how many bits they have.
+/// Columns and rows, the samples of all pixels, what they stand for and how many bits they have,
+/// where a pixel takes so many bytes of the limit.
 fn samples(
     bytes: &[u8],
     wanted: Transformations,
+    pixel_bytes: u64,
     limit_bytes: usize,
 ) -> Result<([usize; 2], Vec<u8>, ColorType, BitDepth), PictureError> {
     let limits = Limits { bytes: limit_bytes };
@@ -71,10 +76,9 @@ fn samples(
     decoder.set_transformations(wanted);
     let mut reader = decoder.read_info().map_err(malformed)?;
     let (width, height) = (reader.info().width as usize, reader.info().height as usize);
-    // Codes of four channels with two bytes, and the picture.
     let needed = (width as u64)
         .saturating_mul(height as u64)
-        .saturating_mul(8 + 12);
+        .saturating_mul(pixel_bytes);
     require_memory((width, height), needed, limit_bytes as u64)?;
     let size = reader.output_buffer_size();
     let mut codes = vec![0; size.ok_or_else(|| malformed("it is too large to be addressed"))?];

@@ -46,19 +46,24 @@ fn extent(stage: &StageFile) -> String {
 
 fn polygons(stage: &StageFile) -> String {
     let summary = &stage.summary;
+    let verb = if summary.faces == 1 {
+        "becomes"
+    } else {
+        "become"
+    };
     let mut text = format!(
-        "{} become {}",
+        "{} {verb} {}",
         count(summary.faces, "face"),
         count(stage.polygons, "polygon")
     );
     let parts = [
-        (summary.merged, "triangles merged"),
-        (summary.bent, "bent faces cut"),
-        (summary.dropped, "faces without area left out"),
-        (summary.backs, "backs added"),
+        (summary.merged, "triangle", "merged"),
+        (summary.bent, "bent face", "cut"),
+        (summary.dropped, "empty face", "left out"),
+        (summary.backs, "back", "added"),
     ];
-    for (n, what) in parts.iter().filter(|(n, _)| *n > 0) {
-        let _ = write!(text, ", {n} {what}");
+    for (n, what, done) in parts.iter().filter(|(n, ..)| *n > 0) {
+        let _ = write!(text, ", {} {done}", count(*n, what));
     }
     text
 }
@@ -128,4 +133,50 @@ fn metres(length: f64) -> String {
         false => text.as_str(),
     };
     if text == "-0" { "0" } else { text }.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::Memory;
+
+    const DESCRIBED: &str = "\
+a.obj: 4 x 3 x 2.5 m (across, deep, high), from 0, 0, 0 to 4, 3, 2.5
+4 faces become 5 polygons, 1 bent face cut
+lights: none
+cameras: none
+not as it stands: the texture of `cloth`: `gone.png` does not exist; it reflects half of its factor, and `surface` can say more
+to begin with: view house from 2, -6.33, 2.93  to 2, 1.5, 1.25  fov 40
+
+material  reflectance     m2
+floor     0.50 0.40 0.30  12
+lamp      0.00 0.00 0.00  10.17  shines 2.000 cd/m2
+gauze     0.80 0.80 0.80  6      lets light through
+cloth     0.30 0.10 0.10  5.75
+";
+
+    /// The whole message: a bent face, a texture that is missing, a gauze by `d`, a lamp.
+    #[test]
+    fn a_stage_file_is_described() {
+        let materials = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKe 2 2 2\n\
+             newmtl gauze\nKd 0.8 0.8 0.8\nd 0.25\nnewmtl cloth\nKd 0.6 0.2 0.2\nmap_Kd gone.png\n";
+        let object = "mtllib a.mtl\n\
+             v 0 0 0\nv 4 0 0\nv 4 0 -3\nv 0 0 -3\nv 0 2 -3\nv 4 2.5 -2\nv 4 2 0\nv 0 2 0\n\
+             usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 8 5 6 7\nusemtl gauze\nf 1 4 5 8\n\
+             usemtl cloth\nf 2 7 6 3\n";
+        let files = Memory::default()
+            .with("a.mtl", materials)
+            .with("a.obj", object);
+        let stage = StageFile::read(&files, "a.obj", 1 << 30).unwrap();
+        let said = String::from(describe("a.obj", &stage));
+        assert_eq!(said, DESCRIBED);
+    }
+
+    #[test]
+    fn one_face_is_not_several() {
+        let files = Memory::default().with("a.obj", "v 0 0 0\nv 1 0 0\nv 0 0 -1\nf 1 2 3\n");
+        let stage = StageFile::read(&files, "a.obj", 1 << 30).unwrap();
+        let said = String::from(describe("a.obj", &stage));
+        assert!(said.contains("\n1 face becomes 1 polygon\n"), "{said}");
+    }
 }

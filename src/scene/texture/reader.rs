@@ -45,11 +45,31 @@ impl TextureReader {
     }
 
     fn pixels(&mut self, bytes: &[u8]) -> Result<Arc<Pixels>, String> {
-        let (size, codes) = codes(bytes, self.left / 3).map_err(|e| e.to_string())?;
+        let (size, codes) = codes(bytes, self.left).map_err(in_words)?;
         let pixels = Pixels::new(size, &codes);
         self.left = self.left.saturating_sub(pixels.bytes());
         Ok(Arc::new(pixels))
     }
+}
+
+/// Why an image cannot be read, and where it is too large what to do.
+fn in_words(error: PictureError) -> String {
+    let PictureError::Memory {
+        width,
+        height,
+        needed,
+        limit,
+    } = error
+    else {
+        return error.to_string();
+    };
+    let megabytes = |bytes: u64| bytes as f64 / 1e6;
+    format!(
+        "{width} x {height} pixels need {:.1} MB to be read, and {:.1} MB are left for textures; make \
+         the image smaller",
+        megabytes(needed),
+        megabytes(limit)
+    )
 }
 
 /// The codes of an image of either format, with alpha.

@@ -87,3 +87,25 @@ fn what_is_transparent_lends_no_colour() {
     );
     assert!(!Texture::plain([1.0; 4], Alpha::Blend).is_cut());
 }
+
+/// An image of 256 x 256 takes 0.98 MB to be read and 0.70 MB to be held: how many there may be depends on
+/// what is held alone, and the one that is too many is told with a way out.
+#[test]
+fn images_are_read_while_what_is_left_holds_one_more() {
+    let mut png = Vec::new();
+    let mut encoder = ::png::Encoder::new(&mut png, 256, 256);
+    encoder.set_color(::png::ColorType::Rgb);
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[200; 256 * 256 * 3]).unwrap();
+    writer.finish().unwrap();
+    let mut reader = reader::TextureReader::new(6_600_000);
+    let mut read = |i: usize| reader.read(&i.to_string(), || Ok(png.clone()));
+    let taken = (0..20).take_while(|i| read(*i).is_ok()).count();
+    assert_eq!(taken, 9);
+    let said = read(20).unwrap_err();
+    assert_eq!(
+        said,
+        "256 x 256 pixels need 1.0 MB to be read, and 0.3 MB are left for textures; make the image \
+         smaller"
+    );
+}
