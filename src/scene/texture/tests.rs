@@ -1,6 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use super::*;
+use crate::picture::png::encode;
 
 /// Columns and rows of black and white, `cell` texels each.
 fn checked(size: [usize; 2], cell: usize) -> Texture {
@@ -92,12 +93,7 @@ fn what_is_transparent_lends_no_colour() {
 /// what is held alone, and the one that is too many is told with a way out.
 #[test]
 fn images_are_read_while_what_is_left_holds_one_more() {
-    let mut png = Vec::new();
-    let mut encoder = ::png::Encoder::new(&mut png, 256, 256);
-    encoder.set_color(::png::ColorType::Rgb);
-    let mut writer = encoder.write_header().unwrap();
-    writer.write_image_data(&[200; 256 * 256 * 3]).unwrap();
-    writer.finish().unwrap();
+    let png = encode(256, 256, &[200; 256 * 256 * 3]).unwrap();
     let mut reader = reader::TextureReader::new(6_600_000);
     let mut read = |i: usize| reader.read(&i.to_string(), || Ok(png.clone()));
     let taken = (0..20).take_while(|i| read(*i).is_ok()).count();
