@@ -109,7 +109,9 @@ fn a_process_killed_at_any_moment_leaves_a_sound_store() {
         }
     }
     let text = finish(start(folder.path(), "last", ".footlight"));
-    let found = format!("from the pool: {most} picture");
-    assert!(text.contains(&found), "{found}: {text}");
+    // Of all six the last run takes four: with both banks and both mixtures there, the coarse step
+    // is of no use. So what tells that nothing was lost is how many are left to render.
+    let left = format!("rendered: {}\n", 6 - most);
+    assert!(text.contains(&left), "{left}: {text}");
     same_keys(folder.path(), "alone", "last");
 }
