@@ -90,9 +90,9 @@ impl Served<'_> {
             match self.saves.look(self.show.as_ref()) {
                 Look::Same => {}
                 Look::Away => {
-                    let gone = format!("{} is gone or empty", self.path.display());
-                    self.publisher.wrong(&gone);
-                    self.operator.tell(format!("{gone}\n").into());
+                    let away = self.saves.away();
+                    self.publisher.wrong(&away);
+                    self.operator.tell(format!("{away}\n").into());
                 }
                 Look::Saved { text, is_new } => {
                     let taken = match self.show {
@@ -142,7 +142,7 @@ impl Served<'_> {
                 self.publisher.expire();
             }
             Err(_) if self.operator.is_over() => {}
-            Err(error) if matches!(error.exit_code(), 1..=3) => {
+            Err(error) if error.is_of_input() => {
                 self.publisher.wrong(&error.report(Style::Plain));
                 self.operator.fail(&error);
             }

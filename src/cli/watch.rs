@@ -1,6 +1,6 @@
 //! `watch`: the show is edited elsewhere; every save is checked, reported in words and shown again.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::screen::Screen;
 use super::{complain, print};
@@ -56,7 +56,8 @@ pub fn watch(
         let (text, is_new) = match saves.look(show.as_ref()) {
             Look::Same => continue,
             Look::Away => {
-                complain(away(path, show.is_some()));
+                complain(format!("{}\n", saves.away()));
+                keep(show.is_some());
                 continue;
             }
             Look::Saved { text, is_new } => (text, is_new),
@@ -76,11 +77,9 @@ pub fn watch(
         match changed {
             Ok(()) => {}
             // A file that is away, or something else for a moment, comes back.
-            Err(error) if matches!(error.exit_code(), 1..=3) => {
+            Err(error) if error.is_of_input() => {
                 screen.fail(&error);
-                if show.is_some() {
-                    complain("the last good show is kept\n");
-                }
+                keep(show.is_some());
             }
             Err(error) => return Err(error),
         }
@@ -91,14 +90,11 @@ pub fn watch(
     Ok(0)
 }
 
-/// That a show's file is away.
-pub fn away(path: &Path, is_kept: bool) -> String {
-    let kept = if is_kept {
-        "; the last good show is kept"
-    } else {
-        ""
-    };
-    format!("{} is gone or empty{kept}\n", path.display())
+/// Prints that the last good show stays, where there was one.
+pub fn keep(is_kept: bool) {
+    if is_kept {
+        complain("the last good show is kept\n");
+    }
 }
 
 /// Takes a new text. The moment shown is where the light changed most, and else the last one.

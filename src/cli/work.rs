@@ -19,7 +19,7 @@ use crate::report::tasks;
 /// The exit code of what is to be tried again.
 const TRY_AGAIN: u8 = 75;
 
-/// What `work` is told.
+/// The arguments of `work`.
 #[derive(Debug, Args)]
 pub struct Worker {
     /// The list that `plan --tasks` wrote

@@ -175,7 +175,7 @@ pub enum Error {
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The operator does not name the version of its images, so that nobody could tell them apart.
+    /// The operator does not name the version of its images, so that they could not be told apart.
     #[error("the renderer does not name the version of its images")]
     NoVersion,
     /// Images are kept in memory only.

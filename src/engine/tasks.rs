@@ -40,7 +40,7 @@ const HEADER: u64 = 4096;
 /// Bytes of the reason of a failure that are read.
 const REASON: u64 = 4096;
 
-/// What is to be rendered of a show, by whoever has its files and can write to its pool.
+/// What is to be rendered of a show, by any process that has its files and can write to its pool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskList {
     /// Version of this form.

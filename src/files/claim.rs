@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant, SystemTime};
 
+use super::disk::folder_or_empty;
 use super::{FileError, io_error, open, process, unique};
 
 /// Bytes of a claim's file that are read.
@@ -203,12 +204,8 @@ fn file_name(name: &str, number: u64) -> String {
 /// Names and numbers of the claims in a folder.
 fn listed(folder: &Path) -> Result<Vec<(String, u64)>, FileError> {
     let io = io_error(folder.display());
-    let entries = match fs::read_dir(folder) {
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        other => other.map_err(&io)?,
-    };
     let mut out = Vec::new();
-    for entry in entries {
+    for entry in folder_or_empty(folder).map_err(&io)? {
         let file = entry.map_err(&io)?.file_name();
         let parts = file.to_str().and_then(|file| file.rsplit_once('.'));
         let claim = parts.and_then(|(name, number)| Some((name.to_owned(), number.parse().ok()?)));

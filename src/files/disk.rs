@@ -120,7 +120,9 @@ impl Store for Disk {
 }
 
 /// The entries of a folder: none where it is missing.
-fn folder_or_empty(folder: &Path) -> io::Result<impl Iterator<Item = io::Result<fs::DirEntry>>> {
+pub(super) fn folder_or_empty(
+    folder: &Path,
+) -> io::Result<impl Iterator<Item = io::Result<fs::DirEntry>>> {
     let entries = match fs::read_dir(folder) {
         Err(e) if e.kind() == io::ErrorKind::NotFound => None,
         other => Some(other?),

@@ -133,6 +133,11 @@ impl Error {
         }
     }
 
+    /// True where the text, the usage or a file is at fault, so that another save may cure it.
+    pub fn is_of_input(&self) -> bool {
+        matches!(self.exit_code(), 1..=3)
+    }
+
     /// The whole message, ready to print. As JSON it is one array whatever went wrong; what a
     /// session measured before the line that ended it is no part of that.
     pub fn report(&self, style: Style) -> Printable {

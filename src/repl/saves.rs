@@ -82,6 +82,11 @@ impl Saves {
         Look::Saved { text, is_new }
     }
 
+    /// The sentence for [`Look::Away`], without its full stop.
+    pub fn away(&self) -> String {
+        format!("{} is gone or empty", self.path.display())
+    }
+
     /// Takes note of the files that the show names once it was read: they may be others than before.
     pub fn follow(&mut self, show: &Repl) {
         let included = texts(&self.path, Some(show));

@@ -106,7 +106,7 @@ pub fn engine_error(error: &engine::Error) -> String {
         E::NoSuchView { name, known } => no_view(name, known),
         E::NoSuchBank { name, fixed, known } => no_bank(name, *fixed, known),
         E::CueExists(number) => format!(
-            "there is a cue {number} already; take a free number, or type the cue anew \
+            "there is a cue {number} already; take a free number, or type the cue again \
              (`show cue {number}` prints it)"
         ),
         E::LastCue => "the last cue has run: `back`, or `goto` a cue".to_owned(),
@@ -189,7 +189,7 @@ pub fn engine_error(error: &engine::Error) -> String {
         ),
         E::OtherTasks { what, listed, here } => format!(
             "the tasks are for another {what} ({listed}) than there is here ({here}): nothing was \
-             rendered; write them anew with `plan --tasks`, with the program and the files that \
+             rendered; write them again with `plan --tasks`, with the program and the files that \
              the workers have"
         ),
         E::OutOfTime { seconds } => format!(

@@ -11,7 +11,7 @@ use crate::engine::{self, Engine, Goal, LEASE, TaskList, TaskState};
 use crate::files::{FileError, claim};
 use crate::work::Cancelled;
 
-/// Tasks of one job: what farms take at once unless they are told to take more.
+/// Tasks of one job: what farms take at once by default.
 const MOST: usize = 1000;
 
 /// How often a task is handed over that ends without an image.

@@ -208,7 +208,7 @@ pub fn describe(list: &TaskList, states: &[TaskState]) -> String {
 fn why(state: &TaskState) -> String {
     match state {
         TaskState::There => "there".to_owned(),
-        TaskState::Free => "nobody has begun it".to_owned(),
+        TaskState::Free => "not begun".to_owned(),
         TaskState::Failed(said) => format!("failed on {said}"),
         TaskState::Claimed(holder) => {
             let did = match holder.is_stale() {
@@ -296,7 +296,7 @@ mod tests {
              \x20 task 2    is being rendered by process 4711 on n1, last heard of 12 s ago\n\
              \x20 task 3    was given up by process 4711 on n1, last heard of 80 s ago\n\
              \x20 task 4    failed on n2: no licence\n\
-             \x20 task 5    nobody has begun it\n"
+             \x20 task 5    not begun\n"
         );
         let json: serde_json::Value = serde_json::from_str(&json(&list, &states).unwrap()).unwrap();
         let whys: Vec<_> = json["missing"]

@@ -90,7 +90,7 @@ pub fn describe(difference: &Difference, serving: Option<Serving>) -> String {
              the rig, the stage or the view, or are too coarse now"
         ),
         (_, true) => "the rig, the stage or the view changed; those that depend on it are \
-                      rendered anew (`pool` counts the others)"
+                      rendered again (`pool` counts the others)"
             .to_owned(),
         (_, false) => "every refined picture still serves".to_owned(),
     };

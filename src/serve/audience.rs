@@ -63,7 +63,7 @@ pub struct Run {
     rest: Option<BTreeMap<String, [f64; 2]>>,
 }
 
-/// What a page is told when something happens.
+/// What a page receives when something happens.
 #[derive(Serialize)]
 struct Message<'a> {
     version: u64,
@@ -133,7 +133,7 @@ impl Audience {
     }
 
     /// Whether `host` is this machine as its own addresses say it: another name may have been made to
-    /// lead here by whoever owns it.
+    /// lead here by its owner.
     pub fn is_own_host(&self, host: &str) -> bool {
         let name = host.strip_suffix(&format!(":{}", self.port));
         name.is_some_and(|name| name == "127.0.0.1" || name.eq_ignore_ascii_case("localhost"))

@@ -25,7 +25,7 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// How long to wait after a connection that could not be taken.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// How often a page is told what it knows already, so that neither side waits for one that is gone.
+/// How often a page receives again what it has, so that neither side waits for one that is gone.
 const PULSE: Duration = Duration::from_secs(10);
 
 /// A request.
