@@ -261,7 +261,11 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
             .unwrap();
         let (peak, well) = peak(child);
         let said = std::fs::read_to_string(&said).unwrap();
-        assert!(peak > 0, "{name}: its memory was not seen");
+        // One that is refused at once may end between two looks.
+        assert!(
+            peak > 0 || case.refused.is_some(),
+            "{name}: its memory was not seen"
+        );
         assert!(
             peak <= case.budget + BESIDE,
             "{name}: {peak} MB\n{said:.500}"
