@@ -239,7 +239,11 @@ impl Vocabulary {
             return Vec::new();
         };
         let begun = |offered: &&str| offered.starts_with(word);
-        let keywords = lang::words().into_iter().filter(begun);
+        let has_level = self.ends_with_level(before);
+        let keywords = lang::words()
+            .into_iter()
+            .filter(begun)
+            .filter(|k| !(has_level && LEVEL_WORDS.contains(k)));
         let names = self.names_of(before).into_iter().filter(begun);
         let mut out: Vec<String> = keywords
             .filter(|k| beginning.takes_keyword(k))
@@ -257,7 +261,9 @@ impl Vocabulary {
         let last = words.next_back().unwrap_or(first);
         let is_list = before.contains('=');
         if before.matches('(').count() > before.matches(')').count() {
-            return strings(&self.values).chain(["full", "out"]).collect();
+            return strings(&self.values)
+                .chain(LEVEL_WORDS.iter().copied())
+                .collect();
         }
         let (own, more): (&[String], &[&str]) = match (first, last) {
             (_, "dimmer") => (&self.curves, &["linear", "square"]),
@@ -280,6 +286,16 @@ impl Vocabulary {
             _ => (&[], &[]),
         };
         strings(own).chain(more.iter().copied()).collect()
+    }
+
+    /// Whether a bank and its level stand last. The grammar takes a second value there, as that may be
+    /// a colour.
+    fn ends_with_level(&self, before: &str) -> bool {
+        let mut words = before.split_whitespace();
+        let last = words.next_back().unwrap_or_default();
+        let named = words.next_back().unwrap_or_default();
+        let is_level = last.trim_end_matches('%').parse::<f64>().is_ok();
+        (is_level || LEVEL_WORDS.contains(&last)) && self.movable().any(|name| name == named)
     }
 
     /// The names that statements of a word have declared.
@@ -337,6 +353,9 @@ fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
     let digits = digits.to_owned();
     units.iter().map(move |unit| format!("{digits}{unit}"))
 }
+
+/// Levels that are words.
+const LEVEL_WORDS: [&str; 2] = ["full", "out"];
 
 const LENGTHS: &[&str] = &["m", "cm", "mm", "ft", "in"];
 
@@ -401,6 +420,9 @@ mod tests {
         );
         offers("preview { t", &["tolerance", "tone"]);
         offers("set lamps f", &["full"]);
+        offers("set lamps 50 f", &[]);
+        offers("set lamps 50% warm f", &["full"]);
+        offers("cue 3 { lamps 3200K f", &["follow", "full"]);
         offers("goto 12 ", &["at"]);
         offers("view stalls ", &[]);
         offers("copy cue 1 ", &["to"]);

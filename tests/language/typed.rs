@@ -77,14 +77,33 @@ fn is_line(words: &str) -> bool {
     words.contains(char::is_whitespace) || words.contains('{')
 }
 
-/// What stands between backticks in the help of messages.
+/// The lines between backticks.
+fn quoted(message: &str) -> impl Iterator<Item = &str> {
+    let between = message.split('`').skip(1).step_by(2);
+    between.filter(|words| is_line(words))
+}
+
+/// The lines that the help of messages offers.
 fn offered(text: &str) -> Vec<String> {
     let help = text.lines().filter(|line| line.contains("help: "));
-    let quoted = help.flat_map(|line| line.split('`').skip(1).step_by(2));
-    quoted
-        .filter(|words| is_line(words))
-        .map(str::to_owned)
-        .collect()
+    help.flat_map(quoted).map(str::to_owned).collect()
+}
+
+/// The lines that errors of the prompt offer in a transcript; what repeats the line that was typed is
+/// no offer.
+fn offered_at_the_prompt(transcript: &str) -> Vec<String> {
+    let mut out = Vec::new();
+    let mut typed = "";
+    for line in transcript.lines() {
+        if let Some((_, behind)) = line.split_once("> ") {
+            typed = behind;
+        }
+        if line.starts_with("error: ") {
+            let new = quoted(line).filter(|words| !typed.contains(words));
+            out.extend(new.map(str::to_owned));
+        }
+    }
+    out
 }
 
 #[test]
@@ -98,6 +117,12 @@ fn every_line_that_a_message_offers_works_when_it_is_typed() {
         }
     }
     assert!(lines.len() > 50, "{lines:?}");
+    let before = lines.len();
+    for entry in fs::read_dir(root.join("tests/transcripts")).unwrap() {
+        let transcript = fs::read_to_string(entry.unwrap().path()).unwrap();
+        lines.extend(offered_at_the_prompt(&transcript));
+    }
+    assert!(lines.len() > before + 5, "{lines:?}");
     let idle: Vec<_> = lines.iter().filter(|words| !works(words)).collect();
     assert!(idle.is_empty(), "these lines do not work:\n{idle:#?}");
 }
