@@ -21,6 +21,7 @@ pub mod image_cache;
 pub mod linear_span;
 mod rule;
 
+use std::f64::consts::SQRT_2;
 use std::sync::{Arc, OnceLock};
 
 pub use self::rule::{Evidence, Fit, is_within};
@@ -51,7 +52,11 @@ pub struct Pool {
     coarse: Vec<Arc<Image>>,
     coarser: Vec<Arc<Image>>,
     gram: Matrix,
+    /// The norm of D for each source.
     errors: Vec<f64>,
+    /// Of each source's D the standard error of the sum of its squares, relative, if its pixels are
+    /// independent.
+    spreads: Vec<f64>,
     weighting: Weighting,
     refined: Vec<RefinedImage>,
     stated: Option<Stated>,
@@ -66,9 +71,60 @@ pub struct Pool {
 pub struct Stated {
     /// What estimated errors are multiplied by.
     pub calibration: f64,
-    /// Error of refined images as a share of that of coarse ones.
+    /// Error of what refined images show, as a share of that of coarse ones.
     pub refined: f64,
+    /// Where pictures err by noise alone.
+    pub noise: Option<Noise>,
 }
+
+/// What the numbers of samples say of noisy pictures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// What of the difference of the two coarse qualities the finer one is moved by.
+    extrapolation: f64,
+    /// How many times the variance of coarse images refined ones have at least.
+    variances: f64,
+}
+
+impl Stated {
+    /// Of pictures that are right in the mean, with so many samples a pixel at the two coarse
+    /// qualities and in refined pictures of `sources` at once.
+    ///
+    /// With r times the samples the finer picture has 1/r of the variance; the mean of both by
+    /// precision, C - D/(1+r), has r/(1+r) of that of the finer, and their difference D has 1+r times
+    /// it. In a picture of many sources each has its share of the samples.
+    pub fn noise([cheap, fine, refined]: [f64; 3], sources: usize) -> Stated {
+        let ratio = fine / cheap;
+        let variances = sources as f64 * (cheap + fine) / refined;
+        let stated = Stated {
+            calibration: ratio.sqrt() / (1.0 + ratio),
+            refined: 1.0,
+            noise: Some(Noise {
+                extrapolation: -1.0 / (1.0 + ratio),
+                variances,
+            }),
+        };
+        stated.with_refined(variances)
+    }
+
+    /// The same where refined images have so many times the variance of coarse ones: what both show is
+    /// their mean by precision.
+    fn with_refined(self, variances: f64) -> Stated {
+        let refined = (variances / (1.0 + variances)).sqrt();
+        Stated { refined, ..self }
+    }
+
+    /// What refined images count for beside coarse ones.
+    fn refined_weight(self) -> f64 {
+        match self.noise {
+            Some(_) => 1.0 - self.refined * self.refined,
+            None => 1.0,
+        }
+    }
+}
+
+/// Standard errors by which noise may be larger than estimated: in 1 of 44 cases it is.
+const CONFIDENCE: f64 = 2.0;
 
 /// C' is kept where it takes no more than the memory that a task may hold, divided by this.
 const EXTRAPOLATED_MEMORY_DIVISOR: usize = 4;
@@ -102,11 +158,15 @@ impl Pool {
                 gram[(j, i)] = product;
             }
         }
-        let error = |(fine, cheap): (&Arc<Image>, &Arc<Image>)| {
+        let difference = |(fine, cheap): (&Arc<Image>, &Arc<Image>)| {
             let difference = combine(size, &[(1.0, fine), (-1.0, cheap)], work.threads);
-            dot(&difference, &difference).sqrt()
+            let squares = || difference.data().iter().map(|d| f64::from(*d).powi(2));
+            let sum: f64 = squares().sum();
+            let spread = squares().map(|d| d * d).sum::<f64>().sqrt();
+            (sum.sqrt(), if sum > 0.0 { spread / sum } else { 0.0 })
         };
-        let errors: Vec<f64> = coarse.iter().zip(&coarser).map(error).collect();
+        let (errors, spreads): (Vec<f64>, Vec<f64>) =
+            coarse.iter().zip(&coarser).map(difference).unzip();
         Ok(Pool {
             size,
             weighting: weighting(&errors, &norms(&gram))?,
@@ -114,6 +174,7 @@ impl Pool {
             coarser,
             gram,
             errors,
+            spreads,
             refined: Vec::new(),
             stated: None,
             fit: Fit::of(1.0, &[]),
@@ -121,15 +182,22 @@ impl Pool {
         })
     }
 
-    /// The pool with what the operator states of its errors; no refined image is in it yet.
-    #[must_use]
-    pub fn stating(self, stated: Option<Stated>) -> Pool {
-        let prior = stated.map_or(1.0, |s| s.calibration);
-        Pool {
-            stated,
-            fit: Fit::of(prior, &[]),
-            ..self
+    /// The pool with what the operator states of its errors; no refined image is in it yet. Noise is
+    /// taken to be as large as its estimate allows: the picture's own and that of D both depart from
+    /// what is expected of them.
+    ///
+    /// # Errors
+    /// As [`Pool::new`].
+    pub fn stating(mut self, stated: Option<Stated>) -> Result<Pool, PlanError> {
+        self.stated = stated;
+        if stated.is_some_and(|stated| stated.noise.is_some()) {
+            for (error, spread) in self.errors.iter_mut().zip(&self.spreads) {
+                *error *= (1.0 + CONFIDENCE * SQRT_2 * spread).sqrt();
+            }
+            self.weighting = weighting(&self.errors, &norms(&self.gram))?;
         }
+        self.fit = self.fit();
+        Ok(self)
     }
 
     /// True where errors rest on what the operator states.
@@ -141,6 +209,12 @@ impl Pool {
     /// states an error of the coarse images, and there is one quality of these.
     pub fn is_relative(&self) -> bool {
         self.is_stated() && self.coarser.is_empty()
+    }
+
+    /// True where errors are known before any correction: as stated, or as the noise of pictures that
+    /// differ by nothing else.
+    pub fn is_known(&self) -> bool {
+        self.is_relative() || self.stated.is_some_and(|s| s.noise.is_some())
     }
 
     /// Predicted error, relative, where coarse images are left to show so much of what they showed
@@ -224,6 +298,7 @@ impl Pool {
             refined: refined.collect(),
             gram: self.gram.clone(),
             errors: self.errors.clone(),
+            spreads: self.spreads.clone(),
             weighting: self.weighting.clone(),
             stated: self.stated,
             fit: self.fit,
@@ -295,12 +370,48 @@ impl Pool {
             quality,
             evidence,
         });
+        self.fit = self.fit();
+        self.stated = self.stated.map(|stated| self.with_noise_of_refined(stated));
+        self.extrapolated = OnceLock::new();
+        true
+    }
+
+    /// What is known of the estimate.
+    fn fit(&self) -> Fit {
+        if let Some(noise) = self.stated.and_then(|stated| stated.noise) {
+            return Fit {
+                extrapolation: noise.extrapolation,
+                calibration: self.prior(),
+            };
+        }
         // Images of the coarse ones' own step say nothing of the error of these.
         let tell = self.stated.is_none_or(|stated| stated.refined < 1.0);
         let known = self.refined.iter().filter(|_| tell).map(|r| r.evidence);
-        self.fit = Fit::of(self.prior(), &known.collect::<Vec<Evidence>>());
-        self.extrapolated = OnceLock::new();
-        true
+        Fit::of(self.prior(), &known.collect::<Vec<Evidence>>())
+    }
+
+    /// Where pictures err by noise: what is known of that of refined ones, from what they differ by from
+    /// coarse ones beyond the noise of these. A sampler that has to choose among many lights may make
+    /// more of it than each light's share of the samples says.
+    fn with_noise_of_refined(&self, stated: Stated) -> Stated {
+        let Some(noise) = stated.noise else {
+            return stated;
+        };
+        let a = noise.extrapolation;
+        let variances = |refined: &RefinedImage| {
+            let Evidence {
+                kk,
+                ke,
+                ee,
+                expected,
+            } = refined.evidence;
+            let differ = (kk - 2.0 * a * ke + a * a * ee).max(0.0);
+            let coarse = stated.calibration * stated.calibration * expected;
+            (coarse > 0.0).then(|| differ / coarse - 1.0)
+        };
+        let known: Vec<f64> = self.refined.iter().filter_map(variances).collect();
+        let mean = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        stated.with_refined(mean.max(noise.variances))
     }
 
     /// Adds C'·s to a picture.
@@ -370,10 +481,12 @@ impl Pool {
     }
 
     /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the
-    /// coarse ones.
+    /// coarse ones. Noisy pictures of what both show are averaged by their precision.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
-        let c = plan::projection(&self.settings(), &self.weighting, &looks)?.concat();
+        let mut c = plan::projection(&self.settings(), &self.weighting, &looks)?.concat();
+        let weight = self.stated.map_or(1.0, Stated::refined_weight);
+        c.iter_mut().for_each(|c| *c *= weight);
         let rest = self.rest(setting, &c);
         Ok((c, rest))
     }

@@ -47,7 +47,8 @@ impl Cost {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// They are not linear in the light, or noisy: previews made of them err by as much.
+    /// They are not linear in the light, or noisy without the operator saying so
+    /// ([`Transport::samples`]): previews made of them err by as much.
     NotLinear {
         /// How far the sum of two pictures is off the picture of the sum, relative.
         sum: f64,
@@ -210,6 +211,13 @@ pub trait Transport: Send + Sync {
     /// against the finest step, or, of the finest itself, against the truth. It falls with the
     /// quality. `None` where the operator does not know; errors are then estimated from two steps.
     fn stated_error(&self, _: &Setup, _: Quality, _unit: ErrorUnit) -> Option<f64> {
+        None
+    }
+
+    /// Samples a pixel at a step, in a unit of the operator's own, where its pictures are right in the
+    /// mean and noisy, each by chance of its own: the variance falls as these grow. `None` where
+    /// pictures have no noise, or nothing is known of it.
+    fn samples(&self, _quality: Quality) -> Option<f64> {
         None
     }
 

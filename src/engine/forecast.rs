@@ -158,7 +158,7 @@ impl Engine {
             error: self.predicted_in(unit)?,
             fixed: 0.0,
             steps: Vec::new(),
-            is_stated: self.rendered()?.is_relative(),
+            is_stated: self.rendered()?.is_known(),
         };
         let pool = self.rendered()?;
         if self.is_final() {

@@ -190,7 +190,7 @@ impl Engine {
             .map(|left| pool.planned_error(*left, alone));
         plan.predicted = errors.collect();
         let within = |(count, error): (usize, &f64)| {
-            plan.tolerance > 0.0 && is_within(plan.tolerance, *error, count, pool.is_relative())
+            plan.tolerance > 0.0 && is_within(plan.tolerance, *error, count, pool.is_known())
         };
         let mut counted = plan.predicted.iter().enumerate();
         plan.used = counted.position(within).unwrap_or(plan.basis.len());

@@ -272,7 +272,7 @@ impl Engine {
 
     /// Whether an error that is predicted now counts as within `wanted`.
     pub(super) fn is_reached(&self, wanted: Tolerance, error: f64) -> bool {
-        let is_stated = self.pool().is_some_and(Pool::is_relative);
+        let is_stated = self.pool().is_some_and(Pool::is_known);
         is_within(wanted.error, error, self.refined(), is_stated)
     }
 

@@ -297,7 +297,7 @@ impl Refiner {
         let stated = engine.stated_of_pool();
         let steps = engine.coarse_steps();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        rendering.pool = Some(pool.stating(stated));
+        rendering.pool = Some(pool.stating(stated)?);
         rendering.pool_base = Some(steps);
         rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();

@@ -14,7 +14,7 @@ use super::refine::Goal;
 use super::{Engine, Error};
 use crate::plan::{self, Weighting};
 use crate::pool::{Stated, is_within};
-use crate::renderer::{Cost, Quality};
+use crate::renderer::{Cost, Quality, Transport as _};
 use crate::units::{ErrorUnit, Tolerance};
 
 /// How a sequence becomes good enough.
@@ -130,18 +130,25 @@ impl Engine {
             let Some(stated) = self.error_alone(step, goal.unit()) else {
                 continue;
             };
-            let (error, missing) = match quality == now {
-                true => (self.predicted_in(goal.unit())?, 0),
-                false => (stated, self.missing(&units, step)?),
+            let is_now = quality == now;
+            let error = match is_now {
+                true => self.predicted_in(goal.unit())?,
+                false => stated,
             };
-            let reaches = |until: Tolerance| match quality == now {
+            let reaches = |until: Tolerance| match is_now {
                 true => self.is_reached(until, error),
                 false => error <= until.error,
             };
-            let cost = match missing {
-                0 => 0.0,
-                n => rendering.cost_of_units(self.host.renderer.as_ref(), step, n),
-            };
+            let (mut missing, mut cost) = (0, 0.0);
+            let mut base = self.base_of(step).to_vec();
+            base.dedup();
+            for step in base {
+                let images = self.missing(&units, step)?;
+                if images > 0 && !is_now {
+                    missing += images;
+                    cost += rendering.cost_of_units(self.host.renderer.as_ref(), step, images);
+                }
+            }
             out.push(WayForecast {
                 way: Way::Alone,
                 quality,
@@ -159,7 +166,36 @@ impl Engine {
     /// stand for the truth of those who ask for this way.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let own = self.way == Way::Alone && quality == self.refined_step();
-        self.stated(quality, unit).or(own.then_some(0.0))
+        let stated = self.stated(quality, unit);
+        stated
+            .or_else(|| self.noise_alone(quality, unit))
+            .or(own.then_some(0.0))
+    }
+
+    /// The error of every source alone at a step, from the noise of the images that are there.
+    fn noise_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        let pool = self.pool().filter(|pool| pool.is_known())?;
+        let [_, now] = self.coarse_steps();
+        let fewer = self.samples(now)? / self.samples(quality)?;
+        let alone = *self.errors_left(pool, &[], unit).ok()?.first()?;
+        Some(pool.planned_error(alone, alone) * fewer.sqrt())
+    }
+
+    /// Samples a pixel at a step of an operator with noise.
+    fn samples(&self, quality: Quality) -> Option<f64> {
+        let rendering = self.rendering.as_ref()?;
+        rendering
+            .layered(self.host.renderer.as_ref())
+            .samples(quality)
+    }
+
+    /// The steps at which sources alone are rendered to be seen at one. Noise is told by a second
+    /// picture, which makes the first one better by what it costs.
+    fn base_of(&self, quality: Quality) -> [Quality; 2] {
+        match self.samples(quality) {
+            Some(_) => [Quality((quality.0 - 1).max(1)), quality],
+            None => [quality; 2],
+        }
     }
 
     /// How many images of `units` are not at hand at a step.
@@ -263,10 +299,11 @@ impl Engine {
         let alone = ways.first().filter(|w| w.way == Way::Alone);
         let chosen = alone.map(|w| Quality(w.quality));
         let base = match chosen {
-            Some(quality) => Some([quality; 2]),
+            Some(quality) => Some(self.base_of(quality)),
             None => self.stored_base()?,
         };
-        let base = base.or_else(|| (self.way == Way::Alone).then(|| [self.refined_step(); 2]));
+        let base =
+            base.or_else(|| (self.way == Way::Alone).then(|| self.base_of(self.refined_step())));
         if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
             rendering.base = Some(base);
         }
@@ -279,6 +316,16 @@ impl Engine {
     pub(super) fn stored_base(&self) -> Result<Option<[Quality; 2]>, Error> {
         let units = self.rendering.as_ref().ok_or(Error::NoSetup)?.units();
         let [cheap, fine] = self.coarse_pair();
+        if self.samples(fine).is_some() {
+            for quality in (fine.0..=self.finest().0).rev().map(Quality) {
+                let pair = self.base_of(quality);
+                let missing = pair.map(|step| self.missing(&units, step));
+                if missing.into_iter().sum::<Result<usize, Error>>()? == 0 {
+                    return Ok(Some(pair));
+                }
+            }
+            return Ok(None);
+        }
         if self.stated(fine, ErrorUnit::Light).is_none() {
             let complete = self.missing(&units, cheap)? + self.missing(&units, fine)? == 0;
             return Ok(complete.then_some([cheap, fine]));
@@ -306,13 +353,18 @@ impl Engine {
         let [_, now] = self.coarse_steps();
         let taken = ways.first().filter(|w| w.way == Way::Alone);
         let finer = taken.map(|w| Quality(w.quality)).filter(|q| *q > now);
-        Ok(finer.map(|quality| [quality; 2]))
+        Ok(finer.map(|quality| self.base_of(quality)))
     }
 
     /// What the operator states of a new pool's errors. Two steps of coarse images estimate their
     /// own error by their difference.
     pub(super) fn stated_of_pool(&self) -> Option<Stated> {
         let [cheap, fine] = self.coarse_steps();
+        let samples = [cheap, fine, self.refined_step()].map(|step| self.samples(step));
+        if let ([Some(less), Some(more), Some(refined)], true) = (samples, cheap < fine) {
+            let sources = self.rendering.as_ref().map_or(0, |r| r.sources());
+            return Some(Stated::noise([less, more, refined], sources));
+        }
         let coarse = self.error_alone(fine, ErrorUnit::Light)?;
         let refined = self.stated(self.refined_step(), ErrorUnit::Light);
         let refined = refined.unwrap_or(0.0);
@@ -323,6 +375,7 @@ impl Engine {
             } else {
                 0.0
             },
+            noise: None,
         })
     }
 }

@@ -94,8 +94,9 @@ fn stated_errors_hold_before_and_after_refining() {
     let stated = Stated {
         calibration: 0.02,
         refined: 0.25,
+        noise: None,
     };
-    let pool = pool.stating(Some(stated));
+    let pool = pool.stating(Some(stated)).unwrap();
     assert!(pool.is_relative() && pool.is_stated());
     // Norms are over all channels, of which these pictures have three alike.
     let wanted = 3.0_f64.sqrt() * 15.0_f64.hypot(28.0);
@@ -104,10 +105,11 @@ fn stated_errors_hold_before_and_after_refining() {
     assert_eq!(pool.error(0.0, 1.0), 0.005);
     assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
     // Sums of the coarse images themselves leave what was stated.
-    let mut same = pool.stating(Some(Stated {
+    let same = pool.stating(Some(Stated {
         refined: 1.0,
         ..stated
     }));
+    let mut same = same.unwrap();
     assert!(same.add(vec![1.0, 1.0], row(&[5.0, 7.0]), Quality(1), Work::silent()));
     assert_eq!(same.error(0.0, 1.0), 0.02);
 }

@@ -119,6 +119,10 @@ impl Transport for Layered<'_> {
         self.inner?.stated_error(setup, quality, unit)
     }
 
+    fn samples(&self, quality: Quality) -> Option<f64> {
+        self.inner?.samples(quality)
+    }
+
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         let Ok(parts) = SplitSetup::new(setup) else {
             return Cost::default();

@@ -45,6 +45,10 @@ const KNOWN: [(&str, &str, u8); 1] = [(
 /// deviate by up to 5e-4 by their rounding alone.
 pub const TOLERATED: f64 = 2e-3;
 
+/// A mean that is off by so many standard errors is no work of chance, also where a few bright samples
+/// make the noise.
+const SIGNIFICANT: f64 = 6.0;
+
 /// Bytes beyond its pixels that an OpenEXR file of the right size may have.
 const HEADER: u64 = 1 << 20;
 
@@ -291,18 +295,27 @@ impl Transport for Outside {
         Ok(Box::new(operator))
     }
 
-    /// The mean of its own runs at this quality, else at any other; zero before the first. Nothing
-    /// is shared between pictures.
+    /// The mean of its own runs at this quality, else at the last other one, in proportion to the
+    /// samples; zero before the first. Nothing is shared between pictures.
     fn cost(&self, _setup: &Setup, quality: Quality) -> Cost {
         let measured = self.0.measured();
         let run = measured.runs.iter().find(|r| r.0 == quality);
         let run = run.or(measured.runs.last());
-        let per_image = run.map_or(0.0, |(_, count, seconds)| seconds / *count as f64);
+        let per_image = run.map_or(0.0, |(known, count, seconds)| {
+            let samples = [quality, *known].map(|step| self.samples(step).unwrap_or(1.0));
+            seconds / *count as f64 * samples[0] / samples[1]
+        });
         Cost {
             per_image,
             per_lone: per_image,
             ..Cost::default()
         }
+    }
+
+    /// A renderer that reads the scene is given a seed, and four times the samples at each step.
+    fn samples(&self, quality: Quality) -> Option<f64> {
+        let is_noisy = self.0.call.reads_scene();
+        is_noisy.then(|| 4_f64.powi(i32::from(quality.0) - 1))
     }
 
     fn warnings(&self) -> Vec<Warning> {
@@ -463,6 +476,9 @@ impl OutsideOperator {
         let (both, twice) = (&picture(3, both)?, &picture(4, twice)?);
         let off = |terms: &[(f64, &Image)], whole: &Image| {
             let difference = combine(self.size(), terms, work.threads);
+            if self.scene.is_some() {
+                return bias(&difference, whole);
+            }
             let (error, light) = (dot(&difference, &difference), dot(whole, whole));
             match light > 0.0 {
                 true => (error / light).sqrt(),
@@ -473,6 +489,19 @@ impl OutsideOperator {
             sum: off(&[(1.0, a), (1.0, b), (-1.0, both)], both),
             double: off(&[(2.0, a), (-1.0, twice)], twice),
         })
+    }
+}
+
+/// What a difference of noisy pictures is off by in the mean, relative to the picture's; 0 where
+/// chance alone may be the reason.
+fn bias(difference: &Image, whole: &Image) -> f64 {
+    let count = difference.data().len().max(1) as f64;
+    let mean = |image: &Image| image.data().iter().map(|v| f64::from(*v)).sum::<f64>() / count;
+    let off = mean(difference).abs();
+    let by_chance = (dot(difference, difference) / count / count).sqrt();
+    match off > SIGNIFICANT * by_chance {
+        true => off / mean(whole).abs().max(f64::MIN_POSITIVE),
+        false => 0.0,
     }
 }
 

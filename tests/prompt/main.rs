@@ -16,6 +16,7 @@ mod beside;
 mod design;
 mod files;
 mod image_banks;
+mod noise;
 mod operator;
 mod session;
 mod stains;

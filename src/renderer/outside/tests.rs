@@ -5,6 +5,7 @@
 use super::*;
 use crate::files::process::Done;
 use crate::geometry::vec3;
+use crate::hash::{GOLDEN, mix};
 use crate::picture::exr::Precision;
 use crate::scene::{Rig, Scene, Source};
 use crate::work::Progress;
@@ -122,6 +123,53 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
     let black = outside(|_| done(3, 2, 0.0));
     prepare(&black, &["a", "b"]).unwrap();
     assert_eq!(black.linearity().unwrap(), Linearity::default());
+}
+
+/// A renderer that reads the scene may be noisy, but is to be right in the mean.
+#[test]
+fn noise_is_no_bias() {
+    let reading = |light: fn(f64) -> f64| {
+        let call = Call::parse("render {scene} {settings} {output}").unwrap();
+        let run = move |job: &Job<'_>| {
+            let settings = job.inputs.iter().find(|input| input.0 == SETTINGS).unwrap();
+            let request: serde_json::Value = serde_json::from_slice(settings.2).unwrap();
+            let list = request["coordinates"].as_array().unwrap();
+            let sum: f64 = list.iter().map(|c| c["value"].as_f64().unwrap()).sum();
+            let mut state = request["seed"].as_u64().unwrap();
+            let noisy = (0..48 * 27 * 3).map(|_| {
+                state = mix(state.wrapping_add(GOLDEN));
+                (light(sum) * (0.8 + 0.4 * (state >> 11) as f64 / (1_u64 << 53) as f64)) as f32
+            });
+            let image = Image::from_data(48, 27, noisy.collect()).unwrap();
+            Ok(Done {
+                output: exr::encode(&image, Precision::Float, &[]).unwrap(),
+                seconds: 2.0,
+            })
+        };
+        let outside = Outside::with(Call { steps: 3, ..call }, Box::new(run));
+        let mut setup = setup(&["a", "b"]);
+        (setup.view.width, setup.view.height) = (48, 27);
+        outside.prepare(&setup, Quality(2), Work::silent()).unwrap();
+        outside
+    };
+    let linear = reading(|sum| sum);
+    assert_eq!(linear.linearity(), Some(Linearity::default()));
+    // Four times the samples each, and the seconds in proportion.
+    assert_eq!(linear.samples(Quality(3)), Some(16.0));
+    assert_eq!(linear.cost(&setup(&["a"]), Quality(3)).per_image, 8.0);
+    // Displayed rather than linear light.
+    let displayed = reading(f64::sqrt);
+    let Some(Linearity { sum, double }) = displayed.linearity() else {
+        panic!("not measured");
+    };
+    assert!(
+        (sum - (2.0 - 2_f64.sqrt()) / 2_f64.sqrt()).abs() < 0.02,
+        "{sum}"
+    );
+    assert!(
+        (double - (2.0 - 2_f64.sqrt()) / 2_f64.sqrt()).abs() < 0.02,
+        "{double}"
+    );
 }
 
 #[test]
