@@ -50,23 +50,54 @@ def strengths(scene, settings):
     return sums
 
 
-def mesh(row, numbers, reflectance, radiance):
-    """Triangles that reflect diffusely from their fronts; their backs are black."""
+def image(texels, wrap):
+    """A texture; past its border it goes on downwards as across."""
+    bitmap = mi.Bitmap(np.ascontiguousarray(texels, np.float32))
+    return {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": wrap}
+
+
+def surface(material, numbers):
+    """What reflects diffusely from its front, and lets light pass where its texture is cut."""
+    texture = material.get("texture")
+    if texture is None:
+        return {
+            "type": "diffuse",
+            "reflectance": {"type": "rgb", "value": material["reflectance"]},
+        }
+    shape = (texture["height"], texture["width"], 4)
+    texels = np.frombuffer(numbers, "<f4", math.prod(shape), texture["offset"]).reshape(shape)
+    wrap = texture["wrap"][0]
+    front = {"type": "diffuse", "reflectance": image(texels[:, :, :3], wrap)}
+    if not texture["cut"]:
+        return front
+    return {"type": "mask", "opacity": image(texels[:, :, 3:], wrap), "front": front}
+
+
+def mesh(row, numbers, material, radiance):
+    """Triangles; their backs are black."""
     count = 9 * row["triangles"]
     floats = np.frombuffer(numbers, "<f4", 2 * count, row["offset"])
     props = mi.Properties()
-    props["bsdf"] = mi.load_dict(
-        {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(reflectance)}}
-    )
+    props["bsdf"] = mi.load_dict(surface(material, numbers))
     if radiance.any():
         props["emitter"] = mi.load_dict(
             {"type": "area", "radiance": {"type": "rgb", "value": list(radiance)}}
         )
     corners = 3 * row["triangles"]
-    out = mi.Mesh("mesh", corners, row["triangles"], has_vertex_normals=True, props=props)
+    places = row.get("places")
+    out = mi.Mesh(
+        "mesh",
+        corners,
+        row["triangles"],
+        has_vertex_normals=True,
+        has_vertex_texcoords=places is not None,
+        props=props,
+    )
     values = mi.traverse(out)
     values["vertex_positions"] = floats[:count].copy()
     values["vertex_normals"] = floats[count:].copy()
+    if places is not None:
+        values["vertex_texcoords"] = np.frombuffer(numbers, "<f4", 2 * corners, places).copy()
     values["faces"] = np.arange(corners, dtype=np.uint32)
     values.update()
     return out
@@ -120,7 +151,7 @@ def main():
     for row in scene["meshes"]:
         material = scene["materials"][row["material"]]
         name = f"mesh{row['material']}"
-        stage[name] = mesh(row, numbers, material["reflectance"], radiance[row["material"]])
+        stage[name] = mesh(row, numbers, material, radiance[row["material"]])
     samples = args.samples * 4 ** (settings["quality"] - 1)
     image = mi.render(mi.load_dict(stage), spp=samples, seed=settings["seed"])
     mi.Bitmap(image).write(args.output)

@@ -129,10 +129,33 @@ impl Texture {
             let texel = self.pixels.at_level(at, level, self.wrap);
             sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t / taps);
         }
+        self.coloured(sum)
+    }
+
+    /// Colour and alpha of what is premultiplied in the image.
+    fn coloured(&self, sum: [f64; 4]) -> [f64; 4] {
         let [.., weight] = sum;
         let over = if weight > 0.0 { 1.0 / weight } else { 0.0 };
         let [r, g, b, a] = [0, 1, 2, 3].map(|k| sum[k] * self.factor[k]);
         [r * over, g * over, b * over, a].map(|v| v.clamp(0.0, 1.0))
+    }
+
+    /// Its texels, row by row from the top: the reflectance of each channel, and the share of light that
+    /// is stopped.
+    pub fn texels(&self) -> impl Iterator<Item = [f64; 4]> {
+        let [width, height] = self.pixels.size();
+        let places = (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)));
+        places.map(|(x, y)| {
+            let texel = self.pixels.levels.first().map(|level| level.texel(x, y));
+            let [r, g, b, a] = self.coloured(texel.unwrap_or_default());
+            let [r, g, b] = self.paint.unwrap_or([r, g, b]);
+            let stopped = match self.alpha {
+                Alpha::Opaque => 1.0,
+                Alpha::Mask(least) => f64::from(u8::from(a >= least)),
+                Alpha::Blend => a,
+            };
+            [r, g, b, stopped]
+        })
     }
 
     /// Mean reflectance of the whole image.

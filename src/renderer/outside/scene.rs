@@ -7,10 +7,14 @@ use crate::geometry::{Vec3, newell};
 use crate::renderer::Setup;
 use crate::scene::polygon::triangles;
 use crate::scene::profile::Profile;
+use crate::scene::texture::{Texture, Wrap};
 use crate::scene::{Light, Measured, Polygon, Scene};
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;
+
+/// Bytes of a texel.
+const TEXEL_BYTES: usize = 4 * size_of::<f32>();
 
 /// Steps of a table of intensities from the axis to where the light ends.
 const STEPS: u32 = 256;
@@ -29,6 +33,22 @@ struct SceneFile<'a> {
 struct MaterialRow<'a> {
     name: &'a str,
     reflectance: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    texture: Option<TextureRow>,
+}
+
+/// An image of four floats a texel, row by row from the top: reflectance, and the share of light that is
+/// stopped.
+#[derive(Clone, Serialize)]
+struct TextureRow {
+    width: usize,
+    height: usize,
+    /// Bytes into `scene.bin`.
+    offset: usize,
+    /// How it goes on across and down: `repeat`, `mirror` or `clamp`.
+    wrap: [&'static str; 2],
+    /// Does light pass somewhere?
+    cut: bool,
 }
 
 /// Triangles, nine floats each; behind them the same number for the normals at their corners.
@@ -38,6 +58,9 @@ struct Mesh {
     triangles: usize,
     /// Bytes into `scene.bin`.
     offset: usize,
+    /// The same of six floats a triangle: the places of its corners in the texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    places: Option<usize>,
 }
 
 #[derive(Serialize)]
@@ -69,22 +92,30 @@ struct SourceRow<'a> {
 /// What of it the form cannot say.
 pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     let scene = &setup.scene;
-    let mut binary = Vec::new();
+    let mut binary = Binary::default();
     let mut meshes = Vec::new();
+    let mut textures = vec![None; scene.materials.len()];
     for (material, triangles) in by_material(scene)?.into_iter().enumerate() {
         if triangles.points.is_empty() {
             continue;
         }
+        let count = triangles.points.len() / 3;
+        let vectors = triangles.points.iter().chain(&triangles.normals);
+        let offset = binary.push(vectors.flat_map(|v| [v.x, v.y, v.z]));
+        let texture = scene
+            .materials
+            .get(material)
+            .and_then(|m| m.texture.as_ref());
+        let places = texture.map(|_| binary.push(triangles.places.into_iter().flatten()));
+        if let (Some(texture), Some(place)) = (texture, textures.get_mut(material)) {
+            *place = Some(binary.texture(texture));
+        }
         meshes.push(Mesh {
             material,
-            triangles: triangles.points.len() / 3,
-            offset: binary.len(),
+            triangles: count,
+            offset,
+            places,
         });
-        for v in triangles.points.into_iter().chain(triangles.normals) {
-            for x in [v.x, v.y, v.z] {
-                binary.extend_from_slice(&(x as f32).to_le_bytes());
-            }
-        }
     }
     let lights = setup.rig.lights.iter().map(light);
     let file = SceneFile {
@@ -92,9 +123,11 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
         materials: scene
             .materials
             .iter()
-            .map(|material| MaterialRow {
+            .zip(textures)
+            .map(|(material, texture)| MaterialRow {
                 name: &material.name,
                 reflectance: material.reflectance.0,
+                texture,
             })
             .collect(),
         meshes,
@@ -114,18 +147,62 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
             .collect(),
     };
     let json = serde_json::to_vec(&file).map_err(|error| error.to_string())?;
-    Ok((json, binary))
+    Ok((json, binary.0))
+}
+
+/// Bytes that a setup's textures take in `scene.bin`.
+pub fn texture_bytes(setup: &Setup) -> usize {
+    let textures = setup
+        .scene
+        .materials
+        .iter()
+        .filter_map(|m| m.texture.as_ref());
+    let sizes = textures.map(|texture| texture.pixels.size());
+    sizes
+        .map(|[width, height]| TEXEL_BYTES * width * height)
+        .sum()
+}
+
+/// The numbers of `scene.bin`.
+#[derive(Default)]
+struct Binary(Vec<u8>);
+
+impl Binary {
+    /// Numbers, and where they begin.
+    fn push(&mut self, numbers: impl Iterator<Item = f64>) -> usize {
+        let offset = self.0.len();
+        for number in numbers {
+            self.0.extend_from_slice(&(number as f32).to_le_bytes());
+        }
+        offset
+    }
+
+    fn texture(&mut self, texture: &Texture) -> TextureRow {
+        let [width, height] = texture.pixels.size();
+        TextureRow {
+            width,
+            height,
+            offset: self.push(texture.texels().flatten()),
+            wrap: texture.wrap.map(|wrap| match wrap {
+                Wrap::Repeat => "repeat",
+                Wrap::Mirror => "mirror",
+                Wrap::Clamp => "clamp",
+            }),
+            cut: texture.is_cut(),
+        }
+    }
 }
 
 fn unwritten(what: &str) -> String {
     format!("the scene has {what}, which is not written for outside renderers")
 }
 
-/// Three points a triangle, and the normal at each.
+/// Three points a triangle, and at each the normal and the place in the texture.
 #[derive(Clone, Default)]
 struct Triangles {
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
+    places: Vec<[f64; 2]>,
 }
 
 /// The triangles of each material.
@@ -149,10 +226,11 @@ impl Triangles {
         };
         for corner in cut.into_iter().flatten() {
             self.points.push(corner);
-            self.normals.push(match &polygon.shading {
-                Some(shading) => shading.normal(corner, flat),
-                None => flat,
-            });
+            let shading = polygon.shading.as_ref();
+            self.normals
+                .push(shading.map_or(flat, |shading| shading.normal(corner, flat)));
+            self.places
+                .push(shading.map_or([0.5; 2], |shading| shading.place(corner)));
         }
         Some(())
     }

@@ -341,6 +341,56 @@ fn the_scene_is_written_with_its_triangles_and_lights() {
     );
 }
 
+/// A texture of two texels over the floor, the right one half transparent.
+#[test]
+fn a_texture_is_written_with_its_places() {
+    use crate::scene::shading::{Corner, Shading};
+    use crate::scene::texture::{Alpha, Pixels, Texture, Wrap};
+    let mut setup = lit_floor();
+    let scene = std::sync::Arc::make_mut(&mut setup.scene);
+    scene.materials[0].texture = Some(Texture {
+        pixels: Arc::new(Pixels::new([2, 1], &[[255; 4], [255, 255, 255, 128]])),
+        factor: [0.5, 1.0, 1.0, 1.0],
+        wrap: [Wrap::Mirror, Wrap::Clamp],
+        alpha: Alpha::Blend,
+        paint: None,
+    });
+    let corner = |point: &crate::geometry::Vec3| Corner {
+        point: *point,
+        normal: None,
+        place: Some([point.x / 2.0, point.y / 2.0]),
+    };
+    let floor = &mut scene.polygons[0];
+    let corners: Vec<Corner> = floor.vertices.iter().map(corner).collect();
+    floor.shading = Shading::of_corners(&corners).unwrap().map(Box::new);
+    let (json, binary) = super::scene::files(&setup).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    let floats = |at: &serde_json::Value, count: usize| -> Vec<f32> {
+        let at = at.as_u64().unwrap() as usize;
+        let bytes = binary[at..at + 4 * count].chunks(4);
+        bytes
+            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+            .collect()
+    };
+    let texture = &json["materials"][0]["texture"];
+    assert_eq!(texture["wrap"], serde_json::json!(["mirror", "clamp"]));
+    assert_eq!(texture["cut"], true);
+    let texels = floats(&texture["offset"], 8);
+    let wanted = [0.5, 1.0, 1.0, 1.0, 0.5, 1.0, 1.0, 128.0 / 255.0];
+    for (found, wanted) in texels.iter().zip(wanted) {
+        assert!((found - wanted).abs() < 1e-4, "{texels:?}");
+    }
+    // Two metres for the image's width and height.
+    let mesh = &json["meshes"][0];
+    let (corners, places) = (floats(&mesh["offset"], 18), floats(&mesh["places"], 12));
+    for (corner, place) in corners.chunks(3).zip(places.chunks(2)) {
+        assert!((corner[0] / 2.0 - place[0]).abs() < 1e-5, "{places:?}");
+        assert!((corner[1] / 2.0 - place[1]).abs() < 1e-5, "{places:?}");
+    }
+    assert!(json["materials"][1].get("texture").is_none());
+    assert_eq!(super::scene::texture_bytes(&setup), 32);
+}
+
 #[test]
 fn a_program_that_reads_the_scene_gets_it_with_a_seed() {
     let seeds = Arc::new(Mutex::new(Vec::new()));
