@@ -33,13 +33,41 @@ pub const SCENE: &str = "{scene}";
 /// What stands for the path of a script that comes with the program.
 const SCRIPT: &str = "{script}";
 
-/// Renderers that the program knows how to call by their names: a script of Python, and its steps of
-/// quality.
-const KNOWN: [(&str, &str, u8); 1] = [(
-    "mitsuba",
-    include_str!("../../examples/outside/mitsuba.py"),
-    4,
-)];
+/// A renderer that is called by its name, through a script of Python that comes with the program.
+struct Known {
+    name: &'static str,
+    program: &'static str,
+    /// What stands before the paths of scene, settings and picture.
+    arguments: &'static [&'static str],
+    script: &'static str,
+}
+
+const KNOWN: [Known; 2] = [
+    Known {
+        name: "mitsuba",
+        program: "python3",
+        arguments: &[SCRIPT],
+        script: include_str!("../../examples/outside/mitsuba.py"),
+    },
+    Known {
+        name: "blender",
+        program: "blender",
+        arguments: &[
+            "--background",
+            "--factory-startup",
+            "-noaudio",
+            "--python-exit-code",
+            "1",
+            "--python",
+            SCRIPT,
+            "--",
+        ],
+        script: include_str!("../../examples/outside/blender.py"),
+    },
+];
+
+/// Steps of quality of a known renderer.
+const KNOWN_STEPS: u8 = 4;
 
 /// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
 /// deviate by up to 5e-4 by their rounding alone.
@@ -107,22 +135,24 @@ pub struct Call {
 
 impl Call {
     /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
-    /// quality. Or the name of a renderer that the program knows how to call, such as `mitsuba`, with
-    /// arguments for its script.
+    /// quality. Or the name of a renderer that the program knows how to call, `mitsuba` or `blender`,
+    /// with arguments for its script.
     ///
     /// # Errors
     /// [`OutsideError::Command`] and [`OutsideError::Mark`].
     pub fn parse(line: &str) -> Result<Call, OutsideError> {
         let (program, arguments) = split(line)?;
-        if let Some((_, script, steps)) = KNOWN.iter().find(|known| known.0 == program) {
-            let marks = [SCRIPT, SCENE, SETTINGS, OUTPUT].map(str::to_owned);
+        if let Some(known) = KNOWN.iter().find(|known| known.name == program) {
+            let paths = [SCENE, SETTINGS, OUTPUT];
+            let own = known.arguments.iter().chain(&paths);
+            let own = own.map(|word| (*word).to_owned());
             return Ok(Call {
-                program: "python3".to_owned(),
-                arguments: marks.into_iter().chain(arguments).collect(),
+                program: known.program.to_owned(),
+                arguments: own.chain(arguments).collect(),
                 timeout: 600.0,
-                steps: *steps,
+                steps: KNOWN_STEPS,
                 show: None,
-                script: Some(script),
+                script: Some(known.script),
                 version: None,
             });
         }

@@ -432,4 +432,12 @@ fn a_known_renderer_is_called_by_its_name() {
         [SCENE, SETTINGS, OUTPUT, "--samples", "64"]
     );
     assert!(call.steps == 4 && call.script.unwrap().contains("mi.render"));
+    let call = Call::parse("blender --denoise").unwrap();
+    assert_eq!(call.program, "blender");
+    let own = call.arguments.iter().position(|word| word == "--").unwrap();
+    assert_eq!(
+        call.arguments[own..],
+        ["--", SCENE, SETTINGS, OUTPUT, "--denoise"]
+    );
+    assert!(call.script.unwrap().contains("bpy.ops.render"));
 }

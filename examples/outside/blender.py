@@ -1,0 +1,237 @@
+"""Pictures of Footlight's scenes by Blender's Cycles: `blender.py SCENE SETTINGS OUTPUT [--samples N]`.
+
+Called by `footlight run show.lxq --renderer blender`, with Blender's own Python (tried: Blender 3.4.1).
+A step of quality has four times the samples of the one before it: 16, 64, 256, 1024 a pixel, or
+N, 4 N ... . The manual, page *farm*, describes the files.
+"""
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+
+import bpy
+import numpy as np
+from mathutils import Matrix, Vector
+
+# Bounces beyond which light is given up: less than 1e-4 of it where nine tenths are reflected.
+BOUNCES = 96
+# How Blender names what goes on past a texture's border.
+BEYOND = {"repeat": "REPEAT", "mirror": "MIRROR", "clamp": "EXTEND"}
+
+
+def looking(place, target, up):
+    """Where a camera or a lamp is that looks along its own -Z, with its Y upwards."""
+    back = (Vector(place) - Vector(target)).normalized()
+    right = Vector(up).cross(back).normalized()
+    axes = Matrix((right, back.cross(right), back)).transposed()
+    return Matrix.Translation(place) @ axes.to_4x4()
+
+
+def put(name, data, matrix=None):
+    thing = bpy.data.objects.new(name, data)
+    bpy.context.scene.collection.objects.link(thing)
+    if matrix is not None:
+        thing.matrix_world = matrix
+    return thing
+
+
+def camera(view):
+    data = bpy.data.cameras.new("camera")
+    data.sensor_fit = "VERTICAL"
+    data.angle = math.radians(view["fov"])
+    data.clip_start = 1e-3
+    data.clip_end = 1e5
+    scene = bpy.context.scene
+    scene.camera = put("camera", data, looking(view["from"], view["to"], view["up"]))
+    scene.render.resolution_x = view["width"]
+    scene.render.resolution_y = view["height"]
+    scene.render.resolution_percentage = 100
+
+
+def strengths(scene, settings):
+    """What each light is multiplied by in each channel."""
+    values = {c["name"]: c["value"] for c in settings["coordinates"]}
+    sums = [np.zeros(3) for _ in scene["lights"]]
+    for source in scene["sources"]:
+        for light, factor in source["emitters"]:
+            sums[light] += values.get(source["name"], 0.0) * np.array(factor)
+    return sums
+
+
+def image(texture, numbers):
+    """A texture of linear reflectances, with the share of light that is stopped as its alpha."""
+    shape = (texture["height"], texture["width"], 4)
+    texels = np.frombuffer(numbers, "<f4", math.prod(shape), texture["offset"]).reshape(shape)
+    out = bpy.data.images.new("texture", shape[1], shape[0], alpha=True, float_buffer=True)
+    out.colorspace_settings.name = "Non-Color"
+    out.alpha_mode = "CHANNEL_PACKED"
+    # Blender has the lowest row first.
+    out.pixels.foreach_set(texels[::-1].ravel())
+    out.pack()
+    return out
+
+
+def material(row, numbers, radiance):
+    """What reflects diffusely and emits from its front, and is black behind."""
+    out = bpy.data.materials.new(row["name"])
+    out.use_nodes = True
+    nodes, links = out.node_tree.nodes, out.node_tree.links
+    nodes.clear()
+    diffuse = nodes.new("ShaderNodeBsdfDiffuse")
+    diffuse.inputs["Color"].default_value = (*row["reflectance"], 1)
+    front = diffuse.outputs[0]
+    if radiance.any():
+        emission = nodes.new("ShaderNodeEmission")
+        emission.inputs["Color"].default_value = (*radiance, 1)
+        both = nodes.new("ShaderNodeAddShader")
+        links.new(front, both.inputs[0])
+        links.new(emission.outputs[0], both.inputs[1])
+        front = both.outputs[0]
+    behind = nodes.new("ShaderNodeBsdfDiffuse")
+    behind.inputs["Color"].default_value = (0, 0, 0, 1)
+    sided = nodes.new("ShaderNodeMixShader")
+    links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], sided.inputs[0])
+    links.new(front, sided.inputs[1])
+    links.new(behind.outputs[0], sided.inputs[2])
+    shown = sided.outputs[0]
+    texture = row.get("texture")
+    if texture:
+        texels = nodes.new("ShaderNodeTexImage")
+        texels.image = image(texture, numbers)
+        try:
+            texels.extension = BEYOND[texture["wrap"][0]]
+        except TypeError:
+            raise SystemExit(f"this Blender has no textures that go on by {texture['wrap'][0]}")
+        links.new(texels.outputs["Color"], diffuse.inputs["Color"])
+        if texture["cut"]:
+            cut = nodes.new("ShaderNodeMixShader")
+            links.new(texels.outputs["Alpha"], cut.inputs[0])
+            links.new(nodes.new("ShaderNodeBsdfTransparent").outputs[0], cut.inputs[1])
+            links.new(shown, cut.inputs[2])
+            shown = cut.outputs[0]
+    links.new(shown, nodes.new("ShaderNodeOutputMaterial").inputs["Surface"])
+    return out
+
+
+def mesh(row, numbers, look):
+    corners = 3 * row["triangles"]
+    floats = np.frombuffer(numbers, "<f4", 6 * corners, row["offset"]).reshape(2, corners, 3)
+    data = bpy.data.meshes.new("mesh")
+    data.from_pydata(floats[0].tolist(), [], np.arange(corners).reshape(-1, 3).tolist())
+    data.polygons.foreach_set("use_smooth", [True] * row["triangles"])
+    if hasattr(data, "use_auto_smooth"):
+        data.use_auto_smooth = True
+    data.normals_split_custom_set(floats[1].tolist())
+    if row.get("places") is not None:
+        places = np.frombuffer(numbers, "<f4", 2 * corners, row["places"]).reshape(-1, 2)
+        upwards = places * (1, -1) + (0, 1)
+        data.uv_layers.new().data.foreach_set("uv", upwards.ravel())
+    data.materials.append(look)
+    thing = put("mesh", data)
+    thing.cycles.shadow_terminator_geometry_offset = 0
+    thing.cycles.shadow_terminator_offset = 0
+
+
+def spot(light, strength):
+    """A point whose intensity, shares of that along its axis, depends on the angle."""
+    data = bpy.data.lights.new("spot", "POINT")
+    data.shadow_soft_size = 0
+    # Watts all round that make one a steradian.
+    data.energy = 4 * math.pi
+    data.use_nodes = True
+    nodes, links = data.node_tree.nodes, data.node_tree.links
+    emission = next(n for n in nodes if n.type == "EMISSION")
+    intensity = np.array(light["intensity"]) * strength
+    emission.inputs["Color"].default_value = (*intensity, 1)
+
+    def math_node(operation, value, by=None):
+        node = nodes.new("ShaderNodeMath")
+        node.operation = operation
+        links.new(value, node.inputs[0])
+        if by is not None:
+            node.inputs[1].default_value = by
+        return node.outputs[0]
+
+    direction = nodes.new("ShaderNodeSeparateXYZ")
+    links.new(nodes.new("ShaderNodeTexCoord").outputs["Normal"], direction.inputs[0])
+    angle = math_node("ARCCOSINE", math_node("MULTIPLY", direction.outputs["Z"], -1))
+    part = math_node("DIVIDE", angle, light["end"])
+    table = nodes.new("ShaderNodeFloatCurve")
+    table.mapping.extend = "HORIZONTAL"
+    points = table.mapping.curves[0].points
+    shares = light["shares"]
+    for i, share in enumerate(shares[1:-1], 1):
+        points.new(i / (len(shares) - 1), share)
+    points[0].location = (0, shares[0])
+    points[len(points) - 1].location = (1, shares[-1])
+    for point in points:
+        point.handle_type = "VECTOR"
+    table.mapping.update()
+    links.new(part, table.inputs["Value"])
+    inside = math_node("LESS_THAN", part, 1)
+    product = nodes.new("ShaderNodeMath")
+    product.operation = "MULTIPLY"
+    links.new(table.outputs[0], product.inputs[0])
+    links.new(inside, product.inputs[1])
+    links.new(product.outputs[0], emission.inputs["Strength"])
+    ahead = [a - p for a, p in zip(light["aim"], light["position"])]
+    upright = abs(ahead[0]) + abs(ahead[1]) > 1e-6 * abs(ahead[2])
+    up = (0, 0, 1) if upright else (0, 1, 0)
+    put("spot", data, looking(light["position"], light["aim"], up))
+
+
+def cycles(settings, args):
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    options = scene.cycles
+    options.samples = args.samples * 4 ** (settings["quality"] - 1)
+    options.seed = settings["seed"] % 2**31
+    options.use_adaptive_sampling = False
+    options.use_denoising = args.denoise
+    options.max_bounces = options.diffuse_bounces = BOUNCES
+    options.transparent_max_bounces = BOUNCES
+    options.sample_clamp_direct = options.sample_clamp_indirect = 0
+    options.light_sampling_threshold = 0
+    options.pixel_filter_type = "BOX"
+    options.filter_width = 1
+    world = scene.world = bpy.data.worlds.new("dark")
+    world.use_nodes = True
+    world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_mode = "RGB"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.use_file_extension = False
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("scene", type=Path)
+    parser.add_argument("settings", type=Path)
+    parser.add_argument("output")
+    parser.add_argument("--samples", type=int, default=16)
+    parser.add_argument("--denoise", action="store_true")
+    args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
+    scene, settings = json.loads(args.scene.read_text()), json.loads(args.settings.read_text())
+    if scene["schema"] != 1:
+        raise SystemExit(f"schema {scene['schema']} is not known here")
+    numbers = args.scene.with_suffix(".bin").read_bytes()
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    radiance = [np.zeros(3) for _ in scene["materials"]]
+    for light, strength in zip(scene["lights"], strengths(scene, settings)):
+        if light["kind"] == "panel":
+            radiance[light["material"]] += strength * np.array(light["radiance"])
+        elif strength.any():
+            spot(light, strength)
+    for row in scene["meshes"]:
+        number = row["material"]
+        mesh(row, numbers, material(scene["materials"][number], numbers, radiance[number]))
+    camera(settings["view"])
+    cycles(settings, args)
+    bpy.context.scene.render.filepath = args.output
+    bpy.ops.render.render(write_still=True)
+
+
+main()
