@@ -1,10 +1,10 @@
 //! Cues that were lowered before, so that an edit of one costs that one: with 2,000 cues on 200
 //! banks an edit takes a third of the time.
 //!
-//! What a cue means depends on its own text and on everything that is no cue: names, looks, curves,
-//! the default time. While all of that is the same to the byte, a cue whose text is the same is
-//! taken as it was lowered the last time, its node ids and places moved. Invariants: only cues that
-//! gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
+//! What a cue means depends on its own text and on names, banks, looks, curves, the default time, but
+//! not on where a light hangs. While all of that is the same to the byte, a cue whose text is the
+//! same is taken as it was lowered the last time, its node ids and places moved. Invariants: only cues
+//! that gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
 //! equals one made without.
 
 use std::collections::HashMap;
@@ -21,7 +21,7 @@ const TIMES: usize = 4;
 pub struct LoweringCache {
     /// Bytes that reading a show may take.
     pub memory: usize,
-    /// All statements that are no cues, one after the other.
+    /// All that a cue may depend on outside itself.
     environment: String,
     /// Cues by their text; only looked up, never iterated. In boxes, as tables and lists that grow
     /// would hold many of them twice.
@@ -52,7 +52,7 @@ impl Default for LoweringCache {
 }
 
 impl LoweringCache {
-    /// The cache, if the statements that are no cues are still these.
+    /// The cache, if all that its cues may depend on is still this.
     pub fn within(&self, environment: &str) -> Option<&LoweringCache> {
         (self.environment == environment).then_some(self)
     }

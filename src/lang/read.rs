@@ -10,7 +10,7 @@ use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
-use super::{codes, limits};
+use super::{codes, edit, limits};
 use crate::diagnostic::Diagnostic;
 use crate::units::Rgb;
 
@@ -75,10 +75,16 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
     Ok((scan, read, report))
 }
 
-/// All statements that are no cues, one after the other, added to `out`.
+/// All that a cue may depend on outside itself, added to `out`: the statements that are no cues, one
+/// after the other. Of those that cues know by their names alone, these.
 pub fn environment(scan: &Scan<'_>, out: &mut String) {
     for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
-        out.push_str(cut.text);
+        match first_word(cut.text) {
+            "show" | "preview" | "stage" | "surface" | "view" | "light" | "fixed" => {
+                out.push_str(&edit::name(cut.text).unwrap_or_default());
+            }
+            _ => out.push_str(cut.text),
+        }
         out.push('\n');
     }
 }

@@ -329,6 +329,15 @@ fn a_text_read_again_means_the_same() {
         format!("{cues}{rig}{curve}"),
         format!("{rig}{curve}default time 2\n{cues}"),
         whole.clone(),
+        whole.replace("light n panel o", "light n panel p"),
+        whole.replace("light n panel o", "light /* the */ night panel o"),
+        whole.replace(
+            "light n panel o",
+            "light n panel o\nfixed exit = n  level 5",
+        ),
+        whole.replace("light n panel o", "light n pan o"),
+        whole.replace("show \"A\"", "show \"A\"  preview { gap 9 }"),
+        whole.clone(),
     ];
     let mut known = LoweringCache::default();
     for (i, text) in texts.iter().enumerate() {
@@ -361,7 +370,11 @@ fn a_known_cue_costs_what_it_did() {
         "t.lxq",
         &text,
     );
-    let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
+    // Where the light hangs is nothing to a cue.
+    let known_with = "light l\nbank a = l rgb\n";
+    let cue = known
+        .within(known_with)
+        .and_then(|k| k.cue("cue 2 { blackout }"));
     assert_eq!(cue.map(|c| c.levels), Some(1));
     assert!(known.within("bank a = l").is_none());
 }
