@@ -1,8 +1,8 @@
 //! Cues that were lowered before, so that an edit of one costs that one: with 2,000 cues on 200
 //! banks an edit takes a third of the time.
 //!
-//! What a cue means depends on its own text and on names, banks, looks, curves, the default time, but
-//! not on where a light hangs. While all of that is the same to the byte, a cue whose text is the
+//! What a cue means depends on its own text and on names, looks, curves, the default time, but not on
+//! the lights of a bank and where they hang. While all of that is the same to the byte, a cue whose text is the
 //! same is taken as it was lowered the last time, its node ids and places moved. Invariants: only cues
 //! that gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
 //! equals one made without.

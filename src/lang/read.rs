@@ -10,6 +10,7 @@ use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
+use super::token::tokens;
 use super::{codes, edit, limits};
 use crate::diagnostic::Diagnostic;
 use crate::units::Rgb;
@@ -76,14 +77,19 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
 }
 
 /// All that a cue may depend on outside itself, added to `out`: the statements that are no cues, one
-/// after the other. Of those that cues know by their names alone, these.
+/// after the other. Of those that cues know by their names alone, these; a bank may have colours too.
 pub fn environment(scan: &Scan<'_>, out: &mut String) {
     for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
-        match first_word(cut.text) {
-            "show" | "preview" | "stage" | "surface" | "view" | "light" | "fixed" => {
+        let word = first_word(cut.text);
+        match word {
+            "show" | "preview" | "stage" | "surface" | "view" | "light" | "bank" | "fixed" => {
                 out.push_str(&edit::name(cut.text).unwrap_or_default());
             }
             _ => out.push_str(cut.text),
+        }
+        let is_rgb = |(range, _)| cut.text.get(range) == Some("rgb");
+        if word == "bank" && tokens(cut.text).into_iter().any(is_rgb) {
+            out.push_str(" rgb");
         }
         out.push('\n');
     }

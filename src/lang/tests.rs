@@ -336,6 +336,9 @@ fn a_text_read_again_means_the_same() {
             "light n panel o\nfixed exit = n  level 5",
         ),
         whole.replace("light n panel o", "light n pan o"),
+        whole.replace("bank b = n rgb", "bank b = n  dimmer square rgb"),
+        whole.replace("bank b = n rgb", "bank b = n // rgb"),
+        whole.replace("bank a = l", "bank a = l rgb"),
         whole.replace("show \"A\"", "show \"A\"  preview { gap 9 }"),
         whole.clone(),
     ];
@@ -370,13 +373,13 @@ fn a_known_cue_costs_what_it_did() {
         "t.lxq",
         &text,
     );
-    // Where the light hangs is nothing to a cue.
-    let known_with = "light l\nbank a = l rgb\n";
+    // The lights of a bank, and where they hang, are nothing to a cue.
+    let known_with = "light l\nbank a rgb\n";
     let cue = known
         .within(known_with)
         .and_then(|k| k.cue("cue 2 { blackout }"));
     assert_eq!(cue.map(|c| c.levels), Some(1));
-    assert!(known.within("bank a = l").is_none());
+    assert!(known.within("light l\nbank a\n").is_none());
 }
 
 #[test]

@@ -64,24 +64,34 @@ fn main() {
 }
 
 /// How long something took, over and over.
+#[derive(Default)]
 struct Times {
     /// Milliseconds that passed.
     passed: Vec<f64>,
-    /// Milliseconds on the processor, together.
-    spent: Option<f64>,
+    /// Milliseconds on the processor.
+    spent: Vec<f64>,
 }
 
 impl std::fmt::Display for Times {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mut sorted = self.passed.clone();
-        sorted.sort_by(f64::total_cmp);
-        let count = sorted.len();
-        let (median, worst) = (sorted[count / 2], sorted[count - 1]);
-        write!(f, "median {median:.1} ms, worst {worst:.1} ms")?;
-        match self.spent {
-            Some(spent) => write!(f, ", {:.1} ms on the processor", spent / count as f64),
-            None => Ok(()),
+        for (i, (times, clock)) in [(&self.passed, "passed"), (&self.spent, "on the processor")]
+            .into_iter()
+            .enumerate()
+        {
+            let mut sorted = times.clone();
+            sorted.sort_by(f64::total_cmp);
+            let Some(worst) = sorted.last() else {
+                continue;
+            };
+            let at = |share: f64| sorted[((sorted.len() - 1) as f64 * share) as usize];
+            let (median, most) = (at(0.5), at(0.95));
+            let comma = if i > 0 { "; " } else { "" };
+            write!(
+                f,
+                "{comma}median {median:.1}, 95 of 100 {most:.1}, worst {worst:.1} ms {clock}"
+            )?;
         }
+        Ok(())
     }
 }
 
@@ -178,8 +188,8 @@ impl Editor {
         });
     }
 
-    /// Puts a text in place of some bytes; milliseconds until what is said of it is there.
-    fn put(&mut self, at: usize, bytes: usize, new: &str) -> f64 {
+    /// Puts a text in place of some bytes, and waits for what is said of it.
+    fn put(&mut self, at: usize, bytes: usize, new: &str, times: &mut Times) {
         let place = |at: usize| {
             let before = &self.text[..at];
             let line = before.rfind('\n').map_or(0, |end| end + 1);
@@ -192,35 +202,32 @@ impl Editor {
             "textDocument": document, "contentChanges": [{ "range": range, "text": new }],
         });
         self.text.replace_range(at..at + bytes, new);
-        let begin = Instant::now();
+        let begin = self.begin();
         self.tell("textDocument/didChange", change);
         self.diagnostics();
-        1000.0 * begin.elapsed().as_secs_f64()
+        self.end(begin, times);
     }
 
     fn keystrokes(&mut self, count: usize) -> Times {
-        let (mut passed, spent) = (Vec::new(), self.spent());
-        while passed.len() < count {
+        let mut times = Times::default();
+        while times.passed.len() < count {
             let at = self
                 .text
                 .floor_char_boundary(self.dice.whole(0, self.text.len() - 1));
             let typed = ["x", "{", "}", "\"", " ", "7", "\n"][self.dice.whole(0, 6)];
-            passed.push(self.put(at, 0, typed));
-            passed.push(self.put(at, typed.len(), ""));
-            let from = self.dice.whole(0, self.text.len() - 1);
-            let Some(at) = self.text[self.text.floor_char_boundary(from)..].find(char::is_numeric)
-            else {
+            self.put(at, 0, typed, &mut times);
+            self.put(at, typed.len(), "", &mut times);
+            let rest = &self.text[at..];
+            let Some(digit) = rest.find(|c: char| c.is_ascii_digit()) else {
                 continue;
             };
-            let at = self.text.floor_char_boundary(from) + at;
-            let (old, new) = (
-                self.text[at..=at].to_owned(),
-                self.dice.whole(0, 9).to_string(),
-            );
-            passed.push(self.put(at, 1, &new));
-            passed.push(self.put(at, 1, &old));
+            let at = at + digit;
+            let old = self.text[at..=at].to_owned();
+            let new = self.dice.whole(0, 9).to_string();
+            self.put(at, 1, &new, &mut times);
+            self.put(at, 1, &old, &mut times);
         }
-        self.times(passed, spent)
+        times
     }
 
     /// Changes a level of cue 4 and saves.
@@ -232,33 +239,41 @@ impl Editor {
             "tavern.lxq, the first picture of cue 4: {:.1} s",
             begin.elapsed().as_secs_f64()
         );
-        let (mut passed, spent) = (Vec::new(), self.spent());
+        let before = "lit     = outdoors + { lamps ";
+        let at = self.text.find(before).unwrap() + before.len();
+        let mut times = Times::default();
         for level in 0..SAVES {
-            let at = self.text.find("lit     = outdoors + { lamps ").unwrap();
-            let at = at + "lit     = outdoors + { lamps ".len();
-            self.put(at, 2, &(30 + level).to_string());
+            let typed = (30 + level).to_string();
+            self.put(at, 2, &typed, &mut Times::default());
             fs::write(&self.path, &self.text).unwrap();
-            let begin = Instant::now();
+            let begin = self.begin();
             let document = json!({ "uri": self.uri });
             self.tell("textDocument/didSave", json!({ "textDocument": document }));
             self.wait(|message| message["method"] == "footlight/picture");
-            passed.push(1000.0 * begin.elapsed().as_secs_f64());
+            self.end(begin, &mut times);
         }
-        self.times(passed, spent)
+        times
     }
 
-    fn times(&self, passed: Vec<f64>, before: Option<f64>) -> Times {
-        let spent = self.spent().zip(before).map(|(now, then)| now - then);
-        Times { passed, spent }
+    fn begin(&self) -> (Instant, Option<f64>) {
+        (Instant::now(), self.spent())
     }
 
-    /// Milliseconds that the server was on a processor: Linux counts in hundredths of a second.
+    fn end(&self, (begin, spent): (Instant, Option<f64>), times: &mut Times) {
+        times.passed.push(1000.0 * begin.elapsed().as_secs_f64());
+        let spent = self.spent().zip(spent);
+        times.spent.extend(spent.map(|(now, then)| now - then));
+    }
+
+    /// Milliseconds that the server's threads were on a processor.
     fn spent(&self) -> Option<f64> {
-        let stat = fs::read_to_string(format!("/proc/{}/stat", self.server.id())).ok()?;
-        // The name in brackets may hold spaces.
-        let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
-        let ticks = fields[11].parse::<f64>().ok()? + fields[12].parse::<f64>().ok()?;
-        Some(10.0 * ticks)
+        let threads = fs::read_dir(format!("/proc/{}/task", self.server.id())).ok()?;
+        let mut nanoseconds = 0.0;
+        for thread in threads {
+            let text = fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
+            nanoseconds += text.split_whitespace().next()?.parse::<f64>().ok()?;
+        }
+        Some(1e-6 * nanoseconds)
     }
 
     /// Megabytes that the server holds; none where the system does not tell.
