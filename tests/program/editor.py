@@ -202,7 +202,7 @@ async def test_picture_and_again_after_a_save(editor):
     assert lenses[1].range.start == editor.range(SHOW, "cue 2").start
     answer = await editor.picture(lenses[1].command, "first")
     assert editor.shown == [answer["uri"]]
-    assert [shown.uri for shown in editor.client.shown_documents] == editor.shown
+    assert [(shown.uri, shown.external) for shown in editor.client.shown_documents] == [(editor.shown[0], True)]
     path = editor.shown[0].removeprefix("file://")
     with open(path, "rb") as file:
         before = file.read()
