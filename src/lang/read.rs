@@ -5,13 +5,12 @@ use std::ops::Range;
 
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
-use super::lowering_cache::LoweringCache;
+use super::lowering_cache::Known;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
-use super::token::tokens;
-use super::{codes, edit, limits};
+use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
 use crate::units::Rgb;
 
@@ -35,7 +34,7 @@ pub fn read<'a>(
     text: &'a str,
     file: u32,
     scan: &Scan<'a>,
-    cache: Option<&'a LoweringCache>,
+    cache: Option<&'a Known<'a>>,
     report: &mut Report,
 ) -> Read<'a> {
     let mut reader = Reader {
@@ -76,29 +75,10 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
     Ok((scan, read, report))
 }
 
-/// All that a cue may depend on outside itself, added to `out`: the statements that are no cues, one
-/// after the other. Of those that cues know by their names alone, these; a bank may have colours too.
-pub fn environment(scan: &Scan<'_>, out: &mut String) {
-    for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
-        let word = first_word(cut.text);
-        match word {
-            "show" | "preview" | "stage" | "surface" | "view" | "light" | "bank" | "fixed" => {
-                out.push_str(&edit::name(cut.text).unwrap_or_default());
-            }
-            _ => out.push_str(cut.text),
-        }
-        let is_rgb = |(range, _)| cut.text.get(range) == Some("rgb");
-        if word == "bank" && tokens(cut.text).into_iter().any(is_rgb) {
-            out.push_str(" rgb");
-        }
-        out.push('\n');
-    }
-}
-
 struct Reader<'a, 'r> {
     text: &'a str,
     file: u32,
-    cache: Option<&'a LoweringCache>,
+    cache: Option<&'a Known<'a>>,
     report: &'r mut Report,
     out: Read<'a>,
 }

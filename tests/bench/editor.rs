@@ -3,7 +3,7 @@
 //! The program is driven as an editor drives it, through its pipes. A keystroke puts a character into a
 //! random place or takes it out again, or changes a digit and puts it back, so that half of the texts have
 //! errors; its time ends when the diagnostics of that text are there. The tavern and a show of 2,000 cues;
-//! what the server holds over 10,000 keystrokes on the tavern; and the picture of a cue after a level in it
+//! a digit of a look in each; what the server holds over 10,000 keystrokes on the tavern; and the picture of a cue after a level in it
 //! was changed and the show saved. Beside the time that passes stands that on the processor, of all
 //! threads, where the system tells it.
 
@@ -46,10 +46,13 @@ fn main() {
         cues: 2000,
         moved: 20,
     });
+    let large = format!("{large}look night {{ b1 3 }}\n");
     for (name, text) in [("tavern.lxq", &tavern), ("large.lxq", &large)] {
         let mut editor = Editor::open(folder.path(), name, text);
         let times = editor.keystrokes(KEYSTROKES);
         println!("{name}, from a keystroke to the diagnostics: {times}");
+        let times = editor.look();
+        println!("{name}, from a digit of a look: {times}");
     }
     let mut editor = Editor::open(folder.path(), "tavern.lxq", &tavern);
     editor.keystrokes(KEYSTROKES);
@@ -226,6 +229,20 @@ impl Editor {
             let new = self.dice.whole(0, 9).to_string();
             self.put(at, 1, &new, &mut times);
             self.put(at, 1, &old, &mut times);
+        }
+        times
+    }
+
+    /// Changes the last digit of the last look.
+    fn look(&mut self) -> Times {
+        let look = self.text.rfind("\nlook ").unwrap();
+        let end = look + self.text[look..].find('}').unwrap();
+        let at = self.text[..end]
+            .rfind(|c: char| c.is_ascii_digit())
+            .unwrap();
+        let mut times = Times::default();
+        for level in 0..KEYSTROKES / 4 {
+            self.put(at, 1, &(level % 10).to_string(), &mut times);
         }
         times
     }
