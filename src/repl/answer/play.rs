@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::usage;
 use crate::engine;
+use crate::files::process;
 use crate::playback::page;
 use crate::repl::argument::{cue, key_format, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
@@ -118,9 +119,8 @@ const MODULE_LIMIT: u64 = 64 << 20;
 /// The command that makes the module at a place.
 fn module_command(place: &Path) -> String {
     let folder = place.parent().filter(|folder| folder.is_absolute());
-    let folder = folder.map(|folder| folder.to_string_lossy());
-    let quoted = folder.as_deref().and_then(|f| shlex::try_quote(f).ok());
-    let folder = quoted.unwrap_or("FOLDER".into());
+    let quoted = folder.and_then(|folder| process::quote([folder.to_str()?]));
+    let folder = quoted.unwrap_or("FOLDER".to_owned());
     format!("`examples/live/build {folder}` in the sources of this version makes one")
 }
 
