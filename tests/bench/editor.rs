@@ -214,9 +214,10 @@ impl Editor {
     fn keystrokes(&mut self, count: usize) -> Times {
         let mut times = Times::default();
         while times.passed.len() < count {
-            let at = self
-                .text
-                .floor_char_boundary(self.dice.whole(0, self.text.len() - 1));
+            let mut at = self.dice.whole(0, self.text.len() - 1);
+            while !self.text.is_char_boundary(at) {
+                at -= 1;
+            }
             let typed = ["x", "{", "}", "\"", " ", "7", "\n"][self.dice.whole(0, 6)];
             self.put(at, 0, typed, &mut times);
             self.put(at, typed.len(), "", &mut times);
