@@ -1,16 +1,21 @@
 //! Cues that were lowered before, so that an edit of one costs that one: with 2,000 cues on 200
 //! banks an edit takes a third of the time.
 //!
-//! What a cue means depends on its own text and on everything that is no cue: names, looks, curves,
-//! the default time. While all of that is the same to the byte, a cue whose text is the same is
-//! taken as it was lowered the last time, its node ids and places moved. Invariants: only cues that
-//! gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
-//! equals one made without.
+//! What a cue means depends on its own text, on the names, banks, curves and values of the show, and
+//! on the groups and looks that it names, but not on the lights of a bank and where they hang. While all
+//! of that is the same to the byte, a cue whose text is the same is taken as it was lowered the last
+//! time, its node ids and places moved. Where declarations have errors, what is lowered may miss one of
+//! them: it is kept for a text with the same declarations alone. Invariants: only cues that gave no
+//! diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache equals one made
+//! without.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::SpanMap;
 use super::ast::Span;
+use super::edit;
+use super::scan::{Scan, first_word};
+use super::token::tokens;
 use crate::show::{Cue, NodeId};
 
 /// Cues are dropped when there are this many times as many as the text has statements.
@@ -21,11 +26,31 @@ const TIMES: usize = 4;
 pub struct LoweringCache {
     /// Bytes that reading a show may take.
     pub memory: usize,
-    /// All statements that are no cues, one after the other.
-    environment: String,
+    environment: Environment,
+    /// The text that they were lowered in had no error.
+    is_sound: bool,
     /// Cues by their text; only looked up, never iterated. In boxes, as tables and lists that grow
     /// would hold many of them twice.
     cues: HashMap<String, Box<Lowered>>,
+}
+
+/// All that cues may depend on outside themselves.
+#[derive(Clone, Debug, Default)]
+pub struct Environment {
+    /// The statements that are no cues, one after the other.
+    all: String,
+    /// The same without what no cue depends on, or only those that name it.
+    shared: String,
+    /// Groups and looks by their names.
+    named: BTreeMap<String, String>,
+}
+
+/// The cues that may be taken as they were lowered.
+#[derive(Debug)]
+pub struct Known<'a> {
+    cache: &'a LoweringCache,
+    /// Groups and looks that are others now, or rest on such.
+    changed: BTreeSet<String>,
 }
 
 /// A lowered cue, its places counted from the start of its statement, its ids from its first.
@@ -45,34 +70,128 @@ impl Default for LoweringCache {
     fn default() -> LoweringCache {
         LoweringCache {
             memory: usize::MAX,
-            environment: String::new(),
+            environment: Environment::default(),
+            is_sound: false,
             cues: HashMap::new(),
         }
     }
 }
 
-impl LoweringCache {
-    /// The cache, if the statements that are no cues are still these.
-    pub fn within(&self, environment: &str) -> Option<&LoweringCache> {
-        (self.environment == environment).then_some(self)
+impl Environment {
+    /// Adds the statements of a file.
+    pub fn add(&mut self, scan: &Scan<'_>) {
+        for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
+            self.all.push_str(cut.text);
+            self.all.push('\n');
+            let name = edit::name(cut.text).unwrap_or_default();
+            let shared = match first_word(cut.text) {
+                "show" | "preview" | "stage" | "surface" | "view" | "light" | "fixed" => &name,
+                "bank" => {
+                    let mut words = tokens(cut.text).into_iter();
+                    let is_rgb = words.any(|(range, _)| cut.text.get(range) == Some("rgb"));
+                    self.shared.push_str(if is_rgb { "rgb " } else { "" });
+                    &name
+                }
+                "group" | "look" => {
+                    let word = name.split(' ').nth(1).unwrap_or_default();
+                    let named = self.named.entry(word.to_owned()).or_default();
+                    named.push_str(cut.text);
+                    &name
+                }
+                _ => cut.text,
+            };
+            self.shared.push_str(shared);
+            self.shared.push('\n');
+        }
     }
 
-    /// The cue of this text, if everything else is as it was.
+    /// Adds what was read of other files.
+    pub fn add_read(&mut self, text: &str) {
+        self.all.push_str(text);
+        self.shared.push_str(text);
+    }
+
+    /// The groups and looks that are others than these, and those that rest on them.
+    fn changed(&self, before: &Environment) -> BTreeSet<String> {
+        let names = self.named.keys().chain(before.named.keys());
+        let is_other = |name: &&String| self.named.get(*name) != before.named.get(*name);
+        let mut waiting: Vec<&str> = names.filter(is_other).map(String::as_str).collect();
+        let mut changed = BTreeSet::new();
+        if waiting.is_empty() {
+            return changed;
+        }
+        let mut resting: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+        for (name, text) in self.named.iter().chain(&before.named) {
+            for word in words(text) {
+                resting.entry(word).or_default().push(name);
+            }
+        }
+        while let Some(name) = waiting.pop() {
+            if changed.insert(name.to_owned()) {
+                waiting.extend(resting.get(name).into_iter().flatten());
+            }
+        }
+        changed
+    }
+}
+
+/// The pieces of a text that may be names.
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    let pieces = tokens(text).into_iter();
+    pieces.filter_map(|(range, _)| text.get(range))
+}
+
+impl Known<'_> {
+    /// The cue of this text.
     pub fn cue(&self, text: &str) -> Option<&Lowered> {
-        self.cues.get(text).map(AsRef::as_ref)
+        let lowered = self.cache.cues.get(text)?;
+        let is_changed =
+            !self.changed.is_empty() && words(text).any(|word| self.changed.contains(word));
+        (!is_changed).then_some(lowered)
+    }
+}
+
+impl LoweringCache {
+    /// The cues that may be taken in an environment.
+    pub fn within(&self, environment: &Environment) -> Option<Known<'_>> {
+        let changed = match self.environment.all == environment.all {
+            true => BTreeSet::new(),
+            false if self.is_sound && self.environment.shared == environment.shared => {
+                environment.changed(&self.environment)
+            }
+            false => return None,
+        };
+        Some(Known {
+            cache: self,
+            changed,
+        })
     }
 
-    /// Adds the fresh cues of a text of so many statements.
+    /// Adds the fresh cues of a text of so many statements, which had no error if it `is_sound`.
     pub fn learn(
         &mut self,
-        environment: String,
+        environment: Environment,
         fresh: Vec<(String, Box<Lowered>)>,
         statements: usize,
+        is_sound: bool,
     ) {
-        if self.environment != environment || self.cues.len() > TIMES * statements.max(64) {
-            self.cues.clear();
-            self.environment = environment;
+        let is_same = self.environment.all == environment.all;
+        let known = self.within(&environment).map(|known| known.changed);
+        if known.is_some() && !is_same && !is_sound {
+            // Those that are known are of use when the declarations are mended.
+            return;
         }
+        match known {
+            Some(changed) if self.cues.len() <= TIMES * statements.max(64) => {
+                if !changed.is_empty() {
+                    let is_kept = |text: &str| !words(text).any(|word| changed.contains(word));
+                    self.cues.retain(|text, _| is_kept(text));
+                }
+            }
+            _ => self.cues.clear(),
+        }
+        self.is_sound = is_sound || is_same && self.is_sound;
+        self.environment = environment;
         self.cues.extend(fresh);
     }
 }

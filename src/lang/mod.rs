@@ -39,6 +39,7 @@ pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
+use lowering_cache::Environment;
 pub use lowering_cache::LoweringCache;
 pub use names::{Kind, is_reserved, nearest};
 pub use preview::preview_statement;
@@ -115,17 +116,23 @@ pub fn parse_again(
         report.add(diagnostic);
         return failed(report);
     }
-    let mut environment = String::new();
+    let mut environment = Environment::default();
     for (part, scan) in parts.iter().zip(&scans) {
-        read::environment(scan, &mut environment);
+        environment.add(scan);
         if let Some(gels) = part.gels.as_ref().filter(|gels| !gels.is_empty()) {
-            environment.push_str(&format!("{gels:?}"));
+            environment.add_read(&format!("{gels:?}"));
         }
     }
-    let within = cache.within(&environment);
+    let known = cache.within(&environment);
     let mut reads = Vec::new();
     for (part, scan) in parts.iter().zip(&scans) {
-        reads.push(read::read(&part.text, part.file, scan, within, &mut report));
+        reads.push(read::read(
+            &part.text,
+            part.file,
+            scan,
+            known.as_ref(),
+            &mut report,
+        ));
     }
     let read = include::joined(&parts, reads);
     if read.statements.is_empty() && !report.failed() {
@@ -144,7 +151,7 @@ pub fn parse_again(
     let fresh = lowered.fresh.into_iter();
     let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
     let statements = read.statements.len();
-    cache.learn(environment, fresh, statements);
+    cache.learn(environment, fresh, statements, !report.failed());
     if let Some(show) = &mut show
         && show.title.is_empty()
     {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
-use super::lowering_cache::LoweringCache;
+use super::lowering_cache::Known;
 use super::names::{Kind, STANDING_OFF, nearest};
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
@@ -34,7 +34,7 @@ pub fn read<'a>(
     text: &'a str,
     file: u32,
     scan: &Scan<'a>,
-    cache: Option<&'a LoweringCache>,
+    cache: Option<&'a Known<'a>>,
     report: &mut Report,
 ) -> Read<'a> {
     let mut reader = Reader {
@@ -75,18 +75,10 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
     Ok((scan, read, report))
 }
 
-/// All statements that are no cues, one after the other, added to `out`.
-pub fn environment(scan: &Scan<'_>, out: &mut String) {
-    for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
-        out.push_str(cut.text);
-        out.push('\n');
-    }
-}
-
 struct Reader<'a, 'r> {
     text: &'a str,
     file: u32,
-    cache: Option<&'a LoweringCache>,
+    cache: Option<&'a Known<'a>>,
     report: &'r mut Report,
     out: Read<'a>,
 }

@@ -1,6 +1,7 @@
 use super::*;
 use crate::show::{Dimmer, EffectKind, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
+use proptest::prelude::*;
 
 /// The sheet of the design, apart from the projection.
 const SHEET: &str = r##"
@@ -329,6 +330,32 @@ fn a_text_read_again_means_the_same() {
         format!("{cues}{rig}{curve}"),
         format!("{rig}{curve}default time 2\n{cues}"),
         whole.clone(),
+        whole.replace("light n panel o", "light n panel p"),
+        whole.replace("light n panel o", "light /* the */ night panel o"),
+        whole.replace(
+            "light n panel o",
+            "light n panel o\nfixed exit = n  level 5",
+        ),
+        whole.replace("light n panel o", "light n pan o"),
+        whole.replace("bank b = n rgb", "bank b = n  dimmer square rgb"),
+        whole.replace("bank b = n rgb", "bank b = n // rgb"),
+        whole.replace("bank a = l", "bank a = l rgb"),
+        whole.clone(),
+        // What is lowered while a declaration is broken is not kept.
+        whole
+            .replace("bank a = l", "bank a = l chan")
+            .replace("b #304050", "b #304051"),
+        whole.replace("b #304050", "b #304051"),
+        whole
+            .replace("look night { a 10 }", "look night { a 1")
+            .replace("night  b lin", "night b lin"),
+        whole.replace("night  b lin", "night b lin"),
+        whole
+            .replace("cue 4 { }", "cue 4 { c 3 }")
+            .replace("a 30", "a 31"),
+        whole.replace("a 30", "a 31"),
+        whole.replace("show \"A\"", "show \"A\"  preview { gap 9 }"),
+        whole.clone(),
     ];
     let mut known = LoweringCache::default();
     for (i, text) in texts.iter().enumerate() {
@@ -348,6 +375,89 @@ fn a_text_read_again_means_the_same() {
     }
 }
 
+proptest! {
+    /// The same of any statements, some of them broken, one or another changed each time.
+    #[test]
+    fn any_text_read_again_means_the_same(
+        start in prop::collection::vec(0_usize..4, STATEMENTS_OF_A_SHOW.len()),
+        changes in prop::collection::vec((0..STATEMENTS_OF_A_SHOW.len(), 0_usize..4), 1..12),
+    ) {
+        let (mut known, mut chosen) = (LoweringCache::default(), start);
+        for (statement, form) in changes {
+            chosen[statement] = form;
+            let each = STATEMENTS_OF_A_SHOW.iter().zip(&chosen);
+            let text: String = each.map(|(forms, form)| format!("{}\n", forms[*form])).collect();
+            let alone = parse(&mut Sources::default(), "t.lxq", &text);
+            let files = Memory::default();
+            let again = parse_again(&mut known, &files, &mut Sources::default(), "t.lxq", &text);
+            prop_assert_eq!(again.show, alone.show, "{}", &text);
+            prop_assert_eq!(again.spans.spans, alone.spans.spans, "{}", &text);
+            prop_assert_eq!(again.diagnostics, alone.diagnostics, "{}", &text);
+        }
+    }
+}
+
+/// Each in four forms.
+const STATEMENTS_OF_A_SHOW: [[&str; 4]; 12] = [
+    [
+        "light l panel m",
+        "light l panel n",
+        "light l pan",
+        "light k panel m",
+    ],
+    [
+        "light n panel m",
+        "",
+        "light n panel m 5 K",
+        "light n panel m 900 cd/m2",
+    ],
+    [
+        "bank a = l",
+        "bank a = l rgb",
+        "bank a = l chan",
+        "bank a = l channel 3",
+    ],
+    ["bank b = n", "bank b = n  dimmer square", "bank b", ""],
+    [
+        "group ab = a b",
+        "group ab = b",
+        "group ab =",
+        "group ab = a",
+    ],
+    ["let v = 5", "let v = 6", "let v", ""],
+    [
+        "look low { ab 5 }",
+        "look low { a (v) }",
+        "look low { ab 5",
+        "look low { b 7 }",
+    ],
+    [
+        "look high = low + { b 9 }",
+        "look high { b 8 }",
+        "look high = lo",
+        "look low { b 1 }",
+    ],
+    ["default time 3", "", "default time (v)", "default time x"],
+    [
+        "cue 1 { a 50 }",
+        "cue 1 { a 50 b 20 }",
+        "cue 1 { b 2 }",
+        "cue 1 { x 5 }",
+    ],
+    [
+        "cue 2 { high }",
+        "cue 2 { low  time 2 }",
+        "cue 2 { ab 30 }",
+        "cue 2 { ab }",
+    ],
+    [
+        "cue 3 { b 5 }",
+        "cue 3 { high 50 }",
+        "cue 1 { b 5 }",
+        "cue 3 { blackout }",
+    ],
+];
+
 /// The budget of levels is spent by known cues too.
 #[test]
 fn a_known_cue_costs_what_it_did() {
@@ -361,9 +471,37 @@ fn a_known_cue_costs_what_it_did() {
         "t.lxq",
         &text,
     );
-    let cue = known.within(rig).and_then(|k| k.cue("cue 2 { blackout }"));
-    assert_eq!(cue.map(|c| c.levels), Some(1));
-    assert!(known.within("bank a = l").is_none());
+    let within = |text: &str| {
+        let mut environment = Environment::default();
+        environment.add(&scan::scan(text));
+        let found = known.within(&environment)?;
+        found.cue("cue 2 { blackout }").map(|cue| cue.levels)
+    };
+    assert_eq!(within(rig), Some(1));
+    // The lights of a bank, and where they hang, are nothing to a cue.
+    assert_eq!(within(&rig.replace("panel m", "panel n")), Some(1));
+    assert_eq!(within("light l panel m\nbank a = l\n"), None);
+}
+
+/// With 2,000 cues an edit of a look costs those that name it, or a look that rests on it.
+#[test]
+fn a_look_costs_the_cues_that_rest_on_it() {
+    let rig = "light l panel m\nbank a = l\nbank b = l\nlook night { a 5 }\n\
+               look late = night + { b 5 }\nlook noon { b 9 }\n";
+    let cues = "cue 1 { night }\ncue 2 { late }\ncue 3 { noon }\ncue 4 { a 3 }\n";
+    let (mut known, text) = (LoweringCache::default(), format!("{rig}{cues}"));
+    let mut read = |text: &str| {
+        let mut sources = Sources::default();
+        parse_again(&mut known, &Memory::default(), &mut sources, "t.lxq", text).show
+    };
+    assert!(read(&text).is_some());
+    // An error forgets nothing.
+    assert!(read(&text.replace("look noon {", "look noon")).is_none());
+    let mut environment = Environment::default();
+    environment.add(&scan::scan(&rig.replace("a 5", "a 6")));
+    let found = known.within(&environment).unwrap();
+    let kept = cues.lines().map(|cue| found.cue(cue).is_some());
+    assert_eq!(kept.collect::<Vec<_>>(), [false, false, true, true]);
 }
 
 #[test]

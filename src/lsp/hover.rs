@@ -139,7 +139,7 @@ fn assumed(time: &CueTime) -> &'static str {
     }
 }
 
-/// The parameters that a cue moves, and those that are lit and stay.
+/// The parameters that a cue moves, and those that are lit and stay. Fixed lights are neither.
 fn moved_and_tracked(
     document: &Document,
     cue: usize,
@@ -157,7 +157,7 @@ fn moved_and_tracked(
         match own.map(|own| &own.motion) {
             Some(Motion::Path(_)) => moved.push(format!("{name} along a path")),
             Some(_) => moved.push(format!("{name} {level}")),
-            None if level > 0.0 && parameter.channel.is_none() => {
+            None if level > 0.0 && parameter.bank.is_some() && parameter.channel.is_none() => {
                 tracked.push(format!("{name} {level}"));
             }
             None => {}

@@ -132,7 +132,8 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
             notify(client, "footlight/picture", json!({ "uri": uri }));
             if shows {
                 let id = RequestId::from(format!("{token}-show"));
-                let params = json!({ "uri": uri, "takeFocus": false });
+                // An editor of texts would show its bytes.
+                let params = json!({ "uri": uri, "external": true, "takeFocus": false });
                 let _ = client.send(Request::new(id, "window/showDocument".into(), params).into());
             }
         }

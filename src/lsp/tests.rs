@@ -14,7 +14,8 @@ use tempfile::TempDir;
 
 const RIG: &str = "light moon spot at 0,-1,3 aim 0,0,0 beam 20 field 40 900 cd\n\
     light lamp spot at 1,-1,3 aim 0,0,0 beam 20 field 40 900 cd\n\
-    bank lamps = lamp\nbank sky = moon  channel 3\n";
+    light exit spot at 0,2,3 aim 0,2,0 beam 20 field 40 9 cd\n\
+    bank lamps = lamp\nbank sky = moon  channel 3\nfixed sign = exit  level 100\n";
 
 const SHOW: &str = "show \"Él\"\n\
     include \"rig.lxq\"\n\
@@ -228,7 +229,7 @@ fn names_are_found_and_renamed_across_files() {
     assert_eq!(declared[0]["uri"], editor.uri("rig.lxq").as_str());
     assert_eq!(
         declared[0]["range"]["start"],
-        json!({ "line": 2, "character": 5 })
+        json!({ "line": 3, "character": 5 })
     );
     let context = json!({ "context": { "includeDeclaration": true } });
     let all = editor.on("textDocument/references", show, "lamps 50", context);
@@ -324,7 +325,7 @@ fn the_text_is_outlined_coloured_and_formatted() {
     let words = cue["contents"]["value"].as_str().unwrap();
     assert!(words.contains("GO 5s, complete 9s"), "{words}");
     assert!(
-        words.contains("moves sky 80") && words.contains("tracks through lamps 50"),
+        words.ends_with("moves sky 80\n\ntracks through lamps 50"),
         "{words}"
     );
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 #[path = "../../examples/trial/dice.rs"]
 #[allow(dead_code, reason = "not all of it is wanted here")]
-mod dice;
+pub mod dice;
 
 use dice::Dice;
 

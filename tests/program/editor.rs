@@ -1,4 +1,4 @@
-//! The language server under a real client: Neovim, where it is installed.
+//! The language server under real clients: Neovim and pytest-lsp, where they are installed.
 
 use std::fs;
 use std::process::Command;
@@ -55,4 +55,28 @@ fn neovim_is_told_what_is_wrong_and_mends_it() {
     let mut fmt = Command::new(env!("CARGO_BIN_EXE_footlight"));
     assert!(fmt.arg("fmt").arg(&plain).status().unwrap().success());
     assert_eq!(written, fs::read_to_string(&plain).unwrap());
+}
+
+#[test]
+fn pytest_lsp_finds_the_protocol_kept() {
+    let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let imported = Command::new(&python)
+        .args(["-c", "import pytest_lsp"])
+        .output();
+    if !imported.is_ok_and(|done| done.status.success()) {
+        println!("skipped: the Python package pytest-lsp is not installed");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let tests = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/editor.py");
+    let mut client = Command::new(python);
+    client.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
+    // What a server may send, and an editor has not said that it takes, is an error too.
+    client.args(["-W", "error::pytest_lsp.LspSpecificationWarning", tests]);
+    client.arg("--basetemp").arg(folder.path().join("shows"));
+    client.env("PYTHONDONTWRITEBYTECODE", "1");
+    client.env("FOOTLIGHT", env!("CARGO_BIN_EXE_footlight"));
+    let done = client.output().unwrap();
+    let said = String::from_utf8_lossy(&done.stdout).into_owned();
+    assert!(done.status.success(), "{said}");
 }

@@ -13,10 +13,11 @@ function show(uri) {
       'footlight.picture',
       'Footlight',
       { viewColumn: vscode.ViewColumn.Beside, preserveFocus: true },
-      { localResourceRoots: [vscode.Uri.joinPath(file, '..')] },
     );
     panel.onDidDispose(() => { panel = undefined; });
   }
+  // Another server has another folder.
+  panel.webview.options = { localResourceRoots: [vscode.Uri.joinPath(file, '..')] };
   const source = `${panel.webview.asWebviewUri(file)}?${Date.now()}`;
   panel.webview.html = `<!doctype html><meta http-equiv="Content-Security-Policy"
     content="default-src 'none'; img-src ${panel.webview.cspSource}; style-src 'unsafe-inline'">
@@ -28,6 +29,8 @@ async function activate(context) {
   const command = vscode.workspace.getConfiguration('footlight').get('path');
   client = new LanguageClient('footlight', 'Footlight', { command, args: ['lsp'] }, {
     documentSelector: [{ language: 'lxq' }],
+    // Asked to open a picture in another program: it is beside the text already.
+    middleware: { window: { showDocument: async () => ({ success: true }) } },
   });
   context.subscriptions.push(client);
   client.onNotification('footlight/picture', ({ uri }) => show(uri));

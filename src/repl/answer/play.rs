@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::usage;
 use crate::engine;
+use crate::files::process;
 use crate::playback::page;
 use crate::repl::argument::{cue, key_format, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
@@ -115,6 +116,14 @@ fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
 /// The largest module that is read.
 const MODULE_LIMIT: u64 = 64 << 20;
 
+/// The command that makes the module at a place.
+fn module_command(place: &Path) -> String {
+    let folder = place.parent().filter(|folder| folder.is_absolute());
+    let quoted = folder.and_then(|folder| process::quote([folder.to_str()?]));
+    let folder = quoted.unwrap_or("FOLDER".to_owned());
+    format!("`examples/live/build {folder}` in the sources of this version makes one")
+}
+
 /// A page in which the show is edited.
 fn live(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let html = |path: &&Path| matches!(format::ending(path).as_str(), "html" | "htm");
@@ -133,7 +142,7 @@ fn live(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let Some(place) = call.path("wasm").or(beside) else {
         return usage("say the engine's module: --wasm footlight-live.wasm");
     };
-    let made = "`examples/live/build` in the sources of this version makes it";
+    let made = module_command(place);
     let module = repl.engine.host().store.read(place, MODULE_LIMIT);
     let module = match module {
         Err(error) if call.has("wasm") => return Err(engine::Error::from(error).into()),
