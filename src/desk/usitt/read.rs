@@ -12,9 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::model::{Channel, Desk, Group, Tenths};
 use super::record::{Record, records};
 use super::{LIMIT, MOST_CHANNELS, MOST_GROUPS};
-use crate::desk::Loss;
+use crate::desk::{ImportError, Loss};
 use crate::diagnostic::Diagnostic;
 use crate::units::Time;
+use crate::work::Work;
 
 type Refused = Box<Diagnostic>;
 
@@ -81,10 +82,10 @@ struct Reader {
 const EMITTERS: [u32; 3] = [12, 13, 14];
 
 /// Reads `text`, which the file `name` holds.
-pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
+pub fn read(name: &str, text: &str, work: Work<'_>) -> Result<Read, ImportError> {
     if text.len() > LIMIT {
         let message = format!("`{name}` has {} bytes; {LIMIT} are read", text.len());
-        return Err(Box::new(Diagnostic::error("", message)));
+        return Err(Box::new(Diagnostic::error("", message)).into());
     }
     let mut reader = Reader::default();
     for cues in [false, true] {
@@ -93,6 +94,7 @@ pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
             if record.key == "enddata" {
                 break;
             }
+            work.check()?;
             reader.record(&record, cues)?;
         }
         reader.mix();
@@ -100,9 +102,9 @@ pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
     if reader.known == 0 {
         let message = format!("`{name}` is no USITT ASCII file: no line begins with a word of it");
         let help = "export the show from the desk as USITT ASCII (.asc)";
-        return Err(Box::new(Diagnostic::error("", message).help(help)));
+        return Err(Box::new(Diagnostic::error("", message).help(help)).into());
     }
-    reader.finish()
+    Ok(reader.finish())
 }
 
 impl Reader {
@@ -262,7 +264,7 @@ impl Reader {
         }
     }
 
-    fn finish(mut self) -> Result<Read, Refused> {
+    fn finish(mut self) -> Read {
         for (key, unread) in &self.unread {
             let records = match unread.count {
                 1 => "1 record".to_owned(),
@@ -281,10 +283,10 @@ impl Reader {
             self.losses.push(Loss::new(what).line(*line));
         }
         self.show.cues.sort_by_key(|cue| cue.number);
-        Ok(Read {
+        Read {
             show: self.show,
             losses: self.losses,
-        })
+        }
     }
 }
 

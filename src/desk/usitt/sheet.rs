@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 
 use super::model::{Curve, Desk, FULL, Tenths};
 use super::settle::{FIVE, Move, Settled, Step, Timing, timing_of};
-use crate::desk::Loss;
 use crate::desk::names::Names;
-use crate::diagnostic::Diagnostic;
+use crate::desk::{ImportError, Loss};
 use crate::lang::{self, quoted};
 use crate::units::Time;
+use crate::work::Work;
 
 /// Columns of a line.
 const WIDTH: usize = 92;
@@ -27,12 +27,16 @@ struct Sheet<'a> {
 }
 
 /// The text for a desk's show, in its canonical layout.
+///
+/// # Errors
+/// Where that takes more memory than there is, and a cancel.
 pub fn text(
     name: &str,
     desk: &Desk,
     cues: &[Settled<'_>],
     losses: &mut Vec<Loss>,
-) -> Result<String, Box<Diagnostic>> {
+    work: Work<'_>,
+) -> Result<String, ImportError> {
     let mut names = Names::default();
     let mut sheet = Sheet {
         desk,
@@ -47,9 +51,11 @@ pub fn text(
     sheet.curves(cues, &mut names, &mut out, losses);
     out.push('\n');
     for settled in cues {
+        work.check()?;
         sheet.cue(settled, cues.last(), &mut out);
     }
-    lang::format(&out).map_err(|mut errors| Box::new(errors.remove(0)))
+    let work = work.holding(out.len());
+    lang::format_within(&out, work.memory).map_err(|mut errors| Box::new(errors.remove(0)).into())
 }
 
 /// A bank for each channel that a cue, a group or a look uses.

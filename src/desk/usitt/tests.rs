@@ -7,18 +7,19 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use proptest::prelude::*;
 
 use super::model::{step, tenths};
 use super::{import, write};
-use crate::desk::Carried;
+use crate::desk::{Carried, ImportError};
 use crate::diagnostic::{Sources, Style, render};
 use crate::lang;
 use crate::show::{Link, Show};
 use crate::timeline::{Timeline, cue_moves};
 use crate::units::{Rgb, Time};
-use crate::work::Work;
+use crate::work::{Progress, Work};
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();
@@ -32,7 +33,9 @@ fn exported(show: &Show) -> Carried {
 }
 
 fn imported(text: &str) -> Carried {
-    import("test.asc", text.as_bytes()).1.unwrap()
+    import("test.asc", text.as_bytes(), Work::silent())
+        .1
+        .unwrap()
 }
 
 /// What a channel does in a cue: the level, and the wait and time to it, where it changes.
@@ -306,14 +309,13 @@ fn a_wrong_file_is_refused_with_its_line() {
         "Group 1\n  1 thru 999999\n",
         "$Curve one\n",
     ] {
-        let (text, refused) = import("bad.asc", text.as_bytes());
+        let (text, refused) = import("bad.asc", text.as_bytes(), Work::silent());
         let mut sources = Sources::default();
         sources.add("bad.asc", text);
-        let _ = write!(
-            all,
-            "{}",
-            render(&[*refused.unwrap_err()], &sources, Style::Short)
-        );
+        let Err(ImportError::Refused(refused)) = refused else {
+            panic!("{refused:?}");
+        };
+        let _ = write!(all, "{}", render(&[*refused], &sources, Style::Short));
     }
     insta::assert_snapshot!(all, @r#"
         error: `bad.asc` is no USITT ASCII file: no line begins with a word of it
@@ -328,6 +330,47 @@ fn a_wrong_file_is_refused_with_its_line() {
         bad.asc:2:3: error: more than 10000 channels in a row
         bad.asc:1:1: error: `$curve` needs a number
         "#);
+}
+
+/// Cancels after so many looks.
+struct Patience(AtomicUsize);
+
+impl Progress for Patience {
+    fn cancelled(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn memory_and_cancel_reach_the_reader() {
+    let text = "Clear All\nCue 1\n  Chan 1@50\nCue 2\n  Chan 1@60\n";
+    for looks in 0.. {
+        let progress = Patience(AtomicUsize::new(looks));
+        let work = Work {
+            progress: &progress,
+            ..Work::silent()
+        };
+        match import("test.asc", text.as_bytes(), work).1 {
+            Err(ImportError::Cancelled(_)) => {}
+            other => {
+                // Five records, twice, and two cues, twice.
+                assert!(other.is_ok() && looks == 14, "{looks}: {other:?}");
+                break;
+            }
+        }
+    }
+    let little = Work {
+        memory: 1 << 20,
+        ..Work::silent()
+    };
+    let large = text.repeat(1_000);
+    let Err(ImportError::Refused(refused)) = import("test.asc", large.as_bytes(), little).1 else {
+        panic!("it takes more");
+    };
+    assert!(
+        format!("{:?}", refused.help).contains("`--memory "),
+        "{refused:?}"
+    );
 }
 
 proptest! {
@@ -376,7 +419,7 @@ proptest! {
         let mut bytes = EOS.as_bytes().to_vec();
         bytes[at] = byte;
         bytes.truncate(cut.max(at));
-        if let (_, Ok(carried)) = import("test.asc", &bytes) {
+        if let (_, Ok(carried)) = import("test.asc", &bytes, Work::silent()) {
             parsed(&carried.text);
         }
     }
