@@ -112,7 +112,7 @@ fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
 fn opens(case: &Case) -> bool {
     let (name, bytes) = &case[0];
     let imported = match name.rsplit_once('.') {
-        Some((_, "asc")) => usitt::import(name, bytes, Work::silent())
+        Some((_, "asc")) => usitt::import(name, bytes, None, Work::silent())
             .1
             .map(|carried| carried.text),
         Some((_, "mvr")) => {

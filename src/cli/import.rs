@@ -25,6 +25,9 @@ pub struct Imported {
     /// The show to write (.lxq)
     #[arg(long, short, value_name = "SHOW")]
     output: PathBuf,
+    /// Cue list of the desk (default: the file's first)
+    #[arg(long, value_name = "N")]
+    list: Option<u32>,
     /// Print what does not go across as data
     #[arg(long)]
     json: bool,
@@ -46,6 +49,11 @@ pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Res
         return Err(report::Error::ShowsFile(arguments.output.clone()).into());
     }
     let imported = match format::ending(&arguments.file).as_str() {
+        "mvr" if arguments.list.is_some() => {
+            return Err(Error::Usage(
+                "`--list` is for a desk's file (.asc)".to_owned(),
+            ));
+        }
         "mvr" => rig(arguments, work)?,
         "asc" => desk(arguments, work)?,
         _ => {
@@ -73,7 +81,7 @@ type Report = (Vec<String>, Vec<Loss>, Vec<String>);
 /// A desk's show.
 fn desk(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     let bytes = Disk.read(&arguments.file, usitt::LIMIT as u64)?;
-    let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes, work);
+    let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes, arguments.list, work);
     let carried = carried.map_err(|error| refused(error, &arguments.file, &text))?;
     Disk.output(&arguments.output, carried.text.as_bytes())?;
     Ok((vec![shown(&arguments.output)], carried.losses, Vec::new()))

@@ -24,7 +24,7 @@ use crate::work::Work;
 /// Bytes of a file that is read: a show of 16 MB has no more text.
 pub const LIMIT: usize = 16 << 20;
 /// Bytes of memory for each byte of a file: channels, moves and losses with their words.
-const EACH_BYTE: usize = 40;
+const EACH_BYTE: usize = 80;
 /// Cues of a file: the numbers of the desks that write such files go no further.
 const MOST_CUES: usize = 10_000;
 /// Channels of a file.
@@ -35,17 +35,27 @@ const MOST_GROUPS: usize = 2_000;
 const MOST_MEMBERS: usize = 1_000_000;
 
 /// The text of a show for the desk's file `name`, and the file's own text, into which a diagnostic
-/// points. It takes the memory of `work` at most.
+/// points: its cue list `list`, or else the first one. It takes the memory of `work` at most.
 ///
 /// # Errors
 /// A diagnostic with the line that cannot be read, and a cancel.
-pub fn import(name: &str, bytes: &[u8], work: Work<'_>) -> (String, Result<Carried, ImportError>) {
+pub fn import(
+    name: &str,
+    bytes: &[u8],
+    list: Option<u32>,
+    work: Work<'_>,
+) -> (String, Result<Carried, ImportError>) {
     let text = decoded(bytes);
-    let carried = carried(name, &text, work);
+    let carried = carried(name, &text, list, work);
     (text, carried)
 }
 
-fn carried(name: &str, text: &str, work: Work<'_>) -> Result<Carried, ImportError> {
+fn carried(
+    name: &str,
+    text: &str,
+    list: Option<u32>,
+    work: Work<'_>,
+) -> Result<Carried, ImportError> {
     let needed = text.len().saturating_mul(EACH_BYTE);
     if needed > work.memory {
         let message = format!(
@@ -56,7 +66,8 @@ fn carried(name: &str, text: &str, work: Work<'_>) -> Result<Carried, ImportErro
         let help = format!("allow more with `--memory {}`", needed.div_ceil(1 << 20));
         return Err(Box::new(Diagnostic::error("", message).help(help)).into());
     }
-    let Read { show, mut losses } = read::read(name, text, work)?;
+    let Read { show, mut losses } = read::read(name, text, list, work)?;
+    let work = work.holding(needed);
     let cues = settle::settle(&show, &mut losses, work)?;
     let text = sheet::text(name, &show, &cues, &mut losses, work)?;
     losses.sort_by_key(|loss| loss.line.unwrap_or(0));

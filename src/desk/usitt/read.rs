@@ -52,6 +52,15 @@ enum Section {
     Other(String),
 }
 
+/// Which text of a cue a record said last, in letters of ASCII.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Text {
+    #[default]
+    Label,
+    Note,
+    Other,
+}
+
 /// Records of a kind that are not read.
 #[derive(Debug)]
 struct Unread {
@@ -71,6 +80,8 @@ struct Reader {
     members: usize,
     palettes: BTreeMap<String, BTreeMap<u32, Values>>,
     unread: BTreeMap<String, Unread>,
+    /// What a `$$UText` is of.
+    labelled: Text,
     /// The list whose cues are read, and how many cues others have.
     list: Option<String>,
     others: BTreeMap<String, (usize, usize)>,
@@ -81,13 +92,21 @@ struct Reader {
 /// Red, green and blue among a desk's parameters.
 const EMITTERS: [u32; 3] = [12, 13, 14];
 
-/// Reads `text`, which the file `name` holds.
-pub fn read(name: &str, text: &str, work: Work<'_>) -> Result<Read, ImportError> {
+/// Reads `text`, which the file `name` holds, with the cues of one list, or of its first.
+pub fn read(
+    name: &str,
+    text: &str,
+    list: Option<u32>,
+    work: Work<'_>,
+) -> Result<Read, ImportError> {
     if text.len() > LIMIT {
         let message = format!("`{name}` has {} bytes; {LIMIT} are read", text.len());
         return Err(Box::new(Diagnostic::error("", message)).into());
     }
-    let mut reader = Reader::default();
+    let mut reader = Reader {
+        list: list.map(|list| list.to_string()),
+        ..Reader::default()
+    };
     for cues in [false, true] {
         reader.section = Section::Head;
         for record in records(text) {
@@ -104,16 +123,30 @@ pub fn read(name: &str, text: &str, work: Work<'_>) -> Result<Read, ImportError>
         let help = "export the show from the desk as USITT ASCII (.asc)";
         return Err(Box::new(Diagnostic::error("", message).help(help)).into());
     }
+    if let (Some(list), true) = (list, reader.show.cues.is_empty()) {
+        let others = reader.others.iter();
+        let others = others.map(|(list, (_, count))| format!("{list} ({})", cues(*count)));
+        let others: Vec<String> = others.collect();
+        let message = format!("`{name}` has no cue of list {list}");
+        let error = Diagnostic::error("", message);
+        return Err(Box::new(match others.is_empty() {
+            true => error.help("it has no cues"),
+            false => error.help(format!("its lists: {}", others.join(", "))),
+        })
+        .into());
+    }
     Ok(reader.finish())
 }
 
 impl Reader {
     /// One record, in the pass through the cues or the one before it.
     fn record(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
+        // Cues of other lists, and those with more than one digit behind the point.
+        let is_cue = record.key == "cue" || (record.key == "$cue" && self.is_etc());
         let is_primary = matches!(record.key.as_str(), "cue" | "group" | "sub" | "patch")
             || (record.key.starts_with('$') && !record.key.starts_with("$$"));
         if is_primary {
-            return self.begin(record, cues);
+            return self.begin(record, is_cue, cues);
         }
         let in_cue = matches!(self.section, Section::Cue | Section::OtherCue);
         if matches!(
@@ -142,15 +175,20 @@ impl Reader {
     }
 
     /// A record that begins something.
-    fn begin(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
-        if (record.key == "cue") != cues {
-            self.section = match record.key.as_str() {
-                "cue" => Section::OtherCue,
-                _ => Section::Head,
+    fn begin(&mut self, record: &Record<'_>, is_cue: bool, cues: bool) -> Result<(), Refused> {
+        self.labelled = Text::Label;
+        if is_cue != cues {
+            self.section = match is_cue {
+                true => Section::OtherCue,
+                false => Section::Head,
             };
             return Ok(());
         }
         self.known += 1;
+        if is_cue {
+            self.section = self.cue(record)?;
+            return Ok(());
+        }
         if self.show.groups.len().max(self.show.looks.len()) >= MOST_GROUPS {
             return record.refuse(
                 format!("more than {MOST_GROUPS} groups or submasters"),
@@ -159,7 +197,6 @@ impl Reader {
         }
         let number = record.words().next();
         self.section = match record.key.as_str() {
-            "cue" => self.cue(record)?,
             "patch" => self.soft_patch(record)?,
             "$patch" => self.patch(record)?,
             "$personality" => Section::Personality(record.number(number)?),
@@ -177,7 +214,7 @@ impl Reader {
                 Section::Palette(key)
             }
             "$colorpalette" => Section::Palette(format!("CP{}", number.unwrap_or_default())),
-            "$intensitypalette" => Section::Palette(format!("IP{}", number.unwrap_or_default())),
+            "$intenspalette" => Section::Palette(format!("IP{}", number.unwrap_or_default())),
             "$curve" => Section::Curve(record.number(number)?),
             "$cuelist" => Section::CueList(number.unwrap_or_default().to_owned()),
             "$paramtype" => Section::Other("$paramtype".to_owned()),
@@ -187,6 +224,14 @@ impl Reader {
             }
         };
         Ok(())
+    }
+
+    /// The file is of a desk of ETC's, whose own records are known.
+    fn is_etc(&self) -> bool {
+        let console = self.show.console.to_ascii_lowercase();
+        console
+            .split(' ')
+            .any(|word| word == "etc" || word == "eos")
     }
 
     /// Counts a record that is not read.
@@ -278,8 +323,10 @@ impl Reader {
             self.losses.push(Loss::new(what).line(unread.first));
         }
         for (list, (line, count)) in &self.others {
-            let what =
-                format!("list {list} ({count} of its records begin a cue): the first list is read");
+            let what = format!(
+                "list {list} ({}) is left out: `--list {list}` reads it in place of this one",
+                cues(*count)
+            );
             self.losses.push(Loss::new(what).line(*line));
         }
         self.show.cues.sort_by_key(|cue| cue.number);
@@ -287,6 +334,13 @@ impl Reader {
             show: self.show,
             losses: self.losses,
         }
+    }
+}
+
+fn cues(count: usize) -> String {
+    match count {
+        1 => "1 cue".to_owned(),
+        count => format!("{count} cues"),
     }
 }
 

@@ -419,14 +419,18 @@ fn words(list: &[String]) -> Vec<&str> {
 
 /// The knots of a curve that goes from 0 to 1.
 fn knots(curve: &Curve) -> Option<String> {
-    let rises = curve.points.is_sorted_by(|a, b| a.0 < b.0);
-    let ends = (curve.points.first()?, curve.points.last()?);
+    let points = match curve.points.is_empty() {
+        true => &curve.steps,
+        false => &curve.points,
+    };
+    let rises = points.is_sorted_by(|a, b| a.0 < b.0);
+    let ends = (points.first()?, points.last()?);
     if !rises || *ends.0 != (0.0, 0.0) || *ends.1 != (1.0, 1.0) {
         return None;
     }
-    let knots = curve.points.iter().map(|(at, value)| {
+    let knots = points.iter().map(|(at, value)| {
         let level = (value * 1000.0).round() / 10.0;
-        format!("{at} {level}")
+        format!("{} {level}", (at * 1e4).round() / 1e4)
     });
     let knots: Vec<String> = knots.collect();
     Some(knots.join(", "))

@@ -18,7 +18,7 @@ fuzz_target!(|bytes: &[u8]| {
         ..Work::silent()
     };
     osc::read(bytes);
-    if let (_, Ok(carried)) = usitt::import("a.asc", bytes, work) {
+    if let (_, Ok(carried)) = usitt::import("a.asc", bytes, None, work) {
         is_show(&carried.text);
     }
     if let Ok(carried) = mvr::import("a.mvr", bytes, "set", work) {
