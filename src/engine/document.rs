@@ -369,6 +369,7 @@ impl Document {
     }
 
     /// Forgets what `undo` and `redo` would bring back.
+    #[cfg(feature = "lsp")]
     pub(crate) fn forget_history(&mut self) {
         self.past.clear();
         self.future.clear();
