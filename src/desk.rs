@@ -96,7 +96,7 @@ impl fmt::Display for Loss {
 
 /// To two decimals, so that a rounding is not said to be nothing.
 fn round(percent: f64) -> f64 {
-    (percent * 100.0).ceil() / 100.0
+    (percent * 100.0 - 1e-6).ceil() / 100.0
 }
 
 /// Why a file of another program is not imported.

@@ -188,18 +188,16 @@ impl Writer<'_> {
             let _ = writeln!(self.text, "Sub {}", index + 1);
             self.label(&look.name);
             let mut levels = BTreeMap::new();
+            let mut coloured = BTreeSet::new();
             for (parameter, level) in &look.levels {
                 match self.bank_of(*parameter) {
                     (bank, 0) => drop(levels.insert(self.channel(bank), of(*level))),
-                    (bank, _) => {
-                        let what = format!(
-                            "look `{}`: the colour of channel {}",
-                            look.name,
-                            self.channel(bank)
-                        );
-                        self.losses.push(Loss::new(what));
-                    }
+                    (bank, _) => drop(coloured.insert(self.channel(bank))),
                 }
+            }
+            for channel in coloured {
+                let what = format!("look `{}`: the colour of channel {channel}", look.name);
+                self.losses.push(Loss::new(what));
             }
             self.levels("Chan", &levels, hex);
         }
