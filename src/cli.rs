@@ -143,7 +143,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let host = host(Some(versions.name()), settings, screen);
             reports::difference(&versions, output.as_deref(), (&host, screen))
         }
-        OwnCommand::Import(arguments) => import::import(arguments),
+        OwnCommand::Import(arguments) => import::import(arguments, settings, screen),
         OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
             open(Some(&watched.show), settings, screen)
         }),

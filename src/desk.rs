@@ -24,6 +24,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::diagnostic::Diagnostic;
 use crate::timeline::TimelineError;
 use crate::work::Cancelled;
 
@@ -95,7 +96,24 @@ impl fmt::Display for Loss {
 
 /// To two decimals, so that a rounding is not said to be nothing.
 fn round(percent: f64) -> f64 {
-    (percent * 100.0).ceil() / 100.0
+    (percent * 100.0 - 1e-6).ceil() / 100.0
+}
+
+/// Why a file of another program is not imported.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportError {
+    /// It cannot be read.
+    #[error("the file cannot be read")]
+    Refused(Box<Diagnostic>),
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<Box<Diagnostic>> for ImportError {
+    fn from(diagnostic: Box<Diagnostic>) -> ImportError {
+        ImportError::Refused(diagnostic)
+    }
 }
 
 /// Why a show is not written for another program.

@@ -12,6 +12,7 @@ use footlight::engine::PoolPlace;
 use footlight::files::{Memory, MemoryStore, Store};
 use footlight::lang;
 use footlight::picture::exr::{self, Precision};
+use footlight::work::Work;
 use footlight::{Engine, Host, Image, Time};
 
 use crate::dice::Dice;
@@ -111,8 +112,12 @@ fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
 fn opens(case: &Case) -> bool {
     let (name, bytes) = &case[0];
     let imported = match name.rsplit_once('.') {
-        Some((_, "asc")) => usitt::import(name, bytes).1.map(|carried| carried.text),
-        Some((_, "mvr")) => mvr::import(name, bytes, "set").map(|carried| carried.text),
+        Some((_, "asc")) => usitt::import(name, bytes, None, Work::silent())
+            .1
+            .map(|carried| carried.text),
+        Some((_, "mvr")) => {
+            mvr::import(name, bytes, "set", Work::silent()).map(|carried| carried.text)
+        }
         _ => return opens_show(case),
     };
     imported.is_ok_and(|text| {

@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::print;
-use crate::desk::{Loss, mvr, usitt};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use super::argument::Settings;
+use super::screen::Screen;
+use super::{print, stop};
+use crate::desk::{ImportError, Loss, mvr, usitt};
+use crate::diagnostic::Diagnostics;
 use crate::engine;
 use crate::files::{Disk, Store as _, is_same};
 use crate::printable;
 use crate::repl::Error;
 use crate::report::{self, exchange, format};
+use crate::work::Work;
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]
@@ -22,20 +25,37 @@ pub struct Imported {
     /// The show to write (.lxq)
     #[arg(long, short, value_name = "SHOW")]
     output: PathBuf,
+    /// Cue list of the desk (default: the file's first)
+    #[arg(long, value_name = "N")]
+    list: Option<u32>,
     /// Print what does not go across as data
     #[arg(long)]
     json: bool,
 }
 
 /// Writes the show and reports what is not in it.
-pub fn import(arguments: &Imported) -> Result<u8, Error> {
+pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
+    if let Some(time) = settings.time_limit {
+        stop::limit(time, screen);
+    }
+    let progress = screen.progress();
+    let work = Work {
+        progress: &*progress,
+        threads: settings.threads(),
+        memory: settings.memory(),
+    };
     format::SHOW.check(&arguments.output)?;
     if is_same(&arguments.file, &arguments.output) {
         return Err(report::Error::ShowsFile(arguments.output.clone()).into());
     }
     let imported = match format::ending(&arguments.file).as_str() {
-        "mvr" => rig(arguments)?,
-        "asc" => desk(arguments)?,
+        "mvr" if arguments.list.is_some() => {
+            return Err(Error::Usage(
+                "`--list` is for a desk's file (.asc)".to_owned(),
+            ));
+        }
+        "mvr" => rig(arguments, work)?,
+        "asc" => desk(arguments, work)?,
         _ => {
             let file = shown(&arguments.file);
             return Err(Error::Usage(format!(
@@ -59,21 +79,21 @@ pub fn import(arguments: &Imported) -> Result<u8, Error> {
 type Report = (Vec<String>, Vec<Loss>, Vec<String>);
 
 /// A desk's show.
-fn desk(arguments: &Imported) -> Result<Report, Error> {
+fn desk(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     let bytes = Disk.read(&arguments.file, usitt::LIMIT as u64)?;
-    let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes);
-    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &arguments.file, &text))?;
+    let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes, arguments.list, work);
+    let carried = carried.map_err(|error| refused(error, &arguments.file, &text))?;
     Disk.output(&arguments.output, carried.text.as_bytes())?;
     Ok((vec![shown(&arguments.output)], carried.losses, Vec::new()))
 }
 
 /// The rig of a plan, with its set in a folder beside the show and its addresses in a file.
-fn rig(arguments: &Imported) -> Result<Report, Error> {
+fn rig(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     let bytes = Disk.read(&arguments.file, mvr::LIMIT as u64)?;
     let stem = arguments.output.file_stem().unwrap_or_default();
     let folder = format!("{}-set", stem.to_string_lossy());
-    let carried = mvr::import(&file_name(&arguments.file), &bytes, &folder);
-    let carried = carried.map_err(|diagnostic| refused(*diagnostic, &arguments.file, ""))?;
+    let carried = mvr::import(&file_name(&arguments.file), &bytes, &folder, work);
+    let carried = carried.map_err(|error| refused(error, &arguments.file, ""))?;
     let beside = super::folder_of(&arguments.output);
     for (path, bytes) in &carried.files {
         Disk.output(&beside.join(path), bytes)?;
@@ -106,6 +126,11 @@ fn file_name(path: &Path) -> String {
         .into_owned()
 }
 
-fn refused(diagnostic: Diagnostic, path: &Path, text: &str) -> Error {
-    engine::Error::Show(Diagnostics::of(vec![diagnostic], &shown(path), text)).into()
+fn refused(error: ImportError, path: &Path, text: &str) -> Error {
+    match error {
+        ImportError::Cancelled(cancelled) => engine::Error::Cancelled(cancelled).into(),
+        ImportError::Refused(diagnostic) => {
+            engine::Error::Show(Diagnostics::of(vec![*diagnostic], &shown(path), text)).into()
+        }
+    }
 }

@@ -14,13 +14,17 @@ use std::collections::BTreeMap;
 use roxmltree::Node;
 
 use self::frame::Frame;
-use self::zip::Archive;
-use super::Loss;
+use self::gdtf::XmlError;
+use self::zip::{Archive, ZipError};
+use super::{ImportError, Loss};
 use crate::diagnostic::Diagnostic;
+use crate::work::{Cancelled, Work};
 
 /// Bytes of an archive that is read.
 pub const LIMIT: usize = 256 << 20;
-/// Fixtures of a rig.
+/// The description of a plan in its archive.
+const SCENE: &str = "GeneralSceneDescription.xml";
+/// Fixtures of a rig, and files of its set.
 const MOST: usize = 10_000;
 /// Objects inside objects.
 const DEPTH: usize = 64;
@@ -78,107 +82,189 @@ struct Plan {
     skipped: BTreeMap<String, (usize, usize)>,
 }
 
-/// The rig of the archive `name`; geometry is to be written into `folder` beside the show.
-///
-/// # Errors
-/// A diagnostic with what is wrong, and where in the description.
-pub fn import(name: &str, bytes: &[u8], folder: &str) -> Result<Carried, Box<Diagnostic>> {
-    let refused = |what: String| {
-        let help = "export the plan again as MVR (.mvr)";
-        Box::new(Diagnostic::error("", format!("`{name}`: {what}")).help(help))
-    };
-    if bytes.len() > LIMIT {
-        return Err(refused("it has more than 256 MB".to_owned()));
-    }
-    let archive = Archive::new(bytes).map_err(|error| refused(error.to_string()))?;
-    let scene = archive.read("GeneralSceneDescription.xml");
-    let scene = scene.map_err(|error| refused(error.to_string()))?;
-    let Some(scene) = scene else {
-        return Err(refused(
-            "it holds no GeneralSceneDescription.xml".to_owned(),
-        ));
-    };
-    let text = String::from_utf8_lossy(&scene);
-    let document = gdtf::parsed(&text)
-        .map_err(|error| refused(format!("GeneralSceneDescription.xml: {error}")))?;
-    let mut plan = Plan::default();
-    for symbol in document.descendants().filter(|n| n.has_tag_name("Symdef")) {
-        let id = symbol.attribute("uuid").unwrap_or("").to_ascii_lowercase();
-        plan.symbols.insert(id, geometry(symbol));
-    }
-    for layer in document.descendants().filter(|n| n.has_tag_name("Layer")) {
-        plan.collect(layer, Frame::default(), DEPTH);
-    }
-    if plan.hung.is_empty() && plan.sets.is_empty() {
-        return Err(refused(
-            "its plan has neither fixtures nor a set".to_owned(),
-        ));
-    }
-    if plan.hung.len() > MOST || plan.sets.len() > MOST {
-        return Err(refused(format!(
-            "its plan has more than {MOST} objects of a kind"
-        )));
-    }
-    rig::carried(name, &plan, &archive, folder).map_err(|error| refused(error.to_string()))
+/// Why a plan is not read.
+#[derive(Debug, thiserror::Error)]
+enum ReadError {
+    #[error("it has more than {} MB", LIMIT >> 20)]
+    TooLarge,
+    #[error(transparent)]
+    Archive(#[from] ZipError),
+    #[error("it holds no {SCENE}")]
+    NoScene,
+    /// A file of it.
+    #[error("{0}: {1}")]
+    Description(String, XmlError),
+    #[error("its plan has neither fixtures nor a set")]
+    Empty,
+    #[error("its plan has more than {MOST} objects of a kind")]
+    TooMany,
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
-impl Plan {
+impl ReadError {
+    /// What is told to the user: the file's name, and the way out.
+    fn of_file(self, name: &str, work: Work<'_>) -> ImportError {
+        let help = match &self {
+            ReadError::Cancelled(cancelled)
+            | ReadError::Archive(ZipError::Cancelled(cancelled))
+            | ReadError::Description(_, XmlError::Cancelled(cancelled)) => {
+                return (*cancelled).into();
+            }
+            ReadError::Archive(ZipError::TooLarge(_))
+            | ReadError::Description(_, XmlError::TooLarge) => format!(
+                "allow more with `--memory MB`, which is {} here, or export less of the set",
+                work.memory >> 20
+            ),
+            _ => "export the plan again as MVR (.mvr)".to_owned(),
+        };
+        Box::new(Diagnostic::error("", format!("`{name}`: {self}")).help(help)).into()
+    }
+}
+
+/// The rig of the archive `name`; geometry is to be written into `folder` beside the show. It takes
+/// the memory of `work` at most, with the archive and the files that are unpacked.
+///
+/// # Errors
+/// A diagnostic with what is wrong, and where in the description; and a cancel.
+pub fn import(
+    name: &str,
+    bytes: &[u8],
+    folder: &str,
+    work: Work<'_>,
+) -> Result<Carried, ImportError> {
+    read(name, bytes, folder, work).map_err(|error| error.of_file(name, work))
+}
+
+fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carried, ReadError> {
+    if bytes.len() > LIMIT {
+        return Err(ReadError::TooLarge);
+    }
+    let work = work.holding(bytes.len());
+    let archive = Archive::new(bytes)?;
+    let scene = archive.read(SCENE, work)?.ok_or(ReadError::NoScene)?;
+    let text = String::from_utf8_lossy(&scene);
+    let held = work.holding(scene.len() + text.len());
+    let document = gdtf::parsed(&text, held)
+        .map_err(|error| ReadError::Description(SCENE.to_owned(), error))?;
+    let mut reader = Reader {
+        plan: Plan::default(),
+        text: &text,
+        line: (0, 1),
+        work,
+    };
+    for symbol in document.descendants().filter(|n| n.has_tag_name("Symdef")) {
+        let id = symbol.attribute("uuid").unwrap_or("").to_ascii_lowercase();
+        reader.plan.symbols.insert(id, geometry(symbol));
+    }
+    for layer in document.descendants().filter(|n| n.has_tag_name("Layer")) {
+        reader.collect(layer, Frame::default(), DEPTH)?;
+    }
+    let plan = reader.plan;
+    if plan.hung.is_empty() && plan.sets.is_empty() {
+        return Err(ReadError::Empty);
+    }
+    drop(document);
+    rig::carried(name, &plan, &archive, folder, held)
+}
+
+/// Collects a plan from its description.
+struct Reader<'t> {
+    plan: Plan,
+    text: &'t str,
+    /// A place in the text and its line, from which the next place's is counted.
+    line: (usize, usize),
+    work: Work<'t>,
+}
+
+impl Reader<'_> {
     /// Goes down the tree of objects, each in the frame of what it is part of.
-    fn collect(&mut self, node: Node<'_, '_>, around: Frame, depth: usize) {
+    fn collect(
+        &mut self,
+        node: Node<'_, '_>,
+        around: Frame,
+        depth: usize,
+    ) -> Result<(), ReadError> {
+        self.work.check()?;
         let own = child(node, "Matrix").and_then(Frame::of_axes);
         let frame = own.map_or(around, |own| around.then(own));
         let tag = node.tag_name().name();
         match tag {
-            "Fixture" => self.hung.push(fixture(node, frame)),
+            "Fixture" => {
+                if self.plan.hung.len() >= MOST {
+                    return Err(ReadError::TooMany);
+                }
+                let line = self.line(node);
+                self.plan.hung.push(fixture(node, line, frame));
+            }
             "FocusPoint" => {
                 let id = node.attribute("uuid").unwrap_or("").to_ascii_lowercase();
-                self.focus.insert(id, frame.origin);
+                self.plan.focus.insert(id, frame.origin);
             }
-            "SceneObject" | "Truss" | "Support" | "VideoScreen" => {
-                for (file, inner) in geometry(node) {
-                    self.set(node, file, frame.then(inner));
-                }
-                let own = node.children().find(|n| n.has_tag_name("Geometries"));
-                let symbols = own.into_iter().flat_map(|own| own.children());
-                let symbols = symbols.filter(|n| n.has_tag_name("Symbol"));
-                for symbol in symbols {
-                    let id = symbol
-                        .attribute("symdef")
-                        .unwrap_or("")
-                        .to_ascii_lowercase();
-                    let placed = child(symbol, "Matrix")
-                        .and_then(Frame::of_axes)
-                        .unwrap_or_default();
-                    for (file, inner) in self.symbols.get(&id).cloned().unwrap_or_default() {
-                        self.set(node, file, frame.then(placed).then(inner));
-                    }
-                }
-            }
+            "SceneObject" | "Truss" | "Support" | "VideoScreen" => self.object(node, frame)?,
             _ => {}
         }
         if depth == 0 {
-            return;
+            return Ok(());
         }
         for list in node.children().filter(|n| n.has_tag_name("ChildList")) {
             for object in list.children().filter(Node::is_element) {
-                self.collect(object, frame, depth - 1);
+                self.collect(object, frame, depth - 1)?;
             }
         }
+        Ok(())
     }
 
-    fn set(&mut self, node: Node<'_, '_>, file: String, frame: Frame) {
-        if self.sets.len() > MOST {
-            return;
+    /// The geometry of an object, and that of the symbols in it.
+    fn object(&mut self, node: Node<'_, '_>, frame: Frame) -> Result<(), ReadError> {
+        let line = self.line(node);
+        for (file, inner) in geometry(node) {
+            self.set(line, file, frame.then(inner))?;
         }
-        let line = line(node);
+        let own = node.children().find(|n| n.has_tag_name("Geometries"));
+        let symbols = own.into_iter().flat_map(|own| own.children());
+        for symbol in symbols.filter(|n| n.has_tag_name("Symbol")) {
+            let id = symbol
+                .attribute("symdef")
+                .unwrap_or("")
+                .to_ascii_lowercase();
+            let placed = child(symbol, "Matrix")
+                .and_then(Frame::of_axes)
+                .unwrap_or_default();
+            for (file, inner) in self.plan.symbols.get(&id).cloned().unwrap_or_default() {
+                self.set(line, file, frame.then(placed).then(inner))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, line: usize, file: String, frame: Frame) -> Result<(), ReadError> {
+        self.work.check()?;
         let lower = file.to_ascii_lowercase();
         if lower.ends_with(".glb") || lower.ends_with(".gltf") {
-            self.sets.push(Set { line, file, frame });
+            if self.plan.sets.len() >= MOST {
+                return Err(ReadError::TooMany);
+            }
+            self.plan.sets.push(Set { line, file, frame });
         } else {
             let ending = lower.rsplit('.').next().unwrap_or("").to_owned();
-            let skipped = self.skipped.entry(ending).or_insert((line, 0));
+            let skipped = self.plan.skipped.entry(ending).or_insert((line, 0));
             skipped.1 += 1;
         }
+        Ok(())
+    }
+
+    /// The line of a node; those of later nodes are counted from it.
+    fn line(&mut self, node: Node<'_, '_>) -> usize {
+        let start = node.range().start;
+        let (from, line) = match self.line {
+            (at, line) if at <= start => (at, line),
+            _ => (0, 1),
+        };
+        let between = self.text.as_bytes().get(from..start).unwrap_or_default();
+        let line = line + between.iter().filter(|byte| **byte == b'\n').count();
+        self.line = (start, line);
+        line
     }
 }
 
@@ -198,7 +284,7 @@ fn geometry(node: Node<'_, '_>) -> Vec<(String, Frame)> {
     placed.filter(|(file, _)| !file.is_empty()).collect()
 }
 
-fn fixture(node: Node<'_, '_>, frame: Frame) -> Hung {
+fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
     let text = |name: &str| child(node, name).unwrap_or("").trim().to_owned();
     let address = node.descendants().find(|n| n.has_tag_name("Address"));
     let zoom = node
@@ -209,7 +295,7 @@ fn fixture(node: Node<'_, '_>, frame: Frame) -> Hung {
         .filter(|text| text.contains(".Zoom."));
     let zoom = zoom.filter_map(|text| text.rsplit_once(",f")?.1.trim().parse().ok());
     Hung {
-        line: line(node),
+        line,
         name: node.attribute("name").unwrap_or("").to_owned(),
         id: text("FixtureID"),
         kind: text("GDTFSpec"),
@@ -243,8 +329,4 @@ fn colour(text: &str) -> Option<[f64; 3]> {
 /// The text of a child element.
 fn child<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.children().find(|n| n.has_tag_name(name))?.text()
-}
-
-fn line(node: Node<'_, '_>) -> usize {
-    node.document().text_pos_at(node.range().start).row as usize
 }

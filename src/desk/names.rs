@@ -1,6 +1,6 @@
 //! Names of the language for labels of other programs.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 
 use crate::lang;
 
@@ -10,7 +10,8 @@ const LONGEST: usize = 32;
 /// Names that are given, each once.
 #[derive(Debug, Default)]
 pub struct Names {
-    given: BTreeSet<String>,
+    /// With the number that the next one of the same label has.
+    given: BTreeMap<String, usize>,
 }
 
 impl Names {
@@ -21,12 +22,13 @@ impl Names {
             name = fallback.to_owned();
         }
         let mut next = name.clone();
-        let mut count = 2;
-        while self.given.contains(&next) || lang::is_reserved(&next) {
+        let mut count = self.given.get(&name).copied().unwrap_or(2);
+        while self.given.contains_key(&next) || lang::is_reserved(&next) {
             next = format!("{name}_{count}");
             count += 1;
         }
-        self.given.insert(next.clone());
+        self.given.insert(name, count);
+        self.given.entry(next.clone()).or_insert(2);
         next
     }
 }

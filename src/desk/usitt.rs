@@ -16,11 +16,15 @@ mod tests;
 
 pub use write::write;
 
-use super::Carried;
+use self::read::Read;
+use super::{Carried, ImportError};
 use crate::diagnostic::Diagnostic;
+use crate::work::Work;
 
 /// Bytes of a file that is read: a show of 16 MB has no more text.
 pub const LIMIT: usize = 16 << 20;
+/// Bytes of memory for each byte of a file: channels, moves and losses with their words.
+const EACH_BYTE: usize = 80;
 /// Cues of a file: the numbers of the desks that write such files go no further.
 const MOST_CUES: usize = 10_000;
 /// Channels of a file.
@@ -31,20 +35,43 @@ const MOST_GROUPS: usize = 2_000;
 const MOST_MEMBERS: usize = 1_000_000;
 
 /// The text of a show for the desk's file `name`, and the file's own text, into which a diagnostic
-/// points.
+/// points: its cue list `list`, or else the first one. It takes the memory of `work` at most.
 ///
 /// # Errors
-/// A diagnostic with the line that cannot be read.
-pub fn import(name: &str, bytes: &[u8]) -> (String, Result<Carried, Box<Diagnostic>>) {
+/// A diagnostic with the line that cannot be read, and a cancel.
+pub fn import(
+    name: &str,
+    bytes: &[u8],
+    list: Option<u32>,
+    work: Work<'_>,
+) -> (String, Result<Carried, ImportError>) {
     let text = decoded(bytes);
-    let carried = read::read(name, &text).and_then(|desk| {
-        let mut losses = desk.losses;
-        let cues = settle::settle(&desk.show, &mut losses);
-        let sheet = sheet::text(name, &desk.show, &cues, &mut losses);
-        losses.sort_by_key(|loss| loss.line.unwrap_or(0));
-        sheet.map(|text| Carried { text, losses })
-    });
+    let carried = carried(name, &text, list, work);
     (text, carried)
+}
+
+fn carried(
+    name: &str,
+    text: &str,
+    list: Option<u32>,
+    work: Work<'_>,
+) -> Result<Carried, ImportError> {
+    let needed = text.len().saturating_mul(EACH_BYTE);
+    if needed > work.memory {
+        let message = format!(
+            "reading `{name}` takes up to {} MB; the memory allowed is {} MB",
+            needed.div_ceil(1 << 20),
+            work.memory >> 20
+        );
+        let help = format!("allow more with `--memory {}`", needed.div_ceil(1 << 20));
+        return Err(Box::new(Diagnostic::error("", message).help(help)).into());
+    }
+    let Read { show, mut losses } = read::read(name, text, list, work)?;
+    let work = work.holding(needed);
+    let cues = settle::settle(&show, &mut losses, work)?;
+    let text = sheet::text(name, &show, &cues, &mut losses, work)?;
+    losses.sort_by_key(|loss| loss.line.unwrap_or(0));
+    Ok(Carried { text, losses })
 }
 
 /// UTF-8, or else Latin-1, which older desks write.

@@ -205,6 +205,15 @@ impl Document {
         &self.compiled.version.diagnostics
     }
 
+    /// The line at which a statement of the show's own file begins, from 1; `None` for those of files
+    /// that it includes.
+    pub fn line_of(&self, id: NodeId) -> Option<usize> {
+        let span = self.compiled.version.spans.get(id)?;
+        let before = self.text.as_bytes().get(..span.start as usize)?;
+        let lines = before.iter().filter(|byte| **byte == b'\n').count();
+        (span.file == 0).then_some(lines + 1)
+    }
+
     /// The statement or words that `id` stands for, without a text of its own.
     pub(super) fn place(&self, id: NodeId) -> Option<Label> {
         let span = self.compiled.version.spans.get(id)?;

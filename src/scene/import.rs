@@ -64,7 +64,7 @@ pub enum SceneError {
 pub struct Options {
     /// The file's own up axis is Z; without it Y, as glTF and most OBJ files have it.
     pub z_up: bool,
-    /// Materials that glTF calls double-sided get a front only.
+    /// Materials that glTF calls double-sided, or whose texture cuts them out, get a front only.
     pub one_sided: bool,
     /// Where it stands and how large it is.
     pub place: Place,
@@ -127,7 +127,7 @@ pub struct Summary {
     pub merged: usize,
     /// The polygons that they became.
     pub merged_to: usize,
-    /// Backs added for double-sided materials.
+    /// Backs added for double-sided materials and those that are cut out.
     pub backs: usize,
     /// What the file has and this program leaves out, a sentence each.
     pub left_out: Vec<String>,

@@ -41,7 +41,7 @@ def expected(folder):
         for name, cell in zip(rows[0][2:], row[2:]):
             channel, square, rgb = banks[name]
             level = re.match(r"[\d.]+", cell)
-            level = float(level[0]) / 100 if level else 0.0
+            level = float(level[0]) / 100 if level else float("#" in cell)
             level = level**2 if square else level
             if not rgb:
                 values[channel] = level

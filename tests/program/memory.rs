@@ -280,6 +280,36 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
     }
 }
 
+/// Files of other programs as well: what they come to is held at once.
+#[test]
+fn an_import_stays_within_the_budget_or_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = folder.path().join("said");
+    // Every record is a loss with its line.
+    let links = |count: usize| format!("Clear All\nCue 1\n{}", "link\n".repeat(count));
+    for (count, refused) in [(160_000, false), (200_000, true)] {
+        std::fs::write(folder.path().join("a.asc"), links(count)).unwrap();
+        let child = Command::new(env!("CARGO_BIN_EXE_footlight"))
+            .current_dir(&folder)
+            .args(["import", "a.asc", "-o", "a.lxq", "--memory", "64"])
+            .stdout(Stdio::null())
+            .stderr(File::create(&said).unwrap())
+            .spawn()
+            .unwrap();
+        let (peak, well) = peak(child);
+        let said = std::fs::read_to_string(&said).unwrap();
+        assert!(peak <= 64 + BESIDE, "{peak} MB");
+        assert_eq!(well, !refused, "{said}");
+        assert_eq!(
+            said.contains("allow more with `--memory 77`"),
+            refused,
+            "{said}"
+        );
+        assert_eq!(folder.path().join("a.lxq").exists(), !refused);
+        let _ = std::fs::remove_file(folder.path().join("a.lxq"));
+    }
+}
+
 /// Under a limit of addresses, as batch systems set it: done or refused, never aborted.
 #[test]
 fn a_limit_of_addresses_ends_in_an_error_at_worst() {

@@ -95,6 +95,19 @@ fn what_is_imported_is_laid_out_and_has_no_complaint() {
 }
 
 #[test]
+fn what_an_export_loses_is_said_by_line_and_cue() {
+    let folder = folder();
+    let show = "show \"S\"\nbank a channel 1\n\ncue 1 { snap a 10 }\n\
+                cue 2.5 {\n  time 4  curve square  a full\n}\n";
+    fs::write(folder.path().join("s.lxq"), show).unwrap();
+    let (_, said) = footlight(folder.path(), "export s.lxq -o s.asc");
+    let loss = "line 5, cue 2.5: `a`: its curve is a straight fade to its last level (22.5 % of the light)";
+    assert!(said.contains(loss), "{said}");
+    let (_, said) = footlight(folder.path(), "export s.lxq -o s.asc --json");
+    assert!(said.contains("\"line\": 5,"), "{said}");
+}
+
+#[test]
 fn nothing_leaves_the_machine_unasked() {
     let folder = folder();
     fs::write(folder.path().join("s.lxq"), SHORT).unwrap();

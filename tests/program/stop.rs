@@ -2,6 +2,7 @@
 //! started is left.
 #![cfg(unix)]
 
+use std::fmt::Write as _;
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
@@ -61,6 +62,29 @@ fn every_verb_ends_soon_after_a_signal() {
             assert!(ended, "{words:?}: {}", told.status);
         }
     }
+}
+
+/// An import of many cues, for which its time does not suffice: nothing is written.
+#[test]
+fn an_import_ends_with_its_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text = String::from("Clear All\n");
+    for group in 1..2_000 {
+        writeln!(text, "Group {group}\n  1 thru 500").unwrap();
+    }
+    for cue in 1..9_999 {
+        let levels = (1..40).map(|channel| format!(" {channel} {}", channel * cue % 100));
+        writeln!(text, "Cue {cue}\n  Chan{}", levels.collect::<String>()).unwrap();
+    }
+    fs::write(folder.path().join("a.asc"), text).unwrap();
+    let begin = Instant::now();
+    let words = ["import", "a.asc", "-o", "a.lxq", "--time-limit", "100ms"];
+    let output = footlight(folder.path(), &words).output().unwrap();
+    assert!(begin.elapsed() < Duration::from_secs(5));
+    assert_eq!(output.status.code(), Some(130));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("0.1 s"), "{said}");
+    assert!(!folder.path().join("a.lxq").exists());
 }
 
 /// A renderer that never ends, with a child that would leave a file two seconds later: neither is

@@ -47,7 +47,7 @@ fn the_examples_go_to_a_desk_and_come_back() {
             .join(name);
         let show = parsed(name, &fs::read_to_string(path).unwrap());
         let carried = usitt::write(&show, &Timeline::new(&show).unwrap(), Work::silent()).unwrap();
-        let (_, back) = usitt::import("back.asc", carried.text.as_bytes());
+        let (_, back) = usitt::import("back.asc", carried.text.as_bytes(), None, Work::silent());
         let back = back.unwrap();
         let (before, after) = (levels(&show), levels(&parsed("back.lxq", &back.text)));
         assert_eq!(before.len(), after.len(), "{name}");

@@ -1,14 +1,25 @@
 //! Types of fixtures (GDTF, DIN SPEC 15800): where the light leaves them, how it spreads, and what a mode
 //! controls.
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::{Document, Node};
 
 use super::frame::Frame;
+use crate::work::{Cancelled, Work};
 
 /// Geometries inside geometries.
 const DEPTH: usize = 32;
-/// Elements of a description.
-const NODES: u32 = 2_000_000;
+/// Geometries of a type, each as often as others refer to it.
+const GEOMETRIES: usize = 100_000;
+/// Attributes of an element, each of which the parser compares with all others; a description's have
+/// ten.
+const ATTRIBUTES: usize = 250;
+/// Names of namespaces in a document: each element has those of all around it, and descriptions have
+/// none.
+const NAMESPACES: usize = 20;
+/// Bytes that an element takes, with the text behind it and with what is kept of it.
+const ELEMENT_BYTES: usize = 400;
+/// Bytes that an attribute takes.
+const ATTRIBUTE_BYTES: usize = 80;
 
 /// What is read of a fixture in one of its modes.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,21 +46,59 @@ pub struct Fixture {
     pub mode: bool,
 }
 
-/// Reads XML without entities of its own.
-pub fn parsed(text: &str) -> Result<Document<'_>, roxmltree::Error> {
-    let options = ParsingOptions {
-        nodes_limit: NODES,
-        ..ParsingOptions::default()
-    };
-    Document::parse_with_options(text, options)
+/// Why a description cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum XmlError {
+    /// It is no XML.
+    #[error(transparent)]
+    Parse(#[from] roxmltree::Error),
+    /// An element has more attributes than are read.
+    #[error("an element has more than {ATTRIBUTES} attributes")]
+    Attributes,
+    /// It has more namespaces than are read.
+    #[error("it names more than {NAMESPACES} namespaces")]
+    Namespaces,
+    /// Its geometries refer to each other in numbers that no fixture has.
+    #[error("it has more than {GEOMETRIES} geometries with those that refer to others")]
+    Geometries,
+    /// It does not fit into the memory that is left.
+    #[error("it does not fit into the memory allowed")]
+    TooLarge,
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Reads XML without entities of its own, within the memory of `work`.
+///
+/// # Errors
+/// Where it is none, or more than is read; and a cancel.
+pub fn parsed<'t>(text: &'t str, work: Work<'_>) -> Result<Document<'t>, XmlError> {
+    work.check()?;
+    let mut needed = 0_usize;
+    // What follows a `<`: an element with its attributes, then text.
+    for element in text.split('<') {
+        let equals = element.bytes().filter(|byte| *byte == b'=').count();
+        if equals > ATTRIBUTES && !element.starts_with(['!', '?', '/']) {
+            return Err(XmlError::Attributes);
+        }
+        needed = needed.saturating_add(ELEMENT_BYTES + equals * ATTRIBUTE_BYTES);
+    }
+    if needed > work.memory {
+        return Err(XmlError::TooLarge);
+    }
+    if text.matches("xmlns").count() > NAMESPACES {
+        return Err(XmlError::Namespaces);
+    }
+    Ok(Document::parse(text)?)
 }
 
 /// Reads a `description.xml`.
 ///
 /// # Errors
-/// Where it is no XML.
-pub fn read(text: &str, mode: &str) -> Result<Fixture, roxmltree::Error> {
-    let document = parsed(text)?;
+/// As [`parsed`], and where its geometries have no end.
+pub fn read(text: &str, mode: &str, work: Work<'_>) -> Result<Fixture, XmlError> {
+    let document = parsed(text, work)?;
     let root = document.root_element();
     let modes = root.descendants().filter(|n| n.has_tag_name("DMXMode"));
     let modes: Vec<Node<'_, '_>> = modes.collect();
@@ -73,7 +122,13 @@ pub fn read(text: &str, mode: &str) -> Result<Fixture, roxmltree::Error> {
             .find(|n| n.attribute("Name") == name)
             .or(first.clone().next());
         if let Some(start) = start {
-            beams(start, geometries, Frame::default(), DEPTH, &mut fixture);
+            let mut tree = Geometries {
+                all: geometries,
+                left: GEOMETRIES,
+                fixture: &mut fixture,
+                work,
+            };
+            tree.beams(start, Frame::default(), DEPTH)?;
         }
     }
     Ok(fixture)
@@ -113,14 +168,45 @@ fn channels(mode: Node<'_, '_>, fixture: &mut Fixture) {
     }
 }
 
-/// Goes down from a geometry to its beams.
-fn beams(node: Node<'_, '_>, all: Node<'_, '_>, frame: Frame, depth: usize, fixture: &mut Fixture) {
-    if depth == 0 {
-        return;
+/// The geometries of a type, whose beams are collected.
+struct Geometries<'n, 'd, 'w> {
+    all: Node<'n, 'd>,
+    /// How many more are visited.
+    left: usize,
+    fixture: &'w mut Fixture,
+    work: Work<'w>,
+}
+
+impl Geometries<'_, '_, '_> {
+    /// Goes down from a geometry to its beams.
+    fn beams(&mut self, node: Node<'_, '_>, frame: Frame, depth: usize) -> Result<(), XmlError> {
+        if depth == 0 {
+            return Ok(());
+        }
+        self.work.check()?;
+        self.left = self.left.checked_sub(1).ok_or(XmlError::Geometries)?;
+        let own = node.attribute("Position").and_then(Frame::of_rows);
+        let frame = own.map_or(frame, |own| frame.then(own));
+        if node.has_tag_name("Beam") {
+            self.beam(node, frame);
+        }
+        if node.has_tag_name("GeometryReference") {
+            let name = node.attribute("Geometry");
+            let meant = self
+                .all
+                .children()
+                .find(|n| n.is_element() && n.attribute("Name") == name);
+            if let Some(meant) = meant {
+                self.beams(meant, frame, depth - 1)?;
+            }
+        }
+        for child in node.children().filter(Node::is_element) {
+            self.beams(child, frame, depth - 1)?;
+        }
+        Ok(())
     }
-    let own = node.attribute("Position").and_then(Frame::of_rows);
-    let frame = own.map_or(frame, |own| frame.then(own));
-    if node.has_tag_name("Beam") {
+
+    fn beam(&mut self, node: Node<'_, '_>, frame: Frame) {
         let number = |name: &str| {
             node.attribute(name)?
                 .trim()
@@ -128,6 +214,7 @@ fn beams(node: Node<'_, '_>, all: Node<'_, '_>, frame: Frame, depth: usize, fixt
                 .ok()
                 .filter(|v: &f64| *v > 0.0)
         };
+        let fixture = &mut *self.fixture;
         fixture.beams += 1;
         fixture.beam = fixture.beam.or(Some(frame));
         fixture.beam_angle = fixture.beam_angle.or(number("BeamAngle"));
@@ -136,17 +223,5 @@ fn beams(node: Node<'_, '_>, all: Node<'_, '_>, frame: Frame, depth: usize, fixt
         if let Some(flux) = number("LuminousFlux") {
             fixture.flux = Some(fixture.flux.unwrap_or(0.0) + flux);
         }
-    }
-    if node.has_tag_name("GeometryReference") {
-        let name = node.attribute("Geometry");
-        let meant = all
-            .children()
-            .find(|n| n.is_element() && n.attribute("Name") == name);
-        if let Some(meant) = meant {
-            beams(meant, all, frame, depth - 1, fixture);
-        }
-    }
-    for child in node.children().filter(Node::is_element) {
-        beams(child, all, frame, depth - 1, fixture);
     }
 }

@@ -4,13 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::gdtf::{self, Fixture};
+use super::gdtf::{self, Fixture, XmlError};
 use super::zip::{Archive, ZipError};
-use super::{Carried, Hung, Plan};
+use super::{Carried, Hung, Plan, ReadError};
 use crate::desk::Loss;
 use crate::desk::names::Names;
 use crate::lang::{self, quoted};
 use crate::units::Rgb;
+use crate::work::Work;
 
 /// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
 const BEAM: f64 = 20.0;
@@ -37,12 +38,13 @@ pub fn carried(
     plan: &Plan,
     archive: &Archive<'_>,
     folder: &str,
-) -> Result<Carried, ZipError> {
+    work: Work<'_>,
+) -> Result<Carried, ReadError> {
     let mut out = Carried::default();
     let mut assumed = Assumed::default();
     let mut text = format!("// The rig of {}.\n\n", name.replace(char::is_control, " "));
-    sets(plan, archive, folder, (&mut text, &mut out))?;
-    lights(plan, archive, (&mut text, &mut out), &mut assumed)?;
+    let work = sets(plan, (archive, folder), (&mut text, &mut out), work)?;
+    lights(plan, archive, (&mut text, &mut out), &mut assumed, work)?;
     for (ending, (line, count)) in &plan.skipped {
         let what = format!("{count} files of geometry end in .{ending}: only glTF is read");
         out.losses.push(Loss::new(what).line(*line));
@@ -57,18 +59,20 @@ pub fn carried(
         .collect();
     out.assumed
         .push("the plan's X is stage left and its Y upstage".to_owned());
-    out.text = lang::format(&text).unwrap_or(text);
+    out.text = lang::format_within(&text, work.memory).unwrap_or(text);
     Ok(out)
 }
 
-fn sets(
+/// The stages, with their files; returns what is left of the memory.
+fn sets<'w>(
     plan: &Plan,
-    archive: &Archive<'_>,
-    folder: &str,
+    (archive, folder): (&Archive<'_>, &str),
     (text, out): (&mut String, &mut Carried),
-) -> Result<(), ZipError> {
+    mut work: Work<'w>,
+) -> Result<Work<'w>, ReadError> {
     let mut written = BTreeSet::new();
     for set in &plan.sets {
+        work.check()?;
         if !archive.has(&set.file) {
             let what = format!("`{}` is not in the archive", set.file);
             out.losses.push(Loss::new(what).line(set.line));
@@ -100,13 +104,14 @@ fn sets(
         }
         text.push('\n');
         if written.insert(path.clone())
-            && let Some(bytes) = archive.read(&set.file)?
+            && let Some(bytes) = archive.read(&set.file, work)?
         {
+            work = work.holding(bytes.len());
             out.files.push((path, bytes));
         }
     }
     text.push('\n');
-    Ok(())
+    Ok(work)
 }
 
 fn lights(
@@ -114,7 +119,8 @@ fn lights(
     archive: &Archive<'_>,
     (text, out): (&mut String, &mut Carried),
     assumed: &mut Assumed,
-) -> Result<(), ZipError> {
+    work: Work<'_>,
+) -> Result<(), ReadError> {
     let mut names = Names::default();
     let mut types: BTreeMap<(String, String), Fixture> = BTreeMap::new();
     // The first light of each description, which the others are like.
@@ -126,9 +132,10 @@ fn lights(
         .filter_map(|hung| hung.id.parse::<u32>().ok());
     let mut next = given.max().unwrap_or(0);
     for hung in &plan.hung {
+        work.check()?;
         let key = (hung.kind.clone(), hung.mode.clone());
         if !types.contains_key(&key) {
-            let fixture = fixture(hung, archive, out)?;
+            let fixture = fixture(hung, archive, out, work)?;
             types.insert(key.clone(), fixture);
         }
         let Some(fixture) = types.get(&key) else {
@@ -186,12 +193,17 @@ struct Channel {
 }
 
 /// The type of a fixture, from the file in the archive that its name says.
-fn fixture(hung: &Hung, archive: &Archive<'_>, out: &mut Carried) -> Result<Fixture, ZipError> {
+fn fixture(
+    hung: &Hung,
+    archive: &Archive<'_>,
+    out: &mut Carried,
+    work: Work<'_>,
+) -> Result<Fixture, ReadError> {
     let wanted = hung.kind.strip_suffix(".gdtf").unwrap_or(&hung.kind);
     let mut files = archive.names().filter(|name| name.ends_with(".gdtf"));
     let found = files.find(|name| name.strip_suffix(".gdtf") == Some(wanted));
     let bytes = match found {
-        Some(name) => archive.read(name)?,
+        Some(name) => archive.read(name, work)?,
         None => None,
     };
     let unread = |out: &mut Carried, why: String| {
@@ -202,14 +214,21 @@ fn fixture(hung: &Hung, archive: &Archive<'_>, out: &mut Carried) -> Result<Fixt
     let Some(bytes) = bytes else {
         return unread(out, "its GDTF file is not in the archive".to_owned());
     };
-    let inner = Archive::new(&bytes).and_then(|archive| archive.read("description.xml"));
+    let work = work.holding(bytes.len());
+    let inner = Archive::new(&bytes).and_then(|archive| archive.read("description.xml", work));
     let description = match inner {
         Ok(Some(description)) => description,
         Ok(None) => return unread(out, "its GDTF file has no description".to_owned()),
+        Err(error @ (ZipError::TooLarge(_) | ZipError::Cancelled(_))) => return Err(error.into()),
         Err(error) => return unread(out, error.to_string()),
     };
-    match gdtf::read(&String::from_utf8_lossy(&description), &hung.mode) {
+    let description = String::from_utf8_lossy(&description);
+    let work = work.holding(description.len());
+    match gdtf::read(&description, &hung.mode, work) {
         Ok(fixture) => Ok(fixture),
+        Err(error @ (XmlError::TooLarge | XmlError::Cancelled(_))) => {
+            Err(ReadError::Description(hung.kind.clone(), error))
+        }
         Err(error) => unread(out, format!("description.xml: {error}")),
     }
 }

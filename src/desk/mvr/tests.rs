@@ -1,10 +1,12 @@
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
+    clippy::panic,
     reason = "a test's own data"
 )]
 
 use std::io::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use flate2::write::DeflateEncoder;
 use flate2::{Compression, Crc};
@@ -12,8 +14,10 @@ use proptest::prelude::*;
 
 use super::zip::{Archive, ZipError};
 use super::{addressed, import};
+use crate::desk::{ImportError, Loss};
 use crate::diagnostic::Sources;
 use crate::lang;
+use crate::work::{Progress, Work};
 
 /// A ZIP archive of deflated files.
 fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
@@ -102,7 +106,7 @@ fn plan() -> Vec<u8> {
 
 #[test]
 fn a_plan_becomes_a_rig() {
-    let carried = import("plan.mvr", &plan(), "rig-set").unwrap();
+    let carried = import("plan.mvr", &plan(), "rig-set", Work::silent()).unwrap();
     let show = lang::parse(&mut Sources::default(), "rig.lxq", &carried.text);
     assert!(show.show.is_some(), "{:?}", show.diagnostics);
     insta::assert_snapshot!(carried.text, @r#"
@@ -161,15 +165,143 @@ fn addresses_are_counted_over_all_universes_or_not() {
 #[test]
 fn a_file_of_an_archive_is_checked() {
     let whole = archive(&[("a", &[7; 5000])]);
-    let read = |bytes: &[u8]| Archive::new(bytes).and_then(|archive| archive.read("a"));
+    let read =
+        |bytes: &[u8]| Archive::new(bytes).and_then(|archive| archive.read("a", Work::silent()));
     assert_eq!(read(&whole).unwrap().unwrap(), [7; 5000]);
-    assert_eq!(Archive::new(&whole).unwrap().read("b"), Ok(None));
+    assert_eq!(
+        Archive::new(&whole).unwrap().read("b", Work::silent()),
+        Ok(None)
+    );
     let mut damaged = whole.clone();
     damaged[34] ^= 1;
     assert_eq!(read(&damaged), Err(ZipError::File("a".to_owned())));
     assert_eq!(read(&whole[..30]), Err(ZipError::Damaged));
-    let huge = archive(&[("a", &vec![0; (64 << 20) + 1])]);
-    assert_eq!(read(&huge), Err(ZipError::TooLarge("a".to_owned())));
+    let little = Work {
+        memory: 4999,
+        ..Work::silent()
+    };
+    assert_eq!(
+        Archive::new(&whole).unwrap().read("a", little),
+        Err(ZipError::TooLarge("a".to_owned()))
+    );
+}
+
+/// What a plan is refused with in so many bytes; `None` where it is read.
+fn refused(plan: &[u8], memory: usize) -> Option<String> {
+    let work = Work {
+        memory,
+        ..Work::silent()
+    };
+    match import("plan.mvr", plan, "set", work) {
+        Ok(_) => None,
+        Err(ImportError::Refused(diagnostic)) => {
+            Some(format!("{}; {:?}", diagnostic.message, diagnostic.help))
+        }
+        Err(ImportError::Cancelled(_)) => panic!("nobody cancelled"),
+    }
+}
+
+#[test]
+fn a_plan_is_read_within_its_memory() {
+    let set = vec![7; 3 << 20];
+    let scene = SCENE.replace("leg.glb", "leg2.glb");
+    let kind = archive(&[("description.xml", TYPE.as_bytes())]);
+    let plan = archive(&[
+        ("GeneralSceneDescription.xml", scene.as_bytes()),
+        ("Maker@Profile.gdtf", &kind),
+        ("top.glb", &set),
+        ("leg2.glb", &set),
+    ]);
+    assert_eq!(refused(&plan, 16 << 20), None);
+    // One of the two is held while the other is unpacked.
+    for memory in [5 << 20, 2 << 20, 200_000, 10_000, 0] {
+        let said = refused(&plan, memory).unwrap();
+        assert!(said.contains("allow more with `--memory MB`"), "{said}");
+    }
+    // A type of fixture counts as well.
+    let large = format!("{TYPE}<!--{}-->", " ".repeat(9 << 20));
+    let kind = archive(&[("description.xml", large.as_bytes())]);
+    let plan = archive(&[
+        ("GeneralSceneDescription.xml", SCENE.as_bytes()),
+        ("Maker@Profile.gdtf", &kind),
+    ]);
+    let said = refused(&plan, 8 << 20).unwrap();
+    assert!(
+        said.contains("`description.xml` in it does not fit"),
+        "{said}"
+    );
+}
+
+/// Few bytes that a reader could be at for hours, or fill all memory with.
+#[test]
+fn a_plan_that_grows_as_it_is_read_is_refused() {
+    let scene = |text: &str| {
+        let scene = format!("<GeneralSceneDescription{text}</GeneralSceneDescription>");
+        archive(&[("GeneralSceneDescription.xml", scene.as_bytes())])
+    };
+    let attributes: String = (0..100_000).map(|i| format!(" a{i}=''")).collect();
+    let said = refused(&scene(&format!("{attributes}>")), 1 << 30).unwrap();
+    assert!(said.contains("more than 250 attributes"), "{said}");
+    let namespaces: String = (0..1_000)
+        .map(|i| format!("<a xmlns:a{i}='{i}'>"))
+        .collect();
+    let said = refused(&scene(&format!(">{namespaces}")), 1 << 30).unwrap();
+    assert!(said.contains("more than 20 namespaces"), "{said}");
+    let object = "<SceneObject><Geometries><Symbol symdef='a'/></Geometries></SceneObject>";
+    let symbols = format!(
+        "><Symdef uuid='a'>{}</Symdef><Layer><ChildList>{}</ChildList></Layer>",
+        format!(
+            "<ChildList>{}</ChildList>",
+            "<Geometry3D fileName='a.glb'/>".repeat(5_000)
+        ),
+        object.repeat(5_000)
+    );
+    let said = refused(&scene(&symbols), 1 << 30).unwrap();
+    assert!(said.contains("more than 10000 objects"), "{said}");
+    // Each geometry has nine that refer to the next.
+    let mut geometries = String::new();
+    for i in 0..20 {
+        let next = format!("<GeometryReference Geometry='g{}'/>", i + 1);
+        geometries += &format!("<Geometry Name='g{i}'>{}</Geometry>", next.repeat(9));
+    }
+    let kind = TYPE.replace("<Geometries>", &format!("<Geometries>{geometries}"));
+    let kind = kind.replace("Geometry=\"Base\"", "Geometry=\"g0\"");
+    let kind = archive(&[("description.xml", kind.as_bytes())]);
+    let plan = archive(&[
+        ("GeneralSceneDescription.xml", SCENE.as_bytes()),
+        ("Maker@Profile.gdtf", &kind),
+    ]);
+    let carried = import("plan.mvr", &plan, "set", Work::silent()).unwrap();
+    let told = |loss: &Loss| loss.what.contains("more than 100000 geometries");
+    assert!(carried.losses.iter().any(told), "{:?}", carried.losses);
+}
+
+/// Cancels after so many looks.
+struct Patience(AtomicUsize);
+
+impl Progress for Patience {
+    fn cancelled(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn a_cancel_ends_it_wherever_it_is() {
+    let plan = plan();
+    let mut looks = 0;
+    loop {
+        let progress = Patience(AtomicUsize::new(looks));
+        let work = Work {
+            progress: &progress,
+            ..Work::silent()
+        };
+        match import("plan.mvr", &plan, "set", work) {
+            Err(ImportError::Cancelled(_)) => looks += 1,
+            other => break assert!(other.is_ok(), "{other:?}"),
+        }
+    }
+    // Files unpacked, objects of the plan, fixtures, geometries of their types.
+    assert!(looks > 30, "{looks}");
 }
 
 proptest! {
@@ -182,7 +314,7 @@ proptest! {
         let at = (at * bytes.len() as f64) as usize;
         bytes[at] = byte;
         bytes.truncate((cut * bytes.len() as f64) as usize);
-        let _ = import("plan.mvr", &bytes, "set");
+        let _ = import("plan.mvr", &bytes, "set", Work::silent());
     }
 
     /// So are damaged descriptions.
@@ -196,7 +328,7 @@ proptest! {
         }
         let inner = archive(&[("description.xml", &description)]);
         let outer = archive(&[("GeneralSceneDescription.xml", &scene), ("Maker@Profile.gdtf", &inner)]);
-        if let Ok(carried) = import("plan.mvr", &outer, "set") {
+        if let Ok(carried) = import("plan.mvr", &outer, "set", Work::silent()) {
             let parsed = lang::parse(&mut Sources::default(), "rig.lxq", &carried.text);
             prop_assert!(parsed.show.is_some(), "{}", carried.text);
         }

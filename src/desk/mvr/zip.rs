@@ -3,19 +3,18 @@
 //! The crate for it pulls random numbers and cleaning of memory for encryption, which does not compile
 //! for the web; `flate2` is here for PNG anyway.
 
-use std::cell::Cell;
 use std::collections::BTreeMap;
-use std::io::Read as _;
+use std::io::Read;
 
 use flate2::Crc;
 use flate2::read::DeflateDecoder;
 
+use crate::work::{Cancelled, Work};
+
 /// Files of an archive.
 const MOST_FILES: usize = 10_000;
-/// Bytes of one file when it is unpacked.
-const MOST_BYTES: u64 = 64 << 20;
-/// Bytes of all files that are unpacked.
-const MOST_IN_ALL: u64 = 1 << 30;
+/// Bytes that are unpacked between two looks at the cancel.
+const STEP: usize = 1 << 20;
 
 /// Why an archive cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -32,9 +31,12 @@ pub enum ZipError {
     /// A file is packed in a way that is not read.
     #[error("`{0}` in it is packed by method {1}; only stored and deflated files are read")]
     Method(String, u16),
-    /// A file is larger than what is read.
-    #[error("`{0}` in it has more than 64 MB, or all files have more than 1 GB")]
+    /// A file does not fit into the memory that is left.
+    #[error("`{0}` in it does not fit into the memory allowed")]
     TooLarge(String),
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -50,7 +52,6 @@ struct Entry {
 pub struct Archive<'a> {
     bytes: &'a [u8],
     files: BTreeMap<String, Entry>,
-    unpacked: Cell<u64>,
 }
 
 impl<'a> Archive<'a> {
@@ -87,11 +88,7 @@ impl<'a> Archive<'a> {
             files.insert(String::from_utf8_lossy(text).into_owned(), entry);
             at += 46 + name + extra + comment;
         }
-        Ok(Archive {
-            bytes,
-            files,
-            unpacked: Cell::new(0),
-        })
+        Ok(Archive { bytes, files })
     }
 
     /// The names of the files.
@@ -104,11 +101,11 @@ impl<'a> Archive<'a> {
         self.files.contains_key(name)
     }
 
-    /// A file's bytes; `None` where there is no such file.
+    /// A file's bytes, within the memory of `work`; `None` where there is no such file.
     ///
     /// # Errors
-    /// Where it is damaged, too large or packed otherwise.
-    pub fn read(&self, name: &str) -> Result<Option<Vec<u8>>, ZipError> {
+    /// Where it is damaged, too large or packed otherwise, and a cancel.
+    pub fn read(&self, name: &str, work: Work<'_>) -> Result<Option<Vec<u8>>, ZipError> {
         let Some(entry) = self.files.get(name) else {
             return Ok(None);
         };
@@ -118,21 +115,26 @@ impl<'a> Archive<'a> {
         let start = entry.header + 30 + skipped;
         let end = start.checked_add(entry.packed).ok_or_else(damaged)?;
         let packed = self.bytes.get(start..end).ok_or_else(damaged)?;
-        let mut out = Vec::new();
-        let read = match entry.method {
-            0 => packed.take(MOST_BYTES + 1).read_to_end(&mut out),
-            8 => DeflateDecoder::new(packed)
-                .take(MOST_BYTES + 1)
-                .read_to_end(&mut out),
+        let mut unpacker: Box<dyn Read> = match entry.method {
+            0 => Box::new(packed),
+            8 => Box::new(DeflateDecoder::new(packed)),
             method => return Err(ZipError::Method(name.to_owned(), method)),
         };
-        self.unpacked.set(self.unpacked.get() + out.len() as u64);
-        if out.len() as u64 > MOST_BYTES || self.unpacked.get() > MOST_IN_ALL {
-            return Err(ZipError::TooLarge(name.to_owned()));
+        let mut out = Vec::new();
+        loop {
+            work.check()?;
+            let mut step = unpacker.by_ref().take(STEP as u64);
+            let read = step.read_to_end(&mut out).map_err(|_| damaged())?;
+            if out.len() > work.memory {
+                return Err(ZipError::TooLarge(name.to_owned()));
+            }
+            if read == 0 {
+                break;
+            }
         }
         let mut crc = Crc::new();
         crc.update(&out);
-        match read.is_ok() && crc.sum() == entry.crc {
+        match crc.sum() == entry.crc {
             true => Ok(Some(out)),
             false => Err(damaged()),
         }

@@ -76,6 +76,8 @@ pub struct Look {
 pub struct Curve {
     pub label: String,
     pub points: Vec<(f64, f64)>,
+    /// The same to the nearest of 255 steps: all that Eos 2 writes.
+    pub steps: Vec<(f64, f64)>,
 }
 
 #[derive(Debug)]

@@ -12,9 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::model::{Channel, Desk, Group, Tenths};
 use super::record::{Record, records};
 use super::{LIMIT, MOST_CHANNELS, MOST_GROUPS};
-use crate::desk::Loss;
+use crate::desk::{ImportError, Loss};
 use crate::diagnostic::Diagnostic;
 use crate::units::Time;
+use crate::work::Work;
 
 type Refused = Box<Diagnostic>;
 
@@ -51,6 +52,15 @@ enum Section {
     Other(String),
 }
 
+/// Which text of a cue a record said last, in letters of ASCII.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+enum Text {
+    #[default]
+    Label,
+    Note,
+    Other,
+}
+
 /// Records of a kind that are not read.
 #[derive(Debug)]
 struct Unread {
@@ -70,6 +80,8 @@ struct Reader {
     members: usize,
     palettes: BTreeMap<String, BTreeMap<u32, Values>>,
     unread: BTreeMap<String, Unread>,
+    /// What a `$$UText` is of.
+    labelled: Text,
     /// The list whose cues are read, and how many cues others have.
     list: Option<String>,
     others: BTreeMap<String, (usize, usize)>,
@@ -80,19 +92,28 @@ struct Reader {
 /// Red, green and blue among a desk's parameters.
 const EMITTERS: [u32; 3] = [12, 13, 14];
 
-/// Reads `text`, which the file `name` holds.
-pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
+/// Reads `text`, which the file `name` holds, with the cues of one list, or of its first.
+pub fn read(
+    name: &str,
+    text: &str,
+    list: Option<u32>,
+    work: Work<'_>,
+) -> Result<Read, ImportError> {
     if text.len() > LIMIT {
         let message = format!("`{name}` has {} bytes; {LIMIT} are read", text.len());
-        return Err(Box::new(Diagnostic::error("", message)));
+        return Err(Box::new(Diagnostic::error("", message)).into());
     }
-    let mut reader = Reader::default();
+    let mut reader = Reader {
+        list: list.map(|list| list.to_string()),
+        ..Reader::default()
+    };
     for cues in [false, true] {
         reader.section = Section::Head;
         for record in records(text) {
             if record.key == "enddata" {
                 break;
             }
+            work.check()?;
             reader.record(&record, cues)?;
         }
         reader.mix();
@@ -100,18 +121,32 @@ pub fn read(name: &str, text: &str) -> Result<Read, Refused> {
     if reader.known == 0 {
         let message = format!("`{name}` is no USITT ASCII file: no line begins with a word of it");
         let help = "export the show from the desk as USITT ASCII (.asc)";
-        return Err(Box::new(Diagnostic::error("", message).help(help)));
+        return Err(Box::new(Diagnostic::error("", message).help(help)).into());
     }
-    reader.finish()
+    if let (Some(list), true) = (list, reader.show.cues.is_empty()) {
+        let others = reader.others.iter();
+        let others = others.map(|(list, (_, count))| format!("{list} ({})", cues(*count)));
+        let others: Vec<String> = others.collect();
+        let message = format!("`{name}` has no cue of list {list}");
+        let error = Diagnostic::error("", message);
+        return Err(Box::new(match others.is_empty() {
+            true => error.help("it has no cues"),
+            false => error.help(format!("its lists: {}", others.join(", "))),
+        })
+        .into());
+    }
+    Ok(reader.finish())
 }
 
 impl Reader {
     /// One record, in the pass through the cues or the one before it.
     fn record(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
+        // Cues of other lists, and those with more than one digit behind the point.
+        let is_cue = record.key == "cue" || (record.key == "$cue" && self.is_etc());
         let is_primary = matches!(record.key.as_str(), "cue" | "group" | "sub" | "patch")
             || (record.key.starts_with('$') && !record.key.starts_with("$$"));
         if is_primary {
-            return self.begin(record, cues);
+            return self.begin(record, is_cue, cues);
         }
         let in_cue = matches!(self.section, Section::Cue | Section::OtherCue);
         if matches!(
@@ -140,15 +175,20 @@ impl Reader {
     }
 
     /// A record that begins something.
-    fn begin(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
-        if (record.key == "cue") != cues {
-            self.section = match record.key.as_str() {
-                "cue" => Section::OtherCue,
-                _ => Section::Head,
+    fn begin(&mut self, record: &Record<'_>, is_cue: bool, cues: bool) -> Result<(), Refused> {
+        self.labelled = Text::Label;
+        if is_cue != cues {
+            self.section = match is_cue {
+                true => Section::OtherCue,
+                false => Section::Head,
             };
             return Ok(());
         }
         self.known += 1;
+        if is_cue {
+            self.section = self.cue(record)?;
+            return Ok(());
+        }
         if self.show.groups.len().max(self.show.looks.len()) >= MOST_GROUPS {
             return record.refuse(
                 format!("more than {MOST_GROUPS} groups or submasters"),
@@ -157,7 +197,6 @@ impl Reader {
         }
         let number = record.words().next();
         self.section = match record.key.as_str() {
-            "cue" => self.cue(record)?,
             "patch" => self.soft_patch(record)?,
             "$patch" => self.patch(record)?,
             "$personality" => Section::Personality(record.number(number)?),
@@ -175,7 +214,7 @@ impl Reader {
                 Section::Palette(key)
             }
             "$colorpalette" => Section::Palette(format!("CP{}", number.unwrap_or_default())),
-            "$intensitypalette" => Section::Palette(format!("IP{}", number.unwrap_or_default())),
+            "$intenspalette" => Section::Palette(format!("IP{}", number.unwrap_or_default())),
             "$curve" => Section::Curve(record.number(number)?),
             "$cuelist" => Section::CueList(number.unwrap_or_default().to_owned()),
             "$paramtype" => Section::Other("$paramtype".to_owned()),
@@ -185,6 +224,14 @@ impl Reader {
             }
         };
         Ok(())
+    }
+
+    /// The file is of a desk of ETC's, whose own records are known.
+    fn is_etc(&self) -> bool {
+        let console = self.show.console.to_ascii_lowercase();
+        console
+            .split(' ')
+            .any(|word| word == "etc" || word == "eos")
     }
 
     /// Counts a record that is not read.
@@ -262,7 +309,7 @@ impl Reader {
         }
     }
 
-    fn finish(mut self) -> Result<Read, Refused> {
+    fn finish(mut self) -> Read {
         for (key, unread) in &self.unread {
             let records = match unread.count {
                 1 => "1 record".to_owned(),
@@ -276,15 +323,24 @@ impl Reader {
             self.losses.push(Loss::new(what).line(unread.first));
         }
         for (list, (line, count)) in &self.others {
-            let what =
-                format!("list {list} ({count} of its records begin a cue): the first list is read");
+            let what = format!(
+                "list {list} ({}) is left out: `--list {list}` reads it in place of this one",
+                cues(*count)
+            );
             self.losses.push(Loss::new(what).line(*line));
         }
         self.show.cues.sort_by_key(|cue| cue.number);
-        Ok(Read {
+        Read {
             show: self.show,
             losses: self.losses,
-        })
+        }
+    }
+}
+
+fn cues(count: usize) -> String {
+    match count {
+        1 => "1 cue".to_owned(),
+        count => format!("{count} cues"),
     }
 }
 

@@ -33,7 +33,10 @@ pub fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
             let key = key.split('!').next().unwrap_or_default();
             let rest = content.get(key.len()..).unwrap_or_default();
             let key = key.to_ascii_lowercase();
-            let commented = !matches!(key.as_str(), "text" | "$$title" | "$$notes");
+            let commented = !matches!(
+                key.as_str(),
+                "text" | "$$text" | "$$title" | "$$notes" | "$$cuenotes"
+            );
             let rest = match rest.find('!').filter(|_| commented) {
                 Some(comment) => rest.get(..comment).unwrap_or_default(),
                 None => rest,

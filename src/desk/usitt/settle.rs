@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::model::{Cue, Desk, Fade, Part, Tenths};
 use crate::desk::Loss;
 use crate::units::{CueNumber, Rgb, Time};
+use crate::work::{Cancelled, Work};
 
 /// A cue with what it moves.
 #[derive(Debug)]
@@ -49,16 +50,24 @@ struct Tracked {
 }
 
 /// The cues with what they move.
-pub fn settle<'a>(desk: &'a Desk, losses: &mut Vec<Loss>) -> Vec<Settled<'a>> {
+///
+/// # Errors
+/// A cancel.
+pub fn settle<'a>(
+    desk: &'a Desk,
+    losses: &mut Vec<Loss>,
+    work: Work<'_>,
+) -> Result<Vec<Settled<'a>>, Cancelled> {
     let mut tracked = Tracked::default();
     let mut out = Vec::new();
     for cue in &desk.cues {
+        work.check()?;
         out.push(tracked.cue(desk, cue, losses));
     }
     for settled in &out {
         check_link(settled.cue, desk.cues.last().map(|cue| cue.number), losses);
     }
-    out
+    Ok(out)
 }
 
 fn check_link(cue: &Cue, last: Option<CueNumber>, losses: &mut Vec<Loss>) {

@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 
 use super::model::{Curve, Desk, FULL, Tenths};
 use super::settle::{FIVE, Move, Settled, Step, Timing, timing_of};
-use crate::desk::Loss;
 use crate::desk::names::Names;
-use crate::diagnostic::Diagnostic;
+use crate::desk::{ImportError, Loss};
 use crate::lang::{self, quoted};
 use crate::units::Time;
+use crate::work::Work;
 
 /// Columns of a line.
 const WIDTH: usize = 92;
@@ -27,12 +27,16 @@ struct Sheet<'a> {
 }
 
 /// The text for a desk's show, in its canonical layout.
+///
+/// # Errors
+/// Where that takes more memory than there is, and a cancel.
 pub fn text(
     name: &str,
     desk: &Desk,
     cues: &[Settled<'_>],
     losses: &mut Vec<Loss>,
-) -> Result<String, Box<Diagnostic>> {
+    work: Work<'_>,
+) -> Result<String, ImportError> {
     let mut names = Names::default();
     let mut sheet = Sheet {
         desk,
@@ -47,9 +51,11 @@ pub fn text(
     sheet.curves(cues, &mut names, &mut out, losses);
     out.push('\n');
     for settled in cues {
+        work.check()?;
         sheet.cue(settled, cues.last(), &mut out);
     }
-    lang::format(&out).map_err(|mut errors| Box::new(errors.remove(0)))
+    let work = work.holding(out.len());
+    lang::format_within(&out, work.memory).map_err(|mut errors| Box::new(errors.remove(0)).into())
 }
 
 /// A bank for each channel that a cue, a group or a look uses.
@@ -413,14 +419,18 @@ fn words(list: &[String]) -> Vec<&str> {
 
 /// The knots of a curve that goes from 0 to 1.
 fn knots(curve: &Curve) -> Option<String> {
-    let rises = curve.points.is_sorted_by(|a, b| a.0 < b.0);
-    let ends = (curve.points.first()?, curve.points.last()?);
+    let points = match curve.points.is_empty() {
+        true => &curve.steps,
+        false => &curve.points,
+    };
+    let rises = points.is_sorted_by(|a, b| a.0 < b.0);
+    let ends = (points.first()?, points.last()?);
     if !rises || *ends.0 != (0.0, 0.0) || *ends.1 != (1.0, 1.0) {
         return None;
     }
-    let knots = curve.points.iter().map(|(at, value)| {
+    let knots = points.iter().map(|(at, value)| {
         let level = (value * 1000.0).round() / 10.0;
-        format!("{at} {level}")
+        format!("{} {level}", (at * 1e4).round() / 1e4)
     });
     let knots: Vec<String> = knots.collect();
     Some(knots.join(", "))

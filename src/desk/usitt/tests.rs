@@ -7,18 +7,19 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use proptest::prelude::*;
 
 use super::model::{step, tenths};
 use super::{import, write};
-use crate::desk::Carried;
+use crate::desk::{Carried, ImportError};
 use crate::diagnostic::{Sources, Style, render};
 use crate::lang;
 use crate::show::{Link, Show};
 use crate::timeline::{Timeline, cue_moves};
 use crate::units::{Rgb, Time};
-use crate::work::Work;
+use crate::work::{Progress, Work};
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();
@@ -32,7 +33,9 @@ fn exported(show: &Show) -> Carried {
 }
 
 fn imported(text: &str) -> Carried {
-    import("test.asc", text.as_bytes()).1.unwrap()
+    import("test.asc", text.as_bytes(), None, Work::silent())
+        .1
+        .unwrap()
 }
 
 /// What a channel does in a cue: the level, and the wait and time to it, where it changes.
@@ -194,7 +197,7 @@ fn an_eos_file_becomes_a_designers_text() {
         line 31: `$effect` is not read (3 records, the first here): effects are written by hand: `effect NAME = …`
         line 40, cue 1: channel 9: parameters 48@255 (more emitters, places, shapes)
         line 54: `cue $$timeposition` is not read (1 record): lights do not move here
-        line 56: list 2 (1 of its records begin a cue): the first list is read
+        line 56: list 2 (1 cue) is left out: `--list 2` reads it in place of this one
         "#);
 }
 
@@ -258,10 +261,13 @@ cue 2.5 { warm 20  time 3  follow 10 }
 cue 3 { cueonly  snap  warm full }
 cue 4 { time 2  sky #ff8000 }
 cue 5 { assert  time 1  lamps 1 }
-cue 6 { blackout }
+cue 6 { blackout  note "Là-bas!" }
 "#,
     );
-    assert!(back.contains("cue 6   { blackout }"), "{back}");
+    assert!(
+        back.contains("cue 6   { blackout  note \"Là-bas!\" }"),
+        "{back}"
+    );
     assert!(back.contains("{ snap  night "), "{back}");
 }
 
@@ -285,7 +291,6 @@ fn what_a_file_cannot_hold_is_listed() {
         fixed `e` is no channel of the desk (10 % of the light)
         bank `a`: its dimmer is to be set at the desk (25 % of the light)
         cue 1: effect `f` (80 % of the light)
-        cue 3: its note
         clock times (`at`) of cues 1: they wait for GO
         "#);
 }
@@ -306,14 +311,13 @@ fn a_wrong_file_is_refused_with_its_line() {
         "Group 1\n  1 thru 999999\n",
         "$Curve one\n",
     ] {
-        let (text, refused) = import("bad.asc", text.as_bytes());
+        let (text, refused) = import("bad.asc", text.as_bytes(), None, Work::silent());
         let mut sources = Sources::default();
         sources.add("bad.asc", text);
-        let _ = write!(
-            all,
-            "{}",
-            render(&[*refused.unwrap_err()], &sources, Style::Short)
-        );
+        let Err(ImportError::Refused(refused)) = refused else {
+            panic!("{refused:?}");
+        };
+        let _ = write!(all, "{}", render(&[*refused], &sources, Style::Short));
     }
     insta::assert_snapshot!(all, @r#"
         error: `bad.asc` is no USITT ASCII file: no line begins with a word of it
@@ -328,6 +332,135 @@ fn a_wrong_file_is_refused_with_its_line() {
         bad.asc:2:3: error: more than 10000 channels in a row
         bad.asc:1:1: error: `$curve` needs a number
         "#);
+}
+
+/// What an Eos of today writes beside the standard's records.
+const RECORDS: &str = "\
+Ident 3:0
+Manufacturer ETC
+Console Eos
+$Personality 7
+   $$PersChan 1 1 1 0 0
+   $$PersChan 12 1 2 0 255
+   $$PersChan 13 1 3 0 255
+   $$PersChan 14 1 4 0 255
+$Patch 1 7 1 0 1
+$Curve 902
+   Text Slow Bottom
+   $$CurveData 0@0 128@51 255@255
+$IntensPalette 2
+   Chan 2@Hff
+Cue 1 1
+   Text Go
+   $$CueNotes Watch the tenor!
+   $$UText 4C00 6900 6500 6400
+   $$SceneText Act one
+   $$UText 4100
+   $$Curve 902
+   $$TimeUp 3 0 M 1
+   Up 3
+   $$ChanMove 1@H80 2@IP2
+   Chan 1@H80 2@Hff
+   $$Param 1 1@b128 12@b255 13@k0 14@a0
+   $$Param 1 12@r0 79@b3
+   $$ParamTimes 1 1 M -
+$Cue 1.25 1
+   $$Text Between
+   $$ChanMove 2@H00
+   Chan 1@H80
+$Cue 5 2
+   $$ChanMove 1@Hff
+$Cue 6 2
+   $$ChanMove 1@H00
+";
+
+#[test]
+fn records_of_an_eos_are_read() {
+    let carried = imported(RECORDS);
+    insta::assert_snapshot!(carried.text, @r#"
+        // From test.asc, ETC Eos. A bank without lights is a channel of the desk.
+
+        show "test"
+
+        bank ch1  channel 1  rgb
+        bank ch2  channel 2
+
+        curve slow_bottom = linear 0 0, 0.502 20, 1 100
+
+        cue 1    "Go"      { time 3  curve slow_bottom  ch1 50 #ff00ff  ch2 full  note "Lied" }
+        cue 1.25 "Between" { ch2 out }
+        "#);
+    let losses: Vec<String> = carried.losses.iter().map(ToString::to_string).collect();
+    insta::assert_snapshot!(losses.join("\n"), @r#"
+        line 19: `cue $$scenetext` is not read (1 record)
+        line 22, cue 1: `$$timeup 3 0 M 1`: a time by hand is a time of its own here
+        line 27, cue 1: channel 1: parameters 12@r0 79@3 (more emitters, places, shapes)
+        line 28: `cue $$paramtimes M` is not read (1 record): a time by hand is the cue's here
+        line 33: list 2 (2 cues) is left out: `--list 2` reads it in place of this one
+        "#);
+}
+
+#[test]
+fn one_list_of_several_is_read() {
+    let of = |list| import("test.asc", RECORDS.as_bytes(), Some(list), Work::silent()).1;
+    let second = of(2).unwrap();
+    let at = second.text.find("cue ").unwrap();
+    insta::assert_snapshot!(&second.text[at..], @r#"
+        cue 5 { ch1 full }
+        cue 6 { ch1 out }
+        "#);
+    let told = second.losses.iter().map(ToString::to_string);
+    assert!(
+        told.into_iter()
+            .any(|loss| loss.contains("list 1 (2 cues) is left out: `--list 1`"))
+    );
+    let Err(ImportError::Refused(refused)) = of(3) else {
+        panic!("there is none");
+    };
+    assert_eq!(refused.message, "`test.asc` has no cue of list 3");
+    assert!(format!("{:?}", refused.help).contains("1 (2 cues), 2 (2 cues)"));
+}
+
+/// Cancels after so many looks.
+struct Patience(AtomicUsize);
+
+impl Progress for Patience {
+    fn cancelled(&self) -> bool {
+        self.0.fetch_sub(1, Ordering::Relaxed) == 0
+    }
+}
+
+#[test]
+fn memory_and_cancel_reach_the_reader() {
+    let text = "Clear All\nCue 1\n  Chan 1@50\nCue 2\n  Chan 1@60\n";
+    for looks in 0.. {
+        let progress = Patience(AtomicUsize::new(looks));
+        let work = Work {
+            progress: &progress,
+            ..Work::silent()
+        };
+        match import("test.asc", text.as_bytes(), None, work).1 {
+            Err(ImportError::Cancelled(_)) => {}
+            other => {
+                // Five records, twice, and two cues, twice.
+                assert!(other.is_ok() && looks == 14, "{looks}: {other:?}");
+                break;
+            }
+        }
+    }
+    let little = Work {
+        memory: 1 << 20,
+        ..Work::silent()
+    };
+    let large = text.repeat(1_000);
+    let Err(ImportError::Refused(refused)) = import("test.asc", large.as_bytes(), None, little).1
+    else {
+        panic!("it takes more");
+    };
+    assert!(
+        format!("{:?}", refused.help).contains("`--memory "),
+        "{refused:?}"
+    );
 }
 
 proptest! {
@@ -376,7 +509,7 @@ proptest! {
         let mut bytes = EOS.as_bytes().to_vec();
         bytes[at] = byte;
         bytes.truncate(cut.max(at));
-        if let (_, Ok(carried)) = import("test.asc", &bytes) {
+        if let (_, Ok(carried)) = import("test.asc", &bytes, None, Work::silent()) {
             parsed(&carried.text);
         }
     }

@@ -153,15 +153,19 @@ impl Writer<'_> {
         self.text.push('\n');
     }
 
-    /// A label, and in UTF-16 too where it is not ASCII.
     fn label(&mut self, label: &str) {
-        if label.is_empty() {
+        self.text("Text", label);
+    }
+
+    /// A text, and in UTF-16 too where it is not ASCII.
+    fn text(&mut self, key: &str, text: &str) {
+        if text.is_empty() {
             return;
         }
-        let plain = ascii(label, WIDTH - 8);
-        let _ = writeln!(self.text, "   Text {plain}");
-        if plain != label {
-            let units = label
+        let plain = ascii(text, WIDTH - 4 - key.len());
+        let _ = writeln!(self.text, "   {key} {plain}");
+        if plain != text {
+            let units = text
                 .encode_utf16()
                 .map(|unit| format!("{:04X}", unit.swap_bytes()));
             let units: Vec<String> = units.collect();
@@ -184,18 +188,16 @@ impl Writer<'_> {
             let _ = writeln!(self.text, "Sub {}", index + 1);
             self.label(&look.name);
             let mut levels = BTreeMap::new();
+            let mut coloured = BTreeSet::new();
             for (parameter, level) in &look.levels {
                 match self.bank_of(*parameter) {
                     (bank, 0) => drop(levels.insert(self.channel(bank), of(*level))),
-                    (bank, _) => {
-                        let what = format!(
-                            "look `{}`: the colour of channel {}",
-                            look.name,
-                            self.channel(bank)
-                        );
-                        self.losses.push(Loss::new(what));
-                    }
+                    (bank, _) => drop(coloured.insert(self.channel(bank))),
                 }
+            }
+            for channel in coloured {
+                let what = format!("look `{}`: the colour of channel {channel}", look.name);
+                self.losses.push(Loss::new(what));
             }
             self.levels("Chan", &levels, hex);
         }
@@ -233,6 +235,7 @@ impl Writer<'_> {
         let parts = self.parts(index, cue, moves, &before);
         let _ = writeln!(self.text, "Cue {} 1", cue.number);
         self.label(&cue.label);
+        self.text("$$CueNotes", &cue.note);
         let several = parts.len() > 1;
         // Channels that the cue does not move are in its first part.
         let moved: BTreeSet<usize> = parts

@@ -1,5 +1,7 @@
 //! The show for another program.
 
+use std::collections::BTreeMap;
+
 use super::usage;
 use crate::desk::{ExportError, qlc, usitt};
 use crate::engine;
@@ -18,10 +20,19 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         _ => usitt::write,
     };
     let work = repl.engine.host().work();
-    let carried = write(show, timeline, work).map_err(|error| match error {
+    let mut carried = write(show, timeline, work).map_err(|error| match error {
         ExportError::Cancelled(cancelled) => engine::Error::from(cancelled).into(),
         ExportError::Timeline(_) => Error::Usage(error.to_string()),
     })?;
+    let lines: BTreeMap<String, Option<usize>> = show
+        .cues
+        .iter()
+        .map(|cue| (cue.number.to_string(), document.line_of(cue.id)))
+        .collect();
+    for loss in &mut carried.losses {
+        let cue = loss.cue.as_ref().and_then(|cue| lines.get(cue));
+        loss.line = cue.copied().flatten();
+    }
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
     match call.has("json") {
         true => {

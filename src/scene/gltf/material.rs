@@ -99,6 +99,8 @@ pub fn all(
             ..Material::diffuse(name, Rgb([r, g, b].map(|c| c * share)))
         };
         let alpha = alpha(described);
+        // A sheet that is cut out is thin: of one-sided leaves and gauze the backs would be black.
+        let is_cut_out = image.is_some() && alpha != Alpha::Opaque;
         if let Some(image) = image {
             let texture = Texture {
                 factor: base.factor,
@@ -113,7 +115,7 @@ pub fn all(
         out.places
             .push(material.texture.as_ref().and(base.texture).map(Places::of));
         out.materials.push(material);
-        out.double_sided.push(described.double_sided);
+        out.double_sided.push(described.double_sided || is_cut_out);
     }
     out.materials.push(Material::diffuse(
         names.next(None, "default"),

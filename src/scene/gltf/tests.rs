@@ -3,6 +3,7 @@
 use super::*;
 use crate::files::{FileError, Memory};
 use crate::geometry::{Vec3, newell, vec3};
+use crate::picture::png;
 use crate::scene::import::{Import, Options, read};
 use crate::scene::{LampShape, Polygon};
 use crate::units::Rgb;
@@ -368,6 +369,26 @@ fn double_sided_materials_get_a_back() {
         (front_only.summary.backs, front_only.scene.polygons.len()),
         (0, 1)
     );
+}
+
+/// So has one that its texture cuts out, whatever the file says of its sides.
+#[test]
+fn what_is_cut_out_gets_a_back() {
+    let backs = |mode: &str| {
+        let rest = format!(
+            r#""materials":[{{"name":"leaf","alphaMode":"{mode}",
+                "pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}],
+            "textures":[{{"source":0}}],"images":[{{"uri":"leaf.png"}}],"nodes":[{{"mesh":0}}]"#
+        );
+        let leaf = png::encode(2, 2, &[200; 12]).unwrap();
+        let files = Memory::default()
+            .with("a.glb", glb(&described(&rest), &square()))
+            .with("leaf.png", leaf);
+        let import = read(&files, "a.glb", &Options::default(), usize::MAX).unwrap();
+        assert!(import.scene.materials[0].texture.is_some());
+        import.summary.backs
+    };
+    assert_eq!(["OPAQUE", "MASK", "BLEND"].map(backs), [0, 1, 1]);
 }
 
 #[test]

@@ -4,6 +4,7 @@
 use footlight::desk::{mvr, osc, usitt};
 use footlight::diagnostic::Sources;
 use footlight::lang;
+use footlight::work::Work;
 use libfuzzer_sys::fuzz_target;
 
 fn is_show(text: &str) {
@@ -12,11 +13,15 @@ fn is_show(text: &str) {
 }
 
 fuzz_target!(|bytes: &[u8]| {
+    let work = Work {
+        memory: 256 << 20,
+        ..Work::silent()
+    };
     osc::read(bytes);
-    if let (_, Ok(carried)) = usitt::import("a.asc", bytes) {
+    if let (_, Ok(carried)) = usitt::import("a.asc", bytes, None, work) {
         is_show(&carried.text);
     }
-    if let Ok(carried) = mvr::import("a.mvr", bytes, "set") {
+    if let Ok(carried) = mvr::import("a.mvr", bytes, "set", work) {
         is_show(&carried.text);
     }
 });

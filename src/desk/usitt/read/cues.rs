@@ -3,7 +3,7 @@
 use super::super::model::{Cue, Fade, Part, Tenths};
 use super::super::record::Record;
 use super::super::{MOST_CHANNELS, MOST_CUES};
-use super::{EMITTERS, Reader, Refused, Section, utf16, why};
+use super::{EMITTERS, Reader, Refused, Section, Text, utf16, why};
 use crate::desk::Loss;
 use crate::units::Time;
 
@@ -16,10 +16,10 @@ impl Reader {
         };
         let skipped = usize::from(part.is_some());
         let list = record.words().nth(1 + skipped).unwrap_or("1").to_owned();
-        let first = self.list.get_or_insert_with(|| list.clone());
-        if *first != list {
+        let read = self.list.get_or_insert_with(|| list.clone());
+        if *read != list {
             let other = self.others.entry(list).or_insert((record.line, 0));
-            other.1 += 1;
+            other.1 += usize::from(part.is_none());
             return Ok(Section::OtherCue);
         }
         let number = record.cue(number)?;
@@ -92,10 +92,16 @@ impl Reader {
             "chan" | "$$chanmove" => return self.levels(record),
             "$$param" => return self.colours(record),
             "$$paramtimes" => return self.own_time(record),
-            "link" => {
+            "link" | "$$link" => {
                 let what = format!("`Link {}`: cues run in their order here", record.rest);
                 self.losses.push(loss(what));
                 return Ok(());
+            }
+            "$$timeup" | "$$timedown" if record.words().nth(2) == Some("M") => {
+                self.losses.push(loss(format!(
+                    "`{} {}`: a time by hand is a time of its own here",
+                    record.key, record.rest
+                )));
             }
             "$$rate" | "$$effect" | "$$mark" | "$$loop" | "$$allfade" => {
                 let what = format!("`{} {}` is not read", record.key, record.rest);
@@ -112,8 +118,19 @@ impl Reader {
         };
         let words = || record.words().next().unwrap_or_default();
         match record.key.as_str() {
-            "text" => part.label = record.text(),
-            "$$utext" => part.label = utf16(record).unwrap_or(std::mem::take(&mut part.label)),
+            "text" | "$$text" => {
+                part.label = record.text();
+                self.labelled = Text::Label;
+            }
+            "$$notes" | "$$cuenotes" => {
+                cue.note = record.text();
+                self.labelled = Text::Note;
+            }
+            "$$utext" => match (self.labelled, utf16(record)) {
+                (Text::Label, Some(text)) => part.label = text,
+                (Text::Note, Some(text)) => cue.note = text,
+                _ => {}
+            },
             "up" => part.up = Some(record.fade()?),
             "down" => part.down = Some(record.fade()?),
             "$$timeup" => part.up = part.up.or(Some(record.fade()?)),
@@ -125,8 +142,8 @@ impl Reader {
             "$$hang" => cue.hang = Some(record.time(words())?),
             "$$block" => cue.block = true,
             "$$assert" => cue.assert = true,
-            "$$notes" => cue.note = record.text(),
             key => {
+                self.labelled = Text::Other;
                 let key = format!("cue {key}");
                 return self.skip(record, &key, why(&key));
             }
@@ -223,8 +240,13 @@ impl Reader {
         let (channel, values) = self.parameters(record)?;
         let mut colour = [None; 3];
         let mut others = Vec::new();
-        for (parameter, word) in values {
+        for (parameter, written) in values {
             let emitter = EMITTERS.iter().position(|e| *e == parameter);
+            // Asserted, which is no move; or blocked, asserted and blocked before the value.
+            if written.starts_with('a') {
+                continue;
+            }
+            let word = written.strip_prefix(['b', 'k']).unwrap_or(written);
             match emitter.and_then(|emitter| colour.get_mut(emitter).zip(Some(emitter))) {
                 Some((place, emitter)) => {
                     let palette = self.palettes.get(word).and_then(|p| p.get(&channel));
@@ -263,6 +285,10 @@ impl Reader {
         let [channel, "1", time, rest @ ..] = words.as_slice() else {
             return self.skip(record, "cue $$paramtimes", why("cue $$paramtimes"));
         };
+        if *time == "M" {
+            let key = "cue $$paramtimes M";
+            return self.skip(record, key, "a time by hand is the cue's here");
+        }
         let own = |word: Option<&&str>| match word {
             None | Some(&"-") => Ok(Time::ZERO),
             Some(word) => record.time(word),

@@ -228,8 +228,15 @@ impl Reader {
                         .push((f64::from(at) / 1000.0, f64::from(value) / 1000.0));
                 }
             }
-            // The same curve in 256 steps.
-            "$$curvedata" | "$$interpolated" => {}
+            "$$curvedata" => {
+                let step = |word: &str| -> Result<f64, Refused> {
+                    Ok(f64::from(record.number(Some(word))?.min(255)) / 255.0)
+                };
+                for (at, value) in record.pairs()? {
+                    curve.steps.push((step(at)?, step(value)?));
+                }
+            }
+            "$$interpolated" => {}
             _ => return self.skip(record, "$curve", ""),
         }
         Ok(())

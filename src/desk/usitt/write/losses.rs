@@ -109,9 +109,6 @@ impl Writer<'_> {
             self.losses.push(Loss::new(what).light(far));
         }
         for cue in &show.cues {
-            if !cue.note.is_empty() {
-                self.losses.push(Loss::new("its note").cue(cue.number));
-            }
             for change in cue.parts.iter().flat_map(|part| &part.effects) {
                 let Some(effect) = change.effect.and_then(|effect| show.effects.get(effect)) else {
                     continue;
