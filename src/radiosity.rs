@@ -59,7 +59,6 @@ use final_gather::{FinalGather, GatherStep};
 use indirect::gather::{GatherPoints, GatherScene, RowTally, form_factors, record_visible_points};
 use lists::Lists;
 use memory::MemoryBudget;
-use mesh::element::Element;
 use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use rounding::Rounding;
@@ -283,11 +282,8 @@ impl Operator {
         let tally = RowTally::new("form factors", every.len());
         let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &tally, limited)?;
         budget.take("form factors", rows.bytes())?;
-        let facet_of = |e: &Element| &surfaces.facets[e.facet];
-        let reflectance = mesh.elements.iter().map(facet_of);
-        let reflectance: Vec<[f32; 3]> = reflectance
-            .map(|f| f.reflectance.map(|r| r as f32))
-            .collect();
+        let reflectance = mesh.elements.iter().map(|e| e.reflectance(&surfaces));
+        let reflectance: Vec<[f32; 3]> = reflectance.map(|of| of.map(|r| r as f32)).collect();
         work.check()?;
         let bounces = Bounces::new(&rows, &reflectance);
 

@@ -13,6 +13,7 @@ use crate::engine;
 use crate::files::{Disk, Store as _, is_same};
 use crate::printable;
 use crate::repl::Error;
+use crate::report::words::count;
 use crate::report::{self, exchange, format};
 use crate::work::Work;
 
@@ -106,9 +107,9 @@ fn rig(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     }
     if !carried.files.is_empty() {
         wrote.push(format!(
-            "{} ({} files)",
-            shown(&beside.join(folder)),
-            carried.files.len()
+            "{} ({})",
+            shown(&arguments.output.with_file_name(folder)),
+            count(carried.files.len(), "file")
         ));
     }
     Disk.output(&arguments.output, carried.text.as_bytes())?;

@@ -2,7 +2,10 @@
 
 use crate::reference::{cornell, counted, errors, furnace, picture, render, stage};
 use crate::superposition::stage_with_spot;
+use footlight::files::Memory;
 use footlight::geometry::vec3;
+use footlight::picture::png;
+use footlight::scene::import::{self, Options};
 use footlight::scene::profile::Profile;
 use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
 use footlight::units::Rgb;
@@ -140,5 +143,65 @@ fn cornell_and_stage_meet_their_references_better_with_quality() {
             );
             last = fair;
         }
+    }
+}
+
+/// A floor whose texture is half black lights its walls as a floor of two materials does.
+#[test]
+fn a_texture_reflects_by_its_mean_over_each_element() {
+    let points = [
+        [-3, -3, 0],
+        [3, -3, 0],
+        [3, 3, 0],
+        [-3, 3, 0],
+        [-3, 3, 3],
+        [3, 3, 3],
+        [-3, -3, 3],
+        [3, -3, 3],
+        [0, -3, 0],
+        [0, 3, 0],
+    ];
+    let points = points.map(|[x, y, z]| format!("v {x} {z} {}\n", -y));
+    let walls = "usemtl wall\nf 4 3 6 5\nf 3 2 8 6\nf 1 4 5 7\n";
+    let painted = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl painted\nf 1/1 2/2 3/3 4/4\n";
+    let plain = "usemtl black\nf 1 9 10 4\nusemtl white\nf 9 2 3 10\n";
+    let materials = "newmtl painted\nKd 0.8 0.8 0.8\nmap_Kd floor.png\nnewmtl black\nKd 0 0 0\n\
+                     newmtl white\nKd 0.8 0.8 0.8\nnewmtl wall\nKd 0.5 0.5 0.5\n";
+    let texels: Vec<u8> = (0..64 * 64 * 3)
+        .map(|i| if i / 3 % 64 < 32 { 0 } else { 255 })
+        .collect();
+    let lit = |floor: &str| {
+        let text = format!("mtllib m.mtl\n{}{walls}{floor}", points.concat());
+        let files = Memory::default()
+            .with("a.obj", text)
+            .with("m.mtl", materials)
+            .with("floor.png", png::encode(64, 64, &texels).unwrap());
+        let import = import::read(&files, "a.obj", &Options::default(), usize::MAX).unwrap();
+        let mut case = stage_with_spot([96, 54]);
+        case.scene = import.scene;
+        (case.view.from, case.view.to) = (vec3(0.0, -9.0, 1.5), vec3(0.0, 3.0, 1.5));
+        case.view.fov = 25.0;
+        case.rig.lights = vec![Light::Spot(Spot {
+            position: vec3(0.0, 0.0, 3.0),
+            aim: vec3(0.0, 0.0, 0.0),
+            beam: 90.0,
+            field: 120.0,
+            intensity: Rgb([2000.0; 3]),
+        })];
+        let filter = Rgb::WHITE;
+        case.rig.sources.truncate(1);
+        case.rig.sources[0].emitters = vec![Emitter { light: 0, filter }];
+        let image = &render(&case, 2, &[vec![1.0]], 2)[0];
+        // The left and the right of the walls above the beam.
+        let mean = |columns: std::ops::Range<usize>| {
+            let rows = (8..20).flat_map(|y| columns.clone().map(move |x| 3 * (96 * y + x)));
+            rows.map(|at| f64::from(image.data()[at])).sum::<f64>()
+        };
+        [mean(4..36), mean(60..92)]
+    };
+    let (painted, plain) = (lit(painted), lit(plain));
+    assert!(plain[1] > 1.2 * plain[0], "{plain:?}");
+    for (painted, plain) in painted.iter().zip(&plain) {
+        assert!((painted / plain - 1.0).abs() < 0.05, "{painted} {plain}");
     }
 }

@@ -46,7 +46,11 @@ pub fn carried(
     let work = sets(plan, (archive, folder), (&mut text, &mut out), work)?;
     lights(plan, archive, (&mut text, &mut out), &mut assumed, work)?;
     for (ending, (line, count)) in &plan.skipped {
-        let what = format!("{count} files of geometry end in .{ending}: only glTF is read");
+        let files = match count {
+            1 => "1 file of geometry ends".to_owned(),
+            count => format!("{count} files of geometry end"),
+        };
+        let what = format!("{files} in .{ending}: only glTF is read");
         out.losses.push(Loss::new(what).line(*line));
     }
     out.assumed = assumed

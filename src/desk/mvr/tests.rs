@@ -135,7 +135,7 @@ fn a_plan_becomes_a_rig() {
         line 12: `Wash`: colours other than red, green and blue
         line 12: `Wash` can turn its head: it stays as it hangs
         line 14: the type `Nobody` of `Unknown`: its GDTF file is not in the archive
-        line 17: 1 files of geometry end in .3ds: only glTF is read
+        line 17: 1 file of geometry ends in .3ds: only glTF is read
         "#);
     insta::assert_snapshot!(carried.assumed.join("\n"), @r#"
         `Nobody`: 10000 lumens
@@ -248,12 +248,10 @@ fn a_plan_that_grows_as_it_is_read_is_refused() {
     let said = refused(&scene(&format!(">{namespaces}")), 1 << 30).unwrap();
     assert!(said.contains("more than 20 namespaces"), "{said}");
     let object = "<SceneObject><Geometries><Symbol symdef='a'/></Geometries></SceneObject>";
+    let files = "<Geometry3D fileName='a.glb'/>".repeat(5_000);
     let symbols = format!(
-        "><Symdef uuid='a'>{}</Symdef><Layer><ChildList>{}</ChildList></Layer>",
-        format!(
-            "<ChildList>{}</ChildList>",
-            "<Geometry3D fileName='a.glb'/>".repeat(5_000)
-        ),
+        "><Symdef uuid='a'><ChildList>{files}</ChildList></Symdef>\
+         <Layer><ChildList>{}</ChildList></Layer>",
         object.repeat(5_000)
     );
     let said = refused(&scene(&symbols), 1 << 30).unwrap();

@@ -7,8 +7,9 @@
     reason = "facets and pieces are named by the surfaces"
 )]
 
-use crate::geometry::Vec3;
+use crate::geometry::{Vec3, frame};
 use crate::radiosity::direct::Setting;
+use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::mesh::bsp::{BspTree, Line, height};
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::sample::{Sample, kept_inside};
@@ -23,6 +24,27 @@ pub struct Element {
     pub centre: Vec3,
     /// Where its direct light is averaged first.
     pub samples: Vec<Sample>,
+}
+
+impl Element {
+    /// What it reflects: the mean of its texture over its samples, by their areas.
+    pub fn reflectance(&self, surfaces: &Surfaces) -> [f64; 3] {
+        let facet = &surfaces.facets[self.facet];
+        let area: f64 = self.samples.iter().map(|sample| sample.area).sum();
+        if surfaces.texture(facet.material).is_none() || area <= 0.0 {
+            return facet.reflectance;
+        }
+        let ways = frame(facet.normal);
+        let mut mean = [0.0; 3];
+        for sample in &self.samples {
+            let sides = || ways.map(|way| way * sample.area.sqrt());
+            let own = surfaces.reflectance_at(facet, sample.point, sides);
+            for (mean, own) in mean.iter_mut().zip(own) {
+                *mean += own * sample.area / area;
+            }
+        }
+        mean
+    }
 }
 
 /// Makes the elements of one cell.
