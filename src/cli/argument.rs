@@ -53,8 +53,8 @@ pub struct Settings {
     /// pictures finished by then are kept
     #[arg(long, global = true, value_name = "TIME", value_parser = time_limit)]
     pub time_limit: Option<Duration>,
-    /// Program that renders in place of this one's own radiosity: 'python3 render.py {settings}
-    /// {output}'
+    /// Program that renders in place of this one's own radiosity: `mitsuba`, `blender`, or
+    /// 'python3 render.py {settings} {output}'
     #[arg(long, global = true, value_name = "COMMAND")]
     #[arg(value_parser = RendererLine::parse)]
     renderer: Option<RendererLine>,
