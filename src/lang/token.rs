@@ -5,7 +5,7 @@
 
 use std::ops::Range;
 
-use super::scan::{STATEMENTS, comment_length};
+use super::scan::{STATEMENTS, comment_length, split_word};
 use super::syntax::{self, Rule};
 
 /// What a piece is.
@@ -56,14 +56,16 @@ fn token(rest: &str) -> (usize, Token) {
     if let Some(length) = comment_length(rest) {
         return (length, Token::Comment);
     }
-    let rules = [
-        (Rule::text, Token::Text),
-        (Rule::colour, Token::Colour),
-        (Rule::measure, Token::Quantity),
-        (Rule::name, Token::Name),
+    let forms = [
+        (Rule::text, Token::Text, text_at(rest)),
+        (Rule::colour, Token::Colour, colour_at(rest)),
+        (Rule::measure, Token::Quantity, measure_at(rest)),
+        (Rule::name, Token::Name, split_word(rest).0),
     ];
-    let found = rules.into_iter().find_map(|(rule, token)| {
-        let length = syntax::prefix(rule, rest).filter(|length| *length > 0)?;
+    let found = forms.into_iter().find_map(|(rule, token, piece)| {
+        // The parser counts the lines of all that it is given.
+        let piece = Some(piece).filter(|piece| !piece.is_empty())?;
+        let length = syntax::prefix(rule, piece).filter(|length| *length > 0)?;
         Some((length, token))
     });
     match found {
@@ -80,6 +82,54 @@ fn token(rest: &str) -> (usize, Token) {
         // A quote that is not closed yet: the rest of its line.
         None if rest.starts_with('"') => (rest.find('\n').unwrap_or(rest.len()), Token::Text),
         None => (rest.chars().next().map_or(1, char::len_utf8), Token::Mark),
+    }
+}
+
+/// Characters of a number or of a colour by words: what is longer is several pieces.
+const LONG: usize = 200;
+
+/// The beginning of a text, at most so long.
+fn short(rest: &str) -> &str {
+    let end = rest
+        .char_indices()
+        .nth(LONG)
+        .map_or(rest.len(), |(at, _)| at);
+    rest.get(..end).unwrap_or(rest)
+}
+
+/// Up to the closing quote where a text begins; empty elsewhere, and where there is none on the line.
+fn text_at(rest: &str) -> &str {
+    let Some(inner) = rest.strip_prefix('"') else {
+        return "";
+    };
+    let mut is_escaped = false;
+    for (at, c) in inner.char_indices() {
+        match c {
+            '"' if !is_escaped => return rest.get(..at + 2).unwrap_or(""),
+            '\n' if !is_escaped => return "",
+            _ => is_escaped = c == '\\' && !is_escaped,
+        }
+    }
+    ""
+}
+
+/// What may be a colour.
+fn colour_at(rest: &str) -> &str {
+    if let Some(code) = rest.strip_prefix('#') {
+        let end = code.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
+        return rest.get(..1 + end.unwrap_or(code.len())).unwrap_or("");
+    }
+    match rest.starts_with("gel") || rest.starts_with("hsb(") {
+        true => short(rest),
+        false => "",
+    }
+}
+
+/// What may be a number with its unit.
+fn measure_at(rest: &str) -> &str {
+    match rest.starts_with(|c: char| c.is_ascii_digit()) {
+        true => short(rest),
+        false => "",
     }
 }
 
@@ -129,6 +179,25 @@ mod tests {
                 at = range.end;
             }
             prop_assert!(text[at..].trim().is_empty());
+        }
+
+        /// A piece is what the grammar takes from all that follows.
+        #[test]
+        fn pieces_are_the_grammars(
+            text in "([a-zü_]{1,4}-?|gel [RL]?[0-9]{0,4}|hsb\\([0-9, ]{0,9}\\)?|#[0-9a-z]{0,7}|[0-9.:]{1,4}( ?(cd/m2|K|lm|%|ms))?                    |\"[a\\\\\"
+]{0,6}\"?|[ 
+{}().-]){0,12}"
+        ) {
+            for (range, token) in tokens(&text) {
+                let rest = &text[range.start..];
+                let rules = [Rule::text, Rule::colour, Rule::measure, Rule::name];
+                let found = rules.into_iter().find_map(|rule| {
+                    syntax::prefix(rule, rest).filter(|length| *length > 0)
+                });
+                if let Some(length) = found.filter(|_| token != Token::Comment) {
+                    prop_assert_eq!(length, range.len(), "{:?}", rest);
+                }
+            }
         }
     }
 }

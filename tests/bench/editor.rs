@@ -53,6 +53,8 @@ fn main() {
         println!("{name}, from a keystroke to the diagnostics: {times}");
         let times = editor.look();
         println!("{name}, from a digit of a look: {times}");
+        let times = editor.colours();
+        println!("{name}, all coloured pieces: {times}");
     }
     let mut editor = Editor::open(folder.path(), "tavern.lxq", &tavern);
     editor.keystrokes(KEYSTROKES);
@@ -244,6 +246,18 @@ impl Editor {
         let mut times = Times::default();
         for level in 0..KEYSTROKES / 4 {
             self.put(at, 1, &(level % 10).to_string(), &mut times);
+        }
+        times
+    }
+
+    /// Asks for the coloured pieces, as editors do after each change.
+    fn colours(&mut self) -> Times {
+        let mut times = Times::default();
+        let document = json!({ "textDocument": { "uri": self.uri } });
+        for _ in 0..SAVES {
+            let begin = self.begin();
+            self.ask("textDocument/semanticTokens/full", document.clone());
+            self.end(begin, &mut times);
         }
         times
     }
