@@ -3,7 +3,6 @@
 //! Invariants: pieces are in order, disjoint and on character boundaries; linear in the text. It is
 //! for unfinished texts too: what is no token is one character of punctuation.
 
-use std::collections::HashMap;
 use std::ops::Range;
 
 use super::scan::{STATEMENTS, comment_length, split_word};
@@ -33,8 +32,6 @@ pub enum Token {
 /// The pieces of a text, blanks left out.
 pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
     let (mut out, mut rest, mut first_of_line) = (Vec::new(), text, true);
-    // A sheet says few words many times, and asking the grammar is what takes the time.
-    let mut words = HashMap::new();
     while let Some(c) = rest.chars().next() {
         if c.is_whitespace() {
             first_of_line |= c == '\n';
@@ -42,7 +39,7 @@ pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
             continue;
         }
         let start = text.len() - rest.len();
-        let (length, token) = token(rest, &mut words);
+        let (length, token) = token(rest);
         let token = match token {
             // In the middle of a line it is a name like any other, or a clause.
             Token::Statement if !first_of_line => Token::Word,
@@ -55,7 +52,7 @@ pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
     out
 }
 
-fn token<'t>(rest: &'t str, words: &mut HashMap<&'t str, Option<usize>>) -> (usize, Token) {
+fn token(rest: &str) -> (usize, Token) {
     if let Some(length) = comment_length(rest) {
         return (length, Token::Comment);
     }
@@ -68,13 +65,8 @@ fn token<'t>(rest: &'t str, words: &mut HashMap<&'t str, Option<usize>>) -> (usi
     let found = forms.into_iter().find_map(|(rule, token, piece)| {
         // The parser counts the lines of all that it is given.
         let piece = Some(piece).filter(|piece| !piece.is_empty())?;
-        let length = match token {
-            Token::Name => *words
-                .entry(piece)
-                .or_insert_with(|| syntax::prefix(rule, piece)),
-            _ => syntax::prefix(rule, piece),
-        };
-        Some((length.filter(|length| *length > 0)?, token))
+        let length = syntax::prefix(rule, piece).filter(|length| *length > 0)?;
+        Some((length, token))
     });
     match found {
         Some((length, Token::Name)) => {
