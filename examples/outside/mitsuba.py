@@ -9,7 +9,11 @@ as this script does.
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
+
+# This script's own folder, where it would be taken for the package of its name.
+sys.path.pop(0)
 
 import mitsuba as mi
 import numpy as np
