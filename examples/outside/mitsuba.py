@@ -161,8 +161,8 @@ def spot(light, strength, numbers):
 
 
 def projection(light, strength, numbers):
-    """An image thrown through a frustum. Mitsuba's projector is given the irradiance of a screen 1 m
-    away, which is the intensity times the cube of the cosine."""
+    """An image thrown through a frustum. Mitsuba's projector is given the light of a white screen 1 m
+    away: the intensity times the cube of the cosine, over pi."""
     share = grid(light["image"], numbers)
     height, width = share.shape
     right, up = light["half"]
@@ -170,7 +170,7 @@ def projection(light, strength, numbers):
     upwards = ((np.arange(height) + 0.5) / height * 2 - 1) * up
     cosine = 1 / np.sqrt(1 + across[None, :] ** 2 + upwards[:, None] ** 2)
     colour = np.array(light["intensity"]) * strength
-    image = ((share * cosine**3)[:, :, None] * colour).astype(np.float32)
+    image = ((share * cosine**3 / math.pi)[:, :, None] * colour).astype(np.float32)
     return {
         "type": "projector",
         "to_world": placed(light),
