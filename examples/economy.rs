@@ -10,6 +10,14 @@
 //! share no work, at the paper's costs, of which one renders negative light in the same run and one
 //! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
 //! at one.
+//!
+//! `economy --renderer 'mitsuba --samples 1' FOLDER [CHART.png]` takes a renderer that is called for
+//! real (module `called`).
+
+#[path = "economy/called.rs"]
+mod called;
+#[path = "../tests/reference/results.rs"]
+mod results;
 
 #[path = "trial/projection.rs"]
 #[allow(dead_code, reason = "not all of it is wanted here")]
@@ -250,6 +258,12 @@ fn table(record: &Record) -> String {
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
+    if let [option, line, folder, picture @ ..] = &words[..]
+        && option == "--renderer"
+    {
+        let picture = picture.first().map(String::as_str);
+        return called::run(line, Path::new(folder), picture);
+    }
     let record = record(words.iter().any(|w| w == "full"))?;
     println!(
         "{}; {}\n\n{}",

@@ -134,31 +134,71 @@ def mesh(row, numbers, look):
     thing.cycles.shadow_terminator_offset = 0
 
 
-def spot(light, strength):
-    """A point whose intensity, shares of that along its axis, depends on the angle."""
-    data = bpy.data.lights.new("spot", "POINT")
-    data.shadow_soft_size = 0
-    # Watts all round that make one a steradian.
-    data.energy = 4 * math.pi
-    data.use_nodes = True
-    nodes, links = data.node_tree.nodes, data.node_tree.links
-    emission = next(n for n in nodes if n.type == "EMISSION")
-    intensity = np.array(light["intensity"]) * strength
-    emission.inputs["Color"].default_value = (*intensity, 1)
+class Lamp:
+    """A point of so much intensity, times what its nodes make of a direction."""
 
-    def math_node(operation, value, by=None):
-        node = nodes.new("ShaderNodeMath")
+    def __init__(self, light, strength):
+        self.data = bpy.data.lights.new("lamp", "POINT")
+        self.data.shadow_soft_size = 0
+        # Watts all round that make one a steradian.
+        self.data.energy = 4 * math.pi
+        self.data.use_nodes = True
+        self.nodes, self.links = self.data.node_tree.nodes, self.data.node_tree.links
+        self.emission = next(n for n in self.nodes if n.type == "EMISSION")
+        intensity = np.array(light["intensity"]) * strength
+        self.emission.inputs["Color"].default_value = (*intensity, 1)
+        direction = self.nodes.new("ShaderNodeSeparateXYZ")
+        self.links.new(self.nodes.new("ShaderNodeTexCoord").outputs["Normal"], direction.inputs[0])
+        self.right, self.up = direction.outputs["X"], direction.outputs["Y"]
+        self.ahead = self.math("MULTIPLY", direction.outputs["Z"], -1)
+        ahead = [a - p for a, p in zip(light["aim"], light["position"])]
+        upright = abs(ahead[0]) + abs(ahead[1]) > 1e-6 * abs(ahead[2])
+        up = light.get("up", (0, 0, 1) if upright else (0, 1, 0))
+        put("lamp", self.data, looking(light["position"], light["aim"], up))
+
+    def math(self, operation, *values):
+        """What an operation makes of numbers and outputs of nodes."""
+        node = self.nodes.new("ShaderNodeMath")
         node.operation = operation
-        links.new(value, node.inputs[0])
-        if by is not None:
-            node.inputs[1].default_value = by
+        for value, place in zip(values, node.inputs):
+            if isinstance(value, (int, float)):
+                place.default_value = value
+            else:
+                self.links.new(value, place)
         return node.outputs[0]
 
-    direction = nodes.new("ShaderNodeSeparateXYZ")
-    links.new(nodes.new("ShaderNodeTexCoord").outputs["Normal"], direction.inputs[0])
-    angle = math_node("ARCCOSINE", math_node("MULTIPLY", direction.outputs["Z"], -1))
-    part = math_node("DIVIDE", angle, light["end"])
-    table = nodes.new("ShaderNodeFloatCurve")
+    def steps(self, light):
+        """The angle to the axis, where a law ends at 1."""
+        return self.math("DIVIDE", self.math("ARCCOSINE", self.ahead), light["end"])
+
+    def image(self, row, numbers, across, upwards):
+        """What a grid of numbers has at a place, 0 to 1 from the left and from its lowest row."""
+        shares = np.frombuffer(numbers, "<f4", row["width"] * row["height"], row["offset"])
+        shares = shares.reshape(row["height"], row["width"])[::-1]
+        texels = self.nodes.new("ShaderNodeTexImage")
+        texels.image = bpy.data.images.new("grid", row["width"], row["height"], float_buffer=True)
+        texels.image.colorspace_settings.name = "Non-Color"
+        texels.image.pixels.foreach_set(np.repeat(shares.ravel(), 4))
+        texels.image.pack()
+        texels.extension = "EXTEND"
+        place = self.nodes.new("ShaderNodeCombineXYZ")
+        self.links.new(across, place.inputs[0])
+        self.links.new(upwards, place.inputs[1])
+        self.links.new(place.outputs[0], texels.inputs["Vector"])
+        return texels.outputs["Color"]
+
+    def shine(self, share, *within):
+        """With a share of the intensity, where all of `within` are 1."""
+        for inside in within:
+            share = self.math("MULTIPLY", share, inside)
+        self.links.new(share, self.emission.inputs["Strength"])
+
+
+def spot(light, strength, numbers):
+    """Its intensity depends on the angle to its axis."""
+    lamp = Lamp(light, strength)
+    steps = lamp.steps(light)
+    table = lamp.nodes.new("ShaderNodeFloatCurve")
     table.mapping.extend = "HORIZONTAL"
     points = table.mapping.curves[0].points
     shares = light["shares"]
@@ -169,17 +209,36 @@ def spot(light, strength):
     for point in points:
         point.handle_type = "VECTOR"
     table.mapping.update()
-    links.new(part, table.inputs["Value"])
-    inside = math_node("LESS_THAN", part, 1)
-    product = nodes.new("ShaderNodeMath")
-    product.operation = "MULTIPLY"
-    links.new(table.outputs[0], product.inputs[0])
-    links.new(inside, product.inputs[1])
-    links.new(product.outputs[0], emission.inputs["Strength"])
-    ahead = [a - p for a, p in zip(light["aim"], light["position"])]
-    upright = abs(ahead[0]) + abs(ahead[1]) > 1e-6 * abs(ahead[2])
-    up = (0, 0, 1) if upright else (0, 1, 0)
-    put("spot", data, looking(light["position"], light["aim"], up))
+    lamp.links.new(steps, table.inputs["Value"])
+    lamp.shine(table.outputs[0], lamp.math("LESS_THAN", steps, 1))
+
+
+def measured(light, strength, numbers):
+    """Its intensity is a table by the angles to its axis and around it."""
+    lamp = Lamp(light, strength)
+    steps = lamp.steps(light)
+    width, height = light["table"]["width"], light["table"]["height"]
+    turn = lamp.math("DIVIDE", lamp.math("ARCTAN2", lamp.up, lamp.right), 2 * math.pi)
+    turn = lamp.math("FRACT", turn)
+    # From the middle of the first texel to that of the last.
+    across = lamp.math("MULTIPLY_ADD", turn, 1 - 1 / width, 0.5 / width)
+    upwards = lamp.math("MULTIPLY_ADD", steps, 1 / height - 1, 1 - 0.5 / height)
+    share = lamp.image(light["table"], numbers, across, upwards)
+    lamp.shine(share, lamp.math("LESS_THAN", steps, 1))
+
+
+def projection(light, strength, numbers):
+    """It throws an image through a frustum."""
+    lamp = Lamp(light, strength)
+    places, within = [], [lamp.math("GREATER_THAN", lamp.ahead, 0)]
+    for side, half in zip((lamp.right, lamp.up), light["half"]):
+        tangent = lamp.math("DIVIDE", side, lamp.ahead)
+        places.append(lamp.math("MULTIPLY_ADD", tangent, 0.5 / half, 0.5))
+        within.append(lamp.math("LESS_THAN", lamp.math("ABSOLUTE", tangent), half))
+    lamp.shine(lamp.image(light["image"], numbers, *places), *within)
+
+
+LAMPS = {"spot": spot, "measured": measured, "projection": projection}
 
 
 def cycles(settings, args):
@@ -224,7 +283,7 @@ def main():
         if light["kind"] == "panel":
             radiance[light["material"]] += strength * np.array(light["radiance"])
         elif strength.any():
-            spot(light, strength)
+            LAMPS[light["kind"]](light, strength, numbers)
     for row in scene["meshes"]:
         number = row["material"]
         mesh(row, numbers, material(scene["materials"][number], numbers, radiance[number]))

@@ -9,15 +9,20 @@ as this script does.
 import argparse
 import json
 import math
+import sys
 from pathlib import Path
+
+# This script's own folder, where it would be taken for the package of its name.
+sys.path.pop(0)
 
 import mitsuba as mi
 import numpy as np
 
-# Texels across a spot's light, which the renderer throws as an image.
+# Texels across a spot's light, which the renderer throws as an image; twice as many where it is wide.
 TEXELS = 512
-# Half a beam, degrees, up to which that image serves.
-WIDEST = 80
+# Half a beam, degrees, up to which that image serves; of the most light this share may be lost beyond.
+WIDEST = 86
+LOST = 0.05
 
 
 def camera(view):
@@ -103,28 +108,75 @@ def mesh(row, numbers, material, radiance):
     return out
 
 
-def spot(light, strength):
-    """A point that throws an image of its shares of intensity."""
-    end = min(light["end"], math.radians(WIDEST))
-    if light["end"] > end + 1e-9 and light["shares"][-2] > 0.01:
-        raise SystemExit(f"a beam wider than {2 * WIDEST} degrees is not written for Mitsuba")
-    side = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
-    tangent = np.hypot(*np.meshgrid(side, side)) * math.tan(end)
-    steps = np.linspace(0, light["end"], len(light["shares"]))
-    shares = np.interp(np.arctan(tangent), steps, light["shares"], right=0.0)
-    image = np.repeat(shares[:, :, None], 3, 2).astype(np.float32)
+def grid(row, numbers):
+    """Numbers row by row."""
+    count = row["width"] * row["height"]
+    return np.frombuffer(numbers, "<f4", count, row["offset"]).reshape(row["height"], row["width"])
+
+
+def placed(light):
+    """Where a light is: it looks along Z, with `up` along Y and its right along minus X."""
     ahead = [a - p for a, p in zip(light["aim"], light["position"])]
     upright = abs(ahead[0]) + abs(ahead[1]) > 1e-6 * abs(ahead[2])
-    intensity = [float(i * s) for i, s in zip(light["intensity"], strength)]
+    up = light.get("up", [0, 0, 1] if upright else [0, 1, 0])
+    return mi.ScalarTransform4f().look_at(light["position"], light["aim"], up)
+
+
+def shares(light, numbers, across, upwards):
+    """Shares of a spot's intensity by the tangents of directions to the right and upwards."""
+    steps = np.arctan(np.hypot(across, upwards)) / light["end"]
+    if light["kind"] == "spot":
+        table = light["shares"]
+        return np.interp(steps * (len(table) - 1), range(len(table)), table, right=0.0)
+    table = grid(light["table"], numbers)
+    down = np.clip(steps, 0, 1) * (table.shape[0] - 1)
+    turn = np.arctan2(upwards, across) / (2 * math.pi) % 1 * (table.shape[1] - 1)
+    row = np.minimum(down.astype(int), table.shape[0] - 2)
+    column = np.minimum(turn.astype(int), table.shape[1] - 2)
+    across, down = turn - column, down - row
+    upper = table[row, column] * (1 - across) + table[row, column + 1] * across
+    lower = table[row + 1, column] * (1 - across) + table[row + 1, column + 1] * across
+    return np.where(steps <= 1, upper * (1 - down) + lower * down, 0.0)
+
+
+def spot(light, strength, numbers):
+    """A point that throws an image of its shares of intensity."""
+    end = min(light["end"], math.radians(WIDEST))
+    rows = grid(light["table"], numbers) if "table" in light else np.array(light["shares"])
+    beyond = rows[math.ceil(end / light["end"] * (len(rows) - 1)) :]
+    if light["end"] > end and beyond.max() > LOST * rows.max():
+        raise SystemExit(f"a beam wider than {2 * WIDEST} degrees is not written for Mitsuba")
+    texels = TEXELS * (2 if math.degrees(end) > 80 else 1)
+    side = 1 - (np.arange(texels) + 0.5) / texels * 2
+    across, upwards = (t * math.tan(end) for t in np.meshgrid(side, side))
+    image = np.repeat(shares(light, numbers, across, upwards)[:, :, None], 3, 2).astype(np.float32)
     return {
         "type": "spot",
-        "to_world": mi.ScalarTransform4f().look_at(
-            light["position"], light["aim"], [0, 0, 1] if upright else [0, 1, 0]
-        ),
-        "intensity": {"type": "rgb", "value": intensity},
+        "to_world": placed(light),
+        "intensity": {"type": "rgb", "value": [float(i * s) for i, s in zip(light["intensity"], strength)]},
         "cutoff_angle": math.degrees(end),
         "beam_width": 0.99999 * math.degrees(end),
         "texture": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "wrap_mode": "clamp"},
+    }
+
+
+def projection(light, strength, numbers):
+    """An image thrown through a frustum. Mitsuba's projector is given the light of a white screen 1 m
+    away: the intensity times the cube of the cosine, over pi."""
+    share = grid(light["image"], numbers)
+    height, width = share.shape
+    right, up = light["half"]
+    across = ((np.arange(width) + 0.5) / width * 2 - 1) * right
+    upwards = ((np.arange(height) + 0.5) / height * 2 - 1) * up
+    cosine = 1 / np.sqrt(1 + across[None, :] ** 2 + upwards[:, None] ** 2)
+    colour = np.array(light["intensity"]) * strength
+    image = ((share * cosine**3 / math.pi)[:, :, None] * colour).astype(np.float32)
+    return {
+        "type": "projector",
+        "to_world": placed(light),
+        "fov": 2 * math.degrees(math.atan(right)),
+        "fov_axis": "x",
+        "irradiance": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True},
     }
 
 
@@ -147,7 +199,8 @@ def main():
         if light["kind"] == "panel":
             radiance[light["material"]] += strength * np.array(light["radiance"])
         elif strength.any():
-            stage[f"light{i}"] = spot(light, strength)
+            kind = projection if light["kind"] == "projection" else spot
+            stage[f"light{i}"] = kind(light, strength, numbers)
     for row in scene["meshes"]:
         material = scene["materials"][row["material"]]
         name = f"mesh{row['material']}"

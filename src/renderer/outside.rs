@@ -304,11 +304,7 @@ impl Transport for Outside {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
         check_quality(quality, self.finest())?;
-        check_memory(
-            "the scene's files",
-            scene::texture_bytes(setup),
-            work.memory,
-        )?;
+        check_memory("the scene's files", scene::image_bytes(setup), work.memory)?;
         let scene = match self.0.call.reads_scene() {
             true => Some(scene::files(setup).map_err(OutsideError::Settings)?),
             false => None,

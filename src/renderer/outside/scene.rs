@@ -1,14 +1,18 @@
 //! The scene as an outside renderer is given it: `scene.json`, which names the places of its numbers
 //! in `scene.bin` (32-bit floats, little-endian). The manual's page `farm` has the form.
 
+use std::f64::consts::TAU;
+
 use serde::Serialize;
 
 use crate::geometry::{Vec3, newell};
 use crate::renderer::Setup;
+use crate::scene::mount::Mount;
 use crate::scene::polygon::triangles;
 use crate::scene::profile::Profile;
 use crate::scene::texture::{Texture, Wrap};
-use crate::scene::{Light, Measured, Polygon, Scene};
+use crate::scene::{Light, Measured, Polygon, Projection, Scene};
+use crate::units::Rgb;
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;
@@ -18,6 +22,8 @@ const TEXEL_BYTES: usize = 4 * size_of::<f32>();
 
 /// Steps of a table of intensities from the axis to where the light ends.
 const STEPS: u32 = 256;
+/// Steps of such a table once round the axis.
+const TURN: u32 = 360;
 
 #[derive(Serialize)]
 struct SceneFile<'a> {
@@ -77,6 +83,35 @@ enum LightRow {
         end: f64,
         shares: Vec<f64>,
     },
+    /// A point whose shares are a table: rows from the axis to `end`, columns once round it, from the
+    /// right over `up` to the right again.
+    Measured {
+        position: [f64; 3],
+        aim: [f64; 3],
+        up: [f64; 3],
+        intensity: [f64; 3],
+        end: f64,
+        table: Grid,
+    },
+    /// A point that throws an image: shares of the intensity, in a frustum of so many tangents to the
+    /// right and upwards.
+    Projection {
+        position: [f64; 3],
+        aim: [f64; 3],
+        up: [f64; 3],
+        intensity: [f64; 3],
+        half: [f64; 2],
+        image: Grid,
+    },
+}
+
+/// Numbers row by row from the top.
+#[derive(Serialize)]
+struct Grid {
+    width: usize,
+    height: usize,
+    /// Bytes into `scene.bin`.
+    offset: usize,
 }
 
 #[derive(Serialize)]
@@ -117,7 +152,9 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
             places,
         });
     }
-    let lights = setup.rig.lights.iter().map(light);
+    let lights = setup.rig.lights.iter();
+    let lights = lights.map(|light| binary.light(light));
+    let lights: Vec<LightRow> = lights.collect::<Result<_, _>>().map_err(unwritten)?;
     let file = SceneFile {
         schema: SCHEMA,
         materials: scene
@@ -131,7 +168,7 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
             })
             .collect(),
         meshes,
-        lights: lights.collect::<Result<_, _>>().map_err(unwritten)?,
+        lights,
         sources: setup
             .rig
             .sources
@@ -150,17 +187,20 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     Ok((json, binary.0))
 }
 
-/// Bytes that a setup's textures take in `scene.bin`.
-pub fn texture_bytes(setup: &Setup) -> usize {
-    let textures = setup
-        .scene
-        .materials
-        .iter()
-        .filter_map(|m| m.texture.as_ref());
-    let sizes = textures.map(|texture| texture.pixels.size());
-    sizes
-        .map(|[width, height]| TEXEL_BYTES * width * height)
-        .sum()
+/// Bytes that a setup's images and tables take in `scene.bin`.
+pub fn image_bytes(setup: &Setup) -> usize {
+    let textures = setup.scene.materials.iter().filter_map(|material| {
+        let [width, height] = material.texture.as_ref()?.pixels.size();
+        Some(TEXEL_BYTES * width * height)
+    });
+    let lights = setup.rig.lights.iter().filter_map(|light| match light {
+        Light::Projection(projection) => {
+            let (width, height) = projection.gobo.size();
+            Some(size_of::<f32>() * width * height)
+        }
+        _ => None,
+    });
+    textures.chain(lights).sum()
 }
 
 /// The numbers of `scene.bin`.
@@ -236,53 +276,104 @@ impl Triangles {
     }
 }
 
-/// A light as the form has it, or what the form has no words for.
-fn light(light: &Light) -> Result<LightRow, &'static str> {
-    match light {
-        Light::Panel { material, radiance } => Ok(LightRow::Panel {
-            material: *material,
-            radiance: radiance.0,
-        }),
-        Light::Spot(spot) => {
-            let Some(profile) = Profile::new(spot.beam, spot.field) else {
-                return Err("a beam without light");
-            };
-            let end = profile.end();
-            let at = |step: u32| profile.share(end * f64::from(step) / f64::from(STEPS));
-            Ok(LightRow::Spot {
-                position: point(spot.position),
-                aim: point(spot.aim),
-                intensity: spot.intensity.0,
-                end,
-                shares: (0..=STEPS).map(at).collect(),
-            })
-        }
-        Light::Measured(measured) => round(measured),
-        Light::Projection(_) => Err("a projection"),
-        Light::Image(_) => Err("a bank given as an image"),
+/// A point source that is the same all round its axis.
+fn spot(
+    position: Vec3,
+    aim: Vec3,
+    intensity: Rgb,
+    end: f64,
+    share: impl Fn(f64) -> f64,
+) -> LightRow {
+    let at = |step| share(end * f64::from(step) / f64::from(STEPS));
+    LightRow::Spot {
+        position: point(position),
+        aim: point(aim),
+        intensity: intensity.0,
+        end,
+        shares: (0..=STEPS).map(at).collect(),
     }
 }
 
-/// A photometric file that is the same all round its axis is a table as a spot's.
-fn round(measured: &Measured) -> Result<LightRow, &'static str> {
-    let parts = measured.distribution.parts();
-    let end = parts.vertical.last().copied().unwrap_or(0.0);
-    if parts.horizontal.len() > 1 {
-        return Err("a photometric file that is not the same all round");
+/// The unit vector upwards for who looks along a light's axis.
+fn up(mount: &Mount) -> Result<[f64; 3], &'static str> {
+    let axes = mount.axes().ok_or("a light that is aimed at itself")?;
+    Ok(point(axes.up))
+}
+
+impl Binary {
+    /// A light as the form has it, or what the form has no words for.
+    fn light(&mut self, light: &Light) -> Result<LightRow, &'static str> {
+        match light {
+            Light::Panel { material, radiance } => Ok(LightRow::Panel {
+                material: *material,
+                radiance: radiance.0,
+            }),
+            Light::Spot(light) => {
+                let Some(profile) = Profile::new(light.beam, light.field) else {
+                    return Err("a beam without light");
+                };
+                let (position, aim, peak) = (light.position, light.aim, light.intensity);
+                let share = |angle| profile.share(angle);
+                Ok(spot(position, aim, peak, profile.end(), share))
+            }
+            Light::Measured(measured) => self.measured(measured),
+            Light::Projection(projection) => self.projection(projection),
+            Light::Image(_) => Err("a bank given as an image"),
+        }
     }
-    let end = end.to_radians();
-    let at = |step: u32| {
-        let angle = end * f64::from(step) / f64::from(STEPS);
-        measured.distribution.intensity(angle, 0.0)
-    };
-    let mount = &measured.mount;
-    Ok(LightRow::Spot {
-        position: point(mount.position),
-        aim: point(mount.aim),
-        intensity: measured.factor.0,
-        end,
-        shares: (0..=STEPS).map(at).collect(),
-    })
+
+    /// A photometric file that is the same all round its axis is a table as a spot's.
+    fn measured(&mut self, measured: &Measured) -> Result<LightRow, &'static str> {
+        let Measured {
+            mount,
+            distribution,
+            factor,
+        } = measured;
+        let parts = distribution.parts();
+        let end = parts.vertical.last().copied().unwrap_or(0.0).to_radians();
+        if parts.horizontal.len() <= 1 {
+            let share = |angle| distribution.intensity(angle, 0.0);
+            return Ok(spot(mount.position, mount.aim, *factor, end, share));
+        }
+        let rows = (0..=STEPS).map(|row| end * f64::from(row) / f64::from(STEPS));
+        let offset = self.push(rows.flat_map(|angle| {
+            let around = |column| f64::from(column) * TAU / f64::from(TURN);
+            (0..=TURN).map(move |column| distribution.intensity(angle, around(column)))
+        }));
+        Ok(LightRow::Measured {
+            position: point(mount.position),
+            aim: point(mount.aim),
+            up: up(mount)?,
+            intensity: factor.0,
+            end,
+            table: Grid {
+                width: TURN as usize + 1,
+                height: STEPS as usize + 1,
+                offset,
+            },
+        })
+    }
+
+    fn projection(&mut self, projection: &Projection) -> Result<LightRow, &'static str> {
+        let image = projection
+            .gobo
+            .image()
+            .ok_or("a projection without an image")?;
+        let (width, height) = image.size();
+        let plane = image.data().iter().skip(projection.plane).step_by(3);
+        Ok(LightRow::Projection {
+            position: point(projection.mount.position),
+            aim: point(projection.mount.aim),
+            up: up(&projection.mount)?,
+            intensity: projection.intensity.0,
+            half: Projection::half_size(&projection.gobo, projection.field),
+            image: Grid {
+                width,
+                height,
+                offset: self.push(plane.map(|share| f64::from(*share))),
+            },
+        })
+    }
 }
 
 fn point(p: Vec3) -> [f64; 3] {

@@ -388,7 +388,7 @@ fn a_texture_is_written_with_its_places() {
         assert!((corner[1] / 2.0 - place[1]).abs() < 1e-5, "{places:?}");
     }
     assert!(json["materials"][1].get("texture").is_none());
-    assert_eq!(super::scene::texture_bytes(&setup), 32);
+    assert_eq!(super::scene::image_bytes(&setup), 32);
 }
 
 #[test]
@@ -440,4 +440,73 @@ fn a_known_renderer_is_called_by_its_name() {
         ["--", SCENE, SETTINGS, OUTPUT, "--denoise"]
     );
     assert!(call.script.unwrap().contains("bpy.ops.render"));
+}
+
+/// An image of two texels, and a file of batwings, wider across than along.
+#[test]
+fn projections_and_photometric_files_are_written_with_their_numbers() {
+    use crate::scene::gobo::Gobo;
+    use crate::scene::mount::Mount;
+    use crate::scene::photometric::Distribution;
+    use crate::scene::{Light, Measured, Projection};
+    use crate::units::Rgb;
+    let mut setup = lit_floor();
+    let mount = Mount {
+        position: vec3(0.0, 0.0, 2.0),
+        aim: vec3(0.0, 5.0, 2.0),
+        turn: 0.0,
+    };
+    let image = Image::from_data(2, 1, vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6]).unwrap();
+    let file = include_bytes!("../../../examples/luminaires/batwing.ies");
+    let distribution = Arc::new(Distribution::parse(file).unwrap());
+    Arc::make_mut(&mut setup.rig).lights = vec![
+        Light::Projection(Projection {
+            mount,
+            field: 90.0,
+            gobo: Arc::new(Gobo::new(image).unwrap()),
+            plane: 1,
+            intensity: Rgb([0.0, 700.0, 0.0]),
+        }),
+        Light::Measured(Measured {
+            mount,
+            distribution: Arc::clone(&distribution),
+            factor: Rgb([1.0, 0.5, 0.25]),
+        }),
+    ];
+    let (json, binary) = super::scene::files(&setup).unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
+    let floats = |grid: &serde_json::Value| -> Vec<f32> {
+        let whole = |name: &str| grid[name].as_u64().unwrap() as usize;
+        let (at, count) = (whole("offset"), whole("width") * whole("height"));
+        let bytes = binary[at..at + 4 * count].chunks(4);
+        bytes
+            .map(|b| f32::from_le_bytes(b.try_into().unwrap()))
+            .collect()
+    };
+    let thrown = &json["lights"][0];
+    assert_eq!(thrown["kind"], "projection");
+    assert_eq!(thrown["up"], serde_json::json!([0.0, 0.0, 1.0]));
+    let half = |side: usize| thrown["half"][side].as_f64().unwrap();
+    assert!((half(0) - 2.0).abs() < 1e-9 && (half(1) - 1.0).abs() < 1e-9);
+    assert_eq!(floats(&thrown["image"]), [0.2, 0.5]);
+    assert_eq!(super::scene::image_bytes(&setup), 8);
+    let measured = &json["lights"][1];
+    assert_eq!(measured["kind"], "measured");
+    let table = floats(&measured["table"]);
+    let end = measured["end"].as_f64().unwrap();
+    let (width, height) = (361, 257);
+    assert_eq!(table.len(), width * height);
+    let mut differ = false;
+    for (row, column) in [(0, 0), (100, 0), (100, 90), (180, 300), (256, 360)] {
+        let down = end * row as f64 / (height - 1) as f64;
+        let around = (column as f64).to_radians();
+        let wanted = distribution.intensity(down, around);
+        let found = f64::from(table[row * width + column]);
+        assert!(
+            (found - wanted).abs() < 1e-4 * (1.0 + wanted),
+            "{row} {column}"
+        );
+        differ |= (found - f64::from(table[row * width])).abs() > 1.0;
+    }
+    assert!(differ);
 }
