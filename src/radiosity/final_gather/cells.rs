@@ -399,16 +399,16 @@ impl<'a> CellFinder<'a> {
             self.known = self.asked.len();
             self.generation += 1;
             let points = &cells.points[before..];
+            if self.generation == 1 {
+                cells.first = points.len();
+            }
             for (at, some) in points.chunks(BATCH).enumerate() {
                 let landings = self.rays(at * BATCH, some, count, work)?;
                 row.clear();
                 self.ask(landings.into_iter(), &mut row);
                 cells.rays.extend(&row);
-                let held = points.len() * size_of::<CellPoint>() + cells.rays.bytes();
+                let held = cells.bytes();
                 budget.check("the radiosity cache", self.bytes() + held)?;
-            }
-            if self.generation == 1 {
-                cells.first = points.len();
             }
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
