@@ -48,6 +48,8 @@ fn main() {
 
 /// Renders all banks of a room at a step and prints what it took.
 fn alone(path: &str, step: &str) {
+    // As the program does.
+    footlight::files::return_large_blocks();
     let path = Path::new(path);
     let folder = path.parent().unwrap();
     let host = Host {

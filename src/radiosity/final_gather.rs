@@ -13,6 +13,7 @@ pub mod cells;
 mod direct_light;
 pub mod emitter;
 mod irradiance_filter;
+mod packed;
 mod picture_rays;
 pub mod sampling;
 mod step;
@@ -25,7 +26,7 @@ use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{CellFinder, Cells, DARK, RayScene, SurfacePoint};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells, RayScene, SurfacePoint, cell_of};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
@@ -42,8 +43,10 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Lights that are solved at once.
+/// Lights that are solved at once, at most.
 const BLOCK: usize = 8;
+/// Bytes of the light of one of them in a cell.
+const LIGHT_BYTES: usize = 28;
 /// What is left of light after the last bounce, as a share.
 const LEFT: f64 = 5e-4;
 /// Bounces at most.
@@ -100,7 +103,8 @@ impl FinalGather {
         let surfaces = Surfaces::new(scene)?;
         let lights = luminaires(&surfaces, rig)?;
         let pixels = view.width * view.height;
-        let each = 4 * step.first as usize + 8 * step.rays as usize;
+        // At least: a ray takes a byte or two.
+        let each = 4 * step.first as usize + step.rays as usize;
         budget.check("the rays of the picture", pixels.saturating_mul(each))?;
         let bvh = Bvh::new(&surfaces, work)?;
         budget.take("the hierarchy of triangles", bvh.bytes())?;
@@ -180,21 +184,22 @@ impl FinalGather {
             let start = self.gathered.rows[y] * self.width;
             let mut sums = vec![0.0_f32; width];
             for (x, out) in row.chunks_exact_mut(width).enumerate() {
-                let mut cells = self.gathered.cells.get(start + x);
-                let share = 1.0 / cells.len().max(1) as f32;
-                for run in self.gathered.runs.get(start + x) {
-                    let (own, rest) = cells.split_at(run.rays as usize);
-                    cells = rest;
-                    let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
-                        continue;
-                    };
+                let mut at = self.gathered.starts[start + x];
+                let runs = self.gathered.runs.get(start + x);
+                let rays = runs.iter().map(|run| run.rays).sum::<u32>();
+                let share = 1.0 / rays.max(1) as f32;
+                for run in runs {
                     sums.fill(0.0);
-                    for cell in own.iter().filter(|cell| **cell != DARK) {
-                        let light = &radiosity[*cell as usize * width..][..width];
+                    let met = self.gathered.cells.read(&mut at, run.rays);
+                    for cell in met.filter_map(cell_of) {
+                        let light = &radiosity[cell as usize * width..][..width];
                         for (sum, radiosity) in sums.iter_mut().zip(light) {
                             *sum += radiosity;
                         }
                     }
+                    let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
+                        continue;
+                    };
                     let is_smooth = self.gathered.smooth[y * self.width + x].is_some();
                     let scale = match self.gathered.paints.get(run.paint as usize) {
                         None => facet.reflectance.map(|r| (r / PI) as f32 * share),
@@ -293,10 +298,12 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
+        // The light of a block takes about as much as the cache itself.
+        let most = self.cells.bytes() / (LIGHT_BYTES * self.cells.count()).max(1);
         let mut done = 0;
-        for block in new.chunks(BLOCK) {
+        for block in new.chunks(most.clamp(1, BLOCK)) {
             let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
-            let held = block.len() * (28 * self.cells.count() + pixel * pixels);
+            let held = block.len() * (LIGHT_BYTES * self.cells.count() + pixel * pixels);
             check_memory("light in the cache", held, work.memory)?;
             let mut found = self.indirect(block, work)?;
             work.progress.report("direct light", done, new.len());
@@ -350,9 +357,7 @@ fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
             let (mut rays, mut arrives) = (0_u32, 0.0);
             for met in cells.met(cell) {
                 rays += 1;
-                if met != DARK {
-                    arrives += level[met as usize];
-                }
+                arrives += met.map_or(0.0, |met| level[met as usize]);
             }
             let highest = r[0].max(r[1]).max(r[2]);
             highest * arrives / rays.max(1) as f32

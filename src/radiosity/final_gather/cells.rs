@@ -6,8 +6,9 @@
 //! point inside a solid, and not at all where nothing is seen. From those points further rays ask
 //! for further cells. All of it depends on geometry alone.
 
-use crate::geometry::{Vec3, frame, vec3};
+use crate::geometry::{Vec3, frame};
 use crate::radiosity::final_gather::bvh::{Bvh, Hit};
+use crate::radiosity::final_gather::packed::PackedNumbers;
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::memory::MemoryBudget;
@@ -20,9 +21,6 @@ use std::ops::Range;
 
 /// No light comes from there: nothing is hit, or a back.
 pub const DARK: u32 = u32::MAX;
-
-/// A cell of the last generation that got no points: its rays do not count.
-const ABSENT: u32 = DARK - 1;
 
 /// Points at which a cell is evaluated, at most: of the cells that the camera's rays ask for, and
 /// of those that only other cells ask for.
@@ -253,53 +251,59 @@ impl CellSettings {
     }
 }
 
-/// Where a cell is evaluated, in single precision from the middle of the scene: there are millions.
+/// Where a cell is evaluated, by its place on its facet in single precision: there are millions.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellPoint {
-    /// The cell.
-    pub cell: u32,
     facet: u32,
-    near: [f32; 3],
+    /// Metres from the facet's first vertex along [`frame`].
+    near: [f32; 2],
 }
 
 impl CellPoint {
-    fn new(scene: RayScene<'_>, cell: u32, place: SurfacePoint) -> CellPoint {
-        let near = place.point - scene.bvh.middle;
+    fn new(scene: RayScene<'_>, place: SurfacePoint) -> CellPoint {
+        let facet = &scene.surfaces.facets[place.facet as usize];
+        let way = place.point - facet.vertices[0];
         CellPoint {
-            cell,
             facet: place.facet,
-            near: [near.x as f32, near.y as f32, near.z as f32],
+            near: frame(facet.normal).map(|axis| way.dot(axis) as f32),
         }
     }
 
-    /// The point, on its facet's plane as exactly as before.
+    /// The point, on its facet's plane.
     pub fn place(&self, scene: RayScene<'_>) -> SurfacePoint {
         let facet = &scene.surfaces.facets[self.facet as usize];
-        let [x, y, z] = self.near.map(f64::from);
-        let rounded = scene.bvh.middle + vec3(x, y, z);
+        let ([u, v], [along, across]) = (self.near.map(f64::from), frame(facet.normal));
         SurfacePoint {
             facet: self.facet,
-            point: rounded - facet.normal * facet.height(rounded),
+            point: facet.vertices[0] + along * u + across * v,
         }
     }
+}
+
+/// What stands in a row of cells for one, 0 for [`DARK`].
+fn code_of(cell: u32) -> u32 {
+    cell.wrapping_add(1)
+}
+
+/// The cell that a number of a row stands for; `None` where no light comes from.
+pub fn cell_of(code: u32) -> Option<u32> {
+    code.checked_sub(1)
 }
 
 /// The cells of a scene as a camera sees it.
 #[derive(Debug, Default)]
 pub struct Cells {
     /// Sorted by cell.
-    pub points: Vec<CellPoint>,
-    /// Of each cell its range of points.
+    points: Vec<CellPoint>,
+    /// Of each cell where its points begin, and the end of the last one's.
     starts: Vec<u32>,
-    /// The cells that the rays of points meet, in the order in which these were found: [`DARK`] for
-    /// none, [`ABSENT`] for one without points.
-    rays: Vec<u32>,
+    /// The cells that the rays of points meet, in their order, as [`cell_of`] reads them. Those
+    /// beyond [`Cells::count`] are of the last generation and have no points.
+    rays: PackedNumbers,
     /// Number of points of the first generation.
     first: usize,
     /// Rays of a point of the first and of later generations.
     counts: [usize; 2],
-    /// Of each point when it was found.
-    found: Vec<u32>,
     /// Of each cell.
     pub reflectance: Vec<[f32; 3]>,
 }
@@ -315,8 +319,8 @@ pub struct CellFinder<'a> {
     generation: usize,
     /// Cells of earlier generations.
     known: usize,
-    /// Of the cells of this generation.
-    points: Vec<CellPoint>,
+    /// Of the cells of this generation, with their cells.
+    points: Vec<(u32, CellPoint)>,
 }
 
 impl<'a> CellFinder<'a> {
@@ -337,22 +341,22 @@ impl<'a> CellFinder<'a> {
     pub fn bytes(&self) -> usize {
         self.table.capacity() * (size_of::<(Key, u32)>() + 1)
             + 4 * self.asked.len()
-            + self.points.len() * size_of::<CellPoint>()
+            + self.points.len() * size_of::<(u32, CellPoint)>()
     }
 
-    /// The cells of rays' ends, [`DARK`] for none. A cell that is new in this generation gets its
+    /// The cells of rays' ends, as [`cell_of`] reads them. A cell that is new in this generation gets its
     /// points from the rays that ask for it, the sooner the denser, as their number grows with the
     /// root of the rays'.
     pub fn ask(&mut self, landings: impl Iterator<Item = Landing>, rows: &mut Vec<u32>) {
         let most = MOST_POINTS[self.generation.min(1)];
         for landing in landings {
             let Some(key) = landing.key else {
-                rows.push(DARK);
+                rows.push(code_of(DARK));
                 continue;
             };
             let new = self.asked.len() as u32;
             let cell = *self.table.entry(key).or_insert(new);
-            rows.push(cell);
+            rows.push(code_of(cell));
             if cell == new {
                 self.asked.push(0);
             }
@@ -367,8 +371,8 @@ impl<'a> CellFinder<'a> {
             let before = wanted(*asked);
             *asked += 1;
             if wanted(*asked) > before {
-                let point = CellPoint::new(self.scene, cell, landing.place);
-                self.points.push(point);
+                let point = CellPoint::new(self.scene, landing.place);
+                self.points.push((cell, point));
             }
         }
     }
@@ -378,32 +382,40 @@ impl<'a> CellFinder<'a> {
     /// # Errors
     /// On cancel, and where the cells do not fit into the budget.
     pub fn find(mut self, budget: &MemoryBudget, work: Work<'_>) -> Result<Cells, TransportError> {
-        // Of each generation.
-        let mut all: Vec<Vec<CellPoint>> = Vec::new();
-        let mut rays: Vec<u32> = Vec::new();
+        let mut cells = Cells {
+            counts: [0, 1].map(|generation| self.settings.rays_of(generation)),
+            starts: vec![0],
+            ..Cells::default()
+        };
+        let mut row = Vec::new();
         while self.generation < GENERATIONS && !self.points.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
-            let points = std::mem::take(&mut self.points);
-            // The points are copied when they are sorted.
-            let found = all.iter().map(Vec::len).sum::<usize>() + points.len();
-            let more = points.len() * count;
-            let held = found * (2 * size_of::<CellPoint>() + 4) + 4 * (rays.len() + more);
-            budget.check("the radiosity cache", self.bytes() + held)?;
-            rays.reserve_exact(more);
+            let before = cells.points.len();
+            let more = self.points.len() * size_of::<CellPoint>() + 4 * self.asked.len();
+            budget.check("the radiosity cache", self.bytes() + cells.bytes() + more)?;
+            let new = self.known..self.asked.len();
+            cells.add(new, std::mem::take(&mut self.points));
             self.known = self.asked.len();
             self.generation += 1;
+            let points = &cells.points[before..];
+            if self.generation == 1 {
+                cells.first = points.len();
+            }
             for (at, some) in points.chunks(BATCH).enumerate() {
                 let landings = self.rays(at * BATCH, some, count, work)?;
-                self.ask(landings.into_iter(), &mut rays);
+                row.clear();
+                self.ask(landings.into_iter(), &mut row);
+                cells.rays.extend(&row);
+                let held = cells.bytes();
                 budget.check("the radiosity cache", self.bytes() + held)?;
             }
-            all.push(points);
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
-        let count = self.asked.len();
+        cells.rays.close();
         drop(self.table);
-        Ok(sorted(self.scene, self.settings, count, all, rays))
+        cells.set_reflectance(self.scene, self.settings);
+        Ok(cells)
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
@@ -436,66 +448,57 @@ impl<'a> CellFinder<'a> {
     }
 }
 
-/// Points by cell, with their rays; textures are averaged over a cell's side at each point.
-fn sorted(
-    scene: RayScene<'_>,
-    settings: CellSettings,
-    count: usize,
-    all: Vec<Vec<CellPoint>>,
-    mut rays: Vec<u32>,
-) -> Cells {
-    let mut starts = vec![0_u32; count + 1];
-    for p in all.iter().flatten() {
-        starts[p.cell as usize + 1] += 1;
-    }
-    for cell in 0..count {
-        starts[cell + 1] += starts[cell];
-    }
-    for met in rays.iter_mut().filter(|met| **met != DARK) {
-        if starts[*met as usize] == starts[*met as usize + 1] {
-            *met = ABSENT;
-        }
-    }
-    let mut next = starts.clone();
-    let first = all.first().map_or(0, Vec::len);
-    let number = starts.last().map_or(0, |end| *end as usize);
-    let mut points = vec![CellPoint::default(); number];
-    let mut found = vec![0_u32; number];
-    for (i, p) in (0..).zip(all.into_iter().flatten()) {
-        let place = &mut next[p.cell as usize];
-        points[*place as usize] = p;
-        found[*place as usize] = i;
-        *place += 1;
-    }
-    let mut reflectance = vec![[0.0; 3]; count];
-    for p in &points {
-        let facet = &scene.surfaces.facets[p.facet as usize];
-        let to = &mut reflectance[p.cell as usize];
-        if scene.surfaces.texture(facet.material).is_none() {
-            *to = facet.reflectance.map(|r| r as f32);
-            continue;
-        }
-        let sides = || frame(facet.normal).map(|way| way * settings.sides[0]);
-        let own = scene
-            .surfaces
-            .reflectance_at(facet, p.place(scene).point, sides);
-        let share = 1.0 / (starts[p.cell as usize + 1] - starts[p.cell as usize]).max(1) as f32;
-        to.iter_mut()
-            .zip(own)
-            .for_each(|(to, own)| *to += share * own as f32);
-    }
-    Cells {
-        points,
-        starts,
-        rays,
-        first,
-        counts: [0, 1].map(|generation| settings.rays_of(generation)),
-        found,
-        reflectance,
-    }
-}
-
 impl Cells {
+    /// Adds cells of the next generation, of which these are the points.
+    fn add(&mut self, new: Range<usize>, points: Vec<(u32, CellPoint)>) {
+        let before = self.points.len() as u32;
+        let first = self.starts.len();
+        self.starts.resize(first + new.len(), 0);
+        let starts = &mut self.starts[first - 1..];
+        let own = |cell: u32| cell as usize - new.start;
+        for (cell, _) in &points {
+            starts[own(*cell) + 1] += 1;
+        }
+        for cell in 0..new.len() {
+            starts[cell + 1] += starts[cell];
+        }
+        self.points.reserve_exact(points.len());
+        self.points
+            .resize(before as usize + points.len(), CellPoint::default());
+        // The first start is moved to the first end, and so on: back again by one place.
+        for (cell, point) in points {
+            let place = &mut starts[own(cell)];
+            self.points[*place as usize] = point;
+            *place += 1;
+        }
+        starts.copy_within(..new.len(), 1);
+        starts[0] = before;
+    }
+
+    /// Sets the reflectance of all cells; textures are averaged over a cell's side at each point.
+    fn set_reflectance(&mut self, scene: RayScene<'_>, settings: CellSettings) {
+        let of = |cell: usize| {
+            let points = self.points(cell);
+            let share = 1.0 / points.len().max(1) as f32;
+            let mut mean = [0.0; 3];
+            for p in points {
+                let facet = &scene.surfaces.facets[p.facet as usize];
+                if scene.surfaces.texture(facet.material).is_none() {
+                    return facet.reflectance.map(|r| r as f32);
+                }
+                let sides = || frame(facet.normal).map(|way| way * settings.sides[0]);
+                let place = p.place(scene).point;
+                let own = scene.surfaces.reflectance_at(facet, place, sides);
+                mean.iter_mut()
+                    .zip(own)
+                    .for_each(|(to, own)| *to += share * own as f32);
+            }
+            mean
+        };
+        let count = self.starts.len() - 1;
+        self.reflectance = (0..count).into_par_iter().map(of).collect();
+    }
+
     /// How many.
     pub fn count(&self) -> usize {
         self.reflectance.len()
@@ -506,27 +509,26 @@ impl Cells {
         &self.points[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// The cells that a cell's rays meet, [`DARK`] for none.
-    pub fn met(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
-        let found = &self.found[self.starts[cell] as usize..self.starts[cell + 1] as usize];
-        let met = found
-            .iter()
-            .flat_map(|&i| &self.rays[self.range(i as usize)]);
-        met.copied().filter(|met| *met != ABSENT)
+    /// The cells that a cell's rays meet, `None` where no light comes from.
+    pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<u32>> + '_ {
+        let [start, end] = [cell, cell + 1].map(|at| self.first_ray(self.starts[at] as usize));
+        let count = self.count() as u32;
+        let met = (start..end).map(|ray| cell_of(self.rays.get(ray)));
+        met.filter(move |met| met.is_none_or(|cell| cell < count))
     }
 
-    /// Where the rays of the point that was found as this one are.
-    fn range(&self, point: usize) -> Range<usize> {
+    /// Where the rays of a point begin.
+    fn first_ray(&self, point: usize) -> usize {
         let ([first, later], of_first) = (self.counts, point.min(self.first));
-        let start = of_first * first + (point - of_first) * later;
-        start..start + if point < self.first { first } else { later }
+        of_first * first + (point - of_first) * later
     }
 
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
-        self.points.len() * (size_of::<CellPoint>() + 4)
-            + 4 * self.rays.len()
-            + 28 * self.reflectance.len()
+        self.points.len() * size_of::<CellPoint>()
+            + self.rays.bytes()
+            + 4 * self.starts.len()
+            + 12 * self.reflectance.len()
     }
 
     /// Radiosity of each cell under several lights at once from the irradiance that arrives there
@@ -555,9 +557,9 @@ impl Cells {
                     let mut rays = 0_u32;
                     for other in self.met(cell) {
                         rays += 1;
-                        if other == DARK {
+                        let Some(other) = other else {
                             continue;
-                        }
+                        };
                         let other = other as usize * width;
                         for (sum, b) in out.iter_mut().zip(&now[other..other + width]) {
                             *sum += b;

@@ -9,6 +9,7 @@ use crate::radiosity::final_gather::cells::{
     CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
 };
 use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
+use crate::radiosity::final_gather::packed::SortedLists;
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
@@ -34,11 +35,15 @@ const SEED_CELL: u32 = 303;
 /// What the pixels' rays found.
 #[derive(Default)]
 pub struct Gathered {
-    /// Of each row of the picture its place in `cells`.
+    /// Of each row of the picture its place in `starts` and `runs`.
     pub rows: Vec<usize>,
-    /// Of each pixel the cells that its rays end in, by rows as they were looked at.
-    pub cells: Lists<u32>,
-    /// Of each pixel its rays by the material that they leave, in the order of its cells.
+    /// The cells that the rays of each run end in, as [`cells::cell_of`] reads them.
+    ///
+    /// [`cells::cell_of`]: crate::radiosity::final_gather::cells::cell_of
+    pub cells: SortedLists,
+    /// Of each pixel where its lists begin in `cells`, by rows as they were looked at.
+    pub starts: Vec<usize>,
+    /// Of each pixel its rays by the material that they leave.
     pub runs: Lists<Run>,
     /// Mean reflectance of the textures that pixels show.
     pub paints: Vec<[f32; 3]>,
@@ -49,10 +54,10 @@ pub struct Gathered {
 impl Gathered {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let lists = size_of_val(self.cells.items()) + size_of_val(self.runs.items());
+        let lists = self.cells.bytes() + size_of_val(self.runs.items());
         lists
             + size_of_val(self.paints.as_slice())
-            + 8 * (2 * self.cells.count() + self.rows.len())
+            + 8 * (2 * self.starts.len() + self.rows.len())
             + self.smooth.len() * size_of::<Option<SmoothPixel>>()
     }
 }
@@ -190,18 +195,25 @@ impl PictureRays<'_> {
                 landings.sort_by_key(|(_, facet)| material(*facet));
                 cells.clear();
                 finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
-                out.cells.push(cells.iter().copied());
+                out.starts.push(out.cells.end());
                 let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
                 let pixel = rows[at / width] * width + at % width;
-                let paints = &mut out.paints;
-                out.runs.push(alike.map(|some| Run {
-                    facet: some[0].1,
-                    rays: some.len() as u32,
-                    paint: self.paint(seen, pixel, some[0].1).map_or(DARK, |paint| {
-                        paints.push(paint);
-                        paints.len() as u32 - 1
-                    }),
-                }));
+                let mut rest = cells.as_mut_slice();
+                for some in alike {
+                    let (own, later) = rest.split_at_mut(some.len());
+                    rest = later;
+                    out.cells.push(own);
+                    let paint = self.paint(seen, pixel, some[0].1).map_or(DARK, |paint| {
+                        out.paints.push(paint);
+                        out.paints.len() as u32 - 1
+                    });
+                    out.runs.add(Run {
+                        facet: some[0].1,
+                        rays: some.len() as u32,
+                        paint,
+                    });
+                }
+                out.runs.end();
                 out.smooth[pixel] = smooth;
             }
             for row in rows {
