@@ -170,18 +170,7 @@ impl AreaLight {
         if out.unoccluded <= 0.0 {
             return out;
         }
-        let is_below = |corner: &Vec3| (*corner - point).dot(normal) <= 0.0;
-        let corners = || self.triangles.iter().flat_map(|t| &t.corners);
-        let (triangle, end, area) = match corners().any(is_below) {
-            true => match self.place_above((point, normal), [u, v]) {
-                Some(placed) => placed,
-                None => return out,
-            },
-            false => {
-                let (triangle, end) = self.place(area, [u, v]);
-                (triangle, end, area)
-            }
-        };
+        let (triangle, end) = self.place(area, [u, v]);
         let way = end - point;
         let square = way.dot(way);
         let (cosine, away) = (way.dot(normal), -way.dot(triangle.normal));
@@ -235,36 +224,6 @@ impl AreaLight {
         }
     }
 
-    /// A point of what a receiver can see of the panel, shadows apart, uniform over the area, and that
-    /// area. Points below its horizon would be lost: where the few first samples all are, a pixel
-    /// would stay dark.
-    fn place_above(
-        &self,
-        (point, normal): (Vec3, Vec3),
-        [u, v]: [f64; 2],
-    ) -> Option<(&Triangle, Vec3, f64)> {
-        let parts = || {
-            self.triangles.iter().flat_map(move |t| {
-                let parts = t.above(point, normal).into_triangles();
-                parts.map(move |part| (t, part))
-            })
-        };
-        let area: f64 = parts().map(|(_, part)| part.area()).sum();
-        let mut left = u * area;
-        let mut placed = None;
-        for (triangle, part) in parts() {
-            let own = part.area();
-            if own > 0.0 {
-                placed = Some((triangle, point + part.at((left / own).min(1.0), v), area));
-                if left <= own {
-                    break;
-                }
-                left -= own;
-            }
-        }
-        placed
-    }
-
     /// A point of the panel, uniform over its area.
     fn place(&self, area: f64, [u, v]: [f64; 2]) -> (&Triangle, Vec3) {
         // The triangle that holds this share of the area; what is left of `u` places the point.
@@ -281,74 +240,33 @@ impl AreaLight {
 impl Triangle {
     /// A point of it, uniform over the area for uniform `u` and `v`.
     fn at(&self, u: f64, v: f64) -> Vec3 {
-        Part(self.corners).at(u, v)
+        let [a, b, c] = self.corners;
+        let root = u.clamp(0.0, 1.0).sqrt();
+        a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
     }
 
     /// Irradiance at a point without shadows, per unit radiance (Lambert 1760).
     fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {
-        let above = self.above(point, normal);
-        closed_form(&above.ways[..above.count], normal)
-    }
-
-    /// What a point sees of it above its horizon, from there; nothing of its back.
-    fn above(&self, point: Vec3, normal: Vec3) -> Above {
         let ways = self.corners.map(|c| c - point);
-        let mut above = Above {
-            ways: [Vec3::ZERO; 4],
-            count: 0,
-        };
         if ways[0].dot(self.normal) >= 0.0 {
-            return above;
+            return 0.0;
         }
+        // The part above the horizon has up to four corners.
+        let mut above = [Vec3::ZERO; 4];
+        let mut count = 0;
         for i in 0..3 {
             let (a, b) = (ways[i], ways[(i + 1) % 3]);
             let (high, next) = (a.dot(normal), b.dot(normal));
-            if high > 0.0 {
-                above.push(a);
+            if high > 0.0 && count < 4 {
+                above[count] = a;
+                count += 1;
             }
-            if (high > 0.0) != (next > 0.0) {
-                above.push(a + (b - a) * (high / (high - next)));
+            if (high > 0.0) != (next > 0.0) && count < 4 {
+                above[count] = a + (b - a) * (high / (high - next));
+                count += 1;
             }
         }
-        above
-    }
-}
-
-/// A triangle above a horizon: up to four corners.
-#[derive(Clone, Copy)]
-struct Above {
-    ways: [Vec3; 4],
-    count: usize,
-}
-
-impl Above {
-    fn push(&mut self, way: Vec3) {
-        if self.count < 4 {
-            self.ways[self.count] = way;
-            self.count += 1;
-        }
-    }
-
-    fn into_triangles(self) -> impl Iterator<Item = Part> {
-        let [a, ..] = self.ways;
-        (2..self.count).map(move |i| Part([a, self.ways[i - 1], self.ways[i]]))
-    }
-}
-
-/// Three corners.
-struct Part([Vec3; 3]);
-
-impl Part {
-    fn area(&self) -> f64 {
-        let [a, b, c] = self.0;
-        0.5 * (b - a).cross(c - a).length()
-    }
-
-    /// A point of it, uniform over the area for uniform `u` and `v`.
-    fn at(&self, u: f64, v: f64) -> Vec3 {
-        let [a, b, c] = self.0;
-        let root = u.clamp(0.0, 1.0).sqrt();
-        a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
+        closed_form(&above[..count], normal)
     }
 }
 
@@ -388,40 +306,5 @@ mod tests {
             sum += sample.sampled;
         }
         assert!((sum / 4096.0 / exact - 1.0).abs() < 1e-3);
-    }
-
-    /// Of a panel that stands mostly below the horizon every sample is one above it.
-    #[test]
-    fn no_sample_is_below_the_horizon() {
-        let above = vec![
-            vec3(-9.0, 0.0, 1.0),
-            vec3(-9.0, 1.0, 1.0),
-            vec3(1.0, 1.0, 1.0),
-            vec3(1.0, 0.0, 1.0),
-        ];
-        let surfaces = Surfaces::grey(vec![above]);
-        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
-        let light = AreaLight::new(&surfaces, &[0]);
-        let scene = RayScene {
-            surfaces: &surfaces,
-            bvh: &bvh,
-            offset: 1e-6,
-        };
-        // A wall under the panel that faces its last tenth.
-        let wall = vec3(1.0, 0.0, 0.0);
-        let mut sum = 0.0;
-        let mut exact = 0.0;
-        for i in 0..4096 {
-            let random = crate::radiosity::final_gather::sampling::point(i, 3);
-            let sample = light.sample(scene, (Vec3::ZERO, wall), random);
-            assert!(sample.visible > 0.0, "{random:?}: {sample:?}");
-            sum += sample.sampled;
-            exact = sample.unoccluded;
-        }
-        assert!(
-            exact > 0.0 && (sum / 4096.0 / exact - 1.0).abs() < 2e-3,
-            "{} {exact}",
-            sum / 4096.0
-        );
     }
 }
