@@ -47,7 +47,7 @@ use crate::picture::Image;
 use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
 };
-use crate::scene::{Light, Material, Polygon, Rig};
+use crate::scene::{Light, Polygon, Rig};
 use crate::units::ErrorUnit;
 use crate::work::Work;
 use camera::fragment::{Fragment, Fragments, fragments};
@@ -151,7 +151,7 @@ fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
     let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
     scene.polygons.len() > MANY_POLYGONS
-        || scene.materials.iter().any(Material::is_cut)
+        || scene.is_cut()
         || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }
 

@@ -115,6 +115,13 @@ const THICKNESS: f64 = 2e-5;
 const HOUSING: f64 = 0.3;
 
 impl Scene {
+    /// Does light pass through a polygon somewhere? A material that none is of does not count.
+    pub fn is_cut(&self) -> bool {
+        let is_cut: Vec<bool> = self.materials.iter().map(Material::is_cut).collect();
+        let mut materials = self.polygons.iter().map(|p| p.material);
+        is_cut.contains(&true) && materials.any(|m| is_cut.get(m) == Some(&true))
+    }
+
     /// Adds another file's materials and polygons.
     ///
     /// A material equal to one that is here already, name and all, becomes that one. One of the

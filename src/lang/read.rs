@@ -346,6 +346,9 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     if syntax::UNIT_WORDS.contains(&word) && before.trim_end().ends_with(is_digit) {
         return Some(format!("a unit stands right behind its number: `5{word}`"));
     }
+    if let Some(help) = solid_without_place(before, found) {
+        return Some(help.to_owned());
+    }
     let unit = unit_apart(before).filter(|_| found.starts_with(is_digit));
     if let Some(unit) = unit {
         return Some(format!(
@@ -374,6 +377,24 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
         _ => return None,
     };
     Some(help.to_owned())
+}
+
+/// Numbers right behind the word of a solid, whose places have words of their own.
+fn solid_without_place(before: &str, found: &str) -> Option<&'static str> {
+    if !found.starts_with(|c: char| is_digit(c) || c == '-' || c == '.') {
+        return None;
+    }
+    match before.split_whitespace().next_back()? {
+        "box" => Some("places have words before them: `box from -1, 0, 0  to 1, 1, 0.4`"),
+        "cylinder" => {
+            Some("places have words before them: `cylinder from 2, 2, 0  to 2, 2, 3  radius 20cm`")
+        }
+        "disc" => {
+            Some("places have words before them: `disc at 0, 0, 0.8  aim 0, 0, 2  radius 60cm`")
+        }
+        "sphere" => Some("places have words before them: `sphere at 2, 2, 1  radius 40cm`"),
+        _ => None,
+    }
 }
 
 fn is_digit(c: char) -> bool {

@@ -1,12 +1,15 @@
 //! G against closed forms and reference pictures.
 
-use crate::reference::{cornell, counted, errors, furnace, picture, render, stage};
+use crate::reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 use crate::superposition::stage_with_spot;
 use footlight::files::Memory;
 use footlight::geometry::vec3;
 use footlight::picture::png;
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Quality, Transport};
 use footlight::scene::import::{self, Options};
 use footlight::scene::profile::Profile;
+use footlight::scene::texture::{Alpha, Texture};
 use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
 use footlight::units::Rgb;
 
@@ -31,6 +34,36 @@ fn the_furnace_is_even_at_every_step_and_reflectance() {
         let told = format!("{rho} at quality {quality}: {mean} worst {worst}");
         assert!(mean < 1e-3 && worst < 5e-3, "{told}");
     }
+}
+
+/// A cut-out material that no polygon is of changes neither the method nor a bit of the picture; one
+/// that a polygon is of sends the scene to rays.
+#[test]
+fn a_cut_out_material_counts_where_it_is_used() {
+    let case = stage_with_spot([40, 24]);
+    let with_gauze = || {
+        let mut case = stage_with_spot([40, 24]);
+        let gauze = Texture::plain([0.5, 0.5, 0.5, 0.3], Alpha::Blend);
+        case.scene.materials.push(Material {
+            texture: Some(gauze),
+            ..Material::diffuse("gauze", Rgb([0.5; 3]))
+        });
+        case
+    };
+    let (unused, mut used) = (with_gauze(), with_gauze());
+    used.scene.polygons[0].material = used.scene.materials.len() - 1;
+    assert!(!unused.scene.is_cut() && used.scene.is_cut());
+    let picture = |case: &Case| {
+        let levels = vec![1.0; case.rig.sources.len()];
+        render(case, 1, &[levels], 2).remove(0).data().to_vec()
+    };
+    assert_eq!(picture(&case), picture(&unused));
+    let parameters = |case: &Case| {
+        let parameters = Radiosity.quality_parameters(&case.setup(), Quality(1));
+        format!("{:?}", parameters.unwrap())
+    };
+    assert_eq!(parameters(&case), parameters(&unused));
+    assert_ne!(parameters(&case), parameters(&used));
 }
 
 /// Two lights on one material are the same light, each at its own strength.

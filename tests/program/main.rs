@@ -22,6 +22,7 @@ mod outside;
 mod readme;
 mod roads;
 mod serve;
+mod stage;
 mod stop;
 mod store_process;
 mod terminal;

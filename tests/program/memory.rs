@@ -9,6 +9,7 @@ use std::process::{Child, Command, Stdio};
 
 use footlight::Image;
 use footlight::picture::exr::{self, Precision};
+use footlight::picture::png;
 
 /// What the program may take beside its budget, MB.
 const BESIDE: u64 = 64;
@@ -17,6 +18,64 @@ const LIGHT: &str = "light x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n";
 
 const ROOM: &str = "surface floor reflectance 0.6 quad 0,0,0 10,0,0 10,10,0 0,10,0\n\
                     surface back reflectance 0.5 quad 0,10,0 10,10,0 10,10,5 0,10,5\n";
+
+/// A stage whose images are small files and large once they are read.
+const TEXTURES: &str = "stage \"set.obj\" z up\nview v from 6,-3,6 to 6,0,0 fov 50 size 640x360\n\
+                        light x spot at 6,0,4 aim 6,0,0 beam 60 field 90 900 cd\nbank a = x\n\
+                        cue 1 at 0:00 { snap a 50 }\n";
+
+/// The stage: squares with an image each, six of 1000 x 1000 texels; with `huge` another of 3000.
+fn write_textures(folder: &Path, huge: bool) {
+    let mut list = vec![1000; 6];
+    if huge {
+        list.push(3000);
+    }
+    let mut materials = String::new();
+    let mut stage = "mtllib set.mtl\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n".to_owned();
+    for (i, side) in list.into_iter().enumerate() {
+        let shade = vec![100 + i as u8; side * side * 3];
+        let image = png::encode(side, side, &shade).unwrap();
+        std::fs::write(folder.join(format!("t{i}.png")), image).unwrap();
+        write!(materials, "newmtl m{i}\nKd 1 1 1\nmap_Kd t{i}.png\n").unwrap();
+        let (x, right) = (2 * i, 2 * i + 1);
+        write!(
+            stage,
+            "v {x} 0 0\nv {right} 0 0\nv {right} 1 0\nv {x} 1 0\nusemtl m{i}\nf -4/1 -3/2 -2/3 -1/4\n"
+        )
+        .unwrap();
+    }
+    std::fs::write(folder.join("set.mtl"), materials).unwrap();
+    std::fs::write(folder.join("set.obj"), stage).unwrap();
+}
+
+/// What of a texture that is too large for `--memory` is said, typed, makes it fit.
+#[test]
+fn a_texture_that_is_left_out_is_told_with_a_way_out() {
+    let folder = tempfile::tempdir().unwrap();
+    write_textures(folder.path(), true);
+    let stage = |megabytes: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_footlight"))
+            .current_dir(&folder)
+            .args(["stage", "set.obj", "--memory", megabytes])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let said = stage("64");
+    let notes: Vec<&str> = said
+        .lines()
+        .filter(|line| line.starts_with("not as it stands"))
+        .collect();
+    let [sixth, huge] = notes[..] else {
+        panic!("{said}")
+    };
+    assert!(sixth.contains("`m5`") && huge.contains("`m6`"), "{said}");
+    let (_, more) = huge.split_once("allow more with `--memory ").unwrap();
+    let (megabytes, _) = more.split_once('`').unwrap();
+    let said = stage(megabytes);
+    assert!(!said.contains("not as it stands"), "{megabytes}: {said}");
+}
 
 /// A show that is larger than most, what is done with it, and what must come of it.
 struct Case {
@@ -79,6 +138,21 @@ fn cases() -> Vec<Case> {
         case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
         case("rig", rig(6, 4), 192, &["chart", "plan"], None),
+        case("textures", TEXTURES.to_owned(), 64, &["check"], None),
+        case(
+            "textures",
+            TEXTURES.to_owned(),
+            64,
+            &["picture", "-o", "a.png"],
+            Some("the picture"),
+        ),
+        case(
+            "textures",
+            TEXTURES.to_owned(),
+            160,
+            &["picture", "-o", "a.png"],
+            None,
+        ),
         case("images", images(12), 64, &["check"], Some("--memory")),
         case("images", images(8), 256, &["play", "-o", "a.html"], None),
     ]
@@ -240,6 +314,7 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
     for i in 0..12 {
         std::fs::write(folder.path().join(format!("b{i}.exr")), &image).unwrap();
     }
+    write_textures(folder.path(), false);
     for case in cases() {
         let name = format!("{} {:?} at {} MB", case.name, case.verb, case.budget);
         std::fs::write(folder.path().join("a.lxq"), &case.show).unwrap();

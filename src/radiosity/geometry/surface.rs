@@ -15,7 +15,7 @@ use crate::radiosity::geometry::solid::Solids;
 use crate::renderer::TransportError;
 use crate::scene::import::FAR;
 use crate::scene::texture::Texture;
-use crate::scene::{Material, Scene, Shading};
+use crate::scene::{Scene, Shading};
 use std::sync::{Arc, OnceLock};
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
@@ -200,7 +200,7 @@ impl Surfaces {
             pieces,
             solids: OnceLock::new(),
             textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
-            is_cut: scene.materials.iter().any(Material::is_cut),
+            is_cut: scene.is_cut(),
         };
         for facet in 0..surfaces.facets.len() {
             if let Some(mean) = surfaces.mean_reflectance(facet) {
@@ -490,7 +490,7 @@ mod tests {
             shading: Shading::of_corners(&corners).unwrap().map(Box::new),
             ..Polygon::new(corners.map(|c| c.point).to_vec(), 0)
         };
-        let mut material = Material::diffuse("cloth", Rgb([0.5; 3]));
+        let mut material = crate::scene::Material::diffuse("cloth", Rgb([0.5; 3]));
         material.texture = Some(texture);
         let mut scene = Scene {
             materials: vec![material],

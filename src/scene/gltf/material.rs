@@ -98,6 +98,12 @@ pub fn all(
             emission: emission(described).map_err(fault)?,
             ..Material::diffuse(name, Rgb([r, g, b].map(|c| c * share)))
         };
+        if described.emissive_texture.is_some() && material.emission != Rgb([0.0; 3]) {
+            out.left_out.insert(format!(
+                "the emission texture of `{}`: as a `panel` it shines evenly, by its factor",
+                material.name
+            ));
+        }
         let alpha = alpha(described);
         // A sheet that is cut out is thin: of one-sided leaves and gauze the backs would be black.
         let is_cut_out = image.is_some() && alpha != Alpha::Opaque;

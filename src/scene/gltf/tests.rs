@@ -346,6 +346,18 @@ fn materials_have_names_and_light() {
     ));
 }
 
+/// An image of what shines is not read; the one that a black factor turns off is none.
+#[test]
+fn emission_textures_are_told() {
+    let materials = r#""materials":[{"name":"sign","emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}},
+        {"name":"off","emissiveTexture":{"index":0}}],"nodes":[{"mesh":0}]"#;
+    let stage = import(&described(materials), &square()).unwrap();
+    assert_eq!(
+        stage.summary.left_out,
+        ["the emission texture of `sign`: as a `panel` it shines evenly, by its factor"]
+    );
+}
+
 /// A double-sided square has a back of the same size a hair behind it, unless the show says no.
 #[test]
 fn double_sided_materials_get_a_back() {

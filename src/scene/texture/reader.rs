@@ -12,8 +12,12 @@ pub const MOST_BYTES: usize = 1 << 30;
 /// Reads images.
 #[derive(Debug)]
 pub struct TextureReader {
-    /// Bytes that may still be taken.
-    left: usize,
+    /// Bytes that may be taken.
+    limit: usize,
+    /// Bytes that are taken.
+    taken: usize,
+    /// Bytes that what was refused would take.
+    refused: u64,
     /// By name; why it was not read.
     known: BTreeMap<String, Result<Arc<Pixels>, String>>,
 }
@@ -22,7 +26,9 @@ impl TextureReader {
     /// Within so many bytes.
     pub fn new(memory: usize) -> TextureReader {
         TextureReader {
-            left: memory.min(MOST_BYTES),
+            limit: memory.min(MOST_BYTES),
+            taken: 0,
+            refused: 0,
             known: BTreeMap::new(),
         }
     }
@@ -45,31 +51,42 @@ impl TextureReader {
     }
 
     fn pixels(&mut self, bytes: &[u8]) -> Result<Arc<Pixels>, String> {
-        let (size, codes) = codes(bytes, self.left).map_err(in_words)?;
+        let left = self.limit.saturating_sub(self.taken);
+        let (size, codes) = codes(bytes, left).map_err(|error| self.in_words(error))?;
         let pixels = Pixels::new(size, &codes);
-        self.left = self.left.saturating_sub(pixels.bytes());
+        self.taken += pixels.bytes();
         Ok(Arc::new(pixels))
     }
-}
 
-/// Why an image cannot be read, and where it is too large what to do.
-fn in_words(error: PictureError) -> String {
-    let PictureError::Memory {
-        width,
-        height,
-        needed,
-        limit,
-    } = error
-    else {
-        return error.to_string();
-    };
-    let megabytes = |bytes: u64| bytes as f64 / 1e6;
-    format!(
-        "{width} x {height} pixels need {:.1} MB to be read, and {:.1} MB are left for textures; make \
-         the image smaller",
-        megabytes(needed),
-        megabytes(limit)
-    )
+    /// Why an image cannot be read, and where it is too large what to do.
+    fn in_words(&mut self, error: PictureError) -> String {
+        let PictureError::Memory {
+            width,
+            height,
+            needed,
+            limit,
+        } = error
+        else {
+            return error.to_string();
+        };
+        // All that were refused so far: the last message tells what is enough for all.
+        self.refused = self.refused.saturating_add(needed);
+        let enough = self.refused.saturating_add(self.taken as u64);
+        let more = match enough <= MOST_BYTES as u64 {
+            true => format!(
+                ", or allow more with `--memory {}`",
+                enough.div_ceil(1 << 20)
+            ),
+            false => String::new(),
+        };
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        format!(
+            "{width} x {height} pixels need {:.1} MB to be read, and {:.1} MB are left for textures; \
+             make the image smaller{more}",
+            megabytes(needed),
+            megabytes(limit)
+        )
+    }
 }
 
 /// The codes of an image of either format, with alpha.

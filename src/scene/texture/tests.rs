@@ -102,6 +102,12 @@ fn images_are_read_while_what_is_left_holds_one_more() {
     assert_eq!(
         said,
         "256 x 256 pixels need 1.0 MB to be read, and 0.3 MB are left for textures; make the image \
-         smaller"
+         smaller, or allow more with `--memory 8`"
     );
+    // Nine that are held and the two refused so far; another needs more. Beyond what textures may take
+    // at all no memory helps.
+    let said = read(21).unwrap_err();
+    assert!(said.ends_with("or allow more with `--memory 9`"), "{said}");
+    let much = (22..1200).filter_map(|i| read(i).err()).last().unwrap();
+    assert!(much.ends_with("make the image smaller"), "{much}");
 }
