@@ -1,6 +1,10 @@
 //! What a study measures of its process, prints of its record, and leaves in a folder.
 
 #![allow(dead_code, clippy::print_stdout, reason = "used by several studies")]
+#![allow(
+    clippy::unwrap_used,
+    reason = "a study stops where its record cannot be written"
+)]
 
 use footlight::chart::Drawing;
 use footlight::files::{Disk, Store};
