@@ -327,7 +327,7 @@ impl Engine {
     /// # Errors
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
-        self.coarse()?;
+        self.visible()?;
         Ok(self.rendered()?.preview(setting, self.work())?)
     }
 

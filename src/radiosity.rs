@@ -117,8 +117,7 @@ impl Transport for Radiosity {
     }
 
     fn stated_error(&self, setup: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let polygons = setup.scene.polygons.len();
-        stated::error(quality, polygons, is_final_gather(setup), unit)
+        stated::Kind::of(setup, is_final_gather(setup)).error(quality, unit)
     }
 
     fn quality_parameters(

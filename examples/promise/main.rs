@@ -1,10 +1,12 @@
 //! What is promised of an error against what is true: the shipped shows and 40 random ones (rooms, dark
 //! cues, open squares, textures with projections).
-//! `cargo run --release --example promise [SHOWS] [CHART.png]` prints, for each show and step of
+//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` prints, for each show and step of
 //! quality, the worst moment's true error against the finest step, and what the operator states, of
 //! the light and as displayed; then, over tolerances from 4 to 0.4 % and from 20 to 2 steps, how
 //! often the step that is chosen keeps its promise, and what the choice costs over that of one who
-//! knows the errors. The chart has what is promised against what is true.
+//! knows the errors. The chart has what is promised against what is true. Errors are taken from
+//! the file where it has a show already, and written to it where not: an hour of rendering is then
+//! done once, and what is stated can be judged anew in a second.
 
 #![allow(
     clippy::indexing_slicing,
@@ -55,7 +57,108 @@ struct Measured {
     about: String,
 }
 
-fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
+/// A show's true errors, as the file has them.
+struct Errors {
+    truth: [Vec<f64>; 2],
+    apart: Vec<f64>,
+}
+
+impl Errors {
+    /// A line without the name.
+    fn written(&self) -> String {
+        let list = |values: &[f64]| {
+            let words: Vec<String> = values.iter().map(|v| format!("{v:.6}")).collect();
+            words.join(" ")
+        };
+        let [light, shown] = &self.truth;
+        format!("{}; {}; {}", list(light), list(shown), list(&self.apart))
+    }
+
+    fn read(line: &str) -> Option<Errors> {
+        let list = |text: &str| -> Option<Vec<f64>> {
+            text.split_whitespace().map(|w| w.parse().ok()).collect()
+        };
+        let mut lists = line.split(';').map(list);
+        let mut next = || lists.next().flatten();
+        Some(Errors {
+            truth: [next()?, next()?],
+            apart: next()?,
+        })
+    }
+}
+
+/// True errors by name, kept in a file where one is named.
+struct Kept {
+    path: Option<String>,
+    lines: Vec<String>,
+}
+
+impl Kept {
+    fn new(path: Option<&String>) -> Kept {
+        let text = path.map(|path| std::fs::read_to_string(path).unwrap_or_default());
+        Kept {
+            path: path.cloned(),
+            lines: text
+                .unwrap_or_default()
+                .lines()
+                .map(str::to_owned)
+                .collect(),
+        }
+    }
+
+    fn errors(&mut self, name: &str, engine: &mut Engine) -> Result<Errors, Failure> {
+        let start = format!("{name}: ");
+        let mut known = self
+            .lines
+            .iter()
+            .filter_map(|line| line.strip_prefix(&start));
+        if let Some(found) = known.find_map(Errors::read) {
+            return Ok(found);
+        }
+        let found = errors(engine)?;
+        self.lines.push(start + &found.written());
+        if let Some(path) = &self.path {
+            std::fs::write(path, self.lines.join("\n") + "\n")?;
+        }
+        Ok(found)
+    }
+}
+
+fn measured(name: &str, engine: &mut Engine, kept: &mut Kept) -> Result<Measured, Failure> {
+    let Errors { truth, apart } = kept.errors(name, engine)?;
+    let n = engine.show().coordinates().len();
+    let finest = engine.finest().0;
+    let setup = engine.setup().ok_or("no setup")?;
+    let renderer = &engine.host().renderer;
+    let stated = |unit| {
+        let all = (1..=finest).map(|q| renderer.stated_error(setup, Quality(q), unit));
+        all.map(|error| error.unwrap_or(0.0)).collect()
+    };
+    let cost = (1..=finest).map(|q| renderer.cost(setup, Quality(q)).alone(n as f64));
+    let (mut area, mut reflected) = (0.0, 0.0);
+    for polygon in &setup.scene.polygons {
+        let own = area_of(&polygon.vertices);
+        let rho = setup.scene.materials[polygon.material].reflectance.0;
+        area += own;
+        reflected += own * (rho[0] + rho[1] + rho[2]) / 3.0;
+    }
+    Ok(Measured {
+        name: name.to_owned(),
+        stated: [stated(ErrorUnit::Light), stated(ErrorUnit::Steps)],
+        truth,
+        cost: cost.collect(),
+        apart,
+        about: format!(
+            "polygons {} sources {n} pixels {} reflectance {:.3}",
+            setup.scene.polygons.len(),
+            setup.view.width * setup.view.height,
+            reflected / area
+        ),
+    })
+}
+
+/// Renders every source at every step.
+fn errors(engine: &mut Engine) -> Result<Errors, Failure> {
     let n = engine.show().coordinates().len();
     let finest = engine.finest().0;
     let mut steps = Vec::new();
@@ -88,35 +191,12 @@ fn measured(name: &str, engine: &mut Engine) -> Result<Measured, Failure> {
         lit.filter(|(_, light)| **light > NEARLY_OUT * brightest)
             .fold(0.0f64, |m, (e, light)| m.max(e / light))
     };
-    let setup = engine.setup().ok_or("no setup")?;
-    let renderer = &engine.host().renderer;
-    let stated = |unit| {
-        let all = (1..=finest).map(|q| renderer.stated_error(setup, Quality(q), unit));
-        all.map(|error| error.unwrap_or(0.0)).collect()
-    };
-    let cost = (1..=finest).map(|q| renderer.cost(setup, Quality(q)).alone(n as f64));
-    let (mut area, mut reflected) = (0.0, 0.0);
-    for polygon in &setup.scene.polygons {
-        let own = area_of(&polygon.vertices);
-        let rho = setup.scene.materials[polygon.material].reflectance.0;
-        area += own;
-        reflected += own * (rho[0] + rho[1] + rho[2]) / 3.0;
-    }
-    Ok(Measured {
-        name: name.to_owned(),
-        stated: [stated(ErrorUnit::Light), stated(ErrorUnit::Steps)],
+    Ok(Errors {
         truth: [
             steps.iter().map(|step| worst(step, last)).collect(),
             displayed(engine, &steps, &lit),
         ],
-        cost: cost.collect(),
         apart: steps.windows(2).map(|w| worst(&w[0], &w[1])).collect(),
-        about: format!(
-            "polygons {} sources {n} pixels {} reflectance {:.3}",
-            setup.scene.polygons.len(),
-            setup.view.width * setup.view.height,
-            reflected / area
-        ),
     })
 }
 
@@ -309,13 +389,15 @@ fn chosen(errors: &[f64], tolerance: f64) -> usize {
 fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let shows = words.iter().find_map(|word| word.parse().ok());
+    let mut kept = Kept::new(words.iter().find(|word| word.ends_with(".txt")));
     let mut all = Vec::new();
     for seed in 1..=shows.unwrap_or(SHOWS) {
-        all.push(measured(&format!("random {seed}"), &mut random(seed)?)?);
+        let name = format!("random {seed}");
+        all.push(measured(&name, &mut random(seed)?, &mut kept)?);
         print(&all[all.len() - 1]);
     }
     for name in SHIPPED {
-        all.push(measured(name, &mut shipped(name)?)?);
+        all.push(measured(name, &mut shipped(name)?, &mut kept)?);
         print(&all[all.len() - 1]);
     }
     let panels: Vec<Panel> = UNITS.iter().map(|unit| judge(&all, unit)).collect();

@@ -222,6 +222,7 @@ impl Engine {
         if self.rendering.is_none() {
             return Err(Error::NoSetup);
         }
+        self.complete_pair(&goal);
         self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(goal, self.metric, Calls::Background, self.now()),

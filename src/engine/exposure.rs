@@ -100,7 +100,7 @@ impl Engine {
 
     /// The exposure, in stops, of the whole sequence as the pool shows it.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
-        self.coarse()?;
+        self.visible()?;
         let old = self.exposure.brightness.take();
         let pool = self.rendered()?;
         let kept = old.filter(|b| b.is_of(pool));

@@ -148,13 +148,11 @@ impl Engine {
     /// As [`Engine::coarse`].
     pub fn coarse_for(&mut self, goal: Goal) -> Result<(), Error> {
         self.timed(|engine| {
-            if engine.pool().is_some() {
-                return Ok(());
-            }
-            if engine.is_busy() {
+            if engine.is_busy() && engine.pool().is_none() {
                 engine.wait_until(|engine| engine.pool().is_some())?;
             }
-            if engine.pool().is_some() {
+            engine.complete_pair(&goal);
+            if engine.pool().is_some() && !engine.is_pool_due() {
                 return Ok(());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
@@ -164,6 +162,23 @@ impl Engine {
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
             Ok(())
         })
+    }
+
+    /// Renders what previews show unless it is there: each source alone at the one step that they use.
+    /// The coarser step, whose difference estimates errors, is rendered too only where the operator
+    /// states none; else the first refinement by number renders it.
+    ///
+    /// # Errors
+    /// As [`Engine::coarse`].
+    pub fn visible(&mut self) -> Result<(), Error> {
+        if self.pool().is_none() && !self.is_busy() && self.stored_base()?.is_none() {
+            let [_, fine] = self.coarse_pair();
+            let is_stated = self.stated(fine, ErrorUnit::Light).is_some();
+            if let Some(rendering) = self.rendering.as_mut().filter(|_| is_stated) {
+                rendering.base.get_or_insert([fine; 2]);
+            }
+        }
+        self.coarse()
     }
 
     /// Takes up the images that earlier sessions stored, where every source has one; renders nothing.

@@ -283,6 +283,23 @@ impl Engine {
         }))
     }
 
+    /// Asks for the coarser step beside images that were rendered to be seen alone, where mixtures are
+    /// to be rendered on top of them: the difference of the two orders these.
+    pub(super) fn complete_pair(&mut self, goal: &Goal) {
+        let mixes = match self.way {
+            Way::Paper => goal.or_one().count != Some(0),
+            Way::Auto => goal.count.is_some_and(|n| n > 0) && !goal.asks_for_a_way(),
+            Way::Alone => false,
+        };
+        let [_, fine] = self.coarse_pair();
+        if let Some(rendering) = self.rendering.as_mut().filter(|_| mixes)
+            && rendering.pool.is_some()
+            && rendering.base == Some([fine; 2])
+        {
+            rendering.base = None;
+        }
+    }
+
     /// Chooses the steps of the images of sources alone for a goal, unless there are some.
     pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<(), Error> {
         if self.pool().is_some() || self.is_final() {

@@ -5,7 +5,8 @@
 //! promise` measures the shows that the numbers are of. Steps have numbers of elements, so that
 //! these are coarser where polygons are many.
 
-use crate::renderer::Quality;
+use crate::renderer::{Quality, Setup};
+use crate::scene::Light;
 use crate::units::ErrorUnit;
 
 /// Of up to [`FEW`] polygons, with hemicubes.
@@ -16,6 +17,11 @@ const OF_MANY: [f64; 5] = [0.042, 0.039, 0.0199, 0.0095, 0.003];
 const FEW: f64 = 100.0;
 const MANY: f64 = 900.0;
 
+/// At least, where images are thrown: these may be as fine as a pixel, and all steps but the finest
+/// average them over a pixel alike.
+const THROWN: [f64; 5] = [0.033, 0.026, 0.024, 0.0135, 0.003];
+const THROWN_SHOWN: [f64; 5] = [11.0, 10.0, 9.5, 7.0, 1.2];
+
 /// By final gathering.
 const GATHERED: [f64; 5] = [0.05, 0.034, 0.016, 0.01, 0.006];
 
@@ -24,25 +30,41 @@ const OF_FEW_SHOWN: [f64; 5] = [13.0, 7.0, 4.2, 1.7, 1.2];
 const OF_MANY_SHOWN: [f64; 5] = [24.6, 23.8, 9.3, 8.5, 3.0];
 const GATHERED_SHOWN: [f64; 5] = [25.0, 17.0, 8.0, 5.0, 3.0];
 
-/// The error of a step; `None` where there is no such step.
-pub(super) fn error(
-    quality: Quality,
-    polygons: usize,
-    is_final_gather: bool,
-    unit: ErrorUnit,
-) -> Option<f64> {
-    let at = usize::from(quality.0).checked_sub(1)?;
-    let [few, many, gathered] = match unit {
-        ErrorUnit::Light => [OF_FEW, OF_MANY, GATHERED],
-        ErrorUnit::Steps => [OF_FEW_SHOWN, OF_MANY_SHOWN, GATHERED_SHOWN],
-    };
-    if is_final_gather {
-        return gathered.get(at).copied();
+/// What the errors of a scene are told by.
+#[derive(Clone, Copy)]
+pub(super) struct Kind {
+    pub polygons: usize,
+    pub is_final_gather: bool,
+    /// Whether a light throws an image.
+    pub has_projection: bool,
+}
+
+impl Kind {
+    pub fn of(setup: &Setup, is_final_gather: bool) -> Kind {
+        let mut lights = setup.rig.lights.iter();
+        Kind {
+            polygons: setup.scene.polygons.len(),
+            is_final_gather,
+            has_projection: lights.any(|light| matches!(light, Light::Projection(_))),
+        }
     }
-    let (few, many) = (few.get(at)?, many.get(at)?);
-    let along = ((polygons as f64).max(1.0) / FEW).ln() / (MANY / FEW).ln();
-    let along = along.clamp(0.0, 1.0);
-    Some(few.powf(1.0 - along) * many.powf(along))
+
+    /// The error of a step; `None` where there is no such step.
+    pub fn error(self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        let at = usize::from(quality.0).checked_sub(1)?;
+        let [few, many, thrown, gathered] = match unit {
+            ErrorUnit::Light => [OF_FEW, OF_MANY, THROWN, GATHERED],
+            ErrorUnit::Steps => [OF_FEW_SHOWN, OF_MANY_SHOWN, THROWN_SHOWN, GATHERED_SHOWN],
+        };
+        if self.is_final_gather {
+            return gathered.get(at).copied();
+        }
+        let (few, many, thrown) = (few.get(at)?, many.get(at)?, thrown.get(at)?);
+        let along = ((self.polygons as f64).max(1.0) / FEW).ln() / (MANY / FEW).ln();
+        let along = along.clamp(0.0, 1.0);
+        let least = if self.has_projection { *thrown } else { 0.0 };
+        Some((few.powf(1.0 - along) * many.powf(along)).max(least))
+    }
 }
 
 #[cfg(test)]
@@ -51,16 +73,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_finer_step_is_stated_to_err_less_and_more_polygons_more() {
+    fn a_finer_step_is_stated_to_err_less_and_more_polygons_and_projections_more() {
+        let of = |polygons, has_projection| Kind {
+            polygons,
+            is_final_gather: false,
+            has_projection,
+        };
         for unit in [ErrorUnit::Light, ErrorUnit::Steps] {
+            let error = |kind: Kind, q| kind.error(Quality(q), unit).unwrap();
             for polygons in [1, 100, 300, 900, 2000] {
-                let steps = (1..=5).map(|q| error(Quality(q), polygons, false, unit).unwrap());
-                assert!(steps.collect::<Vec<_>>().is_sorted_by(|a, b| a > b));
+                for thrown in [false, true] {
+                    let steps = (1..=5).map(|q| error(of(polygons, thrown), q));
+                    assert!(steps.collect::<Vec<_>>().is_sorted_by(|a, b| a > b));
+                }
+                assert!(error(of(polygons, true), 4) >= error(of(polygons, false), 4));
             }
-            let of = |polygons| error(Quality(2), polygons, false, unit).unwrap();
-            assert!(of(100) < of(300) && of(300) < of(900) && of(900) == of(2000));
-            assert_eq!(error(Quality(0), 1, false, unit), None);
-            assert_eq!(error(Quality(6), 1, true, unit), None);
+            let second = |polygons| error(of(polygons, false), 2);
+            assert!(second(100) < second(300) && second(300) < second(900));
+            assert_eq!(second(900), second(2000));
+            assert_eq!(of(1, false).error(Quality(0), unit), None);
+            assert_eq!(of(1, true).error(Quality(6), unit), None);
         }
     }
 }
