@@ -211,8 +211,11 @@ fn serve_editor(settings: &Settings) -> Result<u8, Error> {
             ..Host::default()
         }),
     };
-    lsp::serve_standard(means).map_err(Error::Device)?;
-    Ok(0)
+    // As the protocol says; a client that is gone hears no words.
+    Ok(match lsp::serve_standard(means).map_err(Error::Device)? {
+        lsp::End::Orderly => 0,
+        lsp::End::Abrupt => 1,
+    })
 }
 
 /// Refuses `plot keys show.lxq` with what was meant.

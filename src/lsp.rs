@@ -2,10 +2,11 @@
 //!
 //! It has no idea of the language of its own: text is read by [`crate::lang`], shows by the engine,
 //! completion and help are the prompt's. Open texts are the truth, not the disk; broken text keeps
-//! the last good show. One thread answers, another makes pictures. Changes that came in together are
-//! read once.
+//! the last good show. One thread reads what is typed and answers, another works out what takes long, a
+//! third makes pictures. Changes that came in together are read once.
 
 mod action;
+mod background;
 mod buffers;
 mod capabilities;
 mod complete;
@@ -19,9 +20,10 @@ mod request;
 mod server;
 mod text;
 
+use std::io::ErrorKind::{BrokenPipe, UnexpectedEof};
 use std::path::Path;
 
-use lsp_server::Connection;
+use lsp_server::{Connection, Response};
 use lsp_types::InitializeParams;
 use serde_json::json;
 
@@ -45,21 +47,36 @@ pub struct Means {
 /// Serves the client at standard input and output until it leaves.
 ///
 /// # Errors
-/// As [`serve`]; where these break off.
-pub fn serve_standard(means: Means) -> Result<(), String> {
+/// As [`serve`].
+pub fn serve_standard(means: Means) -> Result<End, String> {
     let (connection, threads) = Connection::stdio();
     let served = serve(&connection, means);
     drop(connection);
-    served.and(threads.join().map_err(|error| error.to_string()))
+    let end = served?;
+    match threads.join() {
+        // The client broke off, if need be in the middle of a message.
+        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof) => Ok(End::Abrupt),
+        Err(error) => Err(error.to_string()),
+        Ok(()) => Ok(end),
+    }
+}
+
+/// How a client left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It asked the server to shut down before.
+    Orderly,
+    /// It did not, or is gone.
+    Abrupt,
 }
 
 /// Serves a client until it leaves.
 ///
 /// # Errors
 /// What is wrong with the messages, where these are not the protocol's.
-pub fn serve(connection: &Connection, means: Means) -> Result<(), String> {
+pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
     let (id, params) = match connection.initialize_start() {
-        Err(error) if error.channel_is_disconnected() => return Ok(()),
+        Err(error) if error.channel_is_disconnected() => return Ok(End::Abrupt),
         begun => begun.map_err(|e| e.to_string())?,
     };
     let params: InitializeParams = serde_json::from_value(params).map_err(|e| e.to_string())?;
@@ -77,12 +94,12 @@ pub fn serve(connection: &Connection, means: Means) -> Result<(), String> {
         "capabilities": capabilities::of_server(encoding),
         "serverInfo": { "name": "footlight", "version": env!("CARGO_PKG_VERSION") },
     });
-    connection
-        .initialize_finish(id, answer)
-        .map_err(|e| e.to_string())?;
+    let answer = Response::new_ok(id, answer);
+    if connection.sender.send(answer.into()).is_err() {
+        return Ok(End::Abrupt);
+    }
     let mut server = Server::new(connection, means, encoding, client);
-    server.run();
-    Ok(())
+    Ok(server.run())
 }
 
 #[cfg(test)]

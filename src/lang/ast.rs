@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use super::lowering_cache::Lowered;
+use super::lowering_cache::KnownCue;
 use crate::show::Interpolation;
 
 /// A byte range of one source file.
@@ -113,7 +113,7 @@ pub enum Declaration<'a> {
     /// `cue NUMBER …`
     Cue(Cue<'a>),
     /// A cue that was lowered before.
-    Cached(&'a Lowered),
+    Cached(KnownCue<'a>),
 }
 
 /// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.

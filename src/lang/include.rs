@@ -11,7 +11,7 @@ use super::ast::{Declaration, Span};
 use super::build::Builder;
 use super::read::Read;
 use super::report::{Place, Report};
-use super::scan::{Scan, first_word, scan};
+use super::scan::{Cut, Scan, first_word, scan};
 use super::syntax::{self, Rule};
 use super::{codes, decode, gels, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
@@ -101,6 +101,31 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
             },
             Declaration::Gels => {}
             _ => out.statements.push(statement),
+        }
+    }
+}
+
+/// The statements of all parts in the same order, those that include and those that are cues among them.
+pub fn joined_cuts<'s>(parts: &[Part<'_>], scans: &'s [Scan<'s>]) -> Vec<&'s Cut<'s>> {
+    let mut out = Vec::new();
+    join_cuts(0, parts, scans, &mut out);
+    out
+}
+
+/// Never deeper than there are parts.
+fn join_cuts<'s>(
+    index: usize,
+    parts: &[Part<'_>],
+    scans: &'s [Scan<'s>],
+    out: &mut Vec<&'s Cut<'s>>,
+) {
+    let (Some(part), Some(scan)) = (parts.get(index), scans.get(index)) else {
+        return;
+    };
+    for cut in &scan.cuts {
+        out.push(cut);
+        if let Some(child) = part.children.get(&(cut.span.start as u32)) {
+            join_cuts(*child, parts, scans, out);
         }
     }
 }

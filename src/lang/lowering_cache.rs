@@ -1,24 +1,24 @@
-//! Cues that were lowered before, so that an edit of one costs that one: with 2,000 cues on 200
-//! banks an edit takes a third of the time.
+//! Cues that were lowered before, so that an edit costs the cues that it touches.
 //!
-//! What a cue means depends on its own text, on the names, banks, curves and values of the show, and
-//! on the groups and looks that it names, but not on the lights of a bank and where they hang. While all
-//! of that is the same to the byte, a cue whose text is the same is taken as it was lowered the last
-//! time, its node ids and places moved. Where declarations have errors, what is lowered may miss one of
-//! them: it is kept for a text with the same declarations alone. Invariants: only cues that gave no
-//! diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache equals one made
-//! without.
+//! What a cue means depends on its own text, on the names in it, and on what these rest on: a cue whose
+//! text is the same, and none of whose names means something else, is taken as it was lowered the last
+//! time. What may have changed around it is put right then: its places and node ids, where banks, curves
+//! and effects stand in the show, and the default time. Where declarations have errors, what is lowered
+//! may miss one of them: it is kept for a text with the same declarations alone. Invariants: only cues
+//! that gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
+//! equals one made without.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::SpanMap;
 use super::ast::Span;
-use super::edit;
-use super::scan::{Scan, first_word};
+use super::edit::heading;
+use super::scan::Cut;
 use super::token::tokens;
-use crate::show::{Cue, NodeId};
+use crate::show::{Cue, Fade, NodeId};
+use crate::units::Time;
 
-/// Cues are dropped when there are this many times as many as the text has statements.
+/// Cues of earlier texts are dropped when there are this many times as many as the text has statements.
 const TIMES: usize = 4;
 
 /// What was lowered before.
@@ -29,8 +29,8 @@ pub struct LoweringCache {
     environment: Environment,
     /// The text that they were lowered in had no error.
     is_sound: bool,
-    /// Cues by their text; only looked up, never iterated. In boxes, as tables and lists that grow
-    /// would hold many of them twice.
+    /// Cues by their text; only looked up, never iterated in an order that shows. In boxes, as tables
+    /// and lists that grow would hold many of them twice.
     cues: HashMap<String, Box<Lowered>>,
 }
 
@@ -39,30 +39,53 @@ pub struct LoweringCache {
 pub struct Environment {
     /// The statements that are no cues, one after the other.
     all: String,
-    /// The same without what no cue depends on, or only those that name it.
-    shared: String,
-    /// Groups and looks by their names.
+    /// The statements that name files with more of the show, and the colours of gels.
+    files: String,
+    /// What each name means to a cue: its kind, and the statement where that matters.
     named: BTreeMap<String, String>,
+    /// In the order of the show, with their numbers of parameters.
+    banks: Vec<(String, usize)>,
+    curves: Vec<String>,
+    effects: Vec<String>,
 }
 
 /// The cues that may be taken as they were lowered.
 #[derive(Debug)]
 pub struct Known<'a> {
     cache: &'a LoweringCache,
-    /// Groups and looks that are others now, or rest on such.
+    /// Names that mean something else now, or rest on such.
     changed: BTreeSet<String>,
+    indices: Option<Indices>,
+}
+
+/// A cue that was lowered before.
+#[derive(Clone, Copy, Debug)]
+pub struct KnownCue<'a> {
+    lowered: &'a Lowered,
+    indices: Option<&'a Indices>,
+}
+
+/// Where what a cue names by its index stands now, by where it stood.
+#[derive(Debug, PartialEq)]
+struct Indices {
+    banks: Vec<usize>,
+    parameters: Vec<usize>,
+    curves: Vec<usize>,
+    effects: Vec<usize>,
 }
 
 /// A lowered cue, its places counted from the start of its statement, its ids from its first.
 #[derive(Clone, Debug)]
 pub struct Lowered {
     cue: Cue,
+    /// Whether the default time is the time up, and down, of each part.
+    by_default: Vec<[bool; 2]>,
     /// Where its number stands.
     number: Span,
     /// The places of its nodes.
     spans: Vec<Span>,
     /// How many levels it took from the budget.
-    pub levels: usize,
+    levels: usize,
 }
 
 impl Default for LoweringCache {
@@ -78,45 +101,61 @@ impl Default for LoweringCache {
 }
 
 impl Environment {
-    /// Adds the statements of a file.
-    pub fn add(&mut self, scan: &Scan<'_>) {
-        for cut in scan.cuts.iter().filter(|cut| !cut.is_cue()) {
-            self.all.push_str(cut.text);
-            self.all.push('\n');
-            let name = edit::name(cut.text).unwrap_or_default();
-            let shared = match first_word(cut.text) {
-                "show" | "preview" | "stage" | "surface" | "view" | "light" | "fixed" => &name,
-                "bank" => {
-                    let mut pieces = tokens(cut.text).into_iter();
-                    let is_rgb = pieces.any(|(range, _)| cut.text.get(range) == Some("rgb"));
-                    self.shared.push_str(if is_rgb { "rgb " } else { "" });
-                    &name
-                }
-                "group" | "look" => {
-                    let word = name.split(' ').nth(1).unwrap_or_default();
-                    let named = self.named.entry(word.to_owned()).or_default();
-                    named.push_str(cut.text);
-                    &name
-                }
-                _ => cut.text,
-            };
-            self.shared.push_str(shared);
-            self.shared.push('\n');
+    /// Adds a statement, in the order of the show.
+    pub fn add(&mut self, cut: &Cut<'_>) {
+        if cut.is_cue() {
+            return;
         }
+        self.all.push_str(cut.text);
+        self.all.push_str(if cut.broken { "!\n" } else { "\n" });
+        let Some((word, range)) = heading(cut.text) else {
+            return;
+        };
+        let name = cut.text.get(range).unwrap_or_default();
+        let named = || name.to_owned();
+        let meaning = match word {
+            "bank" => {
+                let is_rgb = cut.text.contains("rgb") && is_rgb(cut.text);
+                self.banks.push((named(), if is_rgb { 4 } else { 1 }));
+                if is_rgb { "rgb bank" } else { word }
+            }
+            "effect" => {
+                self.effects.push(named());
+                word
+            }
+            "view" | "light" | "fixed" => word,
+            "curve" => {
+                self.curves.push(named());
+                cut.text
+            }
+            "group" | "look" | "let" => cut.text,
+            "include" | "gels" => {
+                self.files.push_str(cut.text);
+                self.files.push('\n');
+                return;
+            }
+            _ => return,
+        };
+        let known = self.named.entry(named()).or_default();
+        known.push_str(meaning);
+        known.push_str(if cut.broken { "!\n" } else { "\n" });
     }
 
-    /// Adds what was read of other files.
-    pub fn add_read(&mut self, text: &str) {
-        self.all.push_str(text);
-        self.shared.push_str(text);
+    /// Adds the colours of gels as they were read.
+    pub fn add_gels(&mut self, gels: &str) {
+        self.all.push_str(gels);
+        self.files.push_str(gels);
     }
 
-    /// The groups and looks that are others than these, and those that rest on them.
+    /// The names that mean something else than before, and those that rest on them.
     fn changed(&self, before: &Environment) -> BTreeSet<String> {
         let names = self.named.keys().chain(before.named.keys());
         let is_other = |name: &&String| self.named.get(*name) != before.named.get(*name);
         let mut waiting: Vec<&str> = names.filter(is_other).map(String::as_str).collect();
         let mut changed = BTreeSet::new();
+        if self.banks != before.banks {
+            waiting.push("blackout");
+        }
         if waiting.is_empty() {
             return changed;
         }
@@ -133,67 +172,165 @@ impl Environment {
         }
         changed
     }
+
+    /// Where all stands now that stood elsewhere before; `None` where nothing was moved.
+    fn indices(&self, before: &Environment) -> Option<Indices> {
+        let bank_names = |banks: &[(String, usize)]| -> Vec<String> {
+            banks.iter().map(|(name, _)| name.clone()).collect()
+        };
+        let banks = moved(&bank_names(&before.banks), &bank_names(&self.banks));
+        let first = first_parameters(&self.banks);
+        let mut parameters = Vec::new();
+        for (bank, (_, count)) in banks.iter().zip(&before.banks) {
+            let first = first.get(*bank).copied().unwrap_or(0);
+            parameters.extend(first..first + count);
+        }
+        let indices = Indices {
+            curves: moved(&before.curves, &self.curves),
+            effects: moved(&before.effects, &self.effects),
+            banks,
+            parameters,
+        };
+        (!indices.all_stay()).then_some(indices)
+    }
+}
+
+/// Where the parameters of each bank begin.
+fn first_parameters(banks: &[(String, usize)]) -> Vec<usize> {
+    let ends = banks.iter().scan(0, |end, (_, count)| {
+        *end += count;
+        Some(*end)
+    });
+    std::iter::once(0).chain(ends).collect()
+}
+
+/// Where each name stands among those of now. One that is gone keeps its place: a cue that names it is
+/// lowered again.
+fn moved(before: &[String], now: &[String]) -> Vec<usize> {
+    let mut at: HashMap<&str, usize> = HashMap::new();
+    for (index, name) in now.iter().enumerate() {
+        at.entry(name).or_insert(index);
+    }
+    let place = |(index, name): (usize, &String)| at.get(name.as_str()).copied().unwrap_or(index);
+    before.iter().enumerate().map(place).collect()
+}
+
+/// Whether a bank has emitters of its own. The word may also stand in a comment.
+fn is_rgb(bank: &str) -> bool {
+    let mut pieces = tokens(bank).into_iter();
+    pieces.any(|(range, _)| bank.get(range) == Some("rgb"))
 }
 
 /// The words of a text: all names in it, and more. Not its tokens, which take ten times as long.
 fn words(text: &str) -> impl Iterator<Item = &str> {
     let pieces = text.split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
-    // A name may stand behind a number and a minus.
-    pieces.map(|word| word.trim_start_matches(|c: char| c.is_ascii_digit() || c == '-'))
+    // A name may stand behind a number and a minus: `2s-wait`.
+    pieces.flat_map(|piece| {
+        let is_number = piece.starts_with(|c: char| c.is_ascii_digit());
+        let minus = piece.match_indices('-').filter(move |_| is_number);
+        let starts = std::iter::once(0).chain(minus.map(|(at, _)| at + 1));
+        let word = |at: usize| piece.get(at..).unwrap_or_default();
+        starts.map(move |at| word(at).trim_start_matches(|c: char| c.is_ascii_digit() || c == '-'))
+    })
 }
 
-impl Known<'_> {
+impl<'a> Known<'a> {
     /// The cue of this text.
-    pub fn cue(&self, text: &str) -> Option<&Lowered> {
+    pub fn cue(&'a self, text: &str) -> Option<KnownCue<'a>> {
         let lowered = self.cache.cues.get(text)?;
-        let is_changed =
-            !self.changed.is_empty() && words(text).any(|word| self.changed.contains(word));
-        (!is_changed).then_some(lowered)
+        let is_changed = rests_on(text, &self.changed);
+        let indices = self.indices.as_ref();
+        (!is_changed).then_some(KnownCue { lowered, indices })
     }
+}
+
+fn rests_on(text: &str, names: &BTreeSet<String>) -> bool {
+    !names.is_empty() && words(text).any(|word| names.contains(word))
 }
 
 impl LoweringCache {
     /// The cues that may be taken in an environment.
     pub fn within(&self, environment: &Environment) -> Option<Known<'_>> {
-        let changed = match self.environment.all == environment.all {
-            true => BTreeSet::new(),
-            false if self.is_sound && self.environment.shared == environment.shared => {
-                environment.changed(&self.environment)
+        let before = &self.environment;
+        let (changed, indices) = match before.all == environment.all {
+            true => (BTreeSet::new(), None),
+            false if self.is_sound && before.files == environment.files => {
+                (environment.changed(before), environment.indices(before))
             }
             false => return None,
         };
         Some(Known {
             cache: self,
             changed,
+            indices,
         })
     }
 
-    /// Adds the fresh cues of a text of so many statements, which had no error if it `is_sound`.
+    /// Adds the fresh cues of a text of these statements, which had no error if it `is_sound`.
     pub fn learn(
         &mut self,
         environment: Environment,
         fresh: Vec<(String, Box<Lowered>)>,
-        statements: usize,
+        statements: &[&Cut<'_>],
         is_sound: bool,
     ) {
         let is_same = self.environment.all == environment.all;
-        let known = self.within(&environment).map(|known| known.changed);
+        let known = self.within(&environment);
+        let known = known.map(|known| (known.changed, known.indices));
         if known.is_some() && !is_same && !is_sound {
             // Those that are known are of use when the declarations are mended.
             return;
         }
         match known {
-            Some(changed) if self.cues.len() <= TIMES * statements.max(64) => {
-                if !changed.is_empty() {
-                    let is_kept = |text: &str| !words(text).any(|word| changed.contains(word));
-                    self.cues.retain(|text, _| is_kept(text));
+            Some((changed, indices)) => {
+                if !changed.is_empty() || indices.is_some() {
+                    self.cues.retain(|text, lowered| {
+                        if let Some(indices) = &indices {
+                            indices.apply(&mut lowered.cue);
+                        }
+                        !rests_on(text, &changed)
+                    });
                 }
             }
-            _ => self.cues.clear(),
+            None => self.cues.clear(),
+        }
+        if self.cues.len() > TIMES * statements.len().max(64) {
+            let texts: HashSet<&str> = statements.iter().map(|cut| cut.text).collect();
+            self.cues.retain(|text, _| texts.contains(text.as_str()));
         }
         self.is_sound = is_sound || is_same && self.is_sound;
         self.environment = environment;
         self.cues.extend(fresh);
+    }
+}
+
+impl Indices {
+    fn all_stay(&self) -> bool {
+        let stays = |list: &[usize]| list.iter().enumerate().all(|(before, now)| before == *now);
+        let lists = [&self.banks, &self.parameters, &self.curves, &self.effects];
+        lists.into_iter().all(|list| stays(list))
+    }
+
+    /// Gives a cue the indices that are right now.
+    fn apply(&self, cue: &mut Cue) {
+        let change = |index: &mut usize, list: &[usize]| {
+            *index = list.get(*index).copied().unwrap_or(*index);
+        };
+        for part in &mut cue.parts {
+            if let Fade::Curve(curve) = &mut part.curve {
+                change(curve, &self.curves);
+            }
+            for one in &mut part.moves {
+                change(&mut one.parameter, &self.parameters);
+            }
+            part.moves.sort_by_key(|one| one.parameter);
+            for effect in &mut part.effects {
+                change(&mut effect.bank, &self.banks);
+                if let Some(effect) = &mut effect.effect {
+                    change(effect, &self.effects);
+                }
+            }
+        }
     }
 }
 
@@ -202,10 +339,10 @@ impl Lowered {
     /// the last `nodes` places of `map`; it wrote out so many levels.
     pub fn of(
         cue: &Cue,
+        by_default: Vec<[bool; 2]>,
         [statement, number]: [Span; 2],
         map: &SpanMap,
-        nodes: usize,
-        levels: usize,
+        (nodes, levels): (usize, usize),
     ) -> Lowered {
         let first = map.spans.len().saturating_sub(nodes);
         let relative = |span: &Span| Span {
@@ -216,23 +353,40 @@ impl Lowered {
         let spans = map.spans.iter().skip(first).map(relative).collect();
         Lowered {
             cue: renumbered(cue.clone(), |id| id.wrapping_sub(first as u32)),
+            by_default,
             number: relative(&number),
             spans,
             levels,
         }
     }
+}
 
-    /// The cue as it stands at `statement`, its places added to `map`, and its number's place.
-    pub fn again(&self, statement: Span, map: &mut SpanMap) -> (Cue, Span) {
+impl KnownCue<'_> {
+    /// How many levels it takes from the budget.
+    pub fn levels(&self) -> usize {
+        self.lowered.levels
+    }
+
+    /// The cue as it stands at `statement`, its places added to `map`, and its number's place; `default`
+    /// is the default time up and down.
+    pub fn again(&self, statement: Span, map: &mut SpanMap, default: [Time; 2]) -> (Cue, Span) {
         let first = map.spans.len() as u32;
         let moved = |span: &Span| Span {
             file: statement.file,
             start: span.start + statement.start,
             end: span.end + statement.start,
         };
-        map.spans.extend(self.spans.iter().map(moved));
-        let cue = renumbered(self.cue.clone(), |id| id.wrapping_add(first));
-        (cue, moved(&self.number))
+        map.spans.extend(self.lowered.spans.iter().map(moved));
+        let mut cue = renumbered(self.lowered.cue.clone(), |id| id.wrapping_add(first));
+        if let Some(indices) = self.indices {
+            indices.apply(&mut cue);
+        }
+        let [up, down] = default;
+        for (part, by_default) in cue.parts.iter_mut().zip(&self.lowered.by_default) {
+            part.up = if by_default[0] { up } else { part.up };
+            part.down = if by_default[1] { down } else { part.down };
+        }
+        (cue, moved(&self.lowered.number))
     }
 }
 

@@ -44,7 +44,7 @@ pub use lowering_cache::LoweringCache;
 pub use names::{Kind, is_reserved, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
-pub use token::{Token, tokens};
+pub use token::{Token, pieces, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::{Files, Memory};
@@ -117,11 +117,11 @@ pub fn parse_again(
         return failed(report);
     }
     let mut environment = Environment::default();
-    for (part, scan) in parts.iter().zip(&scans) {
-        environment.add(scan);
-        if let Some(gels) = part.gels.as_ref().filter(|gels| !gels.is_empty()) {
-            environment.add_read(&format!("{gels:?}"));
-        }
+    let cuts = include::joined_cuts(&parts, &scans);
+    cuts.iter().for_each(|cut| environment.add(cut));
+    let gels = parts.iter().filter_map(|part| part.gels.as_ref());
+    for gels in gels.filter(|gels| !gels.is_empty()) {
+        environment.add_gels(&format!("{gels:?}"));
     }
     let known = cache.within(&environment);
     let mut reads = Vec::new();
@@ -150,8 +150,7 @@ pub fn parse_again(
     let (mut show, spans) = (lowered.show, lowered.spans);
     let fresh = lowered.fresh.into_iter();
     let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
-    let statements = read.statements.len();
-    cache.learn(environment, fresh, statements, !report.failed());
+    cache.learn(environment, fresh, &cuts, !report.failed());
     if let Some(show) = &mut show
         && show.title.is_empty()
     {

@@ -162,9 +162,9 @@ impl<'a> Reader<'a, '_> {
         let text = cut.text;
         let word = first_word(text);
         let cache = self.cache.and_then(|k| k.cue(text));
-        if let Some(lowered) = cache.filter(|_| !cut.broken) {
+        if let Some(known) = cache.filter(|_| !cut.broken) {
             let span = self.span(cut.span.start, cut.span.end);
-            let item = Declaration::Cached(lowered);
+            let item = Declaration::Cached(known);
             let text = None;
             self.out.statements.push(Statement { span, text, item });
             return;

@@ -398,7 +398,7 @@ proptest! {
 }
 
 /// Each in four forms.
-const STATEMENTS_OF_A_SHOW: [[&str; 4]; 12] = [
+const STATEMENTS_OF_A_SHOW: [[&str; 4]; 18] = [
     [
         "light l panel m",
         "light l panel n",
@@ -418,6 +418,30 @@ const STATEMENTS_OF_A_SHOW: [[&str; 4]; 12] = [
         "bank a = l channel 3",
     ],
     ["bank b = n", "bank b = n  dimmer square", "bank b", ""],
+    [
+        "",
+        "bank c = n",
+        "bank a2 = n rgb",
+        "curve rise = linear 0 0, 1 100",
+    ],
+    [
+        "bank d = l",
+        "bank d = l\n // rgb\n rgb",
+        "bank d = l\n // rgb",
+        "bank dd = l",
+    ],
+    [
+        "curve dawn = linear 0 0, 0.4 8, 1 100",
+        "curve dawn = linear 0 0, 1 90",
+        "curve noon = linear 0 0, 1 100",
+        "effect glow = pulse",
+    ],
+    [
+        "effect fire = flicker",
+        "effect fire = pulse  rate 2",
+        "effect fire",
+        "curve dawn = linear 0 0, 1 100",
+    ],
     [
         "group ab = a b",
         "group ab = b",
@@ -451,6 +475,18 @@ const STATEMENTS_OF_A_SHOW: [[&str; 4]; 12] = [
         "cue 2 { ab }",
     ],
     [
+        "cue 4 { d 30 curve dawn  a 20 effect fire }",
+        "cue 4 { up 3  d 5  part 2 { down (2s-v)  a 7 } }",
+        "cue 4 { d 5 time (v)  ab 7 effect fire }",
+        "cue 4 { delay 1  d 4  a 9 up 2 }",
+    ],
+    [
+        "cue 5 { snap  d 30  a 3 down 1 curve rise }",
+        "cue 5 { dd 4  part 3 { a 5 } }",
+        "cue 5 { d 9  blackout }",
+        "cue 5 { c 5 curve noon }",
+    ],
+    [
         "cue 3 { b 5 }",
         "cue 3 { high 50 }",
         "cue 1 { b 5 }",
@@ -472,10 +508,9 @@ fn a_known_cue_costs_what_it_did() {
         &text,
     );
     let within = |text: &str| {
-        let mut environment = Environment::default();
-        environment.add(&scan::scan(text));
+        let environment = environment(text);
         let found = known.within(&environment)?;
-        found.cue("cue 2 { blackout }").map(|cue| cue.levels)
+        found.cue("cue 2 { blackout }").map(|cue| cue.levels())
     };
     assert_eq!(within(rig), Some(1));
     // The lights of a bank, and where they hang, are nothing to a cue.
@@ -497,11 +532,32 @@ fn a_look_costs_the_cues_that_rest_on_it() {
     assert!(read(&text).is_some());
     // An error forgets nothing.
     assert!(read(&text.replace("look noon {", "look noon")).is_none());
+    let kept = |rig: &str| -> Vec<bool> {
+        let environment = environment(rig);
+        let found = known.within(&environment).unwrap();
+        let kept = cues.lines().map(|cue| found.cue(cue).is_some());
+        kept.collect()
+    };
+    assert_eq!(kept(&rig.replace("a 5", "a 6")), [false, false, true, true]);
+    // So does one of a bank, and a statement that is broken off; the default time costs none.
+    assert_eq!(
+        kept(&rig.replace("bank b", "bank bb")),
+        [true, false, false, true]
+    );
+    assert_eq!(
+        kept(&rig.replace("bank a", "xbank a")),
+        [false, false, true, false]
+    );
+    assert_eq!(kept(&format!("{rig}default time 9\n")), [true; 4]);
+}
+
+fn environment(text: &str) -> Environment {
     let mut environment = Environment::default();
-    environment.add(&scan::scan(&rig.replace("a 5", "a 6")));
-    let found = known.within(&environment).unwrap();
-    let kept = cues.lines().map(|cue| found.cue(cue).is_some());
-    assert_eq!(kept.collect::<Vec<_>>(), [false, false, true, true]);
+    scan::scan(text)
+        .cuts
+        .iter()
+        .for_each(|cut| environment.add(cut));
+    environment
 }
 
 #[test]

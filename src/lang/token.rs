@@ -31,12 +31,19 @@ pub enum Token {
 
 /// The pieces of a text, blanks left out.
 pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
-    let (mut out, mut rest, mut first_of_line) = (Vec::new(), text, true);
-    while let Some(c) = rest.chars().next() {
-        if c.is_whitespace() {
-            first_of_line |= c == '\n';
-            (_, rest) = rest.split_at(c.len_utf8());
-            continue;
+    pieces(text).collect()
+}
+
+/// The pieces of a text, blanks left out, each found when it is asked for.
+pub fn pieces(text: &str) -> impl Iterator<Item = (Range<usize>, Token)> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        let written = rest.trim_start();
+        let blank = rest.get(..rest.len() - written.len()).unwrap_or("");
+        let first_of_line = rest.len() == text.len() || blank.contains('\n');
+        rest = written;
+        if rest.is_empty() {
+            return None;
         }
         let start = text.len() - rest.len();
         let (length, token) = token(rest);
@@ -45,11 +52,9 @@ pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
             Token::Statement if !first_of_line => Token::Word,
             token => token,
         };
-        out.push((start..start + length, token));
         (_, rest) = rest.split_at(length);
-        first_of_line = false;
-    }
-    out
+        Some((start..start + length, token))
+    })
 }
 
 fn token(rest: &str) -> (usize, Token) {

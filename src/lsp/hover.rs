@@ -4,8 +4,7 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
-use super::name::name_at;
-use super::open_show::OpenShow;
+use super::open_show::{OpenShow, name_at, statement_at};
 use crate::engine::Document;
 use crate::lang::{self, Token};
 use crate::repl::help_of;
@@ -25,6 +24,9 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
         let name = text.get(range.clone())?;
         return Some((of_name(show, name)?, range));
     }
+    let statement = statement_at(text, at)?;
+    let (text, start) = (text.get(statement.clone())?, statement.start);
+    let at = at - start;
     let tokens = lang::tokens(text);
     let i = tokens.partition_point(|(range, _)| range.end <= at);
     let (range, token) = tokens.get(i)?;
@@ -42,7 +44,7 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
         Token::Colour => of_colour(word)?,
         _ => return None,
     };
-    Some((words, range.clone()))
+    Some((words, start + range.start..start + range.end))
 }
 
 fn code(text: &str) -> String {
@@ -51,11 +53,8 @@ fn code(text: &str) -> String {
 
 /// What a name stands for: its statement, and of a bank its level over the show.
 fn of_name(show: &OpenShow, name: &str) -> Option<String> {
-    let places = show.places_of(name);
-    let (_, text, place) = places.iter().find(|(_, _, p)| p.declares.is_some())?;
-    let statements = lang::outline(text).into_iter();
-    let mut around = statements.filter(|s| s.range.contains(&place.range.start));
-    let own = text.get(around.next()?.range)?;
+    let (text, place) = show.declaration_of(name)?;
+    let own = text.get(statement_at(text, place.range.start)?)?;
     let mut out = format!("```lxq\n{own}\n```");
     let document = show.document()?;
     let Some(index) = document.show().banks.iter().position(|b| b.name == name) else {

@@ -1,22 +1,14 @@
 //! Names and where they stand: definition, references, highlights, rename.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use lsp_types::{DocumentHighlight, DocumentHighlightKind, Location, TextEdit, Uri, WorkspaceEdit};
 
 use super::buffers::uri_of;
-use super::open_show::OpenShow;
+use super::open_show::{OpenShow, name_at, places_of};
 use super::text::{Encoding, Lines};
-use crate::lang;
-
-/// The bytes of the name at a place of a text.
-pub fn name_at(text: &str, at: usize) -> Option<Range<usize>> {
-    let places = lang::edit::names(text).into_iter();
-    let mut ranges = places.map(|place| place.range);
-    ranges.find(|range| (range.start..=range.end).contains(&at))
-}
+use crate::lang::{self, NamePlace};
 
 /// Where the name at a place stands: all places, or those that declare it.
 pub fn locations(
@@ -28,13 +20,18 @@ pub fn locations(
     let Some(name) = name_at(text, at).and_then(|range| text.get(range)) else {
         return Vec::new();
     };
-    let places = show.places_of(name).into_iter();
-    let wanted = places.filter(|(_, _, place)| wanted(place.declares.is_some()));
-    let location = |(path, text, place): (PathBuf, &str, lang::NamePlace)| {
-        let range = Lines::new(text, encoding).range(&place.range);
-        Some(Location::new(uri_of(&path)?, range))
-    };
-    wanted.filter_map(location).collect()
+    let mut out = Vec::new();
+    for (path, text, places) in show.places_of(name) {
+        let lines = Lines::new(text, encoding);
+        let places = places.iter();
+        let wanted = places.filter(|place| wanted(place.declares.is_some()));
+        let location = |place: &NamePlace| {
+            let range = lines.range(&place.range);
+            Some(Location::new(uri_of(&path)?, range))
+        };
+        out.extend(wanted.filter_map(location));
+    }
+    out
 }
 
 /// The places of the name in its own file.
@@ -43,8 +40,7 @@ pub fn highlights((text, at): (&str, usize), encoding: Encoding) -> Vec<Document
         return Vec::new();
     };
     let lines = Lines::new(text, encoding);
-    let own = lang::edit::names(text).into_iter();
-    let own = own.filter(|place| text.get(place.range.clone()) == Some(name));
+    let own = places_of(text, name).into_iter();
     own.map(|place| DocumentHighlight {
         range: lines.range(&place.range),
         kind: Some(match place.declares {
@@ -75,23 +71,25 @@ pub fn rename(
         let why = "the show has errors, so that names may be missed: mend them first";
         return Err(why.to_owned());
     }
-    if name != to && !show.places_of(to).is_empty() {
+    let is_used = |name: &str, counts: fn(&NamePlace) -> bool| {
+        let mut files = show.places_of(name).into_iter();
+        files.any(|(.., places)| places.iter().any(counts))
+    };
+    if name != to && is_used(to, |_| true) {
         return Err(format!("`{to}` is used already: choose another name"));
     }
-    if !show
-        .places_of(name)
-        .iter()
-        .any(|(_, _, place)| place.declares.is_some())
-    {
+    if !is_used(name, |place| place.declares.is_some()) {
         return Err(format!("`{name}` is the stage's name, not the show's"));
     }
     let mut changes: BTreeMap<String, (Uri, Vec<TextEdit>)> = BTreeMap::new();
-    for (path, text, place) in show.places_of(name) {
-        let range = Lines::new(text, encoding).range(&place.range);
-        let uri = address(&path)?;
-        let edits = changes.entry(uri.to_string());
-        let (_, edits) = edits.or_insert_with(|| (uri, Vec::new()));
-        edits.push(TextEdit::new(range, to.to_owned()));
+    for (path, text, places) in show.places_of(name) {
+        let lines = Lines::new(text, encoding);
+        let edit = |place: &NamePlace| TextEdit::new(lines.range(&place.range), to.to_owned());
+        let edits: Vec<TextEdit> = places.iter().map(edit).collect();
+        if !edits.is_empty() {
+            let uri = address(&path)?;
+            changes.insert(uri.to_string(), (uri, edits));
+        }
     }
     Ok(WorkspaceEdit {
         changes: Some(changes.into_values().collect()),

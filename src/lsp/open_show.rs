@@ -1,10 +1,12 @@
 //! A show as a client has it open: its text with all that it includes, what is wrong with it, and
 //! the last good show.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::buffers::{Buffers, Overlay, normal};
+use super::text::{Encoding, Lines};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::engine::{Document, Error};
 use crate::lang::{self, NamePlace, Token};
@@ -65,6 +67,18 @@ impl OpenShow {
         };
     }
 
+    /// Its texts and what is said of them, without the show itself: for another thread.
+    pub fn texts(&self) -> OpenShow {
+        OpenShow {
+            path: self.path.clone(),
+            files: self.files.clone(),
+            memory: self.memory,
+            document: None,
+            diagnostics: self.diagnostics.clone(),
+            vocabulary: Vocabulary::default(),
+        }
+    }
+
     /// The diagnostics of a text in place of the show's own.
     pub fn diagnostics_of(&self, text: &str) -> Diagnostics {
         let name = self.path.display().to_string();
@@ -107,22 +121,67 @@ impl OpenShow {
         each.map(|(name, text)| (normal(Path::new(name)), text))
     }
 
+    /// The lines of each of them.
+    pub fn lines(&self, encoding: Encoding) -> Vec<Lines<'_>> {
+        let texts = self.sources().map(|(_, text)| text);
+        texts.map(|text| Lines::new(text, encoding)).collect()
+    }
+
     /// The file of a label.
     pub fn file(&self, file: usize) -> Option<(PathBuf, &str)> {
         let (name, text) = self.diagnostics.sources.get(file)?;
         Some((normal(Path::new(name)), text))
     }
 
-    /// The places that name something so, in all files.
-    pub fn places_of(&self, name: &str) -> Vec<(PathBuf, &str, NamePlace)> {
-        let mut out = Vec::new();
-        for (path, text) in self.sources() {
-            let found = lang::edit::names(text).into_iter();
-            let found = found.filter(|place| text.get(place.range.clone()) == Some(name));
-            out.extend(found.map(|place| (path.clone(), text, place)));
-        }
-        out
+    /// Where a name is declared, with the text of that file.
+    pub fn declaration_of(&self, name: &str) -> Option<(&str, NamePlace)> {
+        let declared = |(_, text, places): (PathBuf, _, Vec<NamePlace>)| {
+            let mut places = places.into_iter();
+            Some((text, places.find(|place| place.declares.is_some())?))
+        };
+        self.places_of(name).into_iter().find_map(declared)
     }
+
+    /// The places that name something so, of each file.
+    pub fn places_of(&self, name: &str) -> Vec<(PathBuf, &str, Vec<NamePlace>)> {
+        let places = |(path, text)| (path, text, places_of(text, name));
+        self.sources().map(places).collect()
+    }
+}
+
+/// The places of a text that name something so. Only statements in which it stands are parsed.
+pub fn places_of(text: &str, name: &str) -> Vec<NamePlace> {
+    let mut out = Vec::new();
+    for statement in lang::outline(text) {
+        let own = text.get(statement.range.clone()).unwrap_or("");
+        if own.contains(name) {
+            out.extend(names_of(text, statement.range));
+        }
+    }
+    out.retain(|place| text.get(place.range.clone()) == Some(name));
+    out
+}
+
+/// The places that name something in the statement of these bytes.
+fn names_of(text: &str, statement: Range<usize>) -> impl Iterator<Item = NamePlace> {
+    let own = text.get(statement.clone()).unwrap_or("");
+    let places = lang::edit::names(own).into_iter();
+    places.map(move |place| NamePlace {
+        range: statement.start + place.range.start..statement.start + place.range.end,
+        ..place
+    })
+}
+
+/// The bytes of the statement at a place, or that ends there.
+pub fn statement_at(text: &str, at: usize) -> Option<Range<usize>> {
+    let mut ranges = lang::outline(text).into_iter().map(|s| s.range);
+    ranges.find(|range| (range.start..=range.end).contains(&at))
+}
+
+/// The bytes of the name at a place of a text.
+pub fn name_at(text: &str, at: usize) -> Option<Range<usize>> {
+    let mut ranges = names_of(text, statement_at(text, at)?).map(|place| place.range);
+    ranges.find(|range| (range.start..=range.end).contains(&at))
 }
 
 /// What a text includes, as it is written.

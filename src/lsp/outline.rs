@@ -7,6 +7,7 @@ use lsp_types::{
     InlayHintLabel, InlayHintTooltip, SemanticToken, SemanticTokenType, SymbolKind, Uri,
 };
 
+use super::background::Stop;
 use super::buffers::{normal, uri_of};
 use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
@@ -18,10 +19,11 @@ use crate::units::CueNumber;
 pub const PICTURE: &str = "footlight.picture";
 
 /// The statements of a text, the parts of a cue below it.
-pub fn symbols(text: &str, encoding: Encoding) -> Vec<DocumentSymbol> {
+pub fn symbols(text: &str, encoding: Encoding, stop: &Stop) -> Vec<DocumentSymbol> {
     let lines = Lines::new(text, encoding);
     let statements = lang::outline(text).into_iter();
     statements
+        .take_while(|_| !stop.is_set())
         .filter_map(|statement| symbol(text, &statement, &lines))
         .collect()
 }
@@ -110,9 +112,9 @@ fn label(statement: &str) -> Option<String> {
 }
 
 /// Statements and comments of several lines.
-pub fn folds(text: &str, encoding: Encoding) -> Vec<FoldingRange> {
+pub fn folds(text: &str, encoding: Encoding, stop: &Stop) -> Vec<FoldingRange> {
     let lines = Lines::new(text, encoding);
-    let comments = lang::tokens(text).into_iter();
+    let comments = lang::pieces(text).take_while(|_| !stop.is_set());
     let comments = comments.filter(|(_, token)| *token == Token::Comment);
     let comments = comments.map(|(range, _)| (range, Some(FoldingRangeKind::Comment)));
     let statements = lang::outline(text).into_iter().map(|s| (s.range, None));
@@ -142,10 +144,10 @@ pub fn legend() -> Vec<SemanticTokenType> {
 }
 
 /// The coloured pieces of a text, each by its distance from the one before.
-pub fn pieces(text: &str, encoding: Encoding) -> Vec<SemanticToken> {
+pub fn pieces(text: &str, encoding: Encoding, stop: &Stop) -> Vec<SemanticToken> {
     let (mut out, mut line, mut column) = (Vec::new(), 0, 0);
     let lines = Lines::new(text, encoding);
-    for (range, token) in lang::tokens(text) {
+    for (range, token) in lang::pieces(text).take_while(|_| !stop.is_set()) {
         let token_type = match token {
             Token::Statement => 0,
             Token::Word => 1,
@@ -192,8 +194,9 @@ fn cues<'s>(
     statements.filter_map(move |statement| {
         let number = statement.name.as_deref()?.strip_prefix("cue ")?;
         let number = CueNumber::parse(number)?;
-        let time = times?.iter().find(|time| time.number == number)?;
-        Some((statement, time))
+        let times = times?;
+        let at = times.binary_search_by_key(&number, |time| time.number);
+        Some((statement, times.get(at.ok()?)?))
     })
 }
 
@@ -241,10 +244,10 @@ pub fn lenses(show: &OpenShow, (text, uri): (&str, &Uri), encoding: Encoding) ->
 }
 
 /// The files that a text names.
-pub fn links(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<DocumentLink> {
+pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Vec<DocumentLink> {
     let lines = Lines::new(text, encoding);
     let folder = show.path().parent().unwrap_or(Path::new(""));
-    let tokens = lang::tokens(text);
+    let tokens: Vec<_> = lang::pieces(text).take_while(|_| !stop.is_set()).collect();
     let link = |pair: &[(std::ops::Range<usize>, Token)]| {
         let [(before, _), (range, Token::Text)] = pair else {
             return None;

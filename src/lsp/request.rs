@@ -1,5 +1,6 @@
 //! Answers to requests about one text, where it stands as the client has it.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use lsp_server::ErrorCode;
@@ -10,102 +11,171 @@ use lsp_types::request::{
 };
 use lsp_types::{
     CodeActionParams, CodeActionResponse, CompletionResponse, DocumentSymbolResponse,
-    GotoDefinitionResponse, Hover, HoverContents, Location, MarkupContent, MarkupKind,
-    PrepareRenameResponse, ReferenceParams, RenameParams, SemanticTokens, SemanticTokensResult,
-    TextDocumentIdentifier, TextDocumentPositionParams, TextEdit, WorkspaceEdit,
+    GotoDefinitionResponse, Hover, HoverContents, MarkupContent, MarkupKind, Position,
+    PrepareRenameResponse, SemanticTokens, SemanticTokensResult, TextDocumentPositionParams,
+    TextEdit, Uri,
 };
 use serde_json::Value;
 
+use super::background::{Failure, Stop, Work};
 use super::diagnostic::diagnostic_of;
-use super::open_show::OpenShow;
+use super::open_show::{OpenShow, name_at};
 use super::server::{Server, key};
-use super::text::{Lines, difference};
+use super::text::{Encoding, Lines, difference};
 use super::{action, complete, hover, name, outline};
 use crate::diagnostic::Diagnostic;
 use crate::engine;
 
-/// What a client is sent where a request fails.
-type Failure = (ErrorCode, String);
+/// What is to be sent.
+pub enum Answer {
+    /// This.
+    Now(Value),
+    /// What this works out, about a show, as it takes longer in a large text than a keystroke may wait.
+    Later(PathBuf, Work),
+}
 
 /// The answer to a request as the protocol writes it.
 ///
 /// # Errors
 /// Of an unknown method, of parameters that are not the method's, and of what cannot be done.
-pub fn answer(server: &Server<'_>, method: &str, params: Value) -> Result<Value, Failure> {
+pub fn answer(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
     let encoding = server.encoding;
     match method {
-        Completion::METHOD => of::<Completion>(params, |asked| {
+        Completion::METHOD => now::<Completion>(params, |asked| {
             let found = place(server, &asked.text_document_position);
             let offer = |(show, text, at): Place<'_>| complete::complete(show, &text, at, encoding);
-            Ok(found.map(offer).map(CompletionResponse::Array))
+            found.map(offer).map(CompletionResponse::Array)
         }),
-        HoverRequest::METHOD => of::<HoverRequest>(params, |asked| {
-            Ok(hover(server, &asked.text_document_position_params))
+        HoverRequest::METHOD => now::<HoverRequest>(params, |asked| {
+            hover(server, &asked.text_document_position_params)
         }),
-        GotoDefinition::METHOD => of::<GotoDefinition>(params, |asked| {
-            let found = place(server, &asked.text_document_position_params);
-            let found = found.map(|(show, text, at)| {
-                name::locations(show, (&text, at), |declares| declares, encoding)
-            });
-            Ok(found.map(GotoDefinitionResponse::Array))
-        }),
-        References::METHOD => of::<References>(params, |asked| Ok(references(server, &asked))),
-        DocumentHighlightRequest::METHOD => of::<DocumentHighlightRequest>(params, |asked| {
-            let found = place(server, &asked.text_document_position_params);
-            Ok(found.map(|(_, text, at)| name::highlights((&text, at), encoding)))
-        }),
-        PrepareRenameRequest::METHOD => of::<PrepareRenameRequest>(params, |asked| {
+        PrepareRenameRequest::METHOD => now::<PrepareRenameRequest>(params, |asked| {
             let found = place(server, &asked).and_then(|(_, text, at)| {
-                let range = name::name_at(&text, at)?;
+                let range = name_at(&text, at)?;
                 Some(Lines::new(&text, encoding).range(&range))
             });
-            Ok(found.map(PrepareRenameResponse::Range))
+            found.map(PrepareRenameResponse::Range)
         }),
-        Rename::METHOD => of::<Rename>(params, |asked| rename(server, &asked)),
-        CodeActionRequest::METHOD => {
-            of::<CodeActionRequest>(params, |asked| Ok(actions(server, &asked)))
-        }
-        Formatting::METHOD => {
-            of::<Formatting>(params, |asked| Ok(formatted(server, &asked.text_document)))
-        }
+        InlayHintRequest::METHOD => now::<InlayHintRequest>(params, |asked| {
+            let found = server.at(&asked.text_document.uri);
+            found.map(|(show, text)| outline::hints(show, &text, encoding))
+        }),
+        CodeLensRequest::METHOD => now::<CodeLensRequest>(params, |asked| {
+            let uri = asked.text_document.uri;
+            let found = server.at(&uri);
+            found.map(|(show, text)| outline::lenses(show, (&text, &uri), encoding))
+        }),
+        _ => of_names(server, method, params),
+    }
+}
+
+/// Answers about the places of a name, fixes and layout.
+fn of_names(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
+    match method {
+        GotoDefinition::METHOD => later::<GotoDefinition>(
+            server,
+            params,
+            |asked| &asked.text_document_position_params.text_document.uri,
+            |asked, texts, _| {
+                let at = texts.byte(asked.text_document_position_params.position);
+                let declares = |declares: bool| declares;
+                let own = (texts.text.as_str(), at);
+                let found = name::locations(&texts.show, own, declares, texts.encoding);
+                Ok(Some(GotoDefinitionResponse::Array(found)))
+            },
+        ),
+        References::METHOD => later::<References>(
+            server,
+            params,
+            |asked| &asked.text_document_position.text_document.uri,
+            |asked, texts, _| {
+                let at = texts.byte(asked.text_document_position.position);
+                let with_declarations = asked.context.include_declaration;
+                let wanted = |declares: bool| with_declarations || !declares;
+                let own = (texts.text.as_str(), at);
+                Ok(Some(name::locations(
+                    &texts.show,
+                    own,
+                    wanted,
+                    texts.encoding,
+                )))
+            },
+        ),
+        DocumentHighlightRequest::METHOD => later::<DocumentHighlightRequest>(
+            server,
+            params,
+            |asked| &asked.text_document_position_params.text_document.uri,
+            |asked, texts, _| {
+                let at = texts.byte(asked.text_document_position_params.position);
+                Ok(Some(name::highlights((&texts.text, at), texts.encoding)))
+            },
+        ),
+        Rename::METHOD => later::<Rename>(
+            server,
+            params,
+            |asked| &asked.text_document_position.text_document.uri,
+            |asked, texts, _| {
+                let at = texts.byte(asked.text_document_position.position);
+                let own = (texts.text.as_str(), at);
+                let edit = name::rename(&texts.show, own, &asked.new_name, texts.encoding);
+                edit.map(Some)
+                    .map_err(|why| (ErrorCode::RequestFailed, why))
+            },
+        ),
+        CodeActionRequest::METHOD => later::<CodeActionRequest>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |asked, texts, stop| Ok(Some(actions(&asked, texts, stop))),
+        ),
+        Formatting::METHOD => later::<Formatting>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |_, texts, _| Ok(Some(formatted(texts))),
+        ),
         _ => of_structure(server, method, params),
     }
 }
 
 /// Answers about the structure of a whole text.
-fn of_structure(server: &Server<'_>, method: &str, params: Value) -> Result<Value, Failure> {
-    let encoding = server.encoding;
+fn of_structure(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
     match method {
-        DocumentSymbolRequest::METHOD => of::<DocumentSymbolRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
-            let symbols = found.map(|(_, text)| outline::symbols(&text, encoding));
-            Ok(symbols.map(DocumentSymbolResponse::Nested))
-        }),
-        FoldingRangeRequest::METHOD => of::<FoldingRangeRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
-            Ok(found.map(|(_, text)| outline::folds(&text, encoding)))
-        }),
-        SemanticTokensFullRequest::METHOD => of::<SemanticTokensFullRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
-            let tokens = found.map(|(_, text)| SemanticTokens {
-                result_id: None,
-                data: outline::pieces(&text, encoding),
-            });
-            Ok(tokens.map(SemanticTokensResult::Tokens))
-        }),
-        InlayHintRequest::METHOD => of::<InlayHintRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
-            Ok(found.map(|(show, text)| outline::hints(show, &text, encoding)))
-        }),
-        DocumentLinkRequest::METHOD => of::<DocumentLinkRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
-            Ok(found.map(|(show, text)| outline::links(show, &text, encoding)))
-        }),
-        CodeLensRequest::METHOD => of::<CodeLensRequest>(params, |asked| {
-            let uri = asked.text_document.uri;
-            let found = server.at(&uri);
-            Ok(found.map(|(show, text)| outline::lenses(show, (&text, &uri), encoding)))
-        }),
+        DocumentSymbolRequest::METHOD => later::<DocumentSymbolRequest>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |_, texts, stop| {
+                let symbols = outline::symbols(&texts.text, texts.encoding, stop);
+                Ok(Some(DocumentSymbolResponse::Nested(symbols)))
+            },
+        ),
+        FoldingRangeRequest::METHOD => later::<FoldingRangeRequest>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |_, texts, stop| Ok(Some(outline::folds(&texts.text, texts.encoding, stop))),
+        ),
+        SemanticTokensFullRequest::METHOD => later::<SemanticTokensFullRequest>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |_, texts, stop| {
+                let data = outline::pieces(&texts.text, texts.encoding, stop);
+                let result_id = None;
+                let tokens = SemanticTokens { result_id, data };
+                Ok(Some(SemanticTokensResult::Tokens(tokens)))
+            },
+        ),
+        DocumentLinkRequest::METHOD => later::<DocumentLinkRequest>(
+            server,
+            params,
+            |asked| &asked.text_document.uri,
+            |_, texts, stop| {
+                let links = outline::links(&texts.show, &texts.text, texts.encoding, stop);
+                Ok(Some(links))
+            },
+        ),
         other => Err((
             ErrorCode::MethodNotFound,
             format!("`{other}` is nothing that this server does"),
@@ -114,14 +184,63 @@ fn of_structure(server: &Server<'_>, method: &str, params: Value) -> Result<Valu
 }
 
 /// Answers a request of a type.
-fn of<R: Request>(
+fn now<R: Request>(
     params: Value,
-    answered: impl FnOnce(R::Params) -> Result<R::Result, Failure>,
-) -> Result<Value, Failure> {
-    let params = serde_json::from_value(params)
-        .map_err(|error| (ErrorCode::InvalidParams, error.to_string()))?;
-    serde_json::to_value(answered(params)?)
-        .map_err(|error| (ErrorCode::InternalError, error.to_string()))
+    answered: impl FnOnce(R::Params) -> R::Result,
+) -> Result<Answer, Failure> {
+    let asked = parameters::<R>(params)?;
+    written::<R>(&answered(asked)).map(Answer::Now)
+}
+
+/// Has a request of a type about the text at an address answered; nothing where none is open there.
+fn later<R: Request>(
+    server: &Server<'_>,
+    params: Value,
+    uri: fn(&R::Params) -> &Uri,
+    answered: impl FnOnce(R::Params, &Texts, &Stop) -> Result<R::Result, Failure> + Send + 'static,
+) -> Result<Answer, Failure>
+where
+    R::Params: Send + 'static,
+{
+    let asked = parameters::<R>(params)?;
+    let uri = uri(&asked).clone();
+    let Some((show, text)) = server.at(&uri) else {
+        return Ok(Answer::Now(Value::Null));
+    };
+    let root = show.path().to_owned();
+    let texts = Texts {
+        show: show.texts(),
+        text,
+        uri,
+        encoding: server.encoding,
+        memory: server.means.limits.memory,
+    };
+    let work = move |stop: &Stop| written::<R>(&answered(asked, &texts, stop)?);
+    Ok(Answer::Later(root, Box::new(work)))
+}
+
+fn parameters<R: Request>(params: Value) -> Result<R::Params, Failure> {
+    serde_json::from_value(params).map_err(|error| (ErrorCode::InvalidParams, error.to_string()))
+}
+
+fn written<R: Request>(result: &R::Result) -> Result<Value, Failure> {
+    serde_json::to_value(result).map_err(|error| (ErrorCode::InternalError, error.to_string()))
+}
+
+/// A text, and those of its show, as they stood when something was asked.
+struct Texts {
+    show: OpenShow,
+    text: Arc<String>,
+    uri: Uri,
+    encoding: Encoding,
+    /// Bytes that reading it may take.
+    memory: usize,
+}
+
+impl Texts {
+    fn byte(&self, position: Position) -> usize {
+        Lines::new(&self.text, self.encoding).byte(position)
+    }
 }
 
 /// A show, one of its texts, and a byte of that.
@@ -146,49 +265,30 @@ fn hover(server: &Server<'_>, position: &TextDocumentPositionParams) -> Option<H
     })
 }
 
-fn references(server: &Server<'_>, asked: &ReferenceParams) -> Option<Vec<Location>> {
-    let (show, text, at) = place(server, &asked.text_document_position)?;
-    let with_declarations = asked.context.include_declaration;
-    let wanted = |declares: bool| with_declarations || !declares;
-    Some(name::locations(show, (&text, at), wanted, server.encoding))
-}
-
-fn rename(server: &Server<'_>, asked: &RenameParams) -> Result<Option<WorkspaceEdit>, Failure> {
-    let Some((show, text, at)) = place(server, &asked.text_document_position) else {
-        return Ok(None);
-    };
-    let edit = name::rename(show, (&text, at), &asked.new_name, server.encoding);
-    edit.map(Some)
-        .map_err(|why| (ErrorCode::RequestFailed, why))
-}
-
-fn actions(server: &Server<'_>, asked: &CodeActionParams) -> Option<CodeActionResponse> {
-    let uri = &asked.text_document.uri;
-    let (show, text) = server.at(uri)?;
-    let own = |file| show.file(file).is_some_and(|(path, _)| path == key(uri));
-    let lines = server.lines(show);
-    let shown = |diagnostic: &Diagnostic| diagnostic_of(show, &lines, diagnostic);
-    let range = asked.range;
-    let text = (text.as_str(), uri);
-    Some(action::actions(
+fn actions(asked: &CodeActionParams, texts: &Texts, stop: &Stop) -> CodeActionResponse {
+    let Texts {
         show,
         text,
-        range,
-        server.encoding,
-        own,
-        shown,
-    ))
+        uri,
+        encoding,
+        ..
+    } = texts;
+    let path = key(uri);
+    let own = |file| !stop.is_set() && show.file(file).is_some_and(|(own, _)| own == path);
+    let lines = show.lines(*encoding);
+    let shown = |diagnostic: &Diagnostic| diagnostic_of(show, &lines, diagnostic);
+    action::actions(show, (text, uri), asked.range, *encoding, own, shown)
 }
 
 /// What makes a text as `fmt` would write it; nothing where it does not parse, as its errors are
 /// diagnostics already.
-fn formatted(server: &Server<'_>, document: &TextDocumentIdentifier) -> Option<Vec<TextEdit>> {
-    let (_, text) = server.at(&document.uri)?;
-    let new = engine::format("", text.as_bytes(), server.means.limits.memory).ok();
-    let Some(new) = new.filter(|new| *new != *text) else {
-        return Some(Vec::new());
+fn formatted(texts: &Texts) -> Vec<TextEdit> {
+    let text = texts.text.as_str();
+    let new = engine::format("", text.as_bytes(), texts.memory).ok();
+    let Some(new) = new.filter(|new| new != text) else {
+        return Vec::new();
     };
-    let (range, new) = difference(&text, &new);
-    let range = Lines::new(&text, server.encoding).range(&range);
-    Some(vec![TextEdit::new(range, new.to_owned())])
+    let (range, new) = difference(text, &new);
+    let range = Lines::new(text, texts.encoding).range(&range);
+    vec![TextEdit::new(range, new.to_owned())]
 }

@@ -17,14 +17,15 @@ use lsp_types::{
 };
 use serde_json::Value;
 
-use super::Means;
+use super::background::Background;
 use super::buffers::{Buffer, Buffers, path_of};
 use super::diagnostic::diagnostic_of;
 use super::open_show::{OpenShow, root_of};
 use super::outline::PICTURE;
 use super::picture::{Client, Job, Pictures};
-use super::request;
-use super::text::{Encoding, Lines};
+use super::request::{self, Answer};
+use super::text::Encoding;
+use super::{End, Means};
 use crate::units::CueNumber;
 
 /// A server and its client.
@@ -42,6 +43,7 @@ pub struct Server<'c> {
     changed: BTreeSet<PathBuf>,
     /// Messages that came in and are not worked off.
     queue: VecDeque<Message>,
+    background: Background,
     pictures: Pictures,
     /// The client asked to shut down.
     left: bool,
@@ -56,6 +58,7 @@ impl<'c> Server<'c> {
         client: Client,
     ) -> Server<'c> {
         Server {
+            background: Background::new(connection.sender.clone()),
             pictures: Pictures::new(connection.sender.clone()),
             connection,
             means,
@@ -71,9 +74,11 @@ impl<'c> Server<'c> {
     }
 
     /// Answers until the client leaves.
-    pub fn run(&mut self) {
+    pub fn run(&mut self) -> End {
         self.serve();
+        self.background.cancel_all();
         self.pictures.cancel_all();
+        if self.left { End::Orderly } else { End::Abrupt }
     }
 
     fn serve(&mut self) {
@@ -122,6 +127,7 @@ impl<'c> Server<'c> {
             self.queue.retain(|m| !waits(m));
             self.fail(id, ErrorCode::RequestCanceled, "cancelled".to_owned());
         } else {
+            self.background.cancel(&id);
             self.pictures.cancel(&id);
         }
     }
@@ -179,7 +185,10 @@ impl<'c> Server<'c> {
         let (path, version) = (key(&params.text_document.uri), params.text_document.version);
         let changes = params.content_changes;
         self.buffers.change(&path, version, changes, self.encoding);
-        self.changed.extend(self.roots.get(&path).cloned());
+        if let Some(root) = self.roots.get(&path) {
+            self.background.outdate(root);
+            self.changed.insert(root.clone());
+        }
     }
 
     fn save(&mut self, params: &DidSaveTextDocumentParams) {
@@ -240,7 +249,7 @@ impl<'c> Server<'c> {
         let Some(show) = self.shows.get(root) else {
             return;
         };
-        let lines = self.lines(show);
+        let lines = show.lines(self.encoding);
         for path in self.buffers.paths() {
             let is_own = self.roots.get(&path).is_some_and(|own| own == root);
             let Some(buffer) = self.buffers.get(&path).filter(|_| is_own) else {
@@ -265,12 +274,6 @@ impl<'c> Server<'c> {
         self.send(Notification::new(method, params));
     }
 
-    /// The lines of each file of a show.
-    pub fn lines<'s>(&self, show: &'s OpenShow) -> Vec<Lines<'s>> {
-        let texts = show.sources().map(|(_, text)| text);
-        texts.map(|text| Lines::new(text, self.encoding)).collect()
-    }
-
     fn answer(&mut self, request: Request) {
         if self.left {
             let why = "the server was shut down".to_owned();
@@ -288,7 +291,11 @@ impl<'c> Server<'c> {
                 Ok(()) => return,
                 Err(why) => Err((ErrorCode::InvalidParams, why)),
             },
-            _ => request::answer(self, &method, params),
+            _ => match request::answer(self, &method, params) {
+                Ok(Answer::Later(show, work)) => return self.background.begin(id, show, work),
+                Ok(Answer::Now(value)) => Ok(value),
+                Err(failure) => Err(failure),
+            },
         };
         match answer {
             Ok(value) => self.send(Response::new_ok(id, value)),

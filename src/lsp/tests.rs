@@ -7,6 +7,7 @@ use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response}
 use lsp_types::{NumberOrString, PublishDiagnosticsParams, Uri};
 use proptest::prelude::*;
 use serde_json::Value;
+use std::collections::BTreeSet;
 use std::fs;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -28,11 +29,25 @@ const SHOW: &str = "show \"Él\"\n\
 /// A client with a show and its rig in a folder.
 struct Editor {
     connection: Connection,
-    server: Option<JoinHandle<Result<(), String>>>,
+    server: Option<JoinHandle<Result<End, String>>>,
     folder: TempDir,
     number: i32,
     heard: Vec<Notification>,
     answered: Vec<Response>,
+}
+
+fn means() -> Means {
+    Means {
+        limits: Limits {
+            memory: 1 << 30,
+            file: 1 << 20,
+        },
+        host: Box::new(|_, files| Host {
+            files,
+            clock: Box::new(Monotonic::default()),
+            ..Host::default()
+        }),
+    }
 }
 
 impl Editor {
@@ -41,17 +56,6 @@ impl Editor {
         fs::write(folder.path().join("show.lxq"), SHOW).unwrap();
         fs::write(folder.path().join("rig.lxq"), RIG).unwrap();
         let (own, connection) = Connection::memory();
-        let means = || Means {
-            limits: Limits {
-                memory: 1 << 30,
-                file: 1 << 20,
-            },
-            host: Box::new(|_, files| Host {
-                files,
-                clock: Box::new(Monotonic::default()),
-                ..Host::default()
-            }),
-        };
         let server = std::thread::spawn(move || serve(&own, means()));
         let mut editor = Editor {
             connection,
@@ -89,12 +93,17 @@ impl Editor {
             if let Some(at) = self.answered.iter().position(|a| a.id == *id) {
                 return self.answered.remove(at);
             }
-            let wait = Duration::from_secs(60);
-            match self.connection.receiver.recv_timeout(wait).unwrap() {
-                Message::Response(response) => self.answered.push(response),
-                Message::Notification(notification) => self.heard.push(notification),
-                _ => {}
-            }
+            self.hear();
+        }
+    }
+
+    /// Takes the next message.
+    fn hear(&mut self) {
+        let wait = Duration::from_secs(60);
+        match self.connection.receiver.recv_timeout(wait).unwrap() {
+            Message::Response(response) => self.answered.push(response),
+            Message::Notification(notification) => self.heard.push(notification),
+            _ => {}
         }
     }
 
@@ -156,7 +165,10 @@ impl Drop for Editor {
         }
         self.ask("shutdown", Value::Null);
         self.tell("exit", Value::Null);
-        assert_eq!(self.server.take().unwrap().join().unwrap(), Ok(()));
+        assert_eq!(
+            self.server.take().unwrap().join().unwrap(),
+            Ok(End::Orderly)
+        );
     }
 }
 
@@ -395,6 +407,71 @@ fn a_request_that_waits_is_taken_back() {
     );
     let unknown = editor.request("textDocument/nothing", json!({}));
     assert!(editor.response(&unknown).error.is_some());
+}
+
+/// However long colours take, what is typed is read first; they are then those of an old text.
+#[test]
+fn no_keystroke_waits_for_colours() {
+    let mut editor = Editor::new(json!({}));
+    let cue = |number| format!("cue {number} {{\n{}}}\n", "  b 5 // five\n".repeat(40));
+    let cues: String = (1..300).map(cue).collect();
+    let large = format!(
+        "light l panel m\nbank b = l\n{}",
+        cues.replacen("b 5", "bb 5", 1)
+    );
+    editor.open("large.lxq", &large);
+    editor.open("show.lxq", SHOW);
+    let colours = json!({ "textDocument": { "uri": editor.uri("large.lxq") } });
+    let asked: Vec<RequestId> = (0..40)
+        .map(|_| editor.request("textDocument/semanticTokens/full", colours.clone()))
+        .collect();
+    // Of another text, then of the same.
+    for (file, text) in [
+        ("show.lxq", SHOW.replace("sky 80", "skyy 80")),
+        ("large.lxq", large),
+    ] {
+        editor.change(file, json!([{ "text": text }]));
+        let uri = json!(editor.uri(file));
+        let is_said = |n: &Notification| n.params["uri"] == uri && n.params["version"] == 2;
+        while !editor.heard.iter().any(is_said) {
+            editor.hear();
+        }
+        assert!(editor.answered.len() < asked.len() || file == "large.lxq");
+        // One of those that wait can be taken back.
+        if file == "show.lxq" {
+            editor.tell("$/cancelRequest", json!({ "id": editor.number }));
+            let answer = editor.response(asked.last().unwrap());
+            let code = answer.error.map(|error| error.code);
+            assert_eq!(code, Some(ErrorCode::RequestCanceled as i32));
+        }
+    }
+    let again = editor.request("textDocument/semanticTokens/full", colours);
+    let codes: BTreeSet<Option<i32>> = asked[..39]
+        .iter()
+        .map(|id| editor.response(id).error.map(|error| error.code))
+        .collect();
+    let outdated = Some(ErrorCode::ContentModified as i32);
+    assert!(codes.contains(&outdated), "{codes:?}");
+    assert!(codes.is_subset(&BTreeSet::from([None, outdated])));
+    assert!(editor.response(&again).error.is_none());
+}
+
+#[test]
+fn a_client_that_is_gone_or_forgets_to_shut_down_is_told_apart() {
+    for exits in [true, false] {
+        let (client, server) = Connection::memory();
+        let thread = std::thread::spawn(move || serve(&server, means()));
+        let begin = json!({ "capabilities": {} });
+        let begin = Request::new(RequestId::from(1), "initialize".to_owned(), begin);
+        client.sender.send(begin.into()).unwrap();
+        client.receiver.recv().unwrap();
+        if exits {
+            let exit = Notification::new("exit".to_owned(), Value::Null);
+            client.sender.send(exit.into()).unwrap();
+        }
+        drop(client);
+        assert_eq!(thread.join().unwrap(), Ok(End::Abrupt));
+    }
 }
 
 proptest! {

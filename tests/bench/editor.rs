@@ -3,7 +3,7 @@
 //! The program is driven as an editor drives it, through its pipes. A keystroke puts a character into a
 //! random place or takes it out again, or changes a digit and puts it back, so that half of the texts have
 //! errors; its time ends when the diagnostics of that text are there. The tavern and a show of 2,000 cues;
-//! a digit of a look in each; what the server holds over 10,000 keystrokes on the tavern; and the picture of a cue after a level in it
+//! a digit of a look in each, what many cues rest on, and each request; what the server holds over 10,000 keystrokes on the tavern; and the picture of a cue after a level in it
 //! was changed and the show saved. Beside the time that passes stands that on the processor, of all
 //! threads, where the system tells it.
 
@@ -30,6 +30,46 @@ use serde_json::{Value, json};
 const KEYSTROKES: usize = 200;
 const MANY_KEYSTROKES: usize = 10_000;
 const SAVES: usize = 20;
+const ANSWERS: usize = 5;
+
+/// What editors ask for, of the last word of this kind in the text.
+const REQUESTS: [(&str, &str); 15] = [
+    ("textDocument/semanticTokens/full", "look"),
+    ("textDocument/documentSymbol", "look"),
+    ("textDocument/foldingRange", "look"),
+    ("textDocument/documentLink", "look"),
+    ("textDocument/inlayHint", "look"),
+    ("textDocument/codeLens", "look"),
+    ("textDocument/formatting", "look"),
+    ("textDocument/codeAction", "look"),
+    ("textDocument/completion", "\n  "),
+    ("textDocument/hover", "cue"),
+    ("textDocument/definition", "look "),
+    ("textDocument/references", "look "),
+    ("textDocument/documentHighlight", "look "),
+    ("textDocument/prepareRename", "look "),
+    ("textDocument/rename", "look "),
+];
+
+/// Keystrokes in what many cues rest on: what they are, what stands there, and what is typed.
+const DECLARATIONS: [(&str, &str, &str); 4] = [
+    (
+        "a bank by another name and back",
+        "\nbank b17 ",
+        "\nbank x17 ",
+    ),
+    ("a bank that is none and back", "\nbank b17 ", "\nbak b17 "),
+    (
+        "a bank in the middle of a line",
+        "\nbank b17 ",
+        "\n\nbank b17 ",
+    ),
+    (
+        "the default time and back",
+        "default time 5",
+        "default time 6",
+    ),
+];
 
 fn main() {
     let folder = tempfile::tempdir().unwrap();
@@ -46,15 +86,28 @@ fn main() {
         cues: 2000,
         moved: 20,
     });
-    let large = format!("{large}look night {{ b1 3 }}\n");
+    let large = format!("{large}default time 5\nlook night {{ b1 3 }}\n");
     for (name, text) in [("tavern.lxq", &tavern), ("large.lxq", &large)] {
+        let begin = Instant::now();
         let mut editor = Editor::open(folder.path(), name, text);
+        let opened = 1000.0 * begin.elapsed().as_secs_f64();
+        println!("{name}, from the start of the server to the first diagnostics: {opened:.0} ms");
         let times = editor.keystrokes(KEYSTROKES);
         println!("{name}, from a keystroke to the diagnostics: {times}");
         let times = editor.look();
         println!("{name}, from a digit of a look: {times}");
-        let times = editor.colours();
-        println!("{name}, all coloured pieces: {times}");
+        let times = editor.keystrokes_with_colours();
+        println!("{name}, a blank while colours are worked out: {times}");
+        for (method, word) in REQUESTS {
+            let times = editor.answers(method, word);
+            println!("{name}, {method}: {times}");
+        }
+        if name == "large.lxq" {
+            for (what, old, new) in DECLARATIONS {
+                let times = editor.swapped(old, new);
+                println!("{name}, {what}: {times}");
+            }
+        }
     }
     let mut editor = Editor::open(folder.path(), "tavern.lxq", &tavern);
     editor.keystrokes(KEYSTROKES);
@@ -250,14 +303,54 @@ impl Editor {
         times
     }
 
-    /// Asks for the coloured pieces, as editors do after each change.
-    fn colours(&mut self) -> Times {
+    /// Puts one text in place of another, and back.
+    fn swapped(&mut self, old: &str, new: &str) -> Times {
         let mut times = Times::default();
-        let document = json!({ "textDocument": { "uri": self.uri } });
-        for _ in 0..SAVES {
+        let at = self.text.find(old).unwrap();
+        for _ in 0..ANSWERS {
+            self.put(at, old.len(), new, &mut times);
+            self.put(at, new.len(), old, &mut times);
+        }
+        times
+    }
+
+    /// Asks for something about the whole text, or about the place of a word in it.
+    fn answers(&mut self, method: &str, word: &str) -> Times {
+        let mut times = Times::default();
+        let at = self.text.rfind(word).unwrap();
+        let line = self.text[..at].matches('\n').count();
+        let column = at - self.text[..at].rfind('\n').map_or(0, |end| end + 1);
+        let column = if word.ends_with(' ') {
+            column + word.len()
+        } else {
+            column + 1
+        };
+        let place = json!({ "line": line, "character": column });
+        let asked = json!({
+            "textDocument": { "uri": self.uri }, "position": place, "newName": "another",
+            "range": { "start": place, "end": place },
+            "context": { "includeDeclaration": true, "diagnostics": [] },
+            "options": { "tabSize": 2, "insertSpaces": true },
+        });
+        for _ in 0..ANSWERS {
             let begin = self.begin();
-            self.ask("textDocument/semanticTokens/full", document.clone());
+            self.ask(method, asked.clone());
             self.end(begin, &mut times);
+        }
+        times
+    }
+
+    /// Types while the coloured pieces are worked out, as editors ask for them after each change.
+    fn keystrokes_with_colours(&mut self) -> Times {
+        let mut times = Times::default();
+        let at = self.text.rfind('}').unwrap();
+        for i in 0..KEYSTROKES / 4 {
+            let document = json!({ "textDocument": { "uri": self.uri } });
+            let colours = "textDocument/semanticTokens/full";
+            self.send(
+                &json!({ "jsonrpc": "2.0", "id": 1000 + i, "method": colours, "params": document }),
+            );
+            self.put(at, 0, " ", &mut times);
         }
         times
     }

@@ -6,7 +6,7 @@ use super::levels::Breadth;
 use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Body, Declaration, Mark, Span, Statement, Timing, TimingKind, Word};
-use crate::lang::lowering_cache::Lowered;
+use crate::lang::lowering_cache::{KnownCue, Lowered};
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::show::{Cue, Fade, Link, Move, NodeId, Part, Trigger};
@@ -18,6 +18,8 @@ struct Times {
     delay: Time,
     up: Time,
     down: Time,
+    /// Whether the times up and down are the show's default.
+    by_default: [bool; 2],
     curve: Fade,
     repeat: u32,
 }
@@ -40,6 +42,7 @@ impl<'a> Lower<'a, '_> {
             delay: Time::ZERO,
             up: Time::from_micros(5_000_000),
             down: Time::from_micros(5_000_000),
+            by_default: [true; 2],
             curve: Fade::LINEAR,
             repeat: 1,
         };
@@ -48,6 +51,7 @@ impl<'a> Lower<'a, '_> {
             if let Declaration::Default(timing) = &statement.item {
                 self.once(&mut first, "default time", statement.span);
                 times = self.times(&[*timing], standard);
+                times.by_default = [true; 2];
             }
         }
         let mut numbers: BTreeMap<CueNumber, Span> = BTreeMap::new();
@@ -57,8 +61,9 @@ impl<'a> Lower<'a, '_> {
             }
             let (cue, number) = match &statement.item {
                 Declaration::Cue(cue) => (self.fresh_cue(cue, statement, times), cue.number.span),
-                Declaration::Cached(lowered) if self.afford(lowered, statement.span) => {
-                    let (cue, number) = lowered.again(statement.span, &mut self.spans);
+                Declaration::Cached(known) if self.afford(known, statement.span) => {
+                    let default = [times.up, times.down];
+                    let (cue, number) = known.again(statement.span, &mut self.spans, default);
                     (Some(cue), number)
                 }
                 _ => continue,
@@ -73,8 +78,8 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// Takes what a cue took the first time from the budget.
-    fn afford(&mut self, lowered: &Lowered, span: Span) -> bool {
-        lowered.levels == 0 || self.spend(lowered.levels, span)
+    fn afford(&mut self, known: &KnownCue<'_>, span: Span) -> bool {
+        known.levels() == 0 || self.spend(known.levels(), span)
     }
 
     /// Lowers a cue, and keeps it for the next time when there is nothing to say of it.
@@ -88,6 +93,7 @@ impl<'a> Lower<'a, '_> {
         let before = (self.report.count(), self.spans.spans.len(), self.budget);
         let number = self.cue_number(cue.number);
         let header = headed(span, cue.number);
+        self.by_default.clear();
         let made = self.cue(cue, header, number, times)?;
         if let Some(text) = statement.text
             && self.report.count() == before.0
@@ -95,7 +101,10 @@ impl<'a> Lower<'a, '_> {
             let nodes = self.spans.spans.len() - before.1;
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
-            let lowered = Lowered::of(&made, places, &self.spans, nodes, levels);
+            let of_part = |part: &Part| self.by_default.get(&part.id).copied();
+            let by_default = made.parts.iter().map(|p| of_part(p).unwrap_or_default());
+            let by_default = by_default.collect();
+            let lowered = Lowered::of(&made, by_default, places, &self.spans, (nodes, levels));
             self.fresh.push((text, Box::new(lowered)));
         }
         Some(made)
@@ -210,7 +219,7 @@ impl<'a> Lower<'a, '_> {
         let mut moved = Moved::new();
         let times = self.times(&cue.body.timing, standard);
         let mut alone = Vec::new();
-        let mut first = part(id, 1, String::new(), times);
+        let mut first = self.new_part(id, 1, String::new(), times);
         self.moves(&cue.body, (times, &mut first), &mut moved, &mut alone);
         let mut parts = vec![first];
         let mut seen: BTreeMap<u32, Span> = BTreeMap::new();
@@ -270,7 +279,7 @@ impl<'a> Lower<'a, '_> {
         let id = self.node(headed(written.span, written.number));
         let times = self.times(&written.body.timing, standard);
         let label = written.label.map(unquoted).unwrap_or_default();
-        let mut made = part(id, number, label, times);
+        let mut made = self.new_part(id, number, label, times);
         self.moves(&written.body, (times, &mut made), moved, alone);
         for (_, span) in &written.body.notes {
             let message = "`note` stands in the cue, not in a part";
@@ -326,6 +335,13 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn timing(&mut self, timing: &Timing<'a>, times: &mut Times) -> Option<()> {
+        let [up_by_default, down_by_default] = &mut times.by_default;
+        match timing.kind {
+            TimingKind::Time | TimingKind::Snap => times.by_default = [false; 2],
+            TimingKind::Up => *up_by_default = false,
+            TimingKind::Down => *down_by_default = false,
+            _ => {}
+        }
         if timing.kind == TimingKind::Snap {
             (times.up, times.down) = (Time::ZERO, Time::ZERO);
             return Some(());
@@ -401,7 +417,7 @@ impl<'a> Lower<'a, '_> {
             moved.extend(moves.iter().map(|m| (m.parameter, claim)));
             let effects = self.effect_changes(written, id);
             if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
-                let mut single = part(id, 0, String::new(), own);
+                let mut single = self.new_part(id, 0, String::new(), own);
                 moves.sort_by_key(|m| m.parameter);
                 single.moves = moves;
                 single.effects = effects;
@@ -416,6 +432,23 @@ impl<'a> Lower<'a, '_> {
 }
 
 impl<'a> Lower<'a, '_> {
+    /// A part without moves.
+    fn new_part(&mut self, id: NodeId, number: u32, label: String, times: Times) -> Part {
+        self.by_default.insert(id, times.by_default);
+        Part {
+            id,
+            number,
+            written: number > 0,
+            label,
+            delay: times.delay,
+            up: times.up,
+            down: times.down,
+            curve: times.curve,
+            moves: Vec::new(),
+            effects: Vec::new(),
+        }
+    }
+
     /// Timing behind a move that surely was meant otherwise.
     fn timing_lints(&mut self, written: &ast::Move<'a>) {
         let timing = written.timing.iter();
@@ -463,21 +496,6 @@ fn headed(span: Span, number: Word<'_>) -> Span {
     Span {
         end: number.span.end,
         ..span
-    }
-}
-
-fn part(id: NodeId, number: u32, label: String, times: Times) -> Part {
-    Part {
-        id,
-        number,
-        written: number > 0,
-        label,
-        delay: times.delay,
-        up: times.up,
-        down: times.down,
-        curve: times.curve,
-        moves: Vec::new(),
-        effects: Vec::new(),
     }
 }
 

@@ -61,6 +61,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
         most,
         budget: most,
         fresh: Vec::new(),
+        by_default: BTreeMap::new(),
         names_lost: read.names_lost,
         gels: &read.gels,
         depth: 0,
@@ -107,6 +108,8 @@ struct Lower<'a, 'r> {
     budget: usize,
     /// Cues that were lowered without a word.
     fresh: Vec<(&'a str, Box<Lowered>)>,
+    /// Of each part of the cue that is lowered, whether its times up and down are the default.
+    by_default: BTreeMap<NodeId, [bool; 2]>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
     /// The colours of gels by their numbers.
