@@ -404,3 +404,6 @@ fn renumbered(mut cue: Cue, to: impl Fn(u32) -> u32) -> Cue {
     }
     cue
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use lsp_server::{ErrorCode, RequestId, Response};
@@ -18,32 +18,19 @@ pub type Failure = (ErrorCode, String);
 /// What works an answer out.
 pub type Work = Box<dyn FnOnce(&Stop) -> Result<Value, Failure> + Send>;
 
-/// Whether, and why, an answer is not wanted any more.
+/// Whether an answer is wanted no more.
 #[derive(Debug, Default)]
-pub struct Stop(AtomicU8);
-
-const CANCELLED: u8 = 1;
-const OUTDATED: u8 = 2;
+pub struct Stop(AtomicBool);
 
 impl Stop {
-    /// The answer is not wanted any more.
+    /// The answer is wanted no more.
     pub fn is_set(&self) -> bool {
-        self.0.load(Ordering::Relaxed) != 0
+        self.0.load(Ordering::Relaxed)
     }
 
-    fn set(&self, why: u8) {
-        self.0.store(why, Ordering::Relaxed);
-    }
-
-    fn refusal(&self) -> Option<Failure> {
-        match self.0.load(Ordering::Relaxed) {
-            0 => None,
-            OUTDATED => {
-                let why = "the text was changed".to_owned();
-                Some((ErrorCode::ContentModified, why))
-            }
-            _ => Some((ErrorCode::RequestCanceled, "cancelled".to_owned())),
-        }
+    /// Sets it; false where it was set before. Whoever sets it answers, so that one answer is sent.
+    fn set(&self) -> bool {
+        !self.0.swap(true, Ordering::Relaxed)
     }
 }
 
@@ -56,6 +43,7 @@ struct Job {
 /// Where what takes long is worked out.
 pub struct Background {
     jobs: Sender<Job>,
+    client: Outgoing,
     /// What is asked for and not answered, with its show.
     running: Vec<(RequestId, PathBuf, Arc<Stop>)>,
 }
@@ -64,9 +52,11 @@ impl Background {
     /// A thread that answers; it ends with this.
     pub fn new(client: Outgoing) -> Background {
         let (jobs, taken) = channel();
-        std::thread::spawn(move || answer(&taken, &client));
+        let to_client = client.clone();
+        std::thread::spawn(move || answer(&taken, &to_client));
         Background {
             jobs,
+            client,
             running: Vec::new(),
         }
     }
@@ -83,39 +73,42 @@ impl Background {
 
     /// Gives a request up that the client takes back.
     pub fn cancel(&self, id: &RequestId) {
-        self.stop(CANCELLED, |own, _| own == id);
+        let why = (ErrorCode::RequestCanceled, "cancelled");
+        self.refuse(why, |own, _| own == id);
     }
 
     /// Gives up what was asked of a show before its text was changed.
     pub fn outdate(&self, show: &Path) {
-        self.stop(OUTDATED, |_, own| own == show);
+        let why = (ErrorCode::ContentModified, "the text was changed");
+        self.refuse(why, |_, own| own == show);
     }
 
     /// Gives all up.
     pub fn cancel_all(&self) {
-        self.stop(CANCELLED, |_, _| true);
+        self.refuse((ErrorCode::RequestCanceled, "cancelled"), |_, _| true);
     }
 
-    fn stop(&self, why: u8, is_it: impl Fn(&RequestId, &Path) -> bool) {
+    /// Refuses at once what is not answered yet.
+    fn refuse(&self, (code, why): (ErrorCode, &str), is_it: impl Fn(&RequestId, &Path) -> bool) {
         let running = self.running.iter();
-        for (.., stop) in running.filter(|(id, show, _)| is_it(id, show)) {
-            stop.set(why);
+        for (id, _, stop) in running.filter(|(id, show, _)| is_it(id, show)) {
+            if stop.set() {
+                let refusal = Response::new_err(id.clone(), code as i32, why.to_owned());
+                // A client that is gone is noticed when it is listened to.
+                let _ = self.client.send(refusal.into());
+            }
         }
     }
 }
 
 fn answer(jobs: &Receiver<Job>, client: &Outgoing) {
-    for Job { id, stop, work } in jobs {
-        let answer = match stop.refusal() {
-            Some(refusal) => Err(refusal),
-            // What was given up in the middle is not whole.
-            None => work(&stop).and_then(|value| stop.refusal().map_or(Ok(value), Err)),
-        };
-        let answer = match answer {
+    for Job { id, stop, work } in jobs.iter().filter(|job| !job.stop.is_set()) {
+        let answer = match work(&stop) {
             Ok(value) => Response::new_ok(id, value),
             Err((code, why)) => Response::new_err(id, code as i32, why),
         };
-        // A client that is gone is noticed when it is listened to.
-        let _ = client.send(answer.into());
+        if stop.set() {
+            let _ = client.send(answer.into());
+        }
     }
 }

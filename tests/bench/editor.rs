@@ -3,8 +3,9 @@
 //! The program is driven as an editor drives it, through its pipes. A keystroke puts a character into a
 //! random place or takes it out again, or changes a digit and puts it back, so that half of the texts have
 //! errors; its time ends when the diagnostics of that text are there. The tavern and a show of 2,000 cues;
-//! a digit of a look in each, what many cues rest on, and each request; what the server holds over 10,000 keystrokes on the tavern; and the picture of a cue after a level in it
-//! was changed and the show saved. Beside the time that passes stands that on the processor, of all
+//! in each a digit of a look, keystrokes while colours are worked out, and all requests; in the large one
+//! what many cues rest on; what the server holds over 10,000 keystrokes on the tavern; and the picture of
+//! a cue after a level in it was changed and the show saved. Beside the time that passes stands that on the processor, of all
 //! threads, where the system tells it.
 
 #![allow(
@@ -60,9 +61,9 @@ const DECLARATIONS: [(&str, &str, &str); 4] = [
     ),
     ("a bank that is none and back", "\nbank b17 ", "\nbak b17 "),
     (
-        "a bank in the middle of a line",
+        "a group that is new and gone",
         "\nbank b17 ",
-        "\n\nbank b17 ",
+        "\ngroup g = b1 b17\nbank b17 ",
     ),
     (
         "the default time and back",
@@ -329,7 +330,7 @@ impl Editor {
         let asked = json!({
             "textDocument": { "uri": self.uri }, "position": place, "newName": "another",
             "range": { "start": place, "end": place },
-            "context": { "includeDeclaration": true, "diagnostics": [] },
+            "context": { "includeDeclaration": true, "diagnostics": [], "triggerKind": 1 },
             "options": { "tabSize": 2, "insertSpaces": true },
         });
         for _ in 0..ANSWERS {

@@ -1,7 +1,9 @@
-//! The language server under real clients: Neovim and pytest-lsp, where they are installed.
+//! The language server under real clients: Neovim and pytest-lsp, where they are installed; and how it
+//! ends.
 
 use std::fs;
-use std::process::Command;
+use std::io::{Read, Write};
+use std::process::{Child, Command, Stdio};
 
 const SHOW: &str = "show \"Él\"\n\
     light x   spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
@@ -79,4 +81,62 @@ fn pytest_lsp_finds_the_protocol_kept() {
     let done = client.output().unwrap();
     let said = String::from_utf8_lossy(&done.stdout).into_owned();
     assert!(done.status.success(), "{said}");
+}
+
+/// The program with a client that has begun.
+fn begun() -> Child {
+    let mut server = Command::new(env!("CARGO_BIN_EXE_footlight"))
+        .arg("lsp")
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begin = r#"{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"capabilities":{}}}"#;
+    send(&mut server, begin);
+    let mut answer = [0; 16];
+    let stdout = server.stdout.as_mut().unwrap();
+    stdout.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"Content-Length: ");
+    server
+}
+
+fn send(server: &mut Child, message: &str) {
+    let stdin = server.stdin.as_mut().unwrap();
+    write!(stdin, "Content-Length: {}\r\n\r\n{message}", message.len()).unwrap();
+    stdin.flush().unwrap();
+}
+
+#[test]
+fn a_client_that_is_killed_is_no_error_to_speak_of() {
+    let opened = r#"{"jsonrpc":"2.0","method":"textDocument/didOpen","params":{"textDocument":{
+        "uri":"file:///nowhere/a.lxq","languageId":"lxq","version":1,"text":"cue 1 { a"}}}"#;
+    for in_a_message in [false, true] {
+        let mut server = begun();
+        // Nobody reads what is said of the text.
+        drop(server.stdout.take());
+        send(&mut server, opened);
+        if in_a_message {
+            let stdin = server.stdin.as_mut().unwrap();
+            stdin.write_all(b"Content-Length: 99\r\n\r\n{").unwrap();
+        }
+        let done = server.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&done.stderr), "");
+        assert_eq!(done.status.code(), Some(1));
+    }
+}
+
+#[test]
+fn the_server_ends_as_the_protocol_says() {
+    let shutdown = r#"{"jsonrpc":"2.0","id":2,"method":"shutdown"}"#;
+    let exit = r#"{"jsonrpc":"2.0","method":"exit"}"#;
+    for (messages, code) in [(&[shutdown, exit][..], 0), (&[exit], 1)] {
+        let mut server = begun();
+        messages
+            .iter()
+            .for_each(|message| send(&mut server, message));
+        let done = server.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&done.stderr), "");
+        assert_eq!(done.status.code(), Some(code));
+    }
 }
