@@ -133,7 +133,8 @@ fn cases() -> Vec<Case> {
         case("warnings", warnings(60_000), 300, &["check"], None),
         // Beyond 2,500 polygons another operator serves.
         case("boxes", boxes(2_000), 96, &["picture", "-o", "a.png"], None),
-        case("boxes", boxes(2_000), 64, &["run"], Some("MB")),
+        case("boxes", boxes(2_000), 64, &["run"], None),
+        case("boxes", boxes(6_000), 64, &["run"], Some("MB")),
         case("rig", rig(12, 40), 128, &["run"], Some("key images")),
         case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
