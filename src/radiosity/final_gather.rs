@@ -353,16 +353,16 @@ fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
     let total = level.len().max(1) as f64;
     for bounce in 1..MOST_BOUNCES {
         work.check()?;
-        let next = |(cell, r): (usize, &[f32; 3])| {
+        let next = |cell: usize| {
             let (mut rays, mut arrives) = (0_u32, 0.0);
             for met in cells.met(cell) {
                 rays += 1;
                 arrives += met.map_or(0.0, |met| level[met as usize]);
             }
-            let highest = r[0].max(r[1]).max(r[2]);
+            let highest = cells.reflectance(cell).into_iter().fold(0.0, f32::max);
             highest * arrives / rays.max(1) as f32
         };
-        level = cells.reflectance.par_iter().enumerate().map(next).collect();
+        level = (0..cells.count()).into_par_iter().map(next).collect();
         let left = level.iter().map(|l| f64::from(*l)).sum::<f64>() / total;
         if left < LEFT {
             return Ok(bounce);

@@ -7,6 +7,7 @@
 //! for further cells. All of it depends on geometry alone.
 
 use crate::geometry::{Vec3, frame};
+use crate::hash::mix;
 use crate::radiosity::final_gather::bvh::{Bvh, Hit};
 use crate::radiosity::final_gather::packed::PackedNumbers;
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
@@ -74,24 +75,30 @@ pub struct SurfacePoint {
     pub point: Vec3,
 }
 
+/// A hash of a cell's place, direction, size and material that stands for them: among ten million
+/// cells two share one with a probability of 3e-6, and are then one cell. In two halves, so that
+/// an entry of the table takes 12 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Key {
-    place: [i32; 3],
-    material: u32,
-    /// Direction of the normal and size of the cell.
-    kind: u32,
+struct Key([u32; 2]);
+
+impl Key {
+    /// `kind` is the direction of the normal and the size.
+    fn new(place: [i32; 3], material: u32, kind: u32) -> Key {
+        let [x, y, z] = place.map(|v| u64::from(v as u32));
+        let words = [x | y << 32, z | u64::from(material) << 32, u64::from(kind)];
+        let hash = words.into_iter().fold(0, |hash, word| mix(hash ^ word));
+        Key([hash as u32, (hash >> 32) as u32])
+    }
 }
 
 impl std::hash::Hash for Key {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        let [x, y, z] = self.place.map(|v| u64::from(v as u32));
-        state.write_u64(x | y << 32);
-        state.write_u64(z | u64::from(self.material) << 32);
-        state.write_u64(u64::from(self.kind));
+        let [low, high] = self.0.map(u64::from);
+        state.write_u64(low | high << 32);
     }
 }
 
-/// A multiplicative hash, the same in every run.
+/// Of keys, which are hashes already.
 #[derive(Clone, Copy, Debug, Default)]
 struct KeyHasher(u64);
 
@@ -103,8 +110,7 @@ impl Hasher for KeyHasher {
         bytes.iter().for_each(|b| self.write_u64(u64::from(*b)));
     }
     fn write_u64(&mut self, word: u64) {
-        let mixed = (self.0.rotate_left(29) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        self.0 = mixed ^ (mixed >> 32);
+        self.0 ^= word;
     }
 }
 
@@ -238,11 +244,11 @@ impl CellSettings {
         let moved = place.point + u * ((random[0] - 0.5) * side) + v * ((random[1] - 0.5) * side);
         // Off the planes on which walls like to stand.
         let index = |v: f64| (v / side + 0.371).floor() as i32;
-        let key = Key {
-            place: [index(moved.x), index(moved.y), index(moved.z)],
-            material: facet.material as u32,
-            kind: direction(facet.normal) | (level as u32) << 8,
-        };
+        let key = Key::new(
+            [index(moved.x), index(moved.y), index(moved.z)],
+            facet.material as u32,
+            direction(facet.normal) | (level as u32) << 8,
+        );
         Landing {
             key: Some(key),
             place,
@@ -304,8 +310,10 @@ pub struct Cells {
     first: usize,
     /// Rays of a point of the first and of later generations.
     counts: [usize; 2],
-    /// Of each cell.
-    pub reflectance: Vec<[f32; 3]>,
+    /// Each reflectance that there is, once.
+    reflectances: Vec<[f32; 3]>,
+    /// Of each cell the index of its own.
+    own_reflectance: Vec<u32>,
 }
 
 /// Finds cells.
@@ -313,14 +321,16 @@ pub struct CellFinder<'a> {
     scene: RayScene<'a>,
     settings: CellSettings,
     table: HashMap<Key, u32, BuildHasherDefault<KeyHasher>>,
-    /// Rays that asked for each cell while it was new.
-    asked: Vec<u32>,
     /// Bounces since the camera's rays.
     generation: usize,
     /// Cells of earlier generations.
     known: usize,
-    /// Of the cells of this generation, with their cells.
-    points: Vec<(u32, CellPoint)>,
+    /// Of each cell of this generation the rays that asked for it.
+    asked: Vec<u32>,
+    /// Those of earlier generations sorted by cell, then those of this one as they came.
+    points: Vec<CellPoint>,
+    /// Of each point of this generation its cell.
+    owners: Vec<u32>,
 }
 
 impl<'a> CellFinder<'a> {
@@ -330,18 +340,24 @@ impl<'a> CellFinder<'a> {
             scene,
             settings,
             table: HashMap::default(),
-            asked: Vec::new(),
             generation: 0,
             known: 0,
+            asked: Vec::new(),
             points: Vec::new(),
+            owners: Vec::new(),
         }
     }
 
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
         self.table.capacity() * (size_of::<(Key, u32)>() + 1)
-            + 4 * self.asked.len()
-            + self.points.len() * size_of::<(u32, CellPoint)>()
+            + self.points.len() * size_of::<CellPoint>()
+            + 4 * (self.asked.len() + self.owners.len())
+    }
+
+    /// Cells so far.
+    fn count(&self) -> usize {
+        self.known + self.asked.len()
     }
 
     /// The cells of rays' ends, as [`cell_of`] reads them. A cell that is new in this generation gets its
@@ -354,16 +370,16 @@ impl<'a> CellFinder<'a> {
                 rows.push(code_of(DARK));
                 continue;
             };
-            let new = self.asked.len() as u32;
+            let new = self.count() as u32;
             let cell = *self.table.entry(key).or_insert(new);
             rows.push(code_of(cell));
             if cell == new {
                 self.asked.push(0);
             }
-            if (cell as usize) < self.known {
+            let Some(own) = (cell as usize).checked_sub(self.known) else {
                 continue;
-            }
-            let asked = &mut self.asked[cell as usize];
+            };
+            let asked = &mut self.asked[own];
             let wanted = |asked: u32| {
                 let points = self.settings.points * f64::from(asked).sqrt();
                 (points as usize).clamp(usize::from(asked > 0), most)
@@ -371,8 +387,8 @@ impl<'a> CellFinder<'a> {
             let before = wanted(*asked);
             *asked += 1;
             if wanted(*asked) > before {
-                let point = CellPoint::new(self.scene, landing.place);
-                self.points.push((cell, point));
+                self.points.push(CellPoint::new(self.scene, landing.place));
+                self.owners.push(cell);
             }
         }
     }
@@ -388,34 +404,70 @@ impl<'a> CellFinder<'a> {
             ..Cells::default()
         };
         let mut row = Vec::new();
-        while self.generation < GENERATIONS && !self.points.is_empty() {
+        while self.generation < GENERATIONS && !self.owners.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
-            let before = cells.points.len();
-            let more = self.points.len() * size_of::<CellPoint>() + 4 * self.asked.len();
+            let more = 4 * self.asked.len();
             budget.check("the radiosity cache", self.bytes() + cells.bytes() + more)?;
-            let new = self.known..self.asked.len();
-            cells.add(new, std::mem::take(&mut self.points));
-            self.known = self.asked.len();
+            let new = self.sort_points(&mut cells.starts);
             self.generation += 1;
-            let points = &cells.points[before..];
             if self.generation == 1 {
-                cells.first = points.len();
+                cells.first = new.len();
             }
-            for (at, some) in points.chunks(BATCH).enumerate() {
-                let landings = self.rays(at * BATCH, some, count, work)?;
+            for start in new.clone().step_by(BATCH) {
+                let some = start..new.end.min(start + BATCH);
+                let landings = self.rays(start - new.start, &self.points[some], count, work)?;
                 row.clear();
                 self.ask(landings.into_iter(), &mut row);
                 cells.rays.extend(&row);
-                let held = cells.bytes();
-                budget.check("the radiosity cache", self.bytes() + held)?;
+                budget.check("the radiosity cache", self.bytes() + cells.bytes())?;
             }
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
         cells.rays.close();
+        // Cells of the last generation have no points.
+        self.points.truncate(self.points.len() - self.owners.len());
+        self.points.shrink_to_fit();
+        cells.points = self.points;
         drop(self.table);
         cells.set_reflectance(self.scene, self.settings);
         Ok(cells)
+    }
+
+    /// Sorts the points of this generation by cell, in the order in which they came, adds to where those of
+    /// each cell begin, and begins the next generation. Returns the indices of the sorted points.
+    fn sort_points(&mut self, starts: &mut Vec<u32>) -> Range<usize> {
+        let end = self.points.len();
+        let new = end - self.owners.len()..end;
+        // Of each cell where its next point goes.
+        let mut next = std::mem::take(&mut self.asked);
+        next.fill(0);
+        let own = |cell: u32| cell as usize - self.known;
+        self.owners.iter().for_each(|cell| next[own(*cell)] += 1);
+        let mut sum = new.start as u32;
+        for count in &mut next {
+            let start = sum;
+            sum += *count;
+            *count = start;
+            starts.push(sum);
+        }
+        let mut places = std::mem::take(&mut self.owners);
+        for owner in &mut places {
+            let place = &mut next[own(*owner)];
+            *owner = *place - new.start as u32;
+            *place += 1;
+        }
+        self.known += next.len();
+        // In place, as there are millions: each swap puts one point where it belongs.
+        let points = &mut self.points[new.clone()];
+        for at in 0..points.len() {
+            while places[at] as usize != at {
+                let place = places[at] as usize;
+                points.swap(at, place);
+                places.swap(at, place);
+            }
+        }
+        new
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
@@ -449,32 +501,6 @@ impl<'a> CellFinder<'a> {
 }
 
 impl Cells {
-    /// Adds cells of the next generation, of which these are the points.
-    fn add(&mut self, new: Range<usize>, points: Vec<(u32, CellPoint)>) {
-        let before = self.points.len() as u32;
-        let first = self.starts.len();
-        self.starts.resize(first + new.len(), 0);
-        let starts = &mut self.starts[first - 1..];
-        let own = |cell: u32| cell as usize - new.start;
-        for (cell, _) in &points {
-            starts[own(*cell) + 1] += 1;
-        }
-        for cell in 0..new.len() {
-            starts[cell + 1] += starts[cell];
-        }
-        self.points.reserve_exact(points.len());
-        self.points
-            .resize(before as usize + points.len(), CellPoint::default());
-        // The first start is moved to the first end, and so on: back again by one place.
-        for (cell, point) in points {
-            let place = &mut starts[own(cell)];
-            self.points[*place as usize] = point;
-            *place += 1;
-        }
-        starts.copy_within(..new.len(), 1);
-        starts[0] = before;
-    }
-
     /// Sets the reflectance of all cells; textures are averaged over a cell's side at each point.
     fn set_reflectance(&mut self, scene: RayScene<'_>, settings: CellSettings) {
         let of = |cell: usize| {
@@ -496,12 +522,27 @@ impl Cells {
             mean
         };
         let count = self.starts.len() - 1;
-        self.reflectance = (0..count).into_par_iter().map(of).collect();
+        let found: Vec<[f32; 3]> = (0..count).into_par_iter().map(of).collect();
+        let mut known = HashMap::new();
+        let reflectances = &mut self.reflectances;
+        let index = |reflectance: &[f32; 3]| {
+            let index = known.entry(reflectance.map(f32::to_bits));
+            *index.or_insert_with(|| {
+                reflectances.push(*reflectance);
+                reflectances.len() as u32 - 1
+            })
+        };
+        self.own_reflectance = found.iter().map(index).collect();
     }
 
     /// How many.
     pub fn count(&self) -> usize {
-        self.reflectance.len()
+        self.own_reflectance.len()
+    }
+
+    /// The reflectance of a cell.
+    pub fn reflectance(&self, cell: usize) -> [f32; 3] {
+        self.reflectances[self.own_reflectance[cell] as usize]
     }
 
     /// A cell's points.
@@ -527,8 +568,8 @@ impl Cells {
     pub fn bytes(&self) -> usize {
         self.points.len() * size_of::<CellPoint>()
             + self.rays.bytes()
-            + 4 * self.starts.len()
-            + 12 * self.reflectance.len()
+            + 4 * (self.starts.len() + self.own_reflectance.len())
+            + 12 * self.reflectances.len()
     }
 
     /// Radiosity of each cell under several lights at once from the irradiance that arrives there
@@ -568,7 +609,7 @@ impl Cells {
                     let share = 1.0 / rays.max(1) as f32;
                     let arrives = &direct[cell * lights..(cell + 1) * lights];
                     for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
-                        for (b, r) in channels.iter_mut().zip(self.reflectance[cell]) {
+                        for (b, r) in channels.iter_mut().zip(self.reflectance(cell)) {
                             *b = r * (direct + share * *b);
                         }
                     }
