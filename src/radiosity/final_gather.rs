@@ -43,8 +43,10 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Lights that are solved at once, at most.
+/// Lights that are solved at once, at most, and the bytes of their light in the cells: it is at the
+/// peak of what an operator holds.
 const BLOCK: usize = 8;
+const BLOCK_BYTES: usize = 16 << 20;
 /// Bytes of the light of one of them in a cell.
 const LIGHT_BYTES: usize = 28;
 /// What is left of light after the last bounce, as a share.
@@ -298,8 +300,7 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        // The light of a block takes about as much as the cache itself.
-        let most = self.cells.bytes() / (LIGHT_BYTES * self.cells.count()).max(1);
+        let most = BLOCK_BYTES / (LIGHT_BYTES * self.cells.count()).max(1);
         let mut done = 0;
         for block in new.chunks(most.clamp(1, BLOCK)) {
             let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);

@@ -2,7 +2,7 @@
 bank alone, at equal error.
 
     python3 tests/peers/mitsuba_banks.py REFS [--scenes stage cornell] [--samples 4 16 64]
-    python3 tests/peers/mitsuba_banks.py ROOMS --scenes box1000 box5000
+    python3 tests/peers/mitsuba_banks.py ROOMS --scenes box1000 eight100000
 
 REFS holds a folder for each scene with the references BANK_A.exr and BANK_B.exr; ROOMS holds
 NAME.obj and NAME.lxq as well. Needs the packages `mitsuba` (3.9.1), `pyoidn` (2.5.1) and `numpy`, and
@@ -39,6 +39,8 @@ VIEWS = {
     "cornell": ([2.78, 2.73, -8.0], [2.78, 2.73, 0.0], [0, 1, 0], 39.3077, 256, 256),
 }
 ROOM = ([0, -4.8, 2.6], [0, 1, 1.4], [0, 0, 1], 62.0, 320, 180)
+# Across the image that a spot throws.
+SPOT_TEXELS = 512
 # Samples of albedo and normals, which are the same for all banks.
 GUIDE_SAMPLES = 16
 WANTED = (0.05, 0.03, 0.02, 0.015, 0.01, 0.007, 0.004)
@@ -49,6 +51,7 @@ class Scene:
 
     def __init__(self, references, name):
         self.references = references / name
+        self.spots = {}
         self.banks = sorted(p.name[:-6] for p in self.references.glob("*_A.exr") if p.name != "mix_A.exr")
         if name in VIEWS:
             folder = ROOT / "examples/reference" / name
@@ -57,13 +60,17 @@ class Scene:
             self.emission = {b: (f"bank_{b}", materials(self.mtl)[f"bank_{b}"]["Ke"]) for b in self.banks}
             self.brightest = 2.9
         else:
-            self.obj, self.mtl = references / f"{name}.obj", references / "rooms.mtl"
             self.show = references / f"{name}.lxq"
+            text = self.show.read_text()
+            self.obj = references / re.search(r'stage "(.+?)"', text)[1]
+            self.mtl = references / "rooms.mtl"
             self.view = ROOM
-            lights = r"light \w+ panel (\w+) (\d+) cd/m2"
-            found = re.findall(lights, self.show.read_text())
+            found = re.findall(r"light \w+ panel (\w+) (\d+) cd/m2", text)
             self.emission = {material: (material, [float(radiance)] * 3) for material, radiance in found}
             self.brightest = 0.99 * min(r[0] for _, r in self.emission.values())
+            spots = {line.split()[1]: spot(line) for line in text.splitlines() if " spot at " in line}
+            banks = re.findall(r"bank (\w+) = (\w+)", text)
+            self.spots = {bank: spots[light] for bank, light in banks if light in spots}
         self.halves = [[read(self.references / f"{b}_{half}.exr") for half in "AB"] for b in self.banks]
         self.mask = self.counted()
 
@@ -97,12 +104,39 @@ class Scene:
                 "sampler": {"type": "multijitter"},
             },
         }
+        if bank in self.spots:
+            scene["spot"] = self.spots[bank]
         stuff = materials(self.mtl)
-        lit, radiance = self.emission[bank]
+        lit, radiance = self.emission.get(bank, (None, None))
         for material, polygons in faces(self.obj).items():
             emitted = radiance if material == lit else [0, 0, 0]
             scene[material] = mesh(polygons, stuff[material]["Kd"], emitted)
         return mi.load_dict(scene)
+
+
+def spot(line):
+    """Of a line `light NAME spot at X,Y,Z aim X,Y,Z beam DEGREES field DEGREES N cd`: an image of the law of
+    `src/scene/profile.rs` is thrown, so that its light is ours."""
+    number = r"(-?[\d.]+)"
+    place = ",".join([number] * 3)
+    words = rf"spot at {place} aim {place} beam {number} field {number} {number} cd"
+    numbers = [float(n) for n in re.search(words, line).groups()]
+    half, tenth = (math.radians(n) / 2 for n in numbers[6:8])
+    power = math.log(math.log2(10)) / math.log(tenth / half)
+    end = tenth * (1 + 2 / (math.log(10) * power))
+    side = 1 - (np.arange(SPOT_TEXELS) + 0.5) / SPOT_TEXELS * 2
+    angle = np.arctan(np.hypot(*(t * math.tan(end) for t in np.meshgrid(side, side))))
+    core = np.exp2(-((angle / half) ** power))
+    skirt = 0.1 * np.clip((end - angle) / (end - tenth), 0, 1) ** 2
+    image = np.repeat(np.where(angle <= tenth, core, skirt)[:, :, None], 3, 2).astype(np.float32)
+    return {
+        "type": "spot",
+        "to_world": mi.ScalarTransform4f().look_at(numbers[:3], numbers[3:6], [0, 1, 0]),
+        "intensity": {"type": "rgb", "value": [numbers[8]] * 3},
+        "cutoff_angle": math.degrees(end),
+        "beam_width": 0.99999 * math.degrees(end),
+        "texture": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "wrap_mode": "clamp"},
+    }
 
 
 def materials(path):
