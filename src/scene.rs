@@ -5,6 +5,7 @@
 //! ([`crate::geometry`]). Lights and banks are resolved to indices here; names of the show's text
 //! stay in `show`.
 
+pub mod footprint;
 pub mod gltf;
 pub mod gobo;
 pub mod import;

@@ -122,9 +122,9 @@ def placed(light):
     return mi.ScalarTransform4f().look_at(light["position"], light["aim"], up)
 
 
-def shares(light, numbers, across, upwards):
-    """Shares of a spot's intensity by the tangents of directions to the right and upwards."""
-    steps = np.arctan(np.hypot(across, upwards)) / light["end"]
+def shares(light, numbers, ahead, across, upwards):
+    """Shares of a spot's intensity by how far directions go along the axis, to the right and upwards."""
+    steps = np.arctan2(np.hypot(across, upwards), ahead) / light["end"]
     if light["kind"] == "spot":
         table = light["shares"]
         return np.interp(steps * (len(table) - 1), range(len(table)), table, right=0.0)
@@ -145,12 +145,12 @@ def spot(light, strength, numbers):
     rows = grid(light["table"], numbers) if "table" in light else np.array(light["shares"])
     beyond = rows[math.ceil(end / light["end"] * (len(rows) - 1)) :]
     if light["end"] > end and beyond.max() > LOST * rows.max():
-        raise SystemExit(f"a beam wider than {2 * WIDEST} degrees is not written for Mitsuba")
+        return cube(light, strength, numbers)
     texels = TEXELS * (2 if math.degrees(end) > 80 else 1)
     side = 1 - (np.arange(texels) + 0.5) / texels * 2
     across, upwards = (t * math.tan(end) for t in np.meshgrid(side, side))
-    image = np.repeat(shares(light, numbers, across, upwards)[:, :, None], 3, 2).astype(np.float32)
-    return {
+    image = np.repeat(shares(light, numbers, 1, across, upwards)[:, :, None], 3, 2).astype(np.float32)
+    emitter = {
         "type": "spot",
         "to_world": placed(light),
         "intensity": {"type": "rgb", "value": [float(i * s) for i, s in zip(light["intensity"], strength)]},
@@ -158,25 +158,45 @@ def spot(light, strength, numbers):
         "beam_width": 0.99999 * math.degrees(end),
         "texture": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "wrap_mode": "clamp"},
     }
+    return [emitter]
+
+
+def cube(light, strength, numbers):
+    """A point that is too wide for one image throws one through each side of a cube."""
+    frame = np.array(placed(light).matrix)[:3, :3]
+    right, up, ahead = -frame[:, 0], frame[:, 1], frame[:, 2]
+    side = (np.arange(TEXELS) + 0.5) / TEXELS * 2 - 1
+    x, y = (t[:, :, None] for t in np.meshgrid(side, -side))
+    out = []
+    for forth, top in [(ahead, up), (-ahead, up), (right, up), (-right, up), (up, ahead), (-up, ahead)]:
+        directions = forth + x * np.cross(forth, top) + y * top
+        image = shares(light, numbers, *(directions @ axis for axis in (ahead, right, up)))
+        if image.any():
+            world = mi.ScalarTransform4f().look_at(light["position"], list(light["position"] + forth), list(top))
+            out.append(projector(image, [1, 1], world, light, strength))
+    return out
 
 
 def projection(light, strength, numbers):
-    """An image thrown through a frustum. Mitsuba's projector is given the light of a white screen 1 m
-    away: the intensity times the cube of the cosine, over pi."""
-    share = grid(light["image"], numbers)
+    """An image thrown through a frustum."""
+    return [projector(grid(light["image"], numbers), light["half"], placed(light), light, strength)]
+
+
+def projector(share, half, world, light, strength):
+    """Mitsuba's projector is given the light of a white screen 1 m away: the intensity times the cube of
+    the cosine, over pi."""
     height, width = share.shape
-    right, up = light["half"]
-    across = ((np.arange(width) + 0.5) / width * 2 - 1) * right
-    upwards = ((np.arange(height) + 0.5) / height * 2 - 1) * up
+    across = ((np.arange(width) + 0.5) / width * 2 - 1) * half[0]
+    upwards = ((np.arange(height) + 0.5) / height * 2 - 1) * half[1]
     cosine = 1 / np.sqrt(1 + across[None, :] ** 2 + upwards[:, None] ** 2)
     colour = np.array(light["intensity"]) * strength
     image = ((share * cosine**3 / math.pi)[:, :, None] * colour).astype(np.float32)
     return {
         "type": "projector",
-        "to_world": placed(light),
-        "fov": 2 * math.degrees(math.atan(right)),
+        "to_world": world,
+        "fov": 2 * math.degrees(math.atan(half[0])),
         "fov_axis": "x",
-        "irradiance": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True},
+        "irradiance": {"type": "bitmap", "bitmap": mi.Bitmap(image), "raw": True, "wrap_mode": "clamp"},
     }
 
 
@@ -200,7 +220,8 @@ def main():
             radiance[light["material"]] += strength * np.array(light["radiance"])
         elif strength.any():
             kind = projection if light["kind"] == "projection" else spot
-            stage[f"light{i}"] = kind(light, strength, numbers)
+            for j, emitter in enumerate(kind(light, strength, numbers)):
+                stage[f"light{i}_{j}"] = emitter
     for row in scene["meshes"]:
         material = scene["materials"][row["material"]]
         name = f"mesh{row['material']}"

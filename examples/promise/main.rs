@@ -1,7 +1,7 @@
 //! What is promised of an error against what is true: the shipped shows and 40 random ones (rooms, dark
 //! cues, open squares, textures with projections).
-//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` prints, for each show and step of
-//! quality, the worst moment's true error against the finest step, and what the operator states, of
+//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` (`41-52` instead of their number: these
+//! random shows alone, none of them shipped) prints, for each show and step of quality, the worst moment's true error against the finest step, and what the operator states, of
 //! the light and as displayed; then, over tolerances from 4 to 0.4 % and from 20 to 2 steps, how
 //! often the step that is chosen keeps its promise, and what the choice costs over that of one who
 //! knows the errors. The chart has what is promised against what is true. Errors are taken from
@@ -388,15 +388,18 @@ fn chosen(errors: &[f64], tolerance: f64) -> usize {
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 fn main() -> Result<(), Failure> {
     let words: Vec<String> = std::env::args().skip(1).collect();
+    let range = words.iter().find_map(|word| word.split_once('-'));
+    let others = range.and_then(|(a, b)| Some(a.parse().ok()?..=b.parse().ok()?));
     let shows = words.iter().find_map(|word| word.parse().ok());
     let mut kept = Kept::new(words.iter().find(|word| word.ends_with(".txt")));
     let mut all = Vec::new();
-    for seed in 1..=shows.unwrap_or(SHOWS) {
+    let shipped_too: &[&str] = if others.is_some() { &[] } else { &SHIPPED };
+    for seed in others.unwrap_or(1..=shows.unwrap_or(SHOWS)) {
         let name = format!("random {seed}");
         all.push(measured(&name, &mut random(seed)?, &mut kept)?);
         print(&all[all.len() - 1]);
     }
-    for name in SHIPPED {
+    for name in shipped_too {
         all.push(measured(name, &mut shipped(name)?, &mut kept)?);
         print(&all[all.len() - 1]);
     }

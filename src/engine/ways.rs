@@ -162,10 +162,11 @@ impl Engine {
         Ok(out)
     }
 
-    /// The error of every source alone at a step. Where the operator states none, refined images
-    /// stand for the truth of those who ask for this way.
+    /// The error of every source alone at a step. Where the operator states none and has no noise to tell
+    /// it, refined images stand for the truth of those who ask for this way.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let own = self.way == Way::Alone && quality == self.refined_step();
+        let is_asked_for = self.way == Way::Alone && quality == self.refined_step();
+        let own = is_asked_for && self.samples(quality).is_none();
         let stated = self.stated(quality, unit);
         stated
             .or_else(|| self.noise_alone(quality, unit))
@@ -319,8 +320,10 @@ impl Engine {
             Some(quality) => Some(self.base_of(quality)),
             None => self.stored_base()?,
         };
-        let base =
-            base.or_else(|| (self.way == Way::Alone).then(|| self.base_of(self.refined_step())));
+        let refined = self.refined_step();
+        // Which step is fine enough, the noise of coarse images tells.
+        let is_asked_for = self.way == Way::Alone && !(asks && self.samples(refined).is_some());
+        let base = base.or_else(|| is_asked_for.then(|| self.base_of(refined)));
         if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
             rendering.base = Some(base);
         }

@@ -67,7 +67,7 @@ pub enum ProcessError {
         program: String,
         /// `code 3`, or what ended it.
         status: String,
-        /// The end of its standard error.
+        /// The end of its standard error, or of what it printed where that is empty.
         tail: String,
     },
     /// It took too long and was killed.
@@ -80,7 +80,7 @@ pub enum ProcessError {
         program: String,
         /// The time it had.
         seconds: f64,
-        /// The end of its standard error.
+        /// The end of its standard error, or of what it printed where that is empty.
         tail: String,
     },
     /// It ended well but left no output.
@@ -88,7 +88,7 @@ pub enum ProcessError {
     NoOutput {
         /// As the command names it.
         program: String,
-        /// The end of its standard error.
+        /// The end of its standard error, or of what it printed where that is empty.
         tail: String,
     },
     /// The user stopped; the program was killed.
@@ -145,14 +145,19 @@ impl Processes for Programs {
         }
         let output = private.path.join(job.output.1);
         marks.push((job.output.0, output.clone()));
-        let complaints = private.path.join("stderr.txt");
+        let [said, complaints] = ["stdout.txt", "stderr.txt"].map(|name| private.path.join(name));
         let arguments = job.arguments.iter().map(|a| filled(a, &marks));
         let begin = Instant::now();
-        let mut child = start(job.program, arguments, &complaints)?;
+        let mut child = start(job.program, arguments, [&said, &complaints])?;
         let watched = watch(&mut child, begin, job);
         let seconds = begin.elapsed().as_secs_f64();
         let program = || job.program.to_owned();
-        let tail = || tail(&complaints);
+        // Some programs, such as Blender, complain where others print results.
+        let tail = || {
+            Some(end_of(&complaints))
+                .filter(|text| !text.trim().is_empty())
+                .unwrap_or_else(|| end_of(&said))
+        };
         match watched.map_err(io_error(complaints.display()))? {
             Watched::Cancelled => Err(ProcessError::Cancelled),
             Watched::Timeout => Err(ProcessError::Timeout {
@@ -182,9 +187,10 @@ impl Processes for Programs {
 fn start(
     program: &str,
     arguments: impl Iterator<Item = String>,
-    complaints: &Path,
+    [said, complaints]: [&Path; 2],
 ) -> Result<Child, ProcessError> {
-    let stderr = fs::File::create(complaints).map_err(io_error(complaints.display()))?;
+    let create = |path: &Path| fs::File::create(path).map_err(io_error(path.display()));
+    let (stdout, stderr) = (create(said)?, create(complaints)?);
     // `end_all` must not miss one that is just being started.
     let mut running = running();
     if running.ended {
@@ -194,7 +200,7 @@ fn start(
     command
         .args(arguments)
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(stdout)
         .stderr(stderr);
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
@@ -324,7 +330,7 @@ fn kill_group(program: u32) {
 fn kill_group(_: u32) {}
 
 /// The end of a file of complaints, from the beginning of a line where there is one.
-fn tail(path: &Path) -> String {
+fn end_of(path: &Path) -> String {
     let read = || -> std::io::Result<String> {
         let mut file = fs::File::open(path)?;
         let length = file.metadata()?.len();

@@ -53,7 +53,7 @@ impl Metric {
     pub fn name(self) -> &'static str {
         match self {
             Metric::Settings => "settings",
-            Metric::Norm => "norm",
+            Metric::Norm => "brightness",
             Metric::Influence => "influence",
             Metric::Error => "error",
         }

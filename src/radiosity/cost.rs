@@ -90,7 +90,7 @@ impl Counts {
     /// [`TransportError`] for a setup that cannot be used.
     pub fn of(setup: &Setup, step: Step) -> Result<Counts, TransportError> {
         let Setup { scene, rig, view } = setup;
-        let surfaces = Surfaces::new(scene)?;
+        let surfaces = Surfaces::shapes(scene)?;
         let in_view = ViewCounts::of(&surfaces, view)?;
         let pieces = surfaces.pieces.len() as f64;
         let elements = Layout::of_elements(&surfaces, step.elements).cells();

@@ -49,7 +49,7 @@ fn order(order: Order) -> &'static str {
         Order::Metric(metric) => match metric {
             Metric::Error => "estimated error (shipped)",
             Metric::Settings => "settings",
-            Metric::Norm => "norm",
+            Metric::Norm => "brightness",
             Metric::Influence => "influence, the paper's",
         },
         Order::BankByBank => "one picture for each bank",

@@ -32,6 +32,8 @@ pub struct Summary {
     pub seconds: [f64; 5],
     /// How its images were come by.
     pub statistics: CacheStatistics,
+    /// How many of those from the pool a farm has rendered for it.
+    pub farmed: usize,
     /// The exposure of its pictures, stops.
     pub exposure: f64,
     /// What could not be made of its results, and why.
@@ -90,6 +92,7 @@ pub fn run(
         worst_shown: engine.worst_moment(ErrorUnit::Steps)?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         statistics: engine.statistics().since(before),
+        farmed: 0,
         exposure: engine.tone_of(done.playback.images()).exposure,
         missing,
         folder: folder.to_owned(),
@@ -180,9 +183,17 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
         rendered, summed, ..
     } = done.statistics;
     let found = count(done.statistics.found(), "picture");
-    let from_pool = match summed {
-        0 => found,
-        n => format!("{found} ({n} of them sums of others)"),
+    let parts = [
+        (summed, "sums of others"),
+        (done.farmed, "rendered on the farm"),
+    ];
+    let parts = parts.iter().filter(|(n, _)| *n > 0);
+    let parts: Vec<String> = parts
+        .map(|(n, what)| format!("{n} of them {what}"))
+        .collect();
+    let from_pool = match parts.is_empty() {
+        true => found,
+        false => format!("{found} ({})", parts.join(", ")),
     };
     let _ = writeln!(
         text,

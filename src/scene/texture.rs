@@ -1,10 +1,9 @@
 //! Images that colour surfaces: prefiltered, in linear light, with their transparency.
 //!
 //! [`Pixels`] hold an image and smaller ones of half the size each, down to one texel, every texel the
-//! mean of what it covers. A lookup averages over the footprint of a pixel: along its longer side up to
-//! [`MOST_TAPS`] texels, each of the level that is as wide as the shorter side. Colours are weighted by
-//! alpha, so that what is transparent gives no colour to what is not. This module does not depend on
-//! surfaces.
+//! mean of what it covers. A lookup averages over the footprint of a pixel ([`super::footprint`]). Colours are
+//! weighted by alpha, so that what is transparent gives no colour to what is not. This module does not depend
+//! on surfaces.
 
 #![allow(
     clippy::indexing_slicing,
@@ -18,12 +17,11 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use super::footprint::Taps;
 use crate::units::{Rgb, srgb_decode};
 
 /// Texels along a side at most: a larger image is halved until it has no more.
 pub const MOST_SIDE: usize = 2048;
-/// Places of an image that are averaged for one footprint at most.
-pub const MOST_TAPS: f64 = 16.0;
 
 /// How an image goes on past its border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,15 +117,13 @@ impl Texture {
     fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> [f64; 4] {
         let texels = self.pixels.size().map(|n| n as f64);
         let scaled = sides.map(|[u, v]| [u * texels[0], v * texels[1]]);
-        let (long, short, direction) = axes_of(scaled.map(|side| side.map(bounded)));
-        let taps = (long / short.max(1.0)).ceil().clamp(1.0, MOST_TAPS);
-        let level = short.max(long / taps).max(1.0).log2();
+        let taps = Taps::new(scaled.map(|side| side.map(bounded)));
+        let (level, share) = (taps.size.log2(), 1.0 / taps.count() as f64);
         let mut sum = [0.0; 4];
-        for i in 0..taps as usize {
-            let t = ((i as f64 + 0.5) / taps - 0.5) * long;
-            let at = [0, 1].map(|k| place[k] + t * direction[k] / texels[k]);
+        for offset in taps.offsets() {
+            let at = [0, 1].map(|k| place[k] + offset[k] / texels[k]);
             let texel = self.pixels.at_level(at, level, self.wrap);
-            sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t / taps);
+            sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t * share);
         }
         self.coloured(sum)
     }
@@ -172,21 +168,6 @@ fn bounded(length: f64) -> f64 {
     } else {
         0.0
     }
-}
-
-/// Singular values of the matrix of two sides, and the direction of the longer.
-pub fn axes_of([p, q]: [[f64; 2]; 2]) -> (f64, f64, [f64; 2]) {
-    let (xx, xy, yy) = (
-        p[0] * p[0] + q[0] * q[0],
-        p[0] * p[1] + q[0] * q[1],
-        p[1] * p[1] + q[1] * q[1],
-    );
-    let middle = 0.5 * (xx + yy);
-    let spread = (0.5 * (xx - yy)).hypot(xy);
-    let angle = 0.5 * xy.atan2(0.5 * (xx - yy));
-    let long = (middle + spread).sqrt();
-    let short = (middle - spread).max(0.0).sqrt();
-    (long, short, [angle.cos(), angle.sin()])
 }
 
 /// An image with its smaller ones.
@@ -280,7 +261,9 @@ impl Pixels {
 
     /// Premultiplied colour and alpha, linear between texels and between levels.
     fn at_level(&self, place: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 4] {
-        let level = level.min((self.levels.len().saturating_sub(1)) as f64);
+        let level = level
+            .max(0.0)
+            .min((self.levels.len().saturating_sub(1)) as f64);
         let (low, share) = (level.floor(), level.fract());
         let at = |index: f64| {
             let level = self.levels.get(index as usize);

@@ -222,3 +222,17 @@ fn pictures_of_a_bank_are_averaged_by_their_precision() {
         assert!((both / finer / wanted - 1.0).abs() < 0.05, "{both} {finer}");
     }
 }
+
+/// Every bank alone begins with two coarse steps, whose noise tells which one is fine enough.
+#[test]
+fn banks_alone_are_rendered_no_finer_than_their_noise_asks_for() {
+    let mut repl = open("first.lxq", 3);
+    repl.engine_mut().set_way(Way::Alone);
+    for (until, rendered) in [(0.9, 4), (0.2, 8)] {
+        let done = repl.engine_mut().refine(Goal::until(until)).unwrap();
+        assert_eq!(done.ended, Some(Ended::Reached), "{until}");
+        assert!(true_error(&mut repl) < 1.1 * until, "{until}");
+        let found = repl.engine().statistics().rendered;
+        assert!(found <= rendered, "{until}: {found} pictures");
+    }
+}

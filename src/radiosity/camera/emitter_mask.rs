@@ -14,7 +14,7 @@ use crate::work::Work;
 /// [`TransportError`] for a scene or view that cannot be used, and on cancel.
 pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportError> {
     let Setup { scene, rig, view } = setup;
-    let surfaces = Surfaces::new(scene)?;
+    let surfaces = Surfaces::shapes(scene)?;
     let sampling = Sampling::new(Split::Whole, Split::Whole, Split::Whole);
     let seen = Threads::new(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
     let emits = |material: usize| {

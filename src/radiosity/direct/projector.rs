@@ -2,24 +2,17 @@
 //!
 //! The light of a projection is that of an even point source ([`super::beam::Beam::even`], with
 //! visibility and distance) times the mean of the image over the footprint: a parallelogram on the
-//! surface, of a pixel or of a part of an element. Texels are averaged in two rows along the
-//! footprint's longer side, each of a prefiltered level half as wide as the shorter side. At
-//! the edge of the frustum the share of the footprint that is inside counts. This module depends on
-//! neither shadows nor settings.
+//! surface, of a pixel or of a part of an element. At the edge of the frustum the share of the footprint
+//! that is inside counts. This module depends on neither shadows nor settings.
 
 use std::sync::Arc;
 
 use crate::geometry::Vec3;
 use crate::radiosity::visibility::raster::Camera;
 use crate::scene::Projection;
+use crate::scene::footprint::Taps;
 use crate::scene::gobo::Gobo;
 use crate::scene::mount::{Axes, Mount};
-use crate::scene::texture::axes_of;
-
-/// A footprint more than so many times as long as wide is blurred across its shorter side.
-pub const MOST_TAPS: usize = 16;
-/// Rows of texels along a footprint.
-const ROWS: f64 = 2.0;
 
 /// A projector.
 #[derive(Clone, Debug)]
@@ -100,25 +93,17 @@ impl Projector {
         let (width, height) = self.gobo.size();
         let texels = [width as f64, height as f64];
         let scaled = sides.map(|s| [s[0] * texels[0], s[1] * texels[1]]);
-        let (long, short, direction) = axes_of(scaled);
-        // Two rows of taps: a level as wide as the whole footprint would blur what is as fine as it.
-        let width = 0.5 * short;
-        let most = ROWS * MOST_TAPS as f64;
-        let taps = (long / width.max(1.0)).ceil().clamp(1.0, most);
-        let size = width.max(long / taps);
-        let [along, across] = [direction, [-direction[1], direction[0]]];
+        let taps = Taps::new(scaled);
+        let size = taps.size;
         let mut sum = 0.0;
-        for i in 0..taps as usize {
-            let t = ((i as f64 + 0.5) / taps - 0.5) * long;
-            for s in [-0.25 * short, 0.25 * short] {
-                let [u, v] = [0, 1].map(|k| place[k] + (t * along[k] + s * across[k]) / texels[k]);
-                let inside = overlap(u, size / texels[0]) * overlap(v, size / texels[1]);
-                if inside > 0.0 {
-                    sum += inside * self.gobo.texel(u, v, size, self.plane);
-                }
+        for offset in taps.offsets() {
+            let [u, v] = [0, 1].map(|k| place[k] + offset[k] / texels[k]);
+            let inside = overlap(u, size / texels[0]) * overlap(v, size / texels[1]);
+            if inside > 0.0 {
+                sum += inside * self.gobo.texel(u, v, size, self.plane);
             }
         }
-        sum / (ROWS * taps)
+        sum / taps.count() as f64
     }
 }
 

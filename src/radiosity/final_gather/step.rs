@@ -153,7 +153,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let depth = (2.0 + polygons).log2();
     let lights = rig.lights.len() as f64;
     let share = lights / rig.sources.len().max(1) as f64;
-    let mixed = mixed_share(&Surfaces::new(scene)?, view)?;
+    let mixed = mixed_share(&Surfaces::shapes(scene)?, view)?;
     let first = f64::from(step.first);
     let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
     let rays = first + smooth * (1.0 - mixed) + several * mixed;

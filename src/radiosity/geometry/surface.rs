@@ -149,6 +149,20 @@ impl Surfaces {
     /// [`TransportError::Scene`] for a vertex that is not finite or a million kilometres away, a
     /// material that does not exist, or a reflectance outside 0 to 1.
     pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
+        let mut surfaces = Surfaces::shapes(scene)?;
+        for facet in 0..surfaces.facets.len() {
+            if let Some(mean) = surfaces.mean_reflectance(facet) {
+                surfaces.facets[facet].reflectance = mean;
+            }
+        }
+        Ok(surfaces)
+    }
+
+    /// The same where only shapes count: facets with a texture reflect as the whole of it.
+    ///
+    /// # Errors
+    /// Those of [`Surfaces::new`].
+    pub fn shapes(scene: &Scene) -> Result<Surfaces, TransportError> {
         let mut facets = Vec::with_capacity(scene.polygons.len());
         for (i, polygon) in scene.polygons.iter().enumerate() {
             let Some(material) = scene.materials.get(polygon.material) else {
@@ -194,20 +208,14 @@ impl Surfaces {
             );
             f.pieces = start..pieces.len();
         }
-        let mut surfaces = Surfaces {
+        Ok(Surfaces {
             size: diameter(facets.iter().flat_map(|f| f.vertices.iter())),
             facets,
             pieces,
             solids: OnceLock::new(),
             textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
             is_cut: scene.is_cut(),
-        };
-        for facet in 0..surfaces.facets.len() {
-            if let Some(mean) = surfaces.mean_reflectance(facet) {
-                surfaces.facets[facet].reflectance = mean;
-            }
-        }
-        Ok(surfaces)
+        })
     }
 
     /// The texture of a material.

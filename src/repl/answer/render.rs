@@ -75,10 +75,10 @@ fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
 }
 
 /// Has a goal's pictures rendered by the farm of this name, where one is said; what is left of the goal
-/// then needs no rendering.
-fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<Goal, Error> {
+/// then needs no rendering. How many pictures were rendered so is returned with it.
+fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<(Goal, usize), Error> {
     let Some(name) = call.option("farm") else {
-        return Ok(goal);
+        return Ok((goal, 0));
     };
     if name != "slurm" {
         return usage(format!(
@@ -97,10 +97,11 @@ fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<Goal, Error> {
         repl.unheard
             .push(format!("{name} rendered {pictures}").into());
     }
-    Ok(Goal {
+    let left = Goal {
         count: goal.or_one().count.map(|_| 0),
         ..goal
-    })
+    };
+    Ok((left, rendered))
 }
 
 fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
@@ -152,7 +153,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let goal = goal(&call)?;
     repl.engine.idle()?;
     let mut before = repl.engine.steps().len();
-    let goal = on_farm(repl, &call, goal)?;
+    let (goal, _) = on_farm(repl, &call, goal)?;
     repl.engine.coarse_for(goal)?;
     if !call.has("farm") {
         before = repl.engine.steps().len();
@@ -231,15 +232,22 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let folder = call.path("output").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
     repl.engine.idle()?;
+    let before = repl.engine.statistics();
+    let mut farmed = 0;
     if let Some(count) = goal.count {
         // Those that are there are counted once the coarse ones are.
-        on_farm(repl, call, Goal::count(0))?;
+        farmed += on_farm(repl, call, Goal::count(0))?.1;
         let left = count.saturating_sub(repl.engine.refined());
-        on_farm(repl, call, Goal::count(left))?;
+        farmed += on_farm(repl, call, Goal::count(left))?.1;
     } else {
-        on_farm(repl, call, goal)?;
+        farmed += on_farm(repl, call, goal)?.1;
     }
     let summary = whole_loop::run(&mut repl.engine, goal, &folder, call.has("keys"))?;
+    let summary = whole_loop::Summary {
+        statistics: repl.engine.statistics().since(before),
+        farmed,
+        ..summary
+    };
     Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
 }
 

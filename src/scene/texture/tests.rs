@@ -49,10 +49,70 @@ fn a_footprint_is_averaged_along_its_longer_side_only() {
         ..Texture::plain([1.0; 4], Alpha::Opaque)
     };
     let place = [0.5, 0.5 / 64.0];
-    let along = texture.reflectance(place, [[0.2, 0.0], [0.0, 1.0 / 64.0]]);
+    let along = texture.reflectance(place, [[0.2, 0.0], [0.0, 0.2 / 64.0]]);
     assert!(along[0] > 0.99, "{along:?}");
     let across = texture.reflectance(place, [[1.0 / 64.0, 0.0], [0.0, 0.25]]);
     assert!((across[0] - 0.5).abs() < 0.05, "{across:?}");
+}
+
+/// Noise under turned footprints of 0.3 to 6 texels, up to six times as long as wide, against the mean of
+/// 2304 places of each. One place of a level as wide as the footprint is off by 9.5 % at a texel, 11 % at two.
+#[test]
+fn footprints_as_fine_as_the_image_see_its_mean() {
+    let mut state = 1_u64;
+    let mut random = || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 40) as f64 / (1_u64 << 24) as f64
+    };
+    let codes: Vec<[u8; 4]> = (0..128 * 128)
+        .map(|_| {
+            if random() < 0.5 {
+                [255; 4]
+            } else {
+                [0, 0, 0, 255]
+            }
+        })
+        .collect();
+    let texture = Texture {
+        pixels: Arc::new(Pixels::new([128, 128], &codes)),
+        ..Texture::plain([1.0; 4], Alpha::Opaque)
+    };
+    for (texels, most) in [
+        (0.3, 0.02),
+        (0.7, 0.02),
+        (1.0, 0.03),
+        (1.5, 0.04),
+        (3.0, 0.06),
+        (6.0, 0.05),
+    ] {
+        for stretch in [1.0, 2.5, 6.0] {
+            let mut square = 0.0;
+            for _ in 0..100 {
+                let place = [random(), random()];
+                let (sin, cos) = (std::f64::consts::TAU * random()).sin_cos();
+                let wide = texels / 128.0;
+                let sides = [
+                    [wide * stretch * cos, wide * stretch * sin],
+                    [-wide * sin, wide * cos],
+                ];
+                let part = |i: usize| (i as f64 + 0.5) / 48.0 - 0.5;
+                let mut exact = 0.0;
+                for i in 0..48 * 48 {
+                    let (s, t) = (part(i % 48), part(i / 48));
+                    let at = [0, 1].map(|k| place[k] + s * sides[0][k] + t * sides[1][k]);
+                    exact += texture.reflectance(at, [[0.0; 2]; 2])[0] / (48.0 * 48.0);
+                }
+                square += (texture.reflectance(place, sides)[0] - exact).powi(2) / 100.0;
+            }
+            assert!(
+                square.sqrt() < most,
+                "{texels} {stretch}: {}",
+                square.sqrt()
+            );
+        }
+    }
 }
 
 #[test]
