@@ -346,8 +346,8 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     if syntax::UNIT_WORDS.contains(&word) && before.trim_end().ends_with(is_digit) {
         return Some(format!("a unit stands right behind its number: `5{word}`"));
     }
-    if let Some(help) = solid_without_place(before, found) {
-        return Some(help.to_owned());
+    if let Some(help) = place_without_word(before, found) {
+        return Some(help);
     }
     let unit = unit_apart(before).filter(|_| found.starts_with(is_digit));
     if let Some(unit) = unit {
@@ -379,22 +379,36 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     Some(help.to_owned())
 }
 
-/// Numbers right behind the word of a solid, whose places have words of their own.
-fn solid_without_place(before: &str, found: &str) -> Option<&'static str> {
-    if !found.starts_with(|c: char| is_digit(c) || c == '-' || c == '.') {
+/// A place right behind what it is the place of, or behind a word of another statement.
+fn place_without_word(before: &str, found: &str) -> Option<String> {
+    let mut words = before.split_whitespace();
+    let statement = words.next()?;
+    let mut last = words.next_back()?;
+    if statement == "light" && found == "to" {
+        return Some("a light looks by `aim`: `spot at 0, -2, 4  aim 0, 0, 1`".to_owned());
+    }
+    let is_place = |word: &str| word.starts_with(|c: char| is_digit(c) || c == '-' || c == '.');
+    // The first number of a place may have been taken for a strength.
+    if found == "," && is_place(last) {
+        last = words.next_back()?;
+    } else if !is_place(found) {
         return None;
     }
-    match before.split_whitespace().next_back()? {
-        "box" => Some("places have words before them: `box from -1, 0, 0  to 1, 1, 0.4`"),
-        "cylinder" => {
-            Some("places have words before them: `cylinder from 2, 2, 0  to 2, 2, 3  radius 20cm`")
+    let example = match last {
+        "box" => "box from -1, 0, 0  to 1, 1, 0.4",
+        "cylinder" => "cylinder from 2, 2, 0  to 2, 2, 3  radius 20cm",
+        "disc" => "disc at 0, 0, 0.8  aim 0, 0, 2  radius 60cm",
+        "sphere" => "sphere at 2, 2, 1  radius 40cm",
+        "spot" => "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
+        // Its name is the last word.
+        _ if statement == "view" && words.next().is_none() => {
+            return Some(format!(
+                "places have words before them: `view {last} from 0, -14, 1.7  to 0, 0, 2.2  fov 28`"
+            ));
         }
-        "disc" => {
-            Some("places have words before them: `disc at 0, 0, 0.8  aim 0, 0, 2  radius 60cm`")
-        }
-        "sphere" => Some("places have words before them: `sphere at 2, 2, 1  radius 40cm`"),
-        _ => None,
-    }
+        _ => return None,
+    };
+    Some(format!("places have words before them: `{example}`"))
 }
 
 fn is_digit(c: char) -> bool {

@@ -28,7 +28,7 @@ use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
 use crate::radiosity::final_gather::cells::{CellFinder, Cells, RayScene, SurfacePoint, cell_of};
 use crate::radiosity::final_gather::direct_light::DirectLight;
-use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
+use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
 use crate::radiosity::final_gather::picture_rays::{Gathered, PictureRays};
 use crate::radiosity::final_gather::sampling::{hash, point};
@@ -265,6 +265,11 @@ impl FinalGather {
                             point: place,
                         } = p.place(self.scene());
                         let normal = self.surfaces.facets[facet as usize].normal;
+                        let at = Receiver {
+                            point: place,
+                            normal,
+                            facet: normal,
+                        };
                         // About a pixel there.
                         let footprint = || {
                             let distance = (place - self.camera.origin).length();
@@ -272,8 +277,7 @@ impl FinalGather {
                             frame(normal).map(|way| way * side)
                         };
                         let random = point(k as u32, seed);
-                        let sample =
-                            emitter.sample(self.scene(), (place, normal), footprint, random);
+                        let sample = emitter.sample(self.scene(), at, footprint, random);
                         sum.add(sample, 1.0);
                     }
                     *out = sum.irradiance() / points.len().max(1) as f32;

@@ -1,7 +1,7 @@
 //! Direct light in the pixels of one light: more samples where the first ones differ.
 
 use crate::radiosity::direct::projector::pixel as footprint;
-use crate::radiosity::final_gather::emitter::{Emitter, SampleSum};
+use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::picture_rays::PictureRays;
 use crate::radiosity::final_gather::sampling::point;
 use crate::radiosity::final_gather::step::{GatherStep, more_pixels};
@@ -101,11 +101,16 @@ impl DirectLight<'_> {
         let highest = reflectance.iter().copied().fold(0.0, f32::max);
         let here = match facet.is_smooth() {
             // What the normal faces may be below the facet: rays there meet the facet itself.
-            true => (
-                place.point + facet.normal * scene.offset,
-                facet.normal_at(place.point),
-            ),
-            false => (place.point, facet.normal),
+            true => Receiver {
+                point: place.point + facet.normal * scene.offset,
+                normal: facet.normal_at(place.point),
+                facet: facet.normal,
+            },
+            false => Receiver {
+                point: place.point,
+                normal: facet.normal,
+                facet: facet.normal,
+            },
         };
         let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {

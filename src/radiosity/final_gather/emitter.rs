@@ -40,6 +40,17 @@ struct Triangle {
     normal: Vec3,
 }
 
+/// A point of a surface that light comes to.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Where.
+    pub point: Vec3,
+    /// Unit normal to shade by.
+    pub normal: Vec3,
+    /// Unit normal of the facet: no light comes from below its plane.
+    pub facet: Vec3,
+}
+
 /// Direct light at a point from one sample of a light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
@@ -97,18 +108,19 @@ impl<'a> Emitter<'a> {
         matches!(self, Emitter::Area(area) if area.material == material)
     }
 
-    /// One sample of the light at `point` of a surface of unit `normal`; `footprint` returns what a
-    /// projected image is averaged over.
+    /// One sample of the light at a point of a surface; `footprint` returns what a projected image is
+    /// averaged over.
     pub fn sample(
         &self,
         scene: RayScene<'_>,
-        (point, normal): (Vec3, Vec3),
+        at: Receiver,
         footprint: impl FnOnce() -> [Vec3; 2],
         random: [f64; 2],
     ) -> Sample {
         match self {
-            Emitter::Area(area) => area.sample(scene, (point, normal), random),
+            Emitter::Area(area) => area.sample(scene, at, random),
             Emitter::Point(beam, projector) => {
+                let Receiver { point, normal, .. } = at;
                 let mut light = beam.irradiance(point, normal);
                 if light > 0.0
                     && let Some(projector) = projector
@@ -141,7 +153,7 @@ impl AreaLight {
             let first = piece.vertices[0];
             for pair in piece.vertices[1..].windows(2) {
                 let corners = [first, pair[0], pair[1]];
-                area += 0.5 * (pair[0] - first).cross(pair[1] - first).length();
+                area += area_of(corners);
                 out.areas.push(area);
                 out.triangles.push(Triangle {
                     corners,
@@ -152,34 +164,43 @@ impl AreaLight {
         out
     }
 
-    fn sample(
-        &self,
-        scene: RayScene<'_>,
-        (point, normal): (Vec3, Vec3),
-        [u, v]: [f64; 2],
-    ) -> Sample {
+    fn sample(&self, scene: RayScene<'_>, at: Receiver, [u, v]: [f64; 2]) -> Sample {
         let Some(&area) = self.areas.last() else {
             return Sample::default();
         };
         if self.triangles.len() > CLOSED_FORM {
-            return self.by_both(scene, (point, normal), area, [u, v]);
+            return self.by_both(scene, (at.point, at.normal), area, [u, v]);
         }
         let mut out = Sample::default();
-        let all = self.triangles.iter();
-        out.unoccluded = all.map(|t| t.irradiance(point, normal)).sum();
+        let above = |t: &Triangle| t.part_above(at);
+        let parts = self.triangles.iter().map(above);
+        let mut area = 0.0;
+        for part in parts.clone() {
+            out.unoccluded += closed_form(part.corners(), at.normal);
+            area += part.area();
+        }
         if out.unoccluded <= 0.0 {
             return out;
         }
-        let (triangle, end) = self.place(area, [u, v]);
-        let way = end - point;
-        let square = way.dot(way);
-        let (cosine, away) = (way.dot(normal), -way.dot(triangle.normal));
-        if cosine <= 0.0 || away <= 0.0 || square == 0.0 {
+        // The part that holds this share of the area; what is left of `u` places the point.
+        let mut left = u * area;
+        for (triangle, part) in self.triangles.iter().zip(parts) {
+            let own = part.area();
+            if left > own || own == 0.0 {
+                left -= own;
+                continue;
+            }
+            let way = part.at(left, v);
+            let square = way.dot(way);
+            let (cosine, away) = (way.dot(at.normal), -way.dot(triangle.normal));
+            if cosine > 0.0 && away > 0.0 && square > 0.0 {
+                out.sampled = area * cosine * away / (square * square);
+                let end = (at.point + way, triangle.normal);
+                if !scene.is_hidden((at.point, at.normal), end) {
+                    out.visible = out.sampled;
+                }
+            }
             return out;
-        }
-        out.sampled = area * cosine * away / (square * square);
-        if !scene.is_hidden((point, normal), (end, triangle.normal)) {
-            out.visible = out.sampled;
         }
         out
     }
@@ -233,41 +254,99 @@ impl AreaLight {
         let before = if at == 0 { 0.0 } else { self.areas[at - 1] };
         let own = (wanted - before) / (self.areas[at] - before);
         let triangle = &self.triangles[at];
-        (triangle, triangle.at(own, v))
+        (triangle, point_of(triangle.corners, own, v))
     }
 }
 
 impl Triangle {
-    /// A point of it, uniform over the area for uniform `u` and `v`.
-    fn at(&self, u: f64, v: f64) -> Vec3 {
-        let [a, b, c] = self.corners;
-        let root = u.clamp(0.0, 1.0).sqrt();
-        a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
+    /// What of it stands above the horizons of a point, seen from there; nothing where it faces away.
+    fn part_above(&self, at: Receiver) -> Part {
+        let mut part = Part::default();
+        let ways = self.corners.map(|c| c - at.point);
+        if ways[0].dot(self.normal) < 0.0 {
+            part.corners[..3].copy_from_slice(&ways);
+            part.count = 3;
+            part.clip(at.facet);
+            if at.normal != at.facet {
+                part.clip(at.normal);
+            }
+        }
+        part
+    }
+}
+
+/// A triangle, cut by two planes at most; its corners from a point that both planes go through.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    corners: [Vec3; 5],
+    count: usize,
+}
+
+impl Part {
+    fn corners(&self) -> &[Vec3] {
+        &self.corners[..self.count]
     }
 
-    /// Irradiance at a point without shadows, per unit radiance (Lambert 1760).
-    fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {
-        let ways = self.corners.map(|c| c - point);
-        if ways[0].dot(self.normal) >= 0.0 {
-            return 0.0;
+    /// Leaves what stands above the plane of this normal.
+    fn clip(&mut self, normal: Vec3) {
+        let whole = *self;
+        if whole.corners().iter().all(|c| c.dot(normal) > 0.0) {
+            return;
         }
-        // The part above the horizon has up to four corners.
-        let mut above = [Vec3::ZERO; 4];
-        let mut count = 0;
-        for i in 0..3 {
-            let (a, b) = (ways[i], ways[(i + 1) % 3]);
+        self.count = 0;
+        for (i, a) in whole.corners().iter().enumerate() {
+            let b = whole.corners[(i + 1) % whole.count];
             let (high, next) = (a.dot(normal), b.dot(normal));
-            if high > 0.0 && count < 4 {
-                above[count] = a;
-                count += 1;
+            if high > 0.0 {
+                self.add(*a);
             }
-            if (high > 0.0) != (next > 0.0) && count < 4 {
-                above[count] = a + (b - a) * (high / (high - next));
-                count += 1;
+            if (high > 0.0) != (next > 0.0) {
+                self.add(*a + (b - *a) * (high / (high - next)));
             }
         }
-        closed_form(&above[..count], normal)
     }
+
+    fn add(&mut self, corner: Vec3) {
+        if let Some(free) = self.corners.get_mut(self.count) {
+            *free = corner;
+            self.count += 1;
+        }
+    }
+
+    /// The triangles of a fan.
+    fn fan(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        let first = self.corners[0];
+        let pairs = self.corners().get(1..).unwrap_or_default().windows(2);
+        pairs.map(move |pair| [first, pair[0], pair[1]])
+    }
+
+    fn area(&self) -> f64 {
+        self.fan().map(area_of).sum()
+    }
+
+    /// A point of it, uniform over the area for `left` uniform between none and all of it.
+    fn at(&self, mut left: f64, v: f64) -> Vec3 {
+        let mut last = self.corners[0];
+        for corners in self.fan() {
+            let own = area_of(corners);
+            last = point_of(corners, (left / own.max(f64::MIN_POSITIVE)).min(1.0), v);
+            if left <= own {
+                break;
+            }
+            left -= own;
+        }
+        last
+    }
+}
+
+fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// A point of a triangle, uniform over the area for uniform `u` and `v`.
+fn point_of([a, b, c]: [Vec3; 3], u: f64, v: f64) -> Vec3 {
+    let root = u.clamp(0.0, 1.0).sqrt();
+    a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
 }
 
 #[cfg(test)]
@@ -297,14 +376,58 @@ mod tests {
         let up = vec3(0.0, 0.0, 1.0);
         // Below a corner: half the sum of two rectangles' arctangents.
         let exact = 1.0 / 2.0_f64.sqrt() * (1.0 / 2.0_f64.sqrt()).atan();
+        let at = Receiver {
+            point: Vec3::ZERO,
+            normal: up,
+            facet: up,
+        };
         let mut sum = 0.0;
         for i in 0..4096 {
             let random = crate::radiosity::final_gather::sampling::point(i, 3);
-            let sample = light.sample(scene, (Vec3::ZERO, up), random);
+            let sample = light.sample(scene, at, random);
             assert!((sample.unoccluded - exact).abs() < 1e-12, "{sample:?}");
             assert_eq!(sample.visible, sample.sampled);
             sum += sample.sampled;
         }
         assert!((sum / 4096.0 / exact - 1.0).abs() < 1e-3);
+    }
+
+    /// The same for a facet that stands upright under the middle of the square, shaded by a normal
+    /// that leans back: half of the square is below its plane, and every sample is of the other half.
+    #[test]
+    fn light_below_the_facet_is_neither_counted_nor_sampled() {
+        let square = |from: f64| {
+            vec![
+                vec3(from, -0.5, 1.0),
+                vec3(from, 0.5, 1.0),
+                vec3(0.5, 0.5, 1.0),
+                vec3(0.5, -0.5, 1.0),
+            ]
+        };
+        let at = Receiver {
+            point: Vec3::ZERO,
+            normal: vec3(0.6, 0.0, 0.8),
+            facet: vec3(1.0, 0.0, 0.0),
+        };
+        let found = [-0.5, 0.0].map(|from| {
+            let surfaces = Surfaces::grey(vec![square(from)]);
+            let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+            let light = AreaLight::new(&surfaces, &[0]);
+            let scene = RayScene {
+                surfaces: &surfaces,
+                bvh: &bvh,
+                offset: 1e-6,
+            };
+            let samples = (0..4096).map(|i| {
+                let random = crate::radiosity::final_gather::sampling::point(i, 3);
+                light.sample(scene, at, random)
+            });
+            let samples: Vec<Sample> = samples.collect();
+            assert!(samples.iter().all(|s| s.visible > 0.0));
+            let mean = samples.iter().map(|s| s.visible).sum::<f64>() / 4096.0;
+            assert!((mean / samples[0].unoccluded - 1.0).abs() < 1e-3, "{mean}");
+            samples[0].unoccluded
+        });
+        assert!((found[0] / found[1] - 1.0).abs() < 1e-12, "{found:?}");
     }
 }

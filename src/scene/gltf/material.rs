@@ -194,14 +194,22 @@ fn image(
     let root = &document.root;
     let missing = || "it does not exist".to_owned();
     let texture = root.textures.get(info.index.value()).ok_or_else(missing)?;
-    let index = texture.source.value();
-    let image = root
-        .images
-        .get(index)
-        .ok_or_else(|| match &texture.extensions {
-            Some(e) if !e.others.is_empty() => "it is neither PNG nor JPEG".to_owned(),
-            _ => missing(),
-        })?;
+    let others = texture.extensions.as_ref().map(|e| &e.others);
+    let webp = || {
+        let source = others?.get("EXT_texture_webp")?.get("source")?;
+        usize::try_from(source.as_u64()?).ok()
+    };
+    let own = texture.source.value();
+    let numbered = |index: usize| root.images.get(index).map(|image| (index, image));
+    let (index, image) =
+        numbered(own)
+            .or_else(|| numbered(webp()?))
+            .ok_or_else(|| match others {
+                Some(others) if !others.is_empty() => {
+                    "it is neither PNG nor JPEG nor WebP".to_owned()
+                }
+                _ => missing(),
+            })?;
     let pixels = textures.read(&format!("image {index}"), || document.image(files, image))?;
     let sampler = texture.sampler.and_then(|s| root.samplers.get(s.value()));
     let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [&s.wrap_s, &s.wrap_t].map(wrap));

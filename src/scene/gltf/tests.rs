@@ -383,6 +383,32 @@ fn double_sided_materials_get_a_back() {
     );
 }
 
+#[test]
+fn a_webp_texture_is_read_where_there_is_no_other() {
+    let rest = r#""materials":[{"name":"leaf",
+            "pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],
+        "extensionsRequired":["EXT_texture_webp"],
+        "textures":[{"extensions":{"EXT_texture_webp":{"source":0}}}],
+        "images":[{"uri":"leaf.webp"}],"nodes":[{"mesh":0}]"#;
+    let texture = |image: &[u8]| {
+        let files = Memory::default()
+            .with("a.glb", glb(&described(rest), &square()))
+            .with("leaf.webp", image);
+        let import = read(&files, "a.glb", &Options::default(), usize::MAX).unwrap();
+        let said: Vec<String> = import.summary.left_out.into_iter().collect();
+        (import.scene.materials[0].texture.is_some(), said.join("; "))
+    };
+    assert_eq!(
+        texture(crate::picture::webp::tests::TWO),
+        (true, String::new())
+    );
+    let (is_read, said) = texture(b"\xabKTX 20");
+    assert!(
+        !is_read && said.contains("neither PNG nor JPEG nor WebP"),
+        "{said}"
+    );
+}
+
 /// So has one that its texture cuts out, whatever the file says of its sides.
 #[test]
 fn what_is_cut_out_gets_a_back() {

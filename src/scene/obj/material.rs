@@ -23,6 +23,8 @@ struct Described {
     image: Option<Map>,
     /// `map_d`, if it is another image.
     mask: Option<String>,
+    /// Has it a `map_Ke`?
+    shines_by_image: bool,
 }
 
 /// `map_Kd`: a file and how it lies.
@@ -70,7 +72,7 @@ impl Materials {
             return Ok(());
         }
         let open = self.list.iter_mut().skip(first).next_back();
-        if !["Kd", "Ke", "d", "Tr", "map_Kd", "map_d"].contains(&keyword) {
+        if !["Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"].contains(&keyword) {
             return Ok(());
         }
         let material = open.ok_or(LineError::Name("newmtl"))?;
@@ -91,6 +93,7 @@ impl Materials {
             }
             "d" => material.stops = Some(share("d", rest.trim_start_matches("-halo"))?),
             "Tr" => material.lets = Some(share("Tr", rest)?),
+            "map_Ke" => material.shines_by_image = true,
             "map_Kd" => material.image = Some(Map::of(named("map_Kd", rest)?)),
             _ => material.mask = Some(Map::of(named("map_d", rest)?).file),
         }
@@ -141,6 +144,11 @@ impl Described {
                 "`map_d` of `{name}`: only the alpha of `map_Kd` cuts out"
             ));
         }
+        if self.shines_by_image {
+            left_out.insert(format!(
+                "`map_Ke` of `{name}`: as a `panel` it shines evenly, by its `Ke`"
+            ));
+        }
         let mut moved = None;
         if let Some(map) = self.image {
             // Black under an image is what programs write that leave the colour to it.
@@ -148,11 +156,13 @@ impl Described {
                 .diffuse
                 .filter(|kd| *kd != [0.0; 3])
                 .unwrap_or([1.0; 3]);
-            let path = Path::new(folder)
-                .join(&map.file)
-                .to_string_lossy()
-                .into_owned();
-            let content = || files.read(&path).map_err(|e| e.to_string());
+            let beside = |file: &str| Path::new(folder).join(file).to_string_lossy().into_owned();
+            let path = beside(&map.file);
+            // A path of the machine that wrote the file means a copy beside it on any other.
+            let content = || match (files.read(&path), map.name_of_absolute()) {
+                (Err(_), Some(name)) => files.read(&beside(name)).map_err(|e| e.to_string()),
+                (found, _) => found.map_err(|e| e.to_string()),
+            };
             match textures.read(&path, content) {
                 Ok(pixels) => {
                     let [r, g, b] = factor;
@@ -238,8 +248,16 @@ impl Map {
             }
             rest = values;
         }
-        map.file = rest.replace('\\', "/");
+        let quoted = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"'));
+        map.file = quoted.unwrap_or(rest).replace('\\', "/");
         map
+    }
+
+    /// The file's name alone, where its path begins at a root or a drive.
+    fn name_of_absolute(&self) -> Option<&str> {
+        let (folder, name) = self.file.rsplit_once('/')?;
+        let is_drive = folder.as_bytes().get(1) == Some(&b':');
+        (self.file.starts_with('/') || is_drive).then_some(name)
     }
 }
 

@@ -4,6 +4,7 @@ use super::super::import::FAR;
 use super::super::shading::Corner;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
 use crate::geometry::{Vec3, vec3};
+use std::borrow::Cow;
 
 /// A corner by its numbers, from 0: vertex, place in the texture, normal.
 pub(super) type Indices = (u32, Option<u32>, Option<u32>);
@@ -203,7 +204,7 @@ pub(super) fn each_line(
     let mut joined = String::new();
     let mut first = 1;
     for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
-        let text = std::str::from_utf8(text).map_err(|_| refuse(line, LineError::NotText))?;
+        let text = as_text(text);
         if text.contains('\0') {
             return Err(refuse(line, LineError::NotText));
         }
@@ -221,6 +222,14 @@ pub(super) fn each_line(
         joined.clear();
     }
     read(&joined, first)
+}
+
+/// A line in UTF-8, or else in Latin-1, which older programs write.
+fn as_text(line: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(line) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => line.iter().map(|b| char::from(*b)).collect(),
+    }
 }
 
 /// A comment starts with a `#` at the start of a word: names such as `Wood#2` are whole.

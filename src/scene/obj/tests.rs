@@ -44,6 +44,42 @@ fn polygons_stay_whole_and_take_their_materials() {
     assert_eq!(sizes.collect::<Vec<_>>(), [(4, 0), (3, 1)]);
 }
 
+/// Each names the one image that is there.
+#[test]
+fn images_are_found_as_programs_name_them() {
+    let image = crate::picture::png::encode(2, 2, &[200; 12]).unwrap();
+    for name in [
+        "x y.png",
+        "\"x y.png\"",
+        ".\\x y.png",
+        "C:\\Users\\me\\x y.png",
+        "/home/me/x y.png",
+        "-s 2 2 1 -o 0.5 0 0 x y.png",
+        "-bm 1.0 -imfchan l -clamp on x y.png",
+    ] {
+        let mtl = format!("newmtl wall\r\nKd 1 1 1\r\nmap_Kd {name}\r\n");
+        let files = Memory::default()
+            .with("set/stage.obj", format!("{HEAD}f -4 -3 -2 -1\n"))
+            .with("set/mtl/stage.mtl", mtl)
+            .with("set/mtl/x y.png", image.clone());
+        let scene = import(&files, "set/stage.obj", true).unwrap();
+        assert!(scene.materials[0].texture.is_some(), "{name}");
+    }
+}
+
+#[test]
+fn names_may_be_in_latin_1_and_an_image_that_shines_is_told() {
+    let mut obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl W\xe4nde\nf 1 2 3\n".to_vec();
+    obj.extend(b"g B\xfchne\n");
+    let files = Memory::default().with("a.obj", obj).with(
+        "a.mtl",
+        b"newmtl W\xe4nde\nKd .5 .5 .5\nmap_Ke x.png\n".to_vec(),
+    );
+    let scene = import(&files, "a.obj", true).unwrap();
+    assert_eq!(scene.materials[0].name, "W\u{e4}nde");
+    assert_eq!(scene.polygons[0].material, 0);
+}
+
 #[test]
 fn y_up_is_turned() {
     let files = Memory::default()
