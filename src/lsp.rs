@@ -20,12 +20,14 @@ mod request;
 mod server;
 mod text;
 
-use std::io::ErrorKind::{BrokenPipe, UnexpectedEof};
+use std::io::ErrorKind::{BrokenPipe, Other, UnexpectedEof};
 use std::path::Path;
 
-use lsp_server::{Connection, Response};
+use lsp_server::{Connection, ErrorCode, Message, RequestId, Response};
 use lsp_types::InitializeParams;
-use serde_json::json;
+use lsp_types::notification::{Exit, Notification as _};
+use lsp_types::request::{Initialize, Request as _};
+use serde_json::{Value, json};
 
 use self::picture::Client;
 use self::server::Server;
@@ -54,8 +56,9 @@ pub fn serve_standard(means: Means) -> Result<End, String> {
     drop(connection);
     let end = served?;
     match threads.join() {
-        // The client broke off, if need be in the middle of a message.
-        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof) => Ok(End::Abrupt),
+        // The client broke off, if need be in the middle of a message, or while what it had still said
+        // was handed on (`Other`); what is no message is `InvalidData`.
+        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof | Other) => Ok(End::Abrupt),
         Err(error) => Err(error.to_string()),
         Ok(()) => Ok(end),
     }
@@ -75,9 +78,8 @@ pub enum End {
 /// # Errors
 /// What is wrong with the messages, where these are not the protocol's.
 pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
-    let (id, params) = match connection.initialize_start() {
-        Err(error) if error.channel_is_disconnected() => return Ok(End::Abrupt),
-        begun => begun.map_err(|e| e.to_string())?,
+    let Some((id, params)) = begun(connection) else {
+        return Ok(End::Abrupt);
     };
     let params: InitializeParams = serde_json::from_value(params).map_err(|e| e.to_string())?;
     let general = params.capabilities.general.as_ref();
@@ -100,6 +102,27 @@ pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
     }
     let mut server = Server::new(connection, means, encoding, client);
     Ok(server.run())
+}
+
+/// The request to begin, as soon as it comes; `None` where the client leaves before. What it asks for
+/// earlier is refused. (`Connection::initialize_start` panics where a client does that and is gone.)
+fn begun(connection: &Connection) -> Option<(RequestId, Value)> {
+    for message in &connection.receiver {
+        match message {
+            Message::Request(first) if first.method == Initialize::METHOD => {
+                return Some((first.id, first.params));
+            }
+            Message::Request(early) => {
+                let why = format!("`{}` came before `initialize`", early.method);
+                let code = ErrorCode::ServerNotInitialized as i32;
+                let refusal = Response::new_err(early.id, code, why);
+                connection.sender.send(refusal.into()).ok()?;
+            }
+            Message::Notification(early) if early.method == Exit::METHOD => return None,
+            Message::Notification(_) | Message::Response(_) => {}
+        }
+    }
+    None
 }
 
 #[cfg(test)]

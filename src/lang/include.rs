@@ -88,6 +88,7 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
         return;
     };
     out.broken.extend(read.broken);
+    out.parsed.extend(read.parsed);
     out.cue_lost |= read.cue_lost;
     out.names_lost |= read.names_lost || part.gels.is_none();
     let gels = part.gels.iter().flatten();

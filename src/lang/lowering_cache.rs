@@ -2,17 +2,18 @@
 //!
 //! What a cue means depends on its own text, on the names in it, and on what these rest on: a cue whose
 //! text is the same, and none of whose names means something else, is taken as it was lowered the last
-//! time. What may have changed around it is put right then: its places and node ids, where banks, curves
-//! and effects stand in the show, and the default time. Where declarations have errors, what is lowered
-//! may miss one of them: it is kept for a text with the same declarations alone. Invariants: only cues
-//! that gave no diagnostic are kept, so no diagnostic is repeated or lost; a show made with the cache
-//! equals one made without.
+//! time; otherwise at least its text is not parsed again. What may have changed around a cue is put right
+//! when it is taken: its places and node ids, where banks, curves and effects stand in the show, and the
+//! default time. Where declarations have errors, what is lowered may miss one of them: it is kept for a
+//! text with the same declarations alone. Invariants: only cues that gave no diagnostic are kept as they
+//! were lowered, so no diagnostic is repeated or lost; a show made with the cache equals one made without.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::SpanMap;
 use super::ast::Span;
 use super::edit::heading;
+use super::packed::PackedCue;
 use super::scan::Cut;
 use super::token::tokens;
 use crate::show::{Cue, Fade, NodeId};
@@ -29,9 +30,26 @@ pub struct LoweringCache {
     environment: Environment,
     /// The text that they were lowered in had no error.
     is_sound: bool,
-    /// Cues by their text; only looked up, never iterated in an order that shows. In boxes, as tables
-    /// and lists that grow would hold many of them twice.
-    cues: HashMap<String, Box<Lowered>>,
+    /// Cues by their text; only looked up, never iterated in an order that shows.
+    cues: HashMap<String, Entry>,
+}
+
+/// A cue of which its text is known.
+#[derive(Clone, Debug)]
+struct Entry {
+    /// As it was parsed, which depends on its text alone.
+    parsed: PackedCue,
+    /// As it was lowered. In a box, as tables that grow would hold many of them twice.
+    lowered: Option<Box<Lowered>>,
+}
+
+/// What was made of the cues of a text, by their texts.
+#[derive(Debug, Default)]
+pub struct Fresh {
+    /// Those that were parsed for the first time.
+    pub parsed: Vec<(String, PackedCue)>,
+    /// Those that were lowered.
+    pub lowered: Vec<(String, Box<Lowered>)>,
 }
 
 /// All that cues may depend on outside themselves.
@@ -49,12 +67,19 @@ pub struct Environment {
     effects: Vec<String>,
 }
 
-/// The cues that may be taken as they were lowered.
+/// The cues that may be taken as they were parsed, or lowered.
 #[derive(Debug)]
 pub struct Known<'a> {
     cache: &'a LoweringCache,
+    /// `None` where all cues have to be lowered again.
+    change: Option<Change>,
+}
+
+/// What is different for the cues that were lowered.
+#[derive(Debug, Default)]
+struct Change {
     /// Names that mean something else now, or rest on such.
-    changed: BTreeSet<String>,
+    names: BTreeSet<String>,
     indices: Option<Indices>,
 }
 
@@ -235,12 +260,18 @@ fn words(text: &str) -> impl Iterator<Item = &str> {
 }
 
 impl<'a> Known<'a> {
-    /// The cue of this text.
+    /// The cue of this text as it was lowered.
     pub fn cue(&'a self, text: &str) -> Option<KnownCue<'a>> {
-        let lowered = self.cache.cues.get(text)?;
-        let is_changed = rests_on(text, &self.changed);
-        let indices = self.indices.as_ref();
+        let change = self.change.as_ref()?;
+        let lowered = self.cache.cues.get(text)?.lowered.as_ref()?;
+        let is_changed = rests_on(text, &change.names);
+        let indices = change.indices.as_ref();
         (!is_changed).then_some(KnownCue { lowered, indices })
+    }
+
+    /// The cue of this text as it was parsed.
+    pub fn parsed(&self, text: &str) -> Option<&'a PackedCue> {
+        self.cache.cues.get(text).map(|entry| &entry.parsed)
     }
 }
 
@@ -250,19 +281,23 @@ fn rests_on(text: &str, names: &BTreeSet<String>) -> bool {
 
 impl LoweringCache {
     /// The cues that may be taken in an environment.
-    pub fn within(&self, environment: &Environment) -> Option<Known<'_>> {
-        let before = &self.environment;
-        let (changed, indices) = match before.all == environment.all {
-            true => (BTreeSet::new(), None),
-            false if self.is_sound && before.files == environment.files => {
-                (environment.changed(before), environment.indices(before))
-            }
-            false => return None,
-        };
-        Some(Known {
+    pub fn within(&self, environment: &Environment) -> Known<'_> {
+        Known {
             cache: self,
-            changed,
-            indices,
+            change: self.change_to(environment),
+        }
+    }
+
+    /// What an environment changes for the lowered cues; `None` where it leaves none of them.
+    fn change_to(&self, environment: &Environment) -> Option<Change> {
+        let before = &self.environment;
+        if before.all == environment.all {
+            return Some(Change::default());
+        }
+        let is_comparable = self.is_sound && before.files == environment.files;
+        is_comparable.then(|| Change {
+            names: environment.changed(before),
+            indices: environment.indices(before),
         })
     }
 
@@ -270,37 +305,51 @@ impl LoweringCache {
     pub fn learn(
         &mut self,
         environment: Environment,
-        fresh: Vec<(String, Box<Lowered>)>,
+        fresh: Fresh,
         statements: &[&Cut<'_>],
         is_sound: bool,
     ) {
-        let is_same = self.environment.all == environment.all;
-        let known = self.within(&environment);
-        let known = known.map(|known| (known.changed, known.indices));
-        if known.is_some() && !is_same && !is_sound {
-            // Those that are known are of use when the declarations are mended.
-            return;
-        }
-        match known {
-            Some((changed, indices)) => {
-                if !changed.is_empty() || indices.is_some() {
-                    self.cues.retain(|text, lowered| {
-                        if let Some(indices) = &indices {
-                            indices.apply(&mut lowered.cue);
-                        }
-                        !rests_on(text, &changed)
-                    });
-                }
-            }
-            None => self.cues.clear(),
+        for (text, parsed) in fresh.parsed {
+            let lowered = None;
+            self.cues.insert(text, Entry { parsed, lowered });
         }
         if self.cues.len() > TIMES * statements.len().max(64) {
             let texts: HashSet<&str> = statements.iter().map(|cut| cut.text).collect();
             self.cues.retain(|text, _| texts.contains(text.as_str()));
         }
+        let is_same = self.environment.all == environment.all;
+        let change = self.change_to(&environment);
+        if change.is_some() && !is_same && !is_sound {
+            // Those that are lowered are of use when the declarations are mended.
+            return;
+        }
+        self.apply(change.as_ref());
         self.is_sound = is_sound || is_same && self.is_sound;
         self.environment = environment;
-        self.cues.extend(fresh);
+        for (text, lowered) in fresh.lowered {
+            if let Some(entry) = self.cues.get_mut(&text) {
+                entry.lowered = Some(lowered);
+            }
+        }
+    }
+
+    /// Brings what was lowered in line with a change, or drops it.
+    fn apply(&mut self, change: Option<&Change>) {
+        let stays = |change: &Change| change.names.is_empty() && change.indices.is_none();
+        if change.is_some_and(stays) {
+            return;
+        }
+        for (text, entry) in &mut self.cues {
+            let kept = change.filter(|change| !rests_on(text, &change.names));
+            match (kept, &mut entry.lowered) {
+                (Some(change), Some(lowered)) => {
+                    if let Some(indices) = &change.indices {
+                        indices.apply(&mut lowered.cue);
+                    }
+                }
+                (_, lowered) => *lowered = None,
+            }
+        }
     }
 }
 

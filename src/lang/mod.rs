@@ -21,6 +21,7 @@ mod lower;
 mod lowering_cache;
 mod memory;
 mod names;
+mod packed;
 mod preview;
 mod quantity;
 mod read;
@@ -39,8 +40,8 @@ pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
 pub use levels::{SetLevel, levels};
-use lowering_cache::Environment;
 pub use lowering_cache::LoweringCache;
+use lowering_cache::{Environment, Fresh, Lowered};
 pub use names::{Kind, is_reserved, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
@@ -50,6 +51,7 @@ use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::{Files, Memory};
 use crate::show::{NodeId, Show};
 use crate::units::{Rgb, Time};
+use packed::PackedCue;
 use report::Report;
 
 /// Turns the model's node ids back into places.
@@ -130,11 +132,11 @@ pub fn parse_again(
             &part.text,
             part.file,
             scan,
-            known.as_ref(),
+            Some(&known),
             &mut report,
         ));
     }
-    let read = include::joined(&parts, reads);
+    let mut read = include::joined(&parts, reads);
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
         report.add(
@@ -148,8 +150,7 @@ pub fn parse_again(
     let lowered = lower::lower(&read, &mut report, most);
     let levels = lowered.levels * memory::EACH_LEVEL;
     let (mut show, spans) = (lowered.show, lowered.spans);
-    let fresh = lowered.fresh.into_iter();
-    let fresh = fresh.map(|(text, cue)| (text.to_owned(), cue)).collect();
+    let fresh = fresh(std::mem::take(&mut read.parsed), lowered.fresh);
     cache.learn(environment, fresh, &cuts, !report.failed());
     if let Some(show) = &mut show
         && show.title.is_empty()
@@ -165,6 +166,18 @@ pub fn parse_again(
         left_out,
         bytes: memory::held(needed) + levels,
     }
+}
+
+fn fresh(parsed: Vec<(&str, PackedCue)>, lowered: Vec<(&str, Box<Lowered>)>) -> Fresh {
+    Fresh {
+        parsed: with_own_texts(parsed),
+        lowered: with_own_texts(lowered),
+    }
+}
+
+fn with_own_texts<T>(list: Vec<(&str, T)>) -> Vec<(String, T)> {
+    let list = list.into_iter();
+    list.map(|(text, each)| (text.to_owned(), each)).collect()
 }
 
 fn failed(report: Report) -> Parsed {

@@ -7,6 +7,7 @@ use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
 use super::lowering_cache::Known;
 use super::names::{Kind, STANDING_OFF, nearest};
+use super::packed::PackedCue;
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
@@ -27,9 +28,11 @@ pub struct Read<'a> {
     pub names_lost: bool,
     /// The colours of gels by their numbers.
     pub gels: BTreeMap<String, Rgb>,
+    /// Cues that were parsed for the first time, with their texts.
+    pub parsed: Vec<(&'a str, PackedCue)>,
 }
 
-/// Reads all statements of a file; cues that are `cache` are not parsed again.
+/// Reads all statements of a file; cues that are in the cache are not parsed again.
 pub fn read<'a>(
     text: &'a str,
     file: u32,
@@ -161,12 +164,8 @@ impl<'a> Reader<'a, '_> {
     fn statement(&mut self, cut: &Cut<'a>) {
         let text = cut.text;
         let word = first_word(text);
-        let cache = self.cache.and_then(|k| k.cue(text));
-        if let Some(known) = cache.filter(|_| !cut.broken) {
-            let span = self.span(cut.span.start, cut.span.end);
-            let item = Declaration::Cached(known);
-            let text = None;
-            self.out.statements.push(Statement { span, text, item });
+        if let Some(known) = self.known(cut) {
+            self.out.statements.push(known);
             return;
         }
         let Some(rule) = syntax::rule_of(word) else {
@@ -184,6 +183,25 @@ impl<'a> Reader<'a, '_> {
             Some(statement) => self.out.statements.push(statement),
             None => self.broken(word, text, cut.span.start),
         }
+    }
+
+    /// A cue that was lowered before, or only parsed.
+    fn known(&self, cut: &Cut<'a>) -> Option<Statement<'a>> {
+        let cache = self.cache.filter(|_| !cut.broken)?;
+        if let Some(known) = cache.cue(cut.text) {
+            return Some(Statement {
+                span: self.span(cut.span.start, cut.span.end),
+                text: None,
+                item: Declaration::Cached(known),
+            });
+        }
+        let packed = cache.parsed(cut.text)?;
+        let (span, cue) = packed.unpacked(self.text, self.file, cut.span.start as u32)?;
+        Some(Statement {
+            span,
+            text: Some(cut.text),
+            item: Declaration::Cue(cue),
+        })
     }
 
     fn unknown(&mut self, start: usize, text: &str, word: &str) {
@@ -237,6 +255,10 @@ impl<'a> Reader<'a, '_> {
             Ok(pairs) => {
                 let mut statement = builder.statement(pairs)?;
                 statement.text = Some(text);
+                if let (Declaration::Cue(cue), Some(_)) = (&statement.item, self.cache) {
+                    let packed = PackedCue::of(statement.span, cue, base as u32);
+                    self.out.parsed.push((text, packed));
+                }
                 return Some(statement);
             }
             Err(failure) => failure,

@@ -4,9 +4,11 @@
 //! random place or takes it out again, or changes a digit and puts it back, so that half of the texts have
 //! errors; its time ends when the diagnostics of that text are there. The tavern and a show of 2,000 cues;
 //! in each a digit of a look, keystrokes while colours are worked out, and all requests; in the large one
-//! what many cues rest on; what the server holds over 10,000 keystrokes on the tavern; and the picture of
-//! a cue after a level in it was changed and the show saved. Beside the time that passes stands that on the processor, of all
-//! threads, where the system tells it.
+//! what many cues rest on; the same in a show of which every cue names one look, group, curve and value,
+//! and in one that had an error when it was opened; what the server holds over 10,000 keystrokes on the
+//! tavern; and the picture of a cue after a level in it was changed and the show saved. Beside the time
+//! that passes stands that on the processor, of all threads, where the system tells it.
+//! `cargo bench --bench editor -- named` measures only what every cue names.
 
 #![allow(
     clippy::unwrap_used,
@@ -20,6 +22,7 @@ mod cue_sheet;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
+use std::ops::Range;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Instant;
@@ -72,6 +75,17 @@ const DECLARATIONS: [(&str, &str, &str); 4] = [
     ),
 ];
 
+/// What every cue of the third show names, or rests on: what it is, and how its statement begins.
+const NAMED_BY_ALL: [(&str, &str); 7] = [
+    ("a look", "\nlook night "),
+    ("a group", "\ngroup wash "),
+    ("a curve", "\ncurve swell "),
+    ("a value", "\nlet dim "),
+    ("the default time", "\ndefault time "),
+    ("the path of a list of gels", "\ngels "),
+    ("the path of an include", "\ninclude "),
+];
+
 fn main() {
     let folder = tempfile::tempdir().unwrap();
     let set = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
@@ -80,6 +94,10 @@ fn main() {
         if path.is_file() {
             fs::copy(&path, folder.path().join(path.file_name().unwrap())).unwrap();
         }
+    }
+    measure_named_by_all(folder.path());
+    if std::env::args().any(|argument| argument == "named") {
+        return;
     }
     let tavern = fs::read_to_string(folder.path().join("tavern.lxq")).unwrap();
     let large = cue_sheet(Size {
@@ -120,6 +138,55 @@ fn main() {
     );
     let times = editor.pictures();
     println!("tavern.lxq, from a save to the new picture of cue 4: {times}");
+}
+
+/// Keystrokes in what every cue names, on a text that was right when it was opened, and on one with an
+/// error in a declaration.
+fn measure_named_by_all(folder: &Path) {
+    fs::write(
+        folder.join("gels.csv"),
+        "number,name,colour\nL201,Blue,#8ab4ff\n",
+    )
+    .unwrap();
+    fs::write(folder.join("more.lxq"), "look late { b2 4 }\n").unwrap();
+    let named = named_by_all();
+    let broken = named.replace("\nbank b17 ", "\nbak b17 ");
+    for (name, text) in [("named.lxq", &named), ("broken.lxq", &broken)] {
+        let mut editor = Editor::open(folder, name, text);
+        for (what, heading) in NAMED_BY_ALL {
+            let start = editor.text.find(heading).unwrap() + 1;
+            let length = editor.text[start..].find('\n').unwrap();
+            let times = editor.keystrokes_within(start..start + length, KEYSTROKES / 4);
+            println!("{name}, keystrokes in {what} that all cues rest on: {times}");
+        }
+    }
+}
+
+/// A show of 2,000 cues, each of which names the same look, group, value and curve, and moves 20 banks by
+/// and beside them, as those of the other large show do.
+fn named_by_all() -> String {
+    let sheet = cue_sheet(Size {
+        banks: 200,
+        cues: 2000,
+        moved: 10,
+    });
+    let banks = |first: usize| (first..first + 5).map(|bank| format!("b{bank}"));
+    let wash: Vec<String> = banks(101).collect();
+    let night: Vec<String> = banks(151).map(|bank| format!("{bank} 35")).collect();
+    let mut text = format!(
+        "\ninclude \"more.lxq\"\ngels \"gels.csv\"\ndefault time 5\nlet dim = 40\n\
+         group wash = {}\ncurve swell = linear 0 0, 0.25 10, 0.5 60, 1 100\nlook night {{ {} }}\n",
+        wash.join(" "),
+        night.join("  ")
+    );
+    for line in sheet.lines() {
+        text.push_str(line);
+        text.push('\n');
+        if line.starts_with("  up ") {
+            text.push_str("  curve swell\n  night\n  wash (dim)\n");
+        }
+    }
+    text
 }
 
 /// How long something took, over and over.
@@ -268,16 +335,20 @@ impl Editor {
     }
 
     fn keystrokes(&mut self, count: usize) -> Times {
+        self.keystrokes_within(0..self.text.len(), count)
+    }
+
+    fn keystrokes_within(&mut self, bytes: Range<usize>, count: usize) -> Times {
         let mut times = Times::default();
         while times.passed.len() < count {
-            let mut at = self.dice.whole(0, self.text.len() - 1);
+            let mut at = self.dice.whole(bytes.start, bytes.end - 1);
             while !self.text.is_char_boundary(at) {
                 at -= 1;
             }
             let typed = ["x", "{", "}", "\"", " ", "7", "\n"][self.dice.whole(0, 6)];
             self.put(at, 0, typed, &mut times);
             self.put(at, typed.len(), "", &mut times);
-            let rest = &self.text[at..];
+            let rest = &self.text[at..bytes.end];
             let Some(digit) = rest.find(|c: char| c.is_ascii_digit()) else {
                 continue;
             };

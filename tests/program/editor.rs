@@ -83,15 +83,20 @@ fn pytest_lsp_finds_the_protocol_kept() {
     assert!(done.status.success(), "{said}");
 }
 
-/// The program with a client that has begun.
-fn begun() -> Child {
-    let mut server = Command::new(env!("CARGO_BIN_EXE_footlight"))
+/// The program with a client that said nothing.
+fn started() -> Child {
+    Command::new(env!("CARGO_BIN_EXE_footlight"))
         .arg("lsp")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap();
+        .unwrap()
+}
+
+/// The program with a client that has begun.
+fn begun() -> Child {
+    let mut server = started();
     let begin = r#"{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"capabilities":{}}}"#;
     send(&mut server, begin);
     let mut answer = [0; 16];
@@ -138,5 +143,31 @@ fn the_server_ends_as_the_protocol_says() {
         let done = server.wait_with_output().unwrap();
         assert_eq!(String::from_utf8_lossy(&done.stderr), "");
         assert_eq!(done.status.code(), Some(code));
+    }
+}
+
+#[test]
+fn what_comes_before_the_beginning_is_refused() {
+    let early = r#"{"jsonrpc":"2.0","id":7,"method":"textDocument/hover","params":{}}"#;
+    let opened = r#"{"jsonrpc":"2.0","method":"textDocument/didOpen","params":{}}"#;
+    let exit = r#"{"jsonrpc":"2.0","method":"exit"}"#;
+    for is_gone in [false, true] {
+        let mut server = started();
+        if is_gone {
+            drop(server.stdout.take());
+        }
+        // One of them may find the server gone, as its client is.
+        let messages = [early, early, opened, early, exit];
+        for message in messages {
+            let stdin = server.stdin.as_mut().unwrap();
+            let length = message.len();
+            let _ = write!(stdin, "Content-Length: {length}\r\n\r\n{message}");
+        }
+        let done = server.wait_with_output().unwrap();
+        assert_eq!(String::from_utf8_lossy(&done.stderr), "");
+        assert_eq!(done.status.code(), Some(1));
+        let said = String::from_utf8_lossy(&done.stdout).into_owned();
+        let refusals = if is_gone { 0 } else { 3 };
+        assert_eq!(said.matches("-32002").count(), refusals, "{said}");
     }
 }

@@ -196,6 +196,84 @@ const STATEMENTS_OF_A_SHOW: [[&str; 4]; 18] = [
     ],
 ];
 
+/// What every cue below names.
+const DECLARATIONS: &str = "gels \"g.csv\"\ngroup ab = a b\nlet v = 5\n\
+    curve dawn = linear 0 0, 0.4 8, 1 100\nlook low { e 5 }\nlook high = low + { c (v) }\n\
+    default time 3\ninclude \"i.lxq\"\n";
+
+/// They come first or last in the show, and some give a word of warning each time.
+const NAMING_ALL: &str = "light l panel m\nbank a = l\nbank b = l\nbank c = l rgb\nbank d = l rgb\n\
+    bank e = l\nbank f = l\n\
+    cue 1 { up 2 curve dawn\n high\n ab (v)\n d #203060 }\n\
+    cue 2 { d gel L1 (v) curve dawn\n low 50 }\n\
+    cue 3 \"Ü\" { time (v) high  ab (v) curve dawn\n later }\n\
+    cue 4 { part 2 { curve dawn  low + { c (v) } }\n part 3 { d (v) delay (v) } }\n\
+    cue 5 { ab (v)  high  time 4 }\n";
+
+proptest! {
+    /// The same of keystrokes in what all cues name, one after the other, some of them taken back.
+    #[test]
+    fn keystrokes_in_what_all_cues_name_mean_the_same(
+        is_first in any::<bool>(),
+        keys in prop::collection::vec((any::<prop::sample::Index>(), 0..KEYS.len(), any::<bool>()), 1..24),
+    ) {
+        let files = files_of_all();
+        let (mut known, mut typed) = (LoweringCache::default(), DECLARATIONS.to_owned());
+        for (place, key, is_kept) in keys {
+            let before = typed.clone();
+            let places: Vec<usize> = typed.char_indices().map(|(at, _)| at).collect();
+            let at = *place.get(&places);
+            match KEYS[key] {
+                "" => drop(typed.remove(at)),
+                key => typed.insert_str(at, key),
+            }
+            for text in [typed.clone(), if is_kept { typed.clone() } else { before.clone() }] {
+                let text = if is_first { format!("{text}{NAMING_ALL}") } else { format!("{NAMING_ALL}{text}") };
+                let parsed = |cache: &mut LoweringCache| {
+                    parse_again(cache, &files, &mut Sources::default(), "t.lxq", &text)
+                };
+                let (again, alone) = (parsed(&mut known), parsed(&mut LoweringCache::default()));
+                prop_assert_eq!(again.show, alone.show, "{}", &text);
+                prop_assert_eq!(again.spans.spans, alone.spans.spans, "{}", &text);
+                prop_assert_eq!(again.diagnostics, alone.diagnostics, "{}", &text);
+                prop_assert_eq!(again.left_out, alone.left_out, "{}", &text);
+            }
+            if !is_kept {
+                typed = before;
+            }
+        }
+    }
+}
+
+fn files_of_all() -> Memory {
+    let gels = Memory::default().with("g.csv", "L1, Blue, #9dc1ff\n");
+    gels.with("i.lxq", "look later { f 4 }\n")
+}
+
+/// What is typed; nothing takes a character away.
+const KEYS: [&str; 14] = [
+    "", "", "", "x", "{", "}", "\"", " ", "7", "\n", "a", "=", "//", "f 3 ",
+];
+
+/// The text of the show above has no error, so that its cues are kept.
+#[test]
+fn the_show_of_which_all_cues_name_the_same_is_sound() {
+    let files = files_of_all();
+    let (mut known, text) = (
+        LoweringCache::default(),
+        format!("{DECLARATIONS}{NAMING_ALL}"),
+    );
+    let mut sources = Sources::default();
+    let read = parse_again(&mut known, &files, &mut sources, "t.lxq", &text);
+    assert!(read.show.is_some(), "{:?}", read.diagnostics);
+    // With a look that is another, no cue is taken as it was lowered, and all as they were parsed.
+    let found = environment(&text.replace("e 5", "e 6"));
+    let found = known.within(&found);
+    let cues: Vec<&str> = known.cues.keys().map(String::as_str).collect();
+    assert_eq!(cues.len(), 5);
+    assert!(cues.iter().all(|cue| found.parsed(cue).is_some()));
+}
+
 /// The budget of levels is spent by known cues too.
 #[test]
 fn a_known_cue_costs_what_it_did() {
@@ -211,7 +289,7 @@ fn a_known_cue_costs_what_it_did() {
     );
     let within = |text: &str| {
         let environment = environment(text);
-        let found = known.within(&environment)?;
+        let found = known.within(&environment);
         found.cue("cue 2 { blackout }").map(|cue| cue.levels())
     };
     assert_eq!(within(rig), Some(1));
@@ -236,7 +314,7 @@ fn a_look_costs_the_cues_that_rest_on_it() {
     assert!(read(&text.replace("look noon {", "look noon")).is_none());
     let kept = |rig: &str| -> Vec<bool> {
         let environment = environment(rig);
-        let found = known.within(&environment).unwrap();
+        let found = known.within(&environment);
         let kept = cues.lines().map(|cue| found.cue(cue).is_some());
         kept.collect()
     };
