@@ -339,7 +339,8 @@ impl LoweringCache {
         if change.is_some_and(stays) {
             return;
         }
-        for (text, entry) in &mut self.cues {
+        // Each for itself, so in any order.
+        self.cues.iter_mut().for_each(|(text, entry)| {
             let kept = change.filter(|change| !rests_on(text, &change.names));
             match (kept, &mut entry.lowered) {
                 (Some(change), Some(lowered)) => {
@@ -349,7 +350,7 @@ impl LoweringCache {
                 }
                 (_, lowered) => *lowered = None,
             }
-        }
+        });
     }
 }
 
