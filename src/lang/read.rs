@@ -407,7 +407,10 @@ fn place_without_word(before: &str, found: &str) -> Option<String> {
     let statement = words.next()?;
     let mut last = words.next_back()?;
     if statement == "light" && found == "to" {
-        return Some("a light looks by `aim`: `spot at 0, -2, 4  aim 0, 0, 1`".to_owned());
+        return Some(
+            "a light looks by `aim`: `spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd`"
+                .to_owned(),
+        );
     }
     let is_place = |word: &str| word.starts_with(|c: char| is_digit(c) || c == '-' || c == '.');
     // The first number of a place may have been taken for a strength.

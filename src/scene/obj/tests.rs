@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::files::{FileError, Memory};
 use crate::geometry::{newell, vec3};
+use crate::picture::png;
 use crate::scene::import;
 use crate::units::Rgb;
 
@@ -47,7 +48,7 @@ fn polygons_stay_whole_and_take_their_materials() {
 /// Each names the one image that is there.
 #[test]
 fn images_are_found_as_programs_name_them() {
-    let image = crate::picture::png::encode(2, 2, &[200; 12]).unwrap();
+    let image = png::encode(2, 2, &[200; 12]).unwrap();
     for name in [
         "x y.png",
         "\"x y.png\"",
@@ -75,9 +76,11 @@ fn names_may_be_in_latin_1_and_an_image_that_shines_is_told() {
         "a.mtl",
         b"newmtl W\xe4nde\nKd .5 .5 .5\nmap_Ke x.png\n".to_vec(),
     );
-    let scene = import(&files, "a.obj", true).unwrap();
-    assert_eq!(scene.materials[0].name, "W\u{e4}nde");
-    assert_eq!(scene.polygons[0].material, 0);
+    let stage = import::read(&files, "a.obj", &Options::default(), usize::MAX).unwrap();
+    assert_eq!(stage.scene.materials[0].name, "W\u{e4}nde");
+    assert_eq!(stage.scene.polygons[0].material, 0);
+    let said = stage.summary.left_out.join("; ");
+    assert!(said.contains("`map_Ke` of `W\u{e4}nde`"), "{said}");
 }
 
 #[test]
