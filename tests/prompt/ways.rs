@@ -190,11 +190,11 @@ fn every_verb_says_the_same_of_one_pool() {
     assert!(ran.contains("error 2.00 % -> 2.00 %"), "{ran}");
     let plan = say(&mut show, "plan");
     assert!(plan.contains("0 refined pictures of 2"), "{plan}");
-    assert!(plan.contains("metric norm"), "{plan}");
+    assert!(plan.contains("metric brightness"), "{plan}");
     assert!(plan.contains("what is there"), "{plan}");
     let spectrum = say(&mut show, "plot spectrum -o s.svg");
     assert!(
-        spectrum.contains("0 refined pictures of 2 reach 2.00 % (metric norm)"),
+        spectrum.contains("0 refined pictures of 2 reach 2.00 % (metric brightness)"),
         "{spectrum}"
     );
     let error = say(&mut show, "plot error -o e.svg");
