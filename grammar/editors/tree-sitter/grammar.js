@@ -62,8 +62,9 @@ module.exports = grammar({
     preview_entry: ($) => seq(
       words('tolerance', 'gap', 'rate', 'exposure', 'white', 'tone', 'dither', 'coarse', 'refined'),
       choice(seq('auto', optional(choice($.stops, $.number))), words('filmic', 'plain'), words('on', 'off'),
-        $._quantity, $.stops),
+        $.shown_steps, $._quantity, $.stops),
     ),
+    shown_steps: ($) => seq($._number, words('steps')),
     include: ($) => seq('include', $.text),
     gels: ($) => seq('gels', $.text),
     let: ($) => seq('let', field('name', $.name), '=', choice($.colour, $._sum)),

@@ -201,8 +201,8 @@ impl Random {
             for (range, _) in lang::tokens(statement) {
                 let gap = &statement[at..range.start];
                 out += gap;
-                // Where no blank stands two words may be one.
-                if !gap.is_empty() {
+                // Where no blank stands two words may be one; `steps` may be the unit of a number.
+                if !gap.is_empty() && &statement[range.clone()] != "steps" {
                     out += ["", " ", "\n  ", " /* a { \" */ ", " // b }\n  ", "\t"][self.below(6)];
                 }
                 out += &statement[range.clone()];
