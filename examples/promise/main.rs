@@ -1,7 +1,8 @@
 //! What is promised of an error against what is true: the shipped shows and 40 random ones (rooms, dark
 //! cues, open squares, textures with projections).
-//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` (`41-52` instead of their number: these
-//! random shows alone, none of them shipped) prints, for each show and step of quality, the worst moment's true error against the finest step, and what the operator states, of
+//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` (`41-52`
+//! instead of their number: these random shows alone, none of them shipped) prints, for each show and
+//! step of quality, the worst moment's true error against the finest step, and what the operator states, of
 //! the light and as displayed; then, over tolerances from 4 to 0.4 % and from 20 to 2 steps, how
 //! often the step that is chosen keeps its promise, and what the choice costs over that of one who
 //! knows the errors. The chart has what is promised against what is true. Errors are taken from

@@ -28,7 +28,7 @@ impl Stop {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Sets it; false where it was set before. Whoever sets it answers, so that one answer is sent.
+    /// Sets it; false where it was set before. The thread that sets it answers, so that one answer is sent.
     fn set(&self) -> bool {
         !self.0.swap(true, Ordering::Relaxed)
     }

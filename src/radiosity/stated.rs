@@ -30,7 +30,7 @@ const OF_FEW_SHOWN: [f64; 5] = [13.0, 7.0, 4.2, 1.7, 1.2];
 const OF_MANY_SHOWN: [f64; 5] = [24.6, 23.8, 9.3, 8.5, 3.0];
 const GATHERED_SHOWN: [f64; 5] = [25.0, 17.0, 8.0, 5.0, 3.0];
 
-/// What the errors of a scene are told by.
+/// What the stated errors of a scene depend on.
 #[derive(Clone, Copy)]
 pub(super) struct Kind {
     pub polygons: usize,

@@ -56,7 +56,7 @@ impl PackedNumbers {
     }
 }
 
-/// Lists one after the other, each sorted; whoever reads them knows how long they are.
+/// Lists one after the other, each sorted; their lengths are known to the reader.
 #[derive(Debug, Default)]
 pub struct SortedLists {
     bits: Bits,
