@@ -15,6 +15,7 @@ pub mod emitter;
 mod irradiance_filter;
 mod packed;
 mod picture_rays;
+pub mod ray_scene;
 pub mod sampling;
 mod step;
 
@@ -26,11 +27,12 @@ use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{CellFinder, Cells, RayScene, SurfacePoint, cell_of};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells, cell_of};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
 use crate::radiosity::final_gather::picture_rays::{Gathered, PictureRays};
+use crate::radiosity::final_gather::ray_scene::{RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::memory::MemoryBudget;
@@ -47,8 +49,6 @@ use std::f64::consts::PI;
 /// peak of what an operator holds.
 const BLOCK: usize = 8;
 const BLOCK_BYTES: usize = 16 << 20;
-/// Bytes of the light of one of them in a cell.
-const LIGHT_BYTES: usize = 28;
 /// What is left of light after the last bounce, as a share.
 const LEFT: f64 = 5e-4;
 /// Bounces at most.
@@ -304,11 +304,11 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let most = BLOCK_BYTES / (LIGHT_BYTES * self.cells.count()).max(1);
+        let most = BLOCK_BYTES / self.cells.light_bytes().max(1);
         let mut done = 0;
         for block in new.chunks(most.clamp(1, BLOCK)) {
             let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
-            let held = block.len() * (LIGHT_BYTES * self.cells.count() + pixel * pixels);
+            let held = block.len() * (self.cells.light_bytes() + pixel * pixels);
             check_memory("light in the cache", held, work.memory)?;
             let mut found = self.indirect(block, work)?;
             work.progress.report("direct light", done, new.len());
@@ -354,7 +354,8 @@ impl UnitLights for FinalGather {
 /// Bounces until next to nothing is left of light that starts everywhere alike: a bound for any
 /// light.
 fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
-    let mut level = vec![1.0_f32; cells.count()];
+    let first = cells.count() - cells.later();
+    let mut level = vec![1.0_f32; cells.later()];
     let total = level.len().max(1) as f64;
     for bounce in 1..MOST_BOUNCES {
         work.check()?;
@@ -362,12 +363,12 @@ fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
             let (mut rays, mut arrives) = (0_u32, 0.0);
             for met in cells.met(cell) {
                 rays += 1;
-                arrives += met.map_or(0.0, |met| level[met as usize]);
+                arrives += met.map_or(0.0, |met| level[met]);
             }
             let highest = cells.reflectance(cell).into_iter().fold(0.0, f32::max);
             highest * arrives / rays.max(1) as f32
         };
-        level = (0..cells.count()).into_par_iter().map(next).collect();
+        level = (first..cells.count()).into_par_iter().map(next).collect();
         let left = level.iter().map(|l| f64::from(*l)).sum::<f64>() / total;
         if left < LEFT {
             return Ok(bounce);

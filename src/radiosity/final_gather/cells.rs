@@ -4,14 +4,13 @@
 //! the ray's length, as what is far away is averaged over more (spatial hashing: Binder, Fricke and
 //! Keller 2019). A cell is evaluated at some of the very hits that asked for it, so never at a
 //! point inside a solid, and not at all where nothing is seen. From those points further rays ask
-//! for further cells. All of it depends on geometry alone.
+//! for further cells, never for those of the camera's rays. All of it depends on geometry alone.
 
 use crate::geometry::{Vec3, frame};
 use crate::hash::mix;
-use crate::radiosity::final_gather::bvh::{Bvh, Hit};
 use crate::radiosity::final_gather::packed::PackedNumbers;
+use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
-use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::memory::MemoryBudget;
 use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
@@ -20,12 +19,8 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
-/// No light comes from there: nothing is hit, or a back.
-pub const DARK: u32 = u32::MAX;
-
-/// Points at which a cell is evaluated, at most: of the cells that the camera's rays ask for, and
-/// of those that only other cells ask for.
-const MOST_POINTS: [usize; 2] = [16, 2];
+/// Points at which a cell is evaluated, at most.
+const MOST_POINTS: usize = 16;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
 /// Points that one task works on.
@@ -66,15 +61,6 @@ impl Landing {
     };
 }
 
-/// A point of a facet.
-#[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
-    /// Index of the facet.
-    pub facet: u32,
-    /// Where.
-    pub point: Vec3,
-}
-
 /// A hash of a cell's place, direction, size and material that stands for them: among ten million
 /// cells two share one with a probability of 3e-6, and are then one cell. In two halves, so that
 /// an entry of the table takes 12 bytes.
@@ -111,82 +97,6 @@ impl Hasher for KeyHasher {
     }
     fn write_u64(&mut self, word: u64) {
         self.0 ^= word;
-    }
-}
-
-/// What rays need of a scene.
-#[derive(Clone, Copy)]
-pub struct RayScene<'a> {
-    /// The facets.
-    pub surfaces: &'a Surfaces,
-    /// Over their triangles.
-    pub bvh: &'a Bvh,
-    /// How far rays keep from the surface that they leave, metres.
-    pub offset: f64,
-}
-
-impl RayScene<'_> {
-    /// The front that a ray from a point of a facet meets first, and how far away; a facet of
-    /// [`DARK`] where there is none.
-    pub fn shoot(&self, from: SurfacePoint, way: Vec3) -> (SurfacePoint, f64) {
-        let normal = self.surfaces.facets[from.facet as usize].normal;
-        self.look(from.point + normal * self.offset, way)
-    }
-
-    /// Does anything stand between a point of a surface and one of an emitter, each with its unit
-    /// normal?
-    pub fn is_hidden(&self, (point, normal): (Vec3, Vec3), (end, facing): (Vec3, Vec3)) -> bool {
-        let from = point + normal * self.offset;
-        let to = end + facing * (2.0 * self.offset);
-        self.is_blocked(from, to - from)
-    }
-
-    /// Does anything stop light on the segment from `origin` by `way`?
-    pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
-        match self.surfaces.is_cut {
-            true => self
-                .bvh
-                .is_blocked_past(origin, way, |hit| self.passes(hit, origin, way)),
-            false => self.bvh.is_blocked(origin, way),
-        }
-    }
-
-    fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
-        match self.surfaces.is_cut {
-            true => self
-                .bvh
-                .first_hit_past(origin, way, |hit| self.passes(hit, origin, way)),
-            false => self.bvh.first_hit(origin, way),
-        }
-    }
-
-    fn passes(&self, hit: &Hit, origin: Vec3, way: Vec3) -> bool {
-        let point = origin + way * f64::from(hit.distance);
-        self.surfaces.lets_through(hit.facet, point, way)
-    }
-
-    /// The front that is seen from `origin`.
-    pub fn look(&self, origin: Vec3, way: Vec3) -> (SurfacePoint, f64) {
-        let nowhere = SurfacePoint {
-            facet: DARK,
-            point: origin,
-        };
-        let Some(hit) = self.first_hit(origin, way) else {
-            return (nowhere, f64::INFINITY);
-        };
-        // On the facet's plane, more exactly than single precision has it.
-        let facet = &self.surfaces.facets[hit.facet as usize];
-        let slope = facet.normal.dot(way);
-        let distance = if slope < -1e-6 {
-            -facet.height(origin) / slope
-        } else {
-            f64::from(hit.distance)
-        };
-        let place = SurfacePoint {
-            facet: if hit.front { hit.facet } else { DARK },
-            point: origin + way * distance,
-        };
-        (place, distance)
     }
 }
 
@@ -306,7 +216,8 @@ pub struct Cells {
     /// The cells that the rays of points meet, in their order, as [`cell_of`] reads them. Those
     /// beyond [`Cells::count`] are of the last generation and have no points.
     rays: PackedNumbers,
-    /// Number of points of the first generation.
+    /// Number of cells that the camera's rays end in, the first ones, and of their points.
+    seen: usize,
     first: usize,
     /// Rays of a point of the first and of later generations.
     counts: [usize; 2],
@@ -364,7 +275,6 @@ impl<'a> CellFinder<'a> {
     /// points from the rays that ask for it, the sooner the denser, as their number grows with the
     /// root of the rays'.
     pub fn ask(&mut self, landings: impl Iterator<Item = Landing>, rows: &mut Vec<u32>) {
-        let most = MOST_POINTS[self.generation.min(1)];
         for landing in landings {
             let Some(key) = landing.key else {
                 rows.push(code_of(DARK));
@@ -382,7 +292,7 @@ impl<'a> CellFinder<'a> {
             let asked = &mut self.asked[own];
             let wanted = |asked: u32| {
                 let points = self.settings.points * f64::from(asked).sqrt();
-                (points as usize).clamp(usize::from(asked > 0), most)
+                (points as usize).clamp(usize::from(asked > 0), MOST_POINTS)
             };
             let before = wanted(*asked);
             *asked += 1;
@@ -412,7 +322,10 @@ impl<'a> CellFinder<'a> {
             let new = self.sort_points(&mut cells.starts);
             self.generation += 1;
             if self.generation == 1 {
-                cells.first = new.len();
+                (cells.seen, cells.first) = (self.known, new.len());
+                // What the camera's rays see of a place lies more in the open than what rays of cells
+                // see of it, and is brighter: these have cells of their own.
+                self.table = HashMap::default();
             }
             for start in new.clone().step_by(BATCH) {
                 let some = start..new.end.min(start + BATCH);
@@ -550,12 +463,13 @@ impl Cells {
         &self.points[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// The cells that a cell's rays meet, `None` where no light comes from.
-    pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<u32>> + '_ {
+    /// The cells that a cell's rays meet, by their number among those that only rays of cells end in;
+    /// `None` where no light comes from.
+    pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<usize>> + '_ {
         let [start, end] = [cell, cell + 1].map(|at| self.first_ray(self.starts[at] as usize));
-        let count = self.count() as u32;
         let met = (start..end).map(|ray| cell_of(self.rays.get(ray)));
-        met.filter(move |met| met.is_none_or(|cell| cell < count))
+        let met = met.map(|met| met.map(|cell| cell as usize - self.seen));
+        met.filter(|met| met.is_none_or(|cell| cell < self.later()))
     }
 
     /// Where the rays of a point begin.
@@ -572,9 +486,19 @@ impl Cells {
             + 12 * self.reflectances.len()
     }
 
-    /// Radiosity of each cell under several lights at once from the irradiance that arrives there
-    /// directly (`direct`, one number for each cell and light): `bounces` Jacobi steps. Returns
-    /// three channels for each cell and light.
+    /// Bytes that light takes meanwhile for each light.
+    pub fn light_bytes(&self) -> usize {
+        4 * self.count() + 12 * (self.later() + self.later().max(self.seen))
+    }
+
+    /// How many cells only rays of cells end in.
+    pub fn later(&self) -> usize {
+        self.count() - self.seen
+    }
+
+    /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
+    /// irradiance that arrives directly at every cell (`direct`, one number for each cell and light):
+    /// `bounces` Jacobi steps among the other cells. Returns three channels for each cell and light.
     ///
     /// # Errors
     /// On cancel.
@@ -585,39 +509,57 @@ impl Cells {
         bounces: usize,
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
-        let width = 3 * lights;
-        let mut now = vec![0.0_f32; self.count() * width];
+        let (seen, later) = direct.split_at(self.seen * lights);
+        let mut now = vec![0.0_f32; 3 * later.len()];
         let mut next = now.clone();
         for _ in 0..bounces {
-            let runs = next.par_chunks_mut(RUN * width).enumerate();
-            runs.try_for_each(|(at, run)| {
-                work.check()?;
-                for (i, out) in run.chunks_exact_mut(width).enumerate() {
-                    let cell = at * RUN + i;
-                    out.fill(0.0);
-                    let mut rays = 0_u32;
-                    for other in self.met(cell) {
-                        rays += 1;
-                        let Some(other) = other else {
-                            continue;
-                        };
-                        let other = other as usize * width;
-                        for (sum, b) in out.iter_mut().zip(&now[other..other + width]) {
-                            *sum += b;
-                        }
-                    }
-                    let share = 1.0 / rays.max(1) as f32;
-                    let arrives = &direct[cell * lights..(cell + 1) * lights];
-                    for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
-                        for (b, r) in channels.iter_mut().zip(self.reflectance(cell)) {
-                            *b = r * (direct + share * *b);
-                        }
-                    }
-                }
-                Ok(())
-            })?;
+            self.reflect(self.seen, &now, later, lights, &mut next, work)?;
             std::mem::swap(&mut now, &mut next);
         }
-        Ok(now)
+        drop(next);
+        let mut out = vec![0.0_f32; 3 * seen.len()];
+        self.reflect(0, &now, seen, lights, &mut out, work)?;
+        Ok(out)
+    }
+
+    /// What the cells from `start` on send back of direct light and of the radiosity `now` of those that
+    /// their rays end in.
+    fn reflect(
+        &self,
+        start: usize,
+        now: &[f32],
+        direct: &[f32],
+        lights: usize,
+        out: &mut [f32],
+        work: Work<'_>,
+    ) -> Result<(), Cancelled> {
+        let width = 3 * lights;
+        let direct = direct.par_chunks(RUN * lights);
+        let runs = out.par_chunks_mut(RUN * width).zip(direct).enumerate();
+        runs.try_for_each(|(at, (run, direct))| {
+            work.check()?;
+            let cells = run.chunks_exact_mut(width).zip(direct.chunks_exact(lights));
+            for (i, (out, arrives)) in cells.enumerate() {
+                let cell = start + at * RUN + i;
+                out.fill(0.0);
+                let mut rays = 0_u32;
+                for other in self.met(cell) {
+                    rays += 1;
+                    let Some(other) = other else {
+                        continue;
+                    };
+                    for (sum, b) in out.iter_mut().zip(&now[other * width..][..width]) {
+                        *sum += b;
+                    }
+                }
+                let share = 1.0 / rays.max(1) as f32;
+                for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
+                    for (b, r) in channels.iter_mut().zip(self.reflectance(cell)) {
+                        *b = r * (direct + share * *b);
+                    }
+                }
+            }
+            Ok(())
+        })
     }
 }

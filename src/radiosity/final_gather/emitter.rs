@@ -8,7 +8,7 @@ use crate::radiosity::direct::Luminaire;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::lambert::closed_form;
 use crate::radiosity::direct::projector::Projector;
-use crate::radiosity::final_gather::cells::{DARK, RayScene};
+use crate::radiosity::final_gather::ray_scene::{DARK, RayScene};
 use crate::radiosity::final_gather::sampling::cosine_direction;
 use crate::radiosity::geometry::surface::Surfaces;
 use std::f64::consts::PI;

@@ -6,7 +6,7 @@
 //! alone.
 
 use crate::geometry::{Vec3, frame};
-use crate::radiosity::final_gather::cells::SurfacePoint;
+use crate::radiosity::final_gather::ray_scene::SurfacePoint;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::work::{Cancelled, Work};
 use nalgebra::{Matrix3, Vector3};

@@ -5,11 +5,10 @@
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::projector::pixel as footprint;
-use crate::radiosity::final_gather::cells::{
-    CellFinder, CellSettings, DARK, Landing, RayScene, SurfacePoint,
-};
+use crate::radiosity::final_gather::cells::{CellFinder, CellSettings, Landing};
 use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
 use crate::radiosity::final_gather::packed::SortedLists;
+use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
 use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
