@@ -19,8 +19,9 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
-/// Points at which a cell is evaluated, at most.
+/// Points at which a cell is evaluated, at most; those that only rays of cells end in, at this share.
 const MOST_POINTS: usize = 16;
+const LATER_POINTS: f64 = 0.5;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
 /// Points that one task works on.
@@ -224,7 +225,7 @@ pub struct Cells {
     /// Each reflectance that there is, once.
     reflectances: Vec<[f32; 3]>,
     /// Of each cell the index of its own.
-    own_reflectance: Vec<u32>,
+    own_reflectance: PackedNumbers,
 }
 
 /// Finds cells.
@@ -275,6 +276,10 @@ impl<'a> CellFinder<'a> {
     /// points from the rays that ask for it, the sooner the denser, as their number grows with the
     /// root of the rays'.
     pub fn ask(&mut self, landings: impl Iterator<Item = Landing>, rows: &mut Vec<u32>) {
+        let share = match self.generation {
+            0 => self.settings.points,
+            _ => LATER_POINTS * self.settings.points,
+        };
         for landing in landings {
             let Some(key) = landing.key else {
                 rows.push(code_of(DARK));
@@ -291,7 +296,7 @@ impl<'a> CellFinder<'a> {
             };
             let asked = &mut self.asked[own];
             let wanted = |asked: u32| {
-                let points = self.settings.points * f64::from(asked).sqrt();
+                let points = share * f64::from(asked).sqrt();
                 (points as usize).clamp(usize::from(asked > 0), MOST_POINTS)
             };
             let before = wanted(*asked);
@@ -434,8 +439,7 @@ impl Cells {
             }
             mean
         };
-        let count = self.starts.len() - 1;
-        let found: Vec<[f32; 3]> = (0..count).into_par_iter().map(of).collect();
+        let found: Vec<[f32; 3]> = (0..self.count()).into_par_iter().map(of).collect();
         let mut known = HashMap::new();
         let reflectances = &mut self.reflectances;
         let index = |reflectance: &[f32; 3]| {
@@ -445,17 +449,19 @@ impl Cells {
                 reflectances.len() as u32 - 1
             })
         };
-        self.own_reflectance = found.iter().map(index).collect();
+        let indices: Vec<u32> = found.iter().map(index).collect();
+        self.own_reflectance.extend(&indices);
+        self.own_reflectance.close();
     }
 
     /// How many.
     pub fn count(&self) -> usize {
-        self.own_reflectance.len()
+        self.starts.len().saturating_sub(1)
     }
 
     /// The reflectance of a cell.
     pub fn reflectance(&self, cell: usize) -> [f32; 3] {
-        self.reflectances[self.own_reflectance[cell] as usize]
+        self.reflectances[self.own_reflectance.get(cell) as usize]
     }
 
     /// A cell's points.
@@ -482,7 +488,8 @@ impl Cells {
     pub fn bytes(&self) -> usize {
         self.points.len() * size_of::<CellPoint>()
             + self.rays.bytes()
-            + 4 * (self.starts.len() + self.own_reflectance.len())
+            + self.own_reflectance.bytes()
+            + 4 * self.starts.len()
             + 12 * self.reflectances.len()
     }
 
