@@ -301,10 +301,11 @@ impl Engine {
         }
     }
 
-    /// Chooses the steps of the images of sources alone for a goal, unless there are some.
-    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<(), Error> {
+    /// Chooses the steps of the images of sources alone for a goal, unless there are some, from the
+    /// ways that it returns.
+    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         if self.pool().is_some() || self.is_final() {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let asks = goal.asks_for_a_way();
         if asks {
@@ -327,7 +328,7 @@ impl Engine {
         if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
             rendering.base = Some(base);
         }
-        Ok(())
+        Ok(ways)
     }
 
     /// The finest steps at which an image of every source is at hand, if they are no coarser than what
