@@ -157,7 +157,10 @@ impl Engine {
                 return Ok(Vec::new());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
-            let ways = engine.choose_base(&goal)?;
+            let mut ways = engine.choose_base(&goal)?;
+            if engine.try_refined(&goal)? {
+                ways = engine.ways(&goal)?;
+            }
             let mut refiner =
                 Refiner::new(Goal::count(0), engine.metric, Calls::Blocking, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;

@@ -308,7 +308,10 @@ impl Refiner {
             engine.pace.learn(predicted, measured);
         }
         engine.record(self.begin)?;
-        engine.reuse_refined()
+        engine.reuse_refined()?;
+        let sample = engine.rendering.as_mut().and_then(|r| r.sample.take());
+        let sample = sample.filter(|sample| sample.quality > steps[1]);
+        engine.add_refined(sample.into_iter().collect(), begin)
     }
 
     /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its
