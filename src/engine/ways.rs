@@ -334,9 +334,9 @@ impl Engine {
         Ok(ways)
     }
 
-    /// Where only a trial tells what a step costs, renders one source at the refined step, and takes that
-    /// step for every source if two coarse images of each would cost as much: mixtures come on top of
-    /// these. Else the image is the first refined one. Whether the step was taken.
+    /// Where no error is stated, takes the refined step for every source if two coarse images of each,
+    /// which mixtures come on top of, would cost as much. If only a trial tells that, one source is
+    /// rendered at that step; its image serves either way. Whether the step was taken.
     pub(super) fn try_refined(&mut self, goal: &Goal) -> Result<bool, Error> {
         let ([cheap, fine], refined) = (self.coarse_pair(), self.refined_step());
         let is_open = self.way == Way::Auto && goal.asks_for_a_way() && goal.until.is_some();
@@ -357,13 +357,15 @@ impl Engine {
         Ok(true)
     }
 
-    /// Whether an image at the refined step takes no longer than two at the coarse one, as one of a
-    /// source alone and the preparation of the other tell.
+    /// Whether every source at the refined step takes no longer than twice at the coarse one. Where that
+    /// is not known, preparing the latter and an image of a source alone tell it.
     fn is_affordable(&mut self, cheap: Quality, refined: Quality) -> Result<bool, Error> {
         let setting = self.most_lit();
         let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
-        if rendering.sample.is_none() {
-            let renderer = self.host.renderer.as_ref();
+        let renderer = self.host.renderer.as_ref();
+        let sources = rendering.sources() as f64;
+        let is_known = rendering.cost(renderer, cheap) != Cost::default();
+        if !is_known && rendering.sample.is_none() {
             rendering.operator(renderer, cheap, self.host.work())?;
             let one = [setting];
             let images = rendering.images(&mut self.image_cache, &self.host, refined, &one)?;
@@ -374,8 +376,8 @@ impl Engine {
                 quality: refined,
             });
         }
-        let pair = 2.0 * self.cost(cheap)?.per_lone;
-        Ok(self.cost(refined)?.per_lone <= pair)
+        let [coarse, fine] = [cheap, refined].map(|q| rendering.cost(renderer, q).alone(sources));
+        Ok(fine <= 2.0 * coarse)
     }
 
     /// The setting of the source alone that gives most light over all cues, as far as levels tell.
