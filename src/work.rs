@@ -82,7 +82,52 @@ impl fmt::Debug for Work<'_> {
     }
 }
 
+/// What `task` makes of each item, in their order, on up to `threads` threads.
+pub fn in_order<T: Sync, R: Send>(
+    items: &[T],
+    threads: usize,
+    task: impl Fn(&T) -> R + Sync,
+) -> Vec<R> {
+    let share = items.len().div_ceil(threads.max(1)).max(1);
+    if share >= items.len() {
+        return items.iter().map(task).collect();
+    }
+    let mut made: Vec<Option<R>> = items.iter().map(|_| None).collect();
+    let work = |items: &[T], made: &mut [Option<R>]| {
+        for (item, made) in items.iter().zip(made) {
+            *made = Some(task(item));
+        }
+    };
+    let work = &work;
+    std::thread::scope(|scope| {
+        let mut parts = items.chunks(share).zip(made.chunks_mut(share));
+        let own = parts.next();
+        for (items, made) in parts {
+            scope.spawn(move || work(items, made));
+        }
+        if let Some((items, made)) = own {
+            work(items, made);
+        }
+    });
+    made.into_iter().flatten().collect()
+}
+
 /// The embedding program asked to stop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn items_stay_in_order_on_any_number_of_threads() {
+        let items: Vec<u32> = (0..13).collect();
+        let squares: Vec<u32> = items.iter().map(|i| i * i).collect();
+        for threads in [0, 1, 2, 5, 13, 40] {
+            assert_eq!(in_order(&items, threads, |i| i * i), squares, "{threads}");
+        }
+        assert!(in_order(&[], 4, |i: &u32| i * i).is_empty());
+    }
+}

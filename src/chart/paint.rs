@@ -36,11 +36,11 @@ pub(super) fn rgb8(drawing: &Drawing) -> Result<(usize, usize, Vec<u8>), ChartEr
         paint(&mut pixmap, mark, scale);
     }
     // The ground is opaque, so every pixel is: the premultiplied bytes are the colours.
-    let rgb = pixmap
-        .pixels()
-        .iter()
-        .flat_map(|pixel| [pixel.red(), pixel.green(), pixel.blue()])
-        .collect();
+    let mut rgb = vec![0; columns as usize * rows as usize * 3];
+    let colours = rgb.as_chunks_mut::<3>().0.iter_mut();
+    for (colour, pixel) in colours.zip(pixmap.pixels()) {
+        *colour = [pixel.red(), pixel.green(), pixel.blue()];
+    }
     Ok((width, height, rgb))
 }
 

@@ -2,7 +2,7 @@
 
 use super::refiner::{Calls, Next, Refiner};
 use super::rendering::Reused;
-use super::{Engine, Error};
+use super::{Engine, Error, WayForecast};
 use crate::plan::worst_left;
 use crate::pool::{Pool, is_within};
 use crate::units::{ErrorUnit, Time, Tolerance};
@@ -138,29 +138,33 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
-        self.coarse_for(Goal::count(0))
+        self.coarse_for(Goal::count(0)).map(|_| ())
     }
 
     /// The same where the images are to serve a goal: they are then those of the way to it that is
-    /// predicted to be the cheapest ([`Engine::ways`]).
+    /// predicted to be the cheapest ([`Engine::ways`]). The ways that it chose from are returned;
+    /// none where there was nothing to choose.
     ///
     /// # Errors
     /// As [`Engine::coarse`].
-    pub fn coarse_for(&mut self, goal: Goal) -> Result<(), Error> {
+    pub fn coarse_for(&mut self, goal: Goal) -> Result<Vec<WayForecast>, Error> {
         self.timed(|engine| {
             if engine.is_busy() && engine.pool().is_none() {
                 engine.wait_until(|engine| engine.pool().is_some())?;
             }
             engine.complete_pair(&goal);
             if engine.pool().is_some() && !engine.is_pool_due() {
-                return Ok(());
+                return Ok(Vec::new());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
-            engine.choose_base(&goal)?;
+            let mut ways = engine.choose_base(&goal)?;
+            if engine.try_refined(&goal)? {
+                ways = engine.ways(&goal)?;
+            }
             let mut refiner =
                 Refiner::new(Goal::count(0), engine.metric, Calls::Blocking, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
-            Ok(())
+            Ok(ways)
         })
     }
 

@@ -178,7 +178,8 @@ impl Refiner {
         if batch.images == 0 {
             let finest = engine.coarse_steps()[1] == engine.finest();
             let is_stated = engine.pool().is_some_and(Pool::is_stated);
-            let short = goal.asks_for_a_way() && goal.until.is_some() && is_stated && finest;
+            let is_off = is_stated && finest && forecast.error > 0.0;
+            let short = goal.asks_for_a_way() && goal.until.is_some() && is_off;
             return Ok(Next::Ended(match short {
                 true => Ended::Finest,
                 false => Ended::Complete,
@@ -308,7 +309,10 @@ impl Refiner {
             engine.pace.learn(predicted, measured);
         }
         engine.record(self.begin)?;
-        engine.reuse_refined()
+        engine.reuse_refined()?;
+        let sample = engine.rendering.as_mut().and_then(|r| r.sample.take());
+        let sample = sample.filter(|sample| sample.quality > steps[1]);
+        engine.add_refined(sample.into_iter().collect(), begin)
     }
 
     /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its

@@ -54,6 +54,8 @@ pub(super) struct SetupImages {
     pub pool_base: Option<[Quality; 2]>,
     /// Coarse and refined images, once there are any.
     pub pool: Option<Pool>,
+    /// An image that was rendered to see what its step costs, until the pool is made.
+    pub sample: Option<Reused>,
 }
 
 /// Images to be rendered, with their addresses where they are to be kept.
@@ -104,6 +106,7 @@ impl SetupImages {
             base,
             pool_base: None,
             pool: None,
+            sample: None,
         }
     }
 
@@ -273,11 +276,15 @@ impl SetupImages {
         store: &dyn Store,
     ) -> (Vec<Option<Arc<Image>>>, Missing) {
         let Some(key) = self.scene_key else {
+            let sample = self.sample.as_ref().filter(|s| s.quality == quality);
+            let same = |setting: &Vec<f64>| sample.filter(|s| s.setting == *setting);
+            let found = settings.iter().map(|s| Some(Arc::clone(&same(s)?.image)));
+            let open = settings.iter().filter(|s| same(s).is_none());
             let missing = Missing {
-                settings: settings.to_vec(),
+                settings: open.cloned().collect(),
                 wanted: None,
             };
-            return (vec![None; settings.len()], missing);
+            return (found.collect(), missing);
         };
         let wanted = self.wanted(key, quality, settings, refined);
         let size = (self.setup.view.width, self.setup.view.height);
@@ -394,6 +401,7 @@ pub(super) fn take_in(
     store: &dyn Store,
 ) -> Vec<Arc<Image>> {
     let Some(wanted) = wanted else {
+        image_cache.count_rendered(images.len());
         return images.into_iter().map(Arc::new).collect();
     };
     let pairs = wanted.iter().zip(images);

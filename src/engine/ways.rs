@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::forecast::Forecast;
 use super::refine::Goal;
+use super::rendering::Reused;
 use super::{Engine, Error};
 use crate::plan::{self, Weighting};
 use crate::pool::{Stated, is_within};
@@ -163,9 +164,11 @@ impl Engine {
     }
 
     /// The error of every source alone at a step. Where the operator states none and has no noise to tell
-    /// it, refined images stand for the truth of those who ask for this way.
+    /// it, refined images stand for the truth where this way is asked for or taken.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let is_asked_for = self.way == Way::Alone && quality == self.refined_step();
+        let base = self.rendering.as_ref().and_then(|r| r.base);
+        let is_taken = self.way == Way::Alone || base == Some([quality; 2]);
+        let is_asked_for = is_taken && quality == self.refined_step();
         let own = is_asked_for && self.samples(quality).is_none();
         let stated = self.stated(quality, unit);
         stated
@@ -301,10 +304,11 @@ impl Engine {
         }
     }
 
-    /// Chooses the steps of the images of sources alone for a goal, unless there are some.
-    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<(), Error> {
+    /// Chooses the steps of the images of sources alone for a goal, unless there are some, from the
+    /// ways that it returns.
+    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         if self.pool().is_some() || self.is_final() {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let asks = goal.asks_for_a_way();
         if asks {
@@ -327,7 +331,67 @@ impl Engine {
         if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
             rendering.base = Some(base);
         }
-        Ok(())
+        Ok(ways)
+    }
+
+    /// Where no error is stated, takes the refined step for every source if two coarse images of each,
+    /// which mixtures come on top of, would cost as much. If only a trial tells that, one source is
+    /// rendered at that step; its image serves either way. Whether the step was taken.
+    pub(super) fn try_refined(&mut self, goal: &Goal) -> Result<bool, Error> {
+        let ([cheap, fine], refined) = (self.coarse_pair(), self.refined_step());
+        let is_open = self.way == Way::Auto && goal.asks_for_a_way() && goal.until.is_some();
+        let is_told = self.stated(fine, ErrorUnit::Light).is_some() || self.samples(fine).is_some();
+        let is_chosen =
+            self.pool().is_some() || self.rendering.as_ref().is_none_or(|r| r.base.is_some());
+        if !is_open || is_told || is_chosen || self.is_final() || refined <= fine {
+            return Ok(false);
+        }
+        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let is_at_hand = self.missing(&rendering.units(), refined)? == 0;
+        if !is_at_hand && !self.is_affordable(cheap, refined)? {
+            return Ok(false);
+        }
+        if let Some(rendering) = &mut self.rendering {
+            rendering.base = Some([refined; 2]);
+        }
+        Ok(true)
+    }
+
+    /// Whether every source at the refined step takes no longer than twice at the coarse one. Where that
+    /// is not known, preparing the latter and an image of a source alone tell it.
+    fn is_affordable(&mut self, cheap: Quality, refined: Quality) -> Result<bool, Error> {
+        let setting = self.most_lit();
+        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let renderer = self.host.renderer.as_ref();
+        let sources = rendering.sources() as f64;
+        let is_known = rendering.cost(renderer, cheap) != Cost::default();
+        if !is_known && rendering.sample.is_none() {
+            rendering.operator(renderer, cheap, self.host.work())?;
+            let one = [setting];
+            let images = rendering.images(&mut self.image_cache, &self.host, refined, &one)?;
+            let [setting] = one;
+            rendering.sample = images.into_iter().next().map(|image| Reused {
+                setting,
+                image,
+                quality: refined,
+            });
+        }
+        let [coarse, fine] = [cheap, refined].map(|q| rendering.cost(renderer, q).alone(sources));
+        Ok(fine <= 2.0 * coarse)
+    }
+
+    /// The setting of the source alone that gives most light over all cues, as far as levels tell.
+    fn most_lit(&self) -> Vec<f64> {
+        let moments = self.settings_of_cues();
+        let units = self.rendering.as_ref().map_or(Vec::new(), |r| r.units());
+        let lit = |unit: &Vec<f64>| -> f64 {
+            let of = |moment: &Vec<f64>| moment.iter().zip(unit).map(|(s, u)| s * u).sum::<f64>();
+            moments.iter().map(of).sum()
+        };
+        let units = units.into_iter();
+        units
+            .max_by(|a, b| lit(a).total_cmp(&lit(b)))
+            .unwrap_or_default()
     }
 
     /// The finest steps at which an image of every source is at hand, if they are no coarser than what

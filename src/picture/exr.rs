@@ -246,21 +246,18 @@ impl Canvas {
 
     fn paint_row(&mut self, channel: usize, position: Vec2<usize>, samples: &[f32]) {
         let [dx, dy] = self.offset;
-        let (width, height) = self.image.size();
-        let Ok(y) = usize::try_from(position.1 as i64 + dy) else {
+        let width = self.image.width();
+        let mut rows = self.image.data_mut().chunks_exact_mut(width * 3);
+        let row = usize::try_from(position.1 as i64 + dy).ok();
+        let Some(row) = row.and_then(|y| rows.nth(y)) else {
             return;
         };
-        if y >= height {
-            return;
-        }
-        for (i, sample) in samples.iter().enumerate() {
-            let x = usize::try_from((position.0 + i) as i64 + dx);
-            let Some(x) = x.ok().filter(|x| *x < width) else {
-                continue;
-            };
-            if let Some(to) = self.image.data_mut().get_mut((y * width + x) * 3 + channel) {
-                *to = *sample;
-            }
+        // What stands left of the display window is dropped, as is what stands right of it.
+        let x = position.0 as i64 + dx;
+        let [outside, inside] = [-x, x].map(|n| usize::try_from(n).unwrap_or(0));
+        let places = row.iter_mut().skip(channel).step_by(3).skip(inside);
+        for (to, sample) in places.zip(samples.iter().skip(outside)) {
+            *to = *sample;
         }
     }
 
@@ -272,12 +269,13 @@ impl Canvas {
     }
 }
 
-fn samples<T: exr::io::Data>(
+fn samples<T: exr::io::Data + Copy>(
     line: &exr::block::lines::LineRef<'_>,
     convert: impl Fn(T) -> f32,
 ) -> Result<Vec<f32>, PictureError> {
-    let read = line.read_samples::<T>();
-    read.map(|v| v.map(&convert).map_err(malformed)).collect()
+    let mut read = vec![T::default(); line.location.sample_count];
+    line.read_samples_into_slice(&mut read).map_err(malformed)?;
+    Ok(read.into_iter().map(convert).collect())
 }
 
 fn malformed(error: ExrError) -> PictureError {

@@ -26,10 +26,11 @@ pub fn encode(image: &Image, scale: f32) -> Vec<u8> {
     } else {
         0.0
     };
-    pixels
-        .iter()
-        .flat_map(|pixel| colour(*pixel, gain))
-        .collect()
+    let mut out = vec![0; pixels.len() * 3];
+    for (to, pixel) in out.as_chunks_mut().0.iter_mut().zip(pixels) {
+        *to = colour(*pixel, gain);
+    }
+    out
 }
 
 /// A scale for `image`: the 99.5th percentile of the magnitudes, so that a few emitters do not

@@ -105,9 +105,20 @@ impl ByteCurve {
     /// Each channel's nearest code, whatever its sign.
     pub(super) fn codes(self, data: &[f32]) -> Vec<u8> {
         let middles = self.middles();
+        let starts = starts(&middles);
         let code = |value: &f32| {
-            let magnitude = f64::from(value.abs());
-            middles.partition_point(|middle| *middle < magnitude) as u8
+            let magnitude = if value.is_nan() { 0.0 } else { value.abs() };
+            let stretch = (magnitude.to_bits() >> 16) as usize % STRETCHES;
+            #[allow(
+                clippy::indexing_slicing,
+                reason = "the rest is below the table's length"
+            )]
+            let mut code = starts[stretch];
+            let magnitude = f64::from(magnitude);
+            while (middles.get(usize::from(code))).is_some_and(|middle| *middle < magnitude) {
+                code += 1;
+            }
+            code
         };
         data.iter().map(code).collect()
     }
@@ -121,6 +132,23 @@ impl ByteCurve {
             0.5 * (light(code) + light(code + 1))
         })
     }
+}
+
+/// Stretches of positive floats that agree in their 16 leading bits.
+const STRETCHES: usize = 1 << 15;
+
+/// For each stretch of floats the code of its first: from there the next middles are few.
+fn starts(middles: &[f64; 255]) -> Box<[u8; STRETCHES]> {
+    let mut starts = Box::new([0; STRETCHES]);
+    let mut code = 0;
+    for (stretch, start) in (0u32..).zip(starts.iter_mut()) {
+        let light = f64::from(f32::from_bits(stretch << 16));
+        while (middles.get(usize::from(code))).is_some_and(|middle| *middle < light) {
+            code += 1;
+        }
+        *start = code;
+    }
+    starts
 }
 
 /// low c^2 + high c^8: three products to the power, none of a table.

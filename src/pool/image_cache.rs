@@ -92,6 +92,11 @@ impl ImageCache {
         self.statistics
     }
 
+    /// Counts pictures that were rendered and are not to be kept.
+    pub fn count_rendered(&mut self, pictures: usize) {
+        self.statistics.rendered += pictures;
+    }
+
     /// Pictures in memory.
     pub fn kept(&self) -> &[Kept] {
         &self.kept

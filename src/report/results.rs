@@ -12,12 +12,15 @@ use crate::engine::{self, Engine, Step};
 use crate::picture::exr::{self, Precision};
 use crate::picture::shrink::shrink;
 use crate::picture::tone::Tone;
-use crate::picture::{Image, png, signed};
+use crate::picture::{Image, PictureError, png, signed};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
+use crate::playback::key::Format;
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
+use crate::timeline::CueTime;
 use crate::units::{ErrorUnit, Tolerance};
+use crate::work::in_order;
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
@@ -91,24 +94,35 @@ fn write_cues(
     tone: Tone,
     to: &mut Results<'_>,
 ) -> Result<(), Error> {
-    let (host, player) = (engine.host(), engine.player_of(playback, tone, None)?);
+    // Each key is shown once at most: coding them for playback would cost more than it saves.
+    let player = engine.player_of(playback, tone, Some(Format::Float))?;
+    let host = engine.host();
     let (show, timeline) = (engine.show(), engine.document().timeline());
     let (width, height) = player.size();
     let small = match width > TILE {
         true => (TILE, (height * TILE).div_ceil(width)),
         false => (width, height),
     };
-    let mut light = Image::new(width, height);
+    let made = |time: &&CueTime| -> Result<_, PictureError> {
+        let mut light = Image::new(width, height);
+        player.light(time.completion, &mut light);
+        let tile = tone.encode(&shrink(&light, small.0, small.1));
+        Ok((png::encode(width, height, &tone.encode(&light))?, tile))
+    };
     let mut tiles = Vec::new();
     let (mut done, total) = (0, show.cues.len());
-    for (cue, time) in show.cues.iter().zip(timeline.cues()) {
+    let times: Vec<&CueTime> = timeline.cues().iter().collect();
+    let threads = engine.work().threads.max(1);
+    let made = times
+        .chunks(threads)
+        .flat_map(|together| in_order(together, threads, made));
+    for ((cue, time), made) in show.cues.iter().zip(&times).zip(made) {
         host.work().check()?;
-        player.light(time.completion, &mut light);
-        let bytes = png::encode(width, height, &tone.encode(&light))?;
+        let (bytes, rgb) = made?;
         to.write(engine, &cue_name(cue.number), &bytes)?;
         tiles.push(chart::Tile {
             size: small,
-            rgb: tone.encode(&shrink(&light, small.0, small.1)),
+            rgb,
             caption: format!(
                 "{} {} {}",
                 cue.number,
@@ -269,30 +283,30 @@ pub fn basis_sheet(engine: &Engine, theme: Theme) -> Result<Option<Drawing>, Err
     let Some(pool) = engine.pool() else {
         return Ok(None);
     };
-    let mut tiles = Vec::new();
     let mut title = "basis pictures, and the error that each leaves";
-    for (i, refined) in pool.refined().iter().enumerate() {
-        let error = engine
-            .steps()
-            .get(i + 1)
-            .map_or(String::new(), |s| format!(", then {} %", percent(s.error)));
-        tiles.push(chart::Tile {
-            size: pool.size(),
-            rgb: signed::encode(&refined.image, signed::scale(&refined.image)),
-            caption: format!("{}{error}", i + 1),
-        });
+    let mut images: Vec<&Image> = pool.refined().iter().map(|r| r.image.as_ref()).collect();
+    let mut captions = Vec::new();
+    for i in 1..=images.len() {
+        let step = engine.steps().get(i);
+        let error = step.map(|s| format!(", then {} %", percent(s.error)));
+        captions.push(format!("{i}{}", error.unwrap_or_default()));
     }
-    if tiles.is_empty() {
+    if images.is_empty() {
         title = "each bank alone, coarse: nothing is refined yet";
-        let names = engine.show().coordinates().into_iter().map(|c| c.name);
-        for (image, caption) in pool.coarse().iter().zip(names) {
-            tiles.push(chart::Tile {
-                size: pool.size(),
-                rgb: signed::encode(image, signed::scale(image)),
-                caption,
-            });
-        }
+        images = pool.coarse().iter().map(AsRef::as_ref).collect();
+        captions = (engine.show().coordinates().into_iter())
+            .map(|c| c.name)
+            .collect();
     }
+    let shown = in_order(&images, engine.work().threads, |image| {
+        signed::encode(image, signed::scale(image))
+    });
+    let tile = |(rgb, caption)| chart::Tile {
+        size: pool.size(),
+        rgb,
+        caption,
+    };
+    let tiles = shown.into_iter().zip(captions).map(tile).collect();
     let sheet = chart::Sheet {
         title: format!("{}: {title}", engine.show().title),
         tiles,

@@ -30,16 +30,21 @@ pub struct Summary {
     pub worst_shown: Option<WorstMoment>,
     /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
-    /// How its images were come by.
-    pub statistics: CacheStatistics,
-    /// How many of those from the pool a farm has rendered for it.
-    pub farmed: usize,
     /// The exposure of its pictures, stops.
     pub exposure: f64,
     /// What could not be made of its results, and why.
     pub missing: Option<String>,
     /// The folder with the results.
     pub folder: PathBuf,
+}
+
+/// How a run's images were come by.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct ImageSources {
+    /// As the engine counts them, a farm's part in it.
+    pub statistics: CacheStatistics,
+    /// How many of those from the pool a farm has rendered for it.
+    pub farmed: usize,
 }
 
 /// A run before its results are written.
@@ -71,7 +76,6 @@ pub fn run(
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
-    let before = engine.statistics();
     let done = match run_loop(engine, goal) {
         Ok(done) => done,
         Err(error) => {
@@ -91,8 +95,6 @@ pub fn run(
         worst: engine.worst_moment(ErrorUnit::Light)?,
         worst_shown: engine.worst_moment(ErrorUnit::Steps)?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
-        statistics: engine.statistics().since(before),
-        farmed: 0,
         exposure: engine.tone_of(done.playback.images()).exposure,
         missing,
         folder: folder.to_owned(),
@@ -103,21 +105,17 @@ pub fn run(
 fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
     engine.idle()?;
     let begin = engine.now();
-    let mut ways = Vec::new();
-    if goal.asks_for_a_way() {
+    let mut ways = engine.coarse_for(goal)?;
+    if ways.is_empty() && goal.asks_for_a_way() {
         engine.calibrate_cost()?;
         ways = engine.ways(&goal)?;
     }
-    engine.coarse_for(goal)?;
     let coarse = engine.now();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
         count: goal.count.map(|n| n.saturating_sub(engine.refined())),
         ..goal
     };
-    if ways.is_empty() && goal.asks_for_a_way() {
-        ways = engine.ways(&goal)?;
-    }
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
     let plan = engine.plan(PlanOptions {
         metric: engine.plan_metric()?,
@@ -145,7 +143,7 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
 }
 
 /// The summary that a designer reads.
-pub fn describe(engine: &Engine, done: &Summary) -> String {
+pub fn describe(engine: &Engine, done: &Summary, images: &ImageSources) -> String {
     let [coarse, plan, refine, keys, write] = done.seconds;
     let mut text = headline(engine.document()) + "\n";
     let sources = engine.show().coordinates().len();
@@ -179,27 +177,7 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
             "worst"
         );
     }
-    let CacheStatistics {
-        rendered, summed, ..
-    } = done.statistics;
-    let found = count(done.statistics.found(), "picture");
-    let parts = [
-        (summed, "sums of others"),
-        (done.farmed, "rendered on the farm"),
-    ];
-    let parts = parts.iter().filter(|(n, _)| *n > 0);
-    let parts: Vec<String> = parts
-        .map(|(n, what)| format!("{n} of them {what}"))
-        .collect();
-    let from_pool = match parts.is_empty() {
-        true => found,
-        false => format!("{found} ({})", parts.join(", ")),
-    };
-    let _ = writeln!(
-        text,
-        "  {:<9} from the pool: {from_pool}, rendered: {rendered}",
-        "pictures"
-    );
+    text += &come_by(images);
     text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
     let cues = count(engine.show().cues.len(), "cue picture");
     text += &line("write", &format!("page, {cues}, sheets, charts"), write);
@@ -214,6 +192,30 @@ pub fn describe(engine: &Engine, done: &Summary) -> String {
     );
     text += "  cue-sheet.csv, track-sheet.csv, plan.json, curves.png, error.png, basis.png\n";
     text
+}
+
+/// How many images were found, and how many rendered.
+fn come_by(images: &ImageSources) -> String {
+    let CacheStatistics {
+        rendered, summed, ..
+    } = images.statistics;
+    let found = count(images.statistics.found(), "picture");
+    let parts = [
+        (summed, "sums of others"),
+        (images.farmed, "rendered on the farm"),
+    ];
+    let parts = parts.iter().filter(|(n, _)| *n > 0);
+    let parts: Vec<String> = parts
+        .map(|(n, what)| format!("{n} of them {what}"))
+        .collect();
+    let from_pool = match parts.is_empty() {
+        true => found,
+        false => format!("{found} ({})", parts.join(", ")),
+    };
+    format!(
+        "  {:<9} from the pool: {from_pool}, rendered: {rendered}\n",
+        "pictures"
+    )
 }
 
 /// ` cue 7 at 0:46:`

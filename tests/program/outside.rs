@@ -3,9 +3,11 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
-use footlight::engine::{Ended, Engine, Error, Goal, Host};
+use footlight::engine::{Ended, Engine, Error, Goal, Host, Way};
+use footlight::files::process::{Done, Job};
 use footlight::files::{Memory, MemoryStore};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
@@ -127,6 +129,7 @@ fn open_within(host: Host) -> Repl {
 #[test]
 fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let mut show = open(call("linear", 3));
+    show.engine_mut().set_way(Way::Paper);
     let before = show.execute("plan").unwrap();
     assert!(before.text.contains("not measured yet"), "{}", before.text);
     assert!(before.text.contains("several at once does not pay"));
@@ -159,6 +162,39 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let signed = engine.render(&[1.0, -2.0], Quality(1)).unwrap();
     assert!((signed.data()[0] - 1.0).abs() < 1e-6);
     assert!((signed.data()[3] - (0.1 - 2.0)).abs() < 1e-6);
+}
+
+/// Four pictures tell whether the renderer is linear, one what a refined picture takes. It is part of
+/// either way.
+#[test]
+fn one_picture_tells_which_way_is_the_cheaper_one_by_another_renderer() {
+    // Runs at each of three steps, and refined pictures, where a step takes so many times the one before.
+    let ran = |dearer: f64| {
+        let counts = Arc::new([const { AtomicUsize::new(0) }; 3]);
+        let own = Arc::clone(&counts);
+        let render = move |job: &Job<'_>| {
+            let request: serde_json::Value = serde_json::from_slice(job.inputs[0].2).unwrap();
+            let step = request["quality"].as_u64().unwrap() as usize - 1;
+            own[step].fetch_add(1, Ordering::Relaxed);
+            Ok(Done {
+                output: exr::encode(&painted(&request), Precision::Float, &[]).unwrap(),
+                seconds: 60.0 * dearer.powi(step as i32),
+            })
+        };
+        let outside = Outside::with(call("linear", 3), Box::new(render));
+        let mut show = open_within(host(outside));
+        let text = show.execute("run --until 0.1% -o out").unwrap().text;
+        let counts = counts.each_ref().map(|n| n.load(Ordering::Relaxed));
+        (counts, show.engine().refined(), text)
+    };
+    let (counts, refined, text) = ran(1.0);
+    assert_eq!((counts, refined), ([4, 0, 2], 0), "{text}");
+    assert!(
+        text.contains("every bank alone at quality 3") && text.contains("rendered: 2"),
+        "{text}"
+    );
+    let (counts, refined, text) = ran(4.0);
+    assert_eq!((counts, refined), ([6, 2, 2], 2), "{text}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::operator::Altered;
 use crate::{Stopped, prompt};
 use footlight::diagnostic::Style;
-use footlight::engine::Host;
+use footlight::engine::{Host, Way};
 use footlight::files::{Folder, MemoryStore, Store};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
@@ -275,6 +275,7 @@ fn the_next_steps_have_their_price() {
 fn several_at_once_where_they_share_work_and_never_when_counted() {
     let calls = |cost, goal: &str| {
         let (mut show, _) = first(cost);
+        show.engine_mut().set_way(Way::Paper);
         let text = show.execute(goal).unwrap().text;
         (
             text.contains("2 pictures in one call"),

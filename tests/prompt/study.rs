@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
 use footlight::diagnostic::Style;
-use footlight::engine::{Ended, Goal, Host};
+use footlight::engine::{Ended, Goal, Host, Way};
 use footlight::files::{Disk, Folder, MemoryStore, Store};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
@@ -332,15 +332,17 @@ fn a_plan_without_errors_has_no_chart_and_says_why() {
 
 #[test]
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
-    let mut show = stubborn();
-    let goal = Goal::until(0.01);
-    assert_eq!(
-        show.engine_mut().refine(goal).unwrap().ended,
-        Some(Ended::Complete)
-    );
-    assert_eq!(show.engine().refined(), 0);
-    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
-    assert!(show.engine().pool().unwrap().has_no_estimated_error());
+    for way in [Way::Paper, Way::Auto] {
+        let mut show = stubborn();
+        show.engine_mut().set_way(way);
+        let ended = show.engine_mut().refine(Goal::until(0.01)).unwrap().ended;
+        assert_eq!(ended, Some(Ended::Complete), "{way:?}");
+        assert_eq!(show.engine().refined(), 0);
+        assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+        // One step alone has nothing to estimate it from.
+        let pool = show.engine().pool().unwrap();
+        assert_eq!(pool.has_no_estimated_error(), way == Way::Paper);
+    }
 }
 
 #[test]

@@ -5,7 +5,7 @@ use crate::picture::shrink::shrink;
 use crate::picture::tone::Tone;
 use crate::picture::{Image, PictureError, png};
 use crate::playback::key::{ByteCurve, peak};
-use crate::work::Work;
+use crate::work::{Work, in_order};
 
 /// The least width that pictures are made smaller to.
 const NARROWEST: usize = 160;
@@ -113,18 +113,7 @@ fn all_coded(
         true => coded(image, tone),
         false => coded(&shrink(image, size.0, size.1), tone),
     };
-    let mut pictures: Vec<_> = images.iter().map(|_| None).collect();
-    std::thread::scope(|scope| {
-        let mut places = images.iter().zip(&mut pictures);
-        let first = places.next();
-        for (image, place) in places {
-            scope.spawn(move || *place = Some(one(image)));
-        }
-        if let Some((image, place)) = first {
-            *place = Some(one(image));
-        }
-    });
-    pictures.into_iter().flatten().collect()
+    in_order(images, images.len(), |image| one(image))
 }
 
 /// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display

@@ -243,12 +243,15 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         farmed += on_farm(repl, call, goal)?.1;
     }
     let summary = whole_loop::run(&mut repl.engine, goal, &folder, call.has("keys"))?;
-    let summary = whole_loop::Summary {
+    let images = whole_loop::ImageSources {
         statistics: repl.engine.statistics().since(before),
         farmed,
-        ..summary
     };
-    Ok(Reply::text(whole_loop::describe(&repl.engine, &summary)))
+    Ok(Reply::text(whole_loop::describe(
+        &repl.engine,
+        &summary,
+        &images,
+    )))
 }
 
 fn default_folder(repl: &Repl) -> PathBuf {
