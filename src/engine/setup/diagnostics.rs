@@ -45,11 +45,11 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     let help = own.unwrap_or_else(|| {
         let export = match cause {
             SceneError::Part {
-                reason: PartError::Extension(_) | PartError::Packed,
+                reason: PartError::Extension(_),
                 ..
             } => {
-                "take the extension out, for example with `npx @gltf-transform/cli copy a.glb b.glb`, \
-                 or export the geometry again without it"
+                "export the geometry again without it; where that makes no difference to the geometry, \
+                 take its name out of `extensionsRequired` in the file"
             }
             SceneError::Part { .. } => "export the geometry again as glTF 2.0, or as OBJ",
             _ => "export the geometry again as OBJ with its MTL next to it, or as glTF 2.0",

@@ -12,7 +12,7 @@ use super::container::Document;
 use super::{Fault, LeftOut, PartError, UNSTATED, place};
 use crate::files::Files;
 use crate::scene::Material;
-use crate::scene::texture::reader::TextureReader;
+use crate::scene::texture::reader::{Channels, TextureReader};
 use crate::scene::texture::{Alpha, Texture, Wrap};
 use crate::units::Rgb;
 
@@ -82,7 +82,8 @@ pub fn all(
         let name = names.next(described.name.as_deref(), &format!("material.{i}"));
         let fault = |e| Fault::new(place("material", i, described.name.as_ref()), e);
         let base = Base::of(described).map_err(fault)?;
-        let read = |info: &Info| image(files, document, textures, info);
+        let channels = channels(described);
+        let read = |info: &Info| image(files, document, textures, channels, info);
         let image = base.texture.map(read).transpose();
         let image = image.unwrap_or_else(|reason| {
             out.left_out.insert(format!(
@@ -184,11 +185,19 @@ fn alpha(described: &Described) -> Alpha {
     }
 }
 
+fn channels(described: &Described) -> Channels {
+    match described.alpha_mode {
+        Checked::Valid(AlphaMode::Mask | AlphaMode::Blend) => Channels::All,
+        _ => Channels::Colour,
+    }
+}
+
 /// The texture that a material refers to, without factor and transparency.
 fn image(
     files: &dyn Files,
     document: &Document<'_>,
     textures: &mut TextureReader,
+    channels: Channels,
     info: &Info,
 ) -> Result<Texture, String> {
     let root = &document.root;
@@ -210,7 +219,8 @@ fn image(
                 }
                 _ => missing(),
             })?;
-    let pixels = textures.read(&format!("image {index}"), || document.image(files, image))?;
+    let content = || document.image(files, image);
+    let pixels = textures.read(&format!("image {index}"), channels, content)?;
     let sampler = texture.sampler.and_then(|s| root.samplers.get(s.value()));
     let wrap = sampler.map_or([Wrap::Repeat; 2], |s| [&s.wrap_s, &s.wrap_t].map(wrap));
     Ok(Texture {

@@ -409,6 +409,43 @@ fn a_webp_texture_is_read_where_there_is_no_other() {
     );
 }
 
+/// A texel that is transparent has a colour where alpha does not count, also where another material cuts
+/// out by the same image.
+#[test]
+fn alpha_is_nothing_to_what_is_opaque() {
+    let material = |name: &str, mode: &str| {
+        format!(
+            r#"{{"name":"{name}","alphaMode":"{mode}","pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}"#
+        )
+    };
+    let (cut, whole) = (material("cut", "MASK"), material("whole", "OPAQUE"));
+    for materials in [format!("{cut},{whole}"), format!("{whole},{cut}")] {
+        let rest = format!(
+            r#""materials":[{materials}],"textures":[{{"source":0}}],
+            "images":[{{"uri":"leaf.png"}}],"nodes":[{{"mesh":0}}]"#
+        );
+        // White and opaque, and red and transparent.
+        let mut leaf = Vec::new();
+        let mut encoder = ::png::Encoder::new(&mut leaf, 2, 1);
+        encoder.set_color(::png::ColorType::Rgba);
+        let mut writer = encoder.write_header().unwrap();
+        writer
+            .write_image_data(&[255, 255, 255, 255, 255, 0, 0, 0])
+            .unwrap();
+        writer.finish().unwrap();
+        let files = Memory::default()
+            .with("a.glb", glb(&described(&rest), &square()))
+            .with("leaf.png", leaf);
+        let import = read(&files, "a.glb", &Options::default(), usize::MAX).unwrap();
+        let mean = |name: &str| {
+            let found = import.scene.materials.iter().find(|m| m.name == name);
+            found.unwrap().reflectance.0.map(|c| (c * 100.0).round())
+        };
+        assert_eq!(mean("cut"), [100.0; 3]);
+        assert_eq!(mean("whole"), [100.0, 50.0, 50.0]);
+    }
+}
+
 /// So has one that its texture cuts out, whatever the file says of its sides.
 #[test]
 fn what_is_cut_out_gets_a_back() {

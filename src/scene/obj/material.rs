@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::super::texture::reader::TextureReader;
+use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
 use super::super::{Material, gltf};
 use super::read::{colour, cut, each_line, named, numbers, split};
@@ -163,7 +163,7 @@ impl Described {
                 (Err(_), Some(name)) => files.read(&beside(name)).map_err(|e| e.to_string()),
                 (found, _) => found.map_err(|e| e.to_string()),
             };
-            match textures.read(&path, content) {
+            match textures.read(&path, Channels::All, content) {
                 Ok(pixels) => {
                     let [r, g, b] = factor;
                     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };

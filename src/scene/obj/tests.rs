@@ -83,6 +83,25 @@ fn names_may_be_in_latin_1_and_an_image_that_shines_is_told() {
     assert!(said.contains("`map_Ke` of `W\u{e4}nde`"), "{said}");
 }
 
+/// In a line that is no UTF-8; five bytes have no character in it.
+#[test]
+fn names_may_be_in_windows_1252() {
+    let mut obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec();
+    obj.extend(
+        b"usemtl \x84B\xfchne\x93 \x96 5 \x80 \x81\nf 1 2 3\nusemtl \xe2\x82\xac\nf 1 2 3\n",
+    );
+    let files = Memory::default().with("a.obj", obj);
+    let scene = import(&files, "a.obj", true).unwrap();
+    let names: Vec<&str> = scene.materials.iter().map(|m| &*m.name).collect();
+    assert_eq!(
+        names,
+        [
+            "\u{201e}B\u{fc}hne\u{201c} \u{2013} 5 \u{20ac} \u{81}",
+            "\u{20ac}"
+        ]
+    );
+}
+
 #[test]
 fn y_up_is_turned() {
     let files = Memory::default()

@@ -9,6 +9,15 @@ use crate::picture::{Codes, PictureError, jpeg, png, webp};
 /// Bytes of all textures of a stage file at most, decoded.
 pub const MOST_BYTES: usize = 1 << 30;
 
+/// What of an image is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channels {
+    /// Colour and alpha.
+    All,
+    /// Colour, also where the image is transparent, as glTF 2.0 has it for `alphaMode OPAQUE`.
+    Colour,
+}
+
 /// Reads images.
 #[derive(Debug)]
 pub struct TextureReader {
@@ -18,8 +27,8 @@ pub struct TextureReader {
     taken: usize,
     /// Bytes that what was refused would take.
     refused: u64,
-    /// By name; why it was not read.
-    known: BTreeMap<String, Result<Arc<Pixels>, String>>,
+    /// By name and channels; why it was not read.
+    known: BTreeMap<(String, Channels), Result<Arc<Pixels>, String>>,
 }
 
 impl TextureReader {
@@ -40,19 +49,27 @@ impl TextureReader {
     pub fn read(
         &mut self,
         name: &str,
+        channels: Channels,
         content: impl FnOnce() -> Result<Vec<u8>, String>,
     ) -> Result<Arc<Pixels>, String> {
-        if let Some(known) = self.known.get(name) {
+        let key = (name.to_owned(), channels);
+        if let Some(known) = self.known.get(&key) {
             return known.clone();
         }
-        let pixels = content().and_then(|bytes| self.pixels(&bytes));
-        self.known.insert(name.to_owned(), pixels.clone());
+        let pixels = match self.known.get(&(name.to_owned(), Channels::All)) {
+            Some(Ok(whole)) if !whole.is_transparent() => Ok(whole.clone()),
+            _ => content().and_then(|bytes| self.pixels(&bytes, channels)),
+        };
+        self.known.insert(key, pixels.clone());
         pixels
     }
 
-    fn pixels(&mut self, bytes: &[u8]) -> Result<Arc<Pixels>, String> {
+    fn pixels(&mut self, bytes: &[u8], channels: Channels) -> Result<Arc<Pixels>, String> {
         let left = self.limit.saturating_sub(self.taken);
-        let (size, codes) = codes(bytes, left).map_err(|error| self.in_words(error))?;
+        let (size, mut codes) = codes(bytes, left).map_err(|error| self.in_words(error))?;
+        if channels == Channels::Colour {
+            codes.iter_mut().for_each(|[.., alpha]| *alpha = 255);
+        }
         let pixels = Pixels::new(size, &codes);
         self.taken += pixels.bytes();
         Ok(Arc::new(pixels))

@@ -155,7 +155,8 @@ fn what_is_transparent_lends_no_colour() {
 fn images_are_read_while_what_is_left_holds_one_more() {
     let png = encode(256, 256, &[200; 256 * 256 * 3]).unwrap();
     let mut reader = reader::TextureReader::new(6_600_000);
-    let mut read = |i: usize| reader.read(&i.to_string(), || Ok(png.clone()));
+    let mut read =
+        |i: usize| reader.read(&i.to_string(), reader::Channels::All, || Ok(png.clone()));
     let taken = (0..20).take_while(|i| read(*i).is_ok()).count();
     assert_eq!(taken, 9);
     let said = read(20).unwrap_err();
