@@ -32,7 +32,7 @@ use crate::units::Rgb;
 pub use self::light::{Light, Measured, Projection, Spot};
 pub use self::shading::Shading;
 pub use self::still::{ImageFile, Images};
-use self::texture::Texture;
+use self::texture::{Alpha, Texture};
 
 /// A diffuse material, as shows refer to it by name.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,13 @@ impl Material {
 
     /// Does light pass through it somewhere?
     pub fn is_cut(&self) -> bool {
-        self.texture.as_ref().is_some_and(Texture::is_cut)
+        self.alpha() != Alpha::Opaque
+    }
+
+    /// By what light passes through it somewhere; [`Alpha::Opaque`] where it does not.
+    pub fn alpha(&self) -> Alpha {
+        let cut = self.texture.as_ref().filter(|texture| texture.is_cut());
+        cut.map_or(Alpha::Opaque, |texture| texture.alpha)
     }
 }
 

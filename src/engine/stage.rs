@@ -3,6 +3,7 @@
 use super::Error;
 use crate::files::Files;
 use crate::scene::import::{self, Options, Summary};
+use crate::scene::texture::Alpha;
 use crate::scene::{LampShape, Scene};
 use crate::units::Rgb;
 
@@ -36,8 +37,8 @@ pub struct StageMaterial {
     pub area: f64,
     /// Texels across and down; none without an image.
     pub texture: Option<[usize; 2]>,
-    /// Light passes through it somewhere.
-    pub is_cut: bool,
+    /// By what light passes through it somewhere; [`Alpha::Opaque`] where it does not.
+    pub alpha: Alpha,
 }
 
 impl StageFile {
@@ -80,7 +81,7 @@ fn materials(scene: &Scene) -> Vec<StageMaterial> {
             .as_ref()
             .map(|texture| texture.pixels.size())
             .filter(|size| *size != [1, 1]),
-        is_cut: material.is_cut(),
+        alpha: material.alpha(),
     });
     described.collect()
 }

@@ -25,11 +25,13 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any; a `long` run and `unlit` banks are some.
+/// Warnings, and whether the show has any; a `long` run and `unlit` banks are some. `transparent` names
+/// what light passes on its stage.
 pub fn check(
     document: &Document,
     long: Option<LongRun>,
     unlit: Vec<UnlitBank>,
+    transparent: &str,
     style: Style,
 ) -> Printable {
     let mut diagnostics = document.diagnostics().clone();
@@ -43,6 +45,9 @@ pub fn check(
         return text;
     }
     let _ = writeln!(text, "{}", headline(document));
+    if !transparent.is_empty() {
+        let _ = writeln!(text, "{transparent}");
+    }
     text.push(&match diagnostics.warnings() {
         0 => "no errors".to_owned(),
         n => format!("no errors, {}", count(n, "warning")),

@@ -6,9 +6,13 @@ use super::table::Table;
 use super::words::count;
 use crate::engine::{LampShape, StageFile, StageMaterial};
 use crate::printable::Printable;
+use crate::scene::Scene;
+use crate::scene::texture::Alpha;
 
 /// Characters of a line at most.
 const WIDTH: usize = 240;
+/// Names of materials that are told together.
+const TOLD: usize = 8;
 
 /// Extent, polygons, lights, cameras, materials, and what is not taken as it stands.
 pub fn describe(name: &str, stage: &StageFile) -> Printable {
@@ -100,11 +104,35 @@ fn materials(stage: &StageFile) -> Table {
 
 fn beside(material: &StageMaterial) -> String {
     let texture = material.texture.map(|[w, h]| format!("texture {w}x{h}"));
-    let cut = material.is_cut.then(|| "lets light through".to_owned());
+    let cut = passes(material.alpha).map(str::to_owned);
     let glow =
         (material.luminance > 0.0).then(|| format!("shines {:.3} cd/m2", material.luminance));
     let parts: Vec<String> = [texture, cut, glow].into_iter().flatten().collect();
     parts.join(", ")
+}
+
+/// How light passes what is transparent.
+fn passes(alpha: Alpha) -> Option<&'static str> {
+    match alpha {
+        Alpha::Opaque => None,
+        Alpha::Mask(_) => Some("cut out by alpha"),
+        Alpha::Blend => Some("thinned by alpha"),
+    }
+}
+
+/// `` `leaves` cut out by alpha, `glass` thinned by alpha ``; empty where all is opaque.
+pub fn transparent(scene: &Scene) -> String {
+    let materials = scene.materials.iter().zip(scene.areas());
+    let shown = materials.filter(|(_, area)| *area > 0.0);
+    let mut told: Vec<String> = shown
+        .filter_map(|(m, _)| Some(format!("`{}` {}", m.name, passes(m.alpha())?)))
+        .collect();
+    if told.len() > TOLD {
+        let more = told.len() - TOLD;
+        told.truncate(TOLD);
+        told.push(format!("and {more} more"));
+    }
+    told.join(", ")
 }
 
 /// A view from the house that holds all of it.
@@ -151,7 +179,7 @@ to begin with: view house from 2, -6.33, 2.93  to 2, 1.5, 1.25  fov 40
 material  reflectance     m2
 floor     0.50 0.40 0.30  12
 lamp      0.00 0.00 0.00  10.17  shines 2.000 cd/m2
-gauze     0.80 0.80 0.80  6      lets light through
+gauze     0.80 0.80 0.80  6      thinned by alpha
 cloth     0.30 0.10 0.10  5.75
 ";
 

@@ -24,6 +24,8 @@ pub const FAR: f64 = 1e9;
 
 /// Sizes of a stage that are not doubted, metres.
 const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
+/// Things left out that are told where nothing else is there.
+const SAID: usize = 8;
 
 /// Why a stage could not be imported.
 #[derive(Debug, thiserror::Error)]
@@ -52,10 +54,12 @@ pub enum SceneError {
         reason: PartError,
     },
     /// The file has no polygon with an area.
-    #[error("`{path}` has no polygons")]
+    #[error("`{path}` has no polygons{left_out}")]
     Empty {
         /// The file.
         path: String,
+        /// What it has and is left out, in words that go on from the path's.
+        left_out: String,
     },
 }
 
@@ -232,7 +236,11 @@ impl gltf::Imported {
 fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
     let path = path.to_owned();
     match import.scene.polygons.len() {
-        0 => Err(SceneError::Empty { path }),
+        0 => {
+            let left_out = import.summary.left_out.iter().take(SAID);
+            let left_out = left_out.map(|what| format!("; left out: {what}")).collect();
+            Err(SceneError::Empty { path, left_out })
+        }
         1..=POLYGON_LIMIT => Ok(Import {
             scene: import.scene,
             lamps: import.lamps,

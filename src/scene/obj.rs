@@ -111,6 +111,7 @@ pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneE
     if scene.polygons.is_empty() {
         return Err(SceneError::Empty {
             path: path.to_owned(),
+            left_out: String::new(),
         });
     }
     Ok(scene)

@@ -62,11 +62,36 @@ to begin with: view house from 1, -3.13, 1.17  to 1, 0, 0.5  fov 40
 
 material  reflectance     m2
 cloth     0.29 0.29 0.29  2   texture 2x2
-gauze     0.40 0.40 0.40  2   lets light through
+gauze     0.40 0.40 0.40  2   thinned by alpha
 sign      0.00 0.00 0.00  1   shines 9.000 cd/m2
 lost      0.30 0.30 0.30  1
 default   0.80 0.80 0.80  1
 nowhere   0.80 0.80 0.80  1
 ";
     assert_eq!(stage(folder.path(), "set.obj"), wanted);
+}
+
+/// `check` names what light passes, and by what.
+#[test]
+fn check_tells_of_what_is_transparent() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("set.mtl", "newmtl gauze\nKd 0.8 0.8 0.8\nd 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 9 9\n");
+    write(
+        "set.obj",
+        "mtllib set.mtl\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nusemtl gauze\nf 1 2 3 4\n\
+         usemtl lamp\nf 1 4 5\n",
+    );
+    write(
+        "a.lxq",
+        "show \"A\"\nstage \"set.obj\"\nview v from 1, -3, 1 to 1, 0, 0 fov 40 size 32x18\n\
+         light l panel lamp\nbank b = l\ncue 1 { b full }\n",
+    );
+    let output = Command::new(env!("CARGO_BIN_EXE_footlight"))
+        .current_dir(folder.path())
+        .args(["check", "a.lxq"])
+        .output()
+        .unwrap();
+    let wanted = "A: 1 bank, 1 cue, 5s\n`gauze` thinned by alpha\nno errors\n";
+    assert_eq!(String::from_utf8_lossy(&output.stdout), wanted, "{output:?}");
 }

@@ -7,7 +7,7 @@ use crate::engine::{self, Version};
 use crate::renderer::contract::check_memory;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
-use crate::report::sheet;
+use crate::report::{sheet, stage};
 use crate::report::table::Table;
 use crate::report::versions::Comparison;
 use crate::report::words::count;
@@ -18,8 +18,11 @@ pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
     let long = repl.engine.long_run()?;
     let unlit = repl.engine.unlit_banks();
+    let scene = repl.engine.setup().map(|setup| &setup.scene);
+    let transparent = scene.map_or(String::new(), |scene| stage::transparent(scene));
     let document = repl.engine.document();
-    Ok(Reply::text(document::check(document, long, unlit, style)))
+    let text = document::check(document, long, unlit, &transparent, style);
+    Ok(Reply::text(text))
 }
 
 pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -466,6 +466,22 @@ fn what_is_cut_out_gets_a_back() {
     assert_eq!(["OPAQUE", "MASK", "BLEND"].map(backs), [0, 1, 1]);
 }
 
+/// A beam in the haze is no wall; where there is nothing else the message says so.
+#[test]
+fn volumes_of_light_are_left_out() {
+    let of = |nodes: &str| {
+        let json = described(&format!("{WALL},\"nodes\":[{nodes}]"));
+        import(&json, &square())
+    };
+    let volume = r#"{"mesh":0,"name":"Spot Light_Volume.001"}"#;
+    let both = of(&format!(r#"{volume},{{"mesh":0}}"#)).unwrap();
+    assert_eq!(both.scene.polygons.len(), 1);
+    let told = "`Spot Light_Volume.001`, a volume of light by its name: it is no wall";
+    assert_eq!(both.summary.left_out, [told]);
+    let alone = of(volume).unwrap_err().to_string();
+    assert!(alone.ends_with(&format!("has no polygons; left out: {told}")), "{alone}");
+}
+
 #[test]
 fn lights_come_along() {
     let rest = format!(
