@@ -76,7 +76,10 @@ nowhere   0.80 0.80 0.80  1
 fn check_tells_of_what_is_transparent() {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
-    write("set.mtl", "newmtl gauze\nKd 0.8 0.8 0.8\nd 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 9 9\n");
+    write(
+        "set.mtl",
+        "newmtl gauze\nKd 0.8 0.8 0.8\nd 0.5\nnewmtl lamp\nKd 0 0 0\nKe 9 9 9\n",
+    );
     write(
         "set.obj",
         "mtllib set.mtl\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 1\nusemtl gauze\nf 1 2 3 4\n\
@@ -93,5 +96,9 @@ fn check_tells_of_what_is_transparent() {
         .output()
         .unwrap();
     let wanted = "A: 1 bank, 1 cue, 5s\n`gauze` thinned by alpha\nno errors\n";
-    assert_eq!(String::from_utf8_lossy(&output.stdout), wanted, "{output:?}");
+    assert_eq!(
+        String::from_utf8_lossy(&output.stdout),
+        wanted,
+        "{output:?}"
+    );
 }

@@ -7,11 +7,11 @@ use crate::engine::{self, Version};
 use crate::renderer::contract::check_memory;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, WIDTH};
-use crate::report::{sheet, stage};
 use crate::report::table::Table;
 use crate::report::versions::Comparison;
 use crate::report::words::count;
 use crate::report::{self, document};
+use crate::report::{sheet, stage};
 use crate::work::Cancelled;
 
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {

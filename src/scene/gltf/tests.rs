@@ -479,7 +479,10 @@ fn volumes_of_light_are_left_out() {
     let told = "`Spot Light_Volume.001`, a volume of light by its name: it is no wall";
     assert_eq!(both.summary.left_out, [told]);
     let alone = of(volume).unwrap_err().to_string();
-    assert!(alone.ends_with(&format!("has no polygons; left out: {told}")), "{alone}");
+    assert!(
+        alone.ends_with(&format!("has no polygons; left out: {told}")),
+        "{alone}"
+    );
 }
 
 #[test]
