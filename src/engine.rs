@@ -62,6 +62,7 @@ pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
 pub use self::versions::Serving;
 pub use self::ways::{Way, WayForecast};
 pub use crate::scene::LampShape;
+pub use crate::scene::texture::Alpha;
 
 pub(crate) use self::limit::TimedCall;
 

@@ -1,6 +1,6 @@
 //! What a stage's file holds, for those who do not know it yet.
 
-use super::Error;
+use super::{Engine, Error};
 use crate::files::Files;
 use crate::scene::import::{self, Options, Summary};
 use crate::scene::texture::Alpha;
@@ -65,6 +65,14 @@ impl StageFile {
             cameras: cameras.into_iter().map(|c| c.name).collect(),
             summary,
         })
+    }
+}
+
+impl Engine {
+    /// The materials of the show's stage with its surfaces; none without a stage.
+    pub fn stage_materials(&self) -> Vec<StageMaterial> {
+        self.setup()
+            .map_or(Vec::new(), |setup| materials(&setup.scene))
     }
 }
 

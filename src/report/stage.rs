@@ -4,10 +4,8 @@ use std::fmt::Write;
 
 use super::table::Table;
 use super::words::count;
-use crate::engine::{LampShape, StageFile, StageMaterial};
+use crate::engine::{Alpha, LampShape, StageFile, StageMaterial};
 use crate::printable::Printable;
-use crate::scene::Scene;
-use crate::scene::texture::Alpha;
 
 /// Characters of a line at most.
 const WIDTH: usize = 240;
@@ -121,11 +119,10 @@ fn passes(alpha: Alpha) -> Option<&'static str> {
 }
 
 /// `` `leaves` cut out by alpha, `glass` thinned by alpha ``; empty where all is opaque.
-pub fn transparent(scene: &Scene) -> String {
-    let materials = scene.materials.iter().zip(scene.areas());
-    let shown = materials.filter(|(_, area)| *area > 0.0);
+pub fn transparent(materials: &[StageMaterial]) -> String {
+    let shown = materials.iter().filter(|m| m.area > 0.0);
     let mut told: Vec<String> = shown
-        .filter_map(|(m, _)| Some(format!("`{}` {}", m.name, passes(m.alpha())?)))
+        .filter_map(|m| Some(format!("`{}` {}", m.name, passes(m.alpha)?)))
         .collect();
     if told.len() > TOLD {
         let more = told.len() - TOLD;

@@ -18,8 +18,7 @@ pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
     let long = repl.engine.long_run()?;
     let unlit = repl.engine.unlit_banks();
-    let scene = repl.engine.setup().map(|setup| &setup.scene);
-    let transparent = scene.map_or(String::new(), |scene| stage::transparent(scene));
+    let transparent = stage::transparent(&repl.engine.stage_materials());
     let document = repl.engine.document();
     let text = document::check(document, long, unlit, &transparent, style);
     Ok(Reply::text(text))
