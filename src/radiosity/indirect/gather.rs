@@ -171,18 +171,9 @@ impl GatherPoints {
     ) -> Result<(Vec<f32>, Vec<SurfaceProximity>), Cancelled> {
         let tally = RowTally::new("final gather", which.len());
         let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
+            let (rows, proximity) = rows(cube, &self.mesh, which, work)?;
             let mut sums = vec![0.0_f32; which.len() * width];
-            let mut proximity = Vec::with_capacity(which.len());
-            for (i, &at) in which.iter().enumerate() {
-                work.check()?;
-                let sums = &mut sums[i * width..(i + 1) * width];
-                proximity.push(visit(cube, &self.mesh, at, |element, share| {
-                    let from = element as usize * width;
-                    for (sum, x) in sums.iter_mut().zip(&radiosity[from..from + width]) {
-                        *sum += share * x;
-                    }
-                }));
-            }
+            rows.times(radiosity, width, &mut sums);
             Ok::<_, Cancelled>((sums, proximity))
         };
         let blocks = in_blocks(gather_scene, which, &self.table, &tally, work, block)?;
@@ -252,13 +243,7 @@ pub fn form_factors(
     work: Work<'_>,
 ) -> Result<(Rows, Vec<SurfaceProximity>), TransportError> {
     let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
-        let mut block = Block::default();
-        let mut proximity = Vec::with_capacity(which.len());
-        for &at in which {
-            work.check()?;
-            proximity.push(visit(cube, from, at, |c, share| block.push(c, share)));
-            block.end_row();
-        }
+        let (mut block, proximity) = rows(cube, from, which, work)?;
         block.trim();
         let own = block.bytes();
         let all = tally.bytes.fetch_add(own, Ordering::Relaxed) + own;
@@ -298,13 +283,23 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
     Ok(results?.into_iter().flatten().collect())
 }
 
-/// Draws the hemicube of an element of `from`; gives `take` each element that it sees.
-fn visit(
+/// Form factors of some elements of `from`, found by a hemicube, and the surface proximity at each.
+fn rows(
     cube: &mut Hemicube<'_>,
     from: &Mesh,
-    at: u32,
-    take: impl FnMut(u32, f32),
-) -> SurfaceProximity {
-    let e = &from.elements[at as usize];
-    cube.visit(e.facet, e.centre, hash_to_unit(u64::from(at)), take)
+    which: &[u32],
+    work: Work<'_>,
+) -> Result<(Block, Vec<SurfaceProximity>), Cancelled> {
+    let (mut block, mut row) = (Block::default(), Vec::new());
+    let mut proximity = Vec::with_capacity(which.len());
+    for &at in which {
+        work.check()?;
+        let e = &from.elements[at as usize];
+        let turn = hash_to_unit(u64::from(at));
+        let take = |element, share| row.push((element, share));
+        proximity.push(cube.visit(e.facet, e.centre, turn, take));
+        block.push(&row);
+        row.clear();
+    }
+    Ok((block, proximity))
 }

@@ -198,9 +198,9 @@ pub struct Hemicube<'a> {
     stamp: u64,
     /// [`SUB_SAMPLES`], but for a test.
     places: [[f32; 2]; 4],
-    /// Share of each element, and which have one.
+    /// Share of each element, and a bit for each that has one.
     shares: Vec<f32>,
-    touched: Vec<u32>,
+    touched: Vec<u64>,
 }
 
 /// Pseudo-random number in 0..1 that depends on `index` alone.
@@ -238,7 +238,7 @@ impl<'a> Hemicube<'a> {
             stamp: 0,
             places: SUB_SAMPLES,
             shares: vec![0.0; mesh.elements.len()],
-            touched: Vec::new(),
+            touched: vec![0; mesh.elements.len().div_ceil(64)],
         }
     }
 
@@ -251,7 +251,7 @@ impl<'a> Hemicube<'a> {
         row
     }
 
-    /// The same, each element given to `take` once, in an order that depends on the scene alone.
+    /// The same, each element given to `take` once, in ascending order.
     pub fn visit(
         &mut self,
         facet: usize,
@@ -271,10 +271,15 @@ impl<'a> Hemicube<'a> {
             self.resolve(face, point, axes);
         }
         let mut form_factor_sum = 0.0;
-        for e in self.touched.drain(..) {
-            let share = std::mem::take(&mut self.shares[e as usize]);
-            form_factor_sum += share;
-            take(e, share);
+        for (first, word) in (0..).step_by(64).zip(&mut self.touched) {
+            let mut bits = std::mem::take(word);
+            while bits != 0 {
+                let e = first + bits.trailing_zeros();
+                bits &= bits - 1;
+                let share = std::mem::take(&mut self.shares[e as usize]);
+                form_factor_sum += share;
+                take(e, share);
+            }
         }
         SurfaceProximity {
             mean_inverse_distance,
@@ -368,11 +373,8 @@ impl<'a> Hemicube<'a> {
     #[inline(always)]
     fn add_to_element(&mut self, element: u32, weight: f32) {
         if element != NONE {
-            let share = &mut self.shares[element as usize];
-            if *share == 0.0 {
-                self.touched.push(element);
-            }
-            *share += weight;
+            self.shares[element as usize] += weight;
+            self.touched[element as usize / 64] |= 1 << (element % 64);
         }
     }
 

@@ -105,11 +105,12 @@ pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
     let mut cube = Hemicube::new(setting, &outline, mesh, &table);
     let mut blocks = Vec::new();
     for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
-        let mut block = Block::default();
+        let (mut block, mut row) = (Block::default(), Vec::new());
         for (i, e) in elements.iter().enumerate() {
             let turn = hash_to_unit((at * BLOCK + i) as u64);
-            cube.visit(e.facet, e.centre, turn, |c, share| block.push(c, share));
-            block.end_row();
+            cube.visit(e.facet, e.centre, turn, |c, share| row.push((c, share)));
+            block.push(&row);
+            row.clear();
         }
         blocks.push(block);
     }
