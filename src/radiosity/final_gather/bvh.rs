@@ -7,7 +7,7 @@
 
 mod build;
 
-use self::build::{Extent, LEVELS, Primitive, Tree, build};
+use self::build::{Extent, Fork, LEVELS, Primitive, Tree};
 use crate::geometry::{Vec3, bounds};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::work::{Cancelled, Work};
@@ -98,9 +98,11 @@ impl Bvh {
             touching: surfaces.touching() as f32,
         };
         if !primitives.is_empty() {
-            let tree = build(&mut primitives, 0, work)?;
-            drop(primitives);
-            bvh.root = bvh.flatten(&tree);
+            let mut forks = vec![Fork::NONE; primitives.len() - 1];
+            let tree = Tree::new(&mut primitives, &mut forks, work)?;
+            bvh.root = bvh.flatten(tree);
+            bvh.nodes.shrink_to_fit();
+            bvh.leaves.shrink_to_fit();
         }
         Ok(bvh)
     }
@@ -111,28 +113,24 @@ impl Bvh {
     }
 
     /// Adds a tree's nodes; returns the index of its root.
-    fn flatten(&mut self, tree: &Tree) -> u32 {
-        let fork = match tree {
-            Tree::Leaf(primitives) => {
-                self.leaves.push(leaf(primitives));
-                return LEAF | (self.leaves.len() - 1) as u32;
-            }
-            Tree::Fork(fork) => fork,
+    fn flatten(&mut self, tree: Tree<'_>) -> u32 {
+        let Some(halves) = tree.halves() else {
+            self.leaves.push(leaf(tree.primitives));
+            return LEAF | (self.leaves.len() - 1) as u32;
         };
-        let mut children: Vec<&(Extent, Tree)> = fork.iter().collect();
+        let mut children = halves.to_vec();
         while children.len() < WIDTH {
             // The largest child that has children gives way to them.
             let mut largest: Option<(usize, f32)> = None;
             for (i, (extent, child)) in children.iter().enumerate() {
                 let larger = largest.is_none_or(|(_, most)| extent.area() > most);
-                if matches!(child, Tree::Fork(_)) && larger {
+                if child.primitives.len() > WIDTH && larger {
                     largest = Some((i, extent.area()));
                 }
             }
             let Some((at, _)) = largest else { break };
-            if let Tree::Fork(pair) = &children.remove(at).1 {
-                children.extend(pair.iter());
-            }
+            let (_, largest) = children.remove(at);
+            children.extend(largest.halves().into_iter().flatten());
         }
         let at = self.nodes.len();
         // An empty box is met by nothing.

@@ -61,23 +61,86 @@ impl Extent {
     }
 }
 
-/// A binary tree, before four children are gathered into a node.
-pub enum Tree {
-    Leaf(Vec<Primitive>),
-    Fork(Box<[(Extent, Tree); 2]>),
+/// A group of triangles that is split in two.
+#[derive(Clone, Copy, Debug)]
+pub struct Fork {
+    /// Boxes of the halves.
+    extents: [Extent; 2],
+    /// How many triangles the first half of each half has.
+    splits: [u32; 2],
 }
 
-/// The tree of some triangles, which it orders; `level` counts from the root.
-///
-/// # Errors
-/// On cancel.
-pub fn build(
+impl Fork {
+    pub const NONE: Fork = Fork {
+        extents: [Extent::EMPTY; 2],
+        splits: [0; 2],
+    };
+}
+
+/// Triangles and the binary tree over them, before four children are gathered into a node. All
+/// forks are in one block, one fewer than the triangles: that of a group of which the first half
+/// has `split` triangles stands behind the forks of that half, before those of the other.
+#[derive(Clone, Copy)]
+pub struct Tree<'a> {
+    pub primitives: &'a [Primitive],
+    forks: &'a [Fork],
+    split: usize,
+}
+
+impl<'a> Tree<'a> {
+    /// The tree of some triangles, which it orders.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn new(
+        primitives: &'a mut [Primitive],
+        forks: &'a mut [Fork],
+        work: Work<'_>,
+    ) -> Result<Tree<'a>, Cancelled> {
+        let split = build(primitives, forks, 0, work)?;
+        Ok(Tree {
+            primitives,
+            forks,
+            split,
+        })
+    }
+
+    /// Its halves and their boxes; `None` for a leaf.
+    pub fn halves(&self) -> Option<[(Extent, Tree<'a>); 2]> {
+        if self.primitives.len() <= WIDTH {
+            return None;
+        }
+        let split = self.split;
+        let Fork { extents, splits } = self.forks[split - 1];
+        let half = |primitives, forks, of: usize| {
+            let split = splits[of] as usize;
+            (
+                extents[of],
+                Tree {
+                    primitives,
+                    forks,
+                    split,
+                },
+            )
+        };
+        let (left, right) = self.primitives.split_at(split);
+        Some([
+            half(left, &self.forks[..split - 1], 0),
+            half(right, &self.forks[split..], 1),
+        ])
+    }
+}
+
+/// Orders the triangles of a group and sets its forks; `level` counts from the root. Returns how many
+/// the first half has.
+fn build(
     primitives: &mut [Primitive],
+    forks: &mut [Fork],
     level: usize,
     work: Work<'_>,
-) -> Result<Tree, Cancelled> {
+) -> Result<usize, Cancelled> {
     if primitives.len() <= WIDTH {
-        return Ok(Tree::Leaf(primitives.to_vec()));
+        return Ok(0);
     }
     let parallel = primitives.len() > PARALLEL;
     if parallel {
@@ -91,13 +154,24 @@ pub fn build(
     let next = level + 1;
     let (left, right) = primitives.split_at_mut(middle);
     let extents = [Extent::of(left), Extent::of(right)];
+    let (first, rest) = forks.split_at_mut(middle - 1);
+    let (own, second) = rest.split_at_mut(1);
     let (a, b) = if parallel {
-        rayon::join(|| build(left, next, work), || build(right, next, work))
+        rayon::join(
+            || build(left, first, next, work),
+            || build(right, second, next, work),
+        )
     } else {
-        (build(left, next, work), build(right, next, work))
+        (
+            build(left, first, next, work),
+            build(right, second, next, work),
+        )
     };
-    let [first, second] = extents;
-    Ok(Tree::Fork(Box::new([(first, a?), (second, b?)])))
+    own[0] = Fork {
+        extents,
+        splits: [a? as u32, b? as u32],
+    };
+    Ok(middle)
 }
 
 /// Orders the triangles into two groups; returns the size of the first.
