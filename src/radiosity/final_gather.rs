@@ -193,10 +193,13 @@ impl FinalGather {
                 for run in runs {
                     sums.fill(0.0);
                     let met = self.gathered.cells.read(&mut at, run.rays);
-                    for cell in met.filter_map(cell_of) {
+                    for (code, rays) in met {
+                        let Some(cell) = cell_of(code) else {
+                            continue;
+                        };
                         let light = &radiosity[cell as usize * width..][..width];
                         for (sum, radiosity) in sums.iter_mut().zip(light) {
-                            *sum += radiosity;
+                            *sum += rays as f32 * radiosity;
                         }
                     }
                     let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
