@@ -40,25 +40,24 @@ pub struct CellSettings {
     pub rays: usize,
 }
 
-/// Where a ray ends.
+/// Where a ray ends, in 28 bytes: a band of pixels has hundreds of thousands.
 #[derive(Clone, Copy, Debug)]
 pub struct Landing {
     key: Option<Key>,
-    /// Where.
-    pub place: SurfacePoint,
+    point: CellPoint,
     /// Metres; infinite where nothing is hit.
-    pub distance: f64,
+    pub distance: f32,
 }
 
 impl Landing {
     /// Of a ray that starts nowhere.
     pub const NOWHERE: Landing = Landing {
         key: None,
-        place: SurfacePoint {
+        point: CellPoint {
             facet: DARK,
-            point: Vec3::ZERO,
+            near: [0.0; 2],
         },
-        distance: f64::INFINITY,
+        distance: f32::INFINITY,
     };
 }
 
@@ -138,9 +137,8 @@ impl CellSettings {
         let (place, distance) = scene.shoot(from, way);
         if place.facet == DARK {
             return Landing {
-                key: None,
-                place,
-                distance,
+                distance: distance as f32,
+                ..Landing::NOWHERE
             };
         }
         let facet = &scene.surfaces.facets[place.facet as usize];
@@ -151,7 +149,8 @@ impl CellSettings {
             .log2()
             .floor();
         let side = least * level.exp2();
-        let [u, v] = frame(facet.normal);
+        let axes = frame(facet.normal);
+        let [u, v] = axes;
         let moved = place.point + u * ((random[0] - 0.5) * side) + v * ((random[1] - 0.5) * side);
         // Off the planes on which walls like to stand.
         let index = |v: f64| (v / side + 0.371).floor() as i32;
@@ -160,10 +159,14 @@ impl CellSettings {
             facet.material as u32,
             direction(facet.normal) | (level as u32) << 8,
         );
+        let way = place.point - facet.vertices[0];
         Landing {
             key: Some(key),
-            place,
-            distance,
+            point: CellPoint {
+                facet: place.facet,
+                near: axes.map(|axis| way.dot(axis) as f32),
+            },
+            distance: distance as f32,
         }
     }
 }
@@ -177,15 +180,6 @@ pub struct CellPoint {
 }
 
 impl CellPoint {
-    fn new(scene: RayScene<'_>, place: SurfacePoint) -> CellPoint {
-        let facet = &scene.surfaces.facets[place.facet as usize];
-        let way = place.point - facet.vertices[0];
-        CellPoint {
-            facet: place.facet,
-            near: frame(facet.normal).map(|axis| way.dot(axis) as f32),
-        }
-    }
-
     /// The point, on its facet's plane.
     pub fn place(&self, scene: RayScene<'_>) -> SurfacePoint {
         let facet = &scene.surfaces.facets[self.facet as usize];
@@ -302,7 +296,7 @@ impl<'a> CellFinder<'a> {
             let before = wanted(*asked);
             *asked += 1;
             if wanted(*asked) > before {
-                self.points.push(CellPoint::new(self.scene, landing.place));
+                self.points.push(landing.point);
                 self.owners.push(cell);
             }
         }

@@ -22,10 +22,10 @@ use rayon::prelude::*;
 const CELL_RAYS: usize = 4;
 /// Samples of one pixel may be numbered up to this.
 const PIXEL_SAMPLES: u32 = 2048;
-/// Rays whose ends are held at once: some rows, at least one.
-const BAND: usize = 1 << 18;
+/// Rays whose ends are held at once, for each thread.
+const BAND: usize = 1 << 17;
 /// Pixels that one task works on.
-const RUN: usize = 64;
+const RUN: usize = 16;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
@@ -88,6 +88,10 @@ impl PictureRays<'_> {
         morton(pixel % width, pixel / width).wrapping_mul(PIXEL_SAMPLES)
     }
 
+    fn pixels(&self) -> usize {
+        self.size[0] * self.size[1]
+    }
+
     fn way(&self, pixel: usize, k: u32) -> Vec3 {
         let width = self.size[0];
         let [u, v] = point(self.index(pixel).wrapping_add(k), SEED_CAMERA);
@@ -130,7 +134,7 @@ impl PictureRays<'_> {
             let facet = |k| self.place(pixel, k).map_or(DARK, |place| place.facet);
             (0..first).map(facet).collect::<Vec<u32>>()
         };
-        Ok(each_pixel(self.size, work, of)?.concat())
+        Ok(each(self.pixels(), work, of)?.concat())
     }
 
     /// Sides of cells, from the mean length of a ray of each pixel.
@@ -142,7 +146,7 @@ impl PictureRays<'_> {
             let (_, distance) = self.scene.shoot(place, way);
             distance.is_finite().then_some(distance)
         };
-        let lengths: Vec<f64> = each_pixel(self.size, work, of)?
+        let lengths: Vec<f64> = each(self.pixels(), work, of)?
             .into_iter()
             .flatten()
             .collect();
@@ -176,17 +180,19 @@ impl PictureRays<'_> {
             ..Gathered::default()
         };
         let order = scattered(height);
+        for (place, row) in order.iter().enumerate() {
+            out.rows[*row] = place;
+        }
         let mixed = self.rays_of_mixed(seen);
         let mut cells = Vec::new();
-        let band = (BAND / (width * mixed as usize)).max(1);
-        let mut done = 0;
-        for rows in order.chunks(band) {
-            work.progress.report("rays", done, height);
-            let of = |at: usize| {
-                self.rays_of(rows[at / width] * width + at % width, seen, mixed, settings)
-            };
-            let pixels = each_pixel([width, rows.len()], work, of)?;
-            for (at, (mut landings, smooth)) in pixels.into_iter().enumerate() {
+        let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
+        for start in (0..width * height).step_by(band) {
+            work.progress.report("rays", start, width * height);
+            let pixel = |at: usize| order[(start + at) / width] * width + (start + at) % width;
+            let of = |at: usize| self.rays_of(pixel(at), seen, mixed, settings);
+            let found = each(band.min(width * height - start), work, of)?;
+            for (at, (mut landings, smooth)) in found.into_iter().enumerate() {
+                let pixel = pixel(at);
                 let material = |facet: u32| {
                     let own = self.scene.surfaces.facets.get(facet as usize);
                     own.map(|own| own.material)
@@ -196,7 +202,6 @@ impl PictureRays<'_> {
                 finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
                 out.starts.push(out.cells.end());
                 let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
-                let pixel = rows[at / width] * width + at % width;
                 let mut rest = cells.as_mut_slice();
                 for some in alike {
                     let (own, later) = rest.split_at_mut(some.len());
@@ -215,15 +220,11 @@ impl PictureRays<'_> {
                 out.runs.end();
                 out.smooth[pixel] = smooth;
             }
-            for row in rows {
-                out.rows[*row] = done;
-                done += 1;
-            }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
         }
         out.cells.shrink();
         out.runs.shrink();
-        work.progress.report("rays", height, height);
+        work.progress.report("rays", width * height, width * height);
         Ok(out)
     }
 
@@ -301,7 +302,7 @@ impl PictureRays<'_> {
         let places = (0..).zip(own).map(|(k, f)| self.on_facet(pixel, k, *f));
         let places: Option<Vec<SurfacePoint>> = places.collect();
         let smooth = places.and_then(|places| {
-            let distances = out.iter().map(|(landing, _)| landing.distance);
+            let distances = out.iter().map(|(landing, _)| f64::from(landing.distance));
             SmoothPixel::new(self.scene.surfaces, &places, distances, self.step.filter)
         });
         if smooth.is_none() {
@@ -319,19 +320,18 @@ fn scattered(height: usize) -> Vec<usize> {
     turned.filter(|row| *row < height).collect()
 }
 
-/// One value for each pixel, by its number.
-pub fn each_pixel<T: Send>(
-    [width, height]: [usize; 2],
+/// One value for each of so many pixels, by its number.
+fn each<T: Send>(
+    count: usize,
     work: Work<'_>,
     of: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let pixels = width * height;
     let run = |run: usize| {
         work.check()?;
-        let end = pixels.min((run + 1) * RUN);
+        let end = count.min((run + 1) * RUN);
         Ok((run * RUN..end).map(&of).collect())
     };
-    let runs = (0..pixels.div_ceil(RUN)).into_par_iter();
+    let runs = (0..count.div_ceil(RUN)).into_par_iter();
     let runs: Result<Vec<Vec<T>>, Cancelled> = runs.map(run).collect();
     Ok(runs?.into_iter().flatten().collect())
 }
