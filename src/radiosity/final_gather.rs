@@ -45,10 +45,14 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Lights that are solved at once, at most, and the bytes of their light in the cells: it is at the
-/// peak of what an operator holds.
+/// Lights that are solved at once, at most, and bytes of their pixels: what the camera's rays show is
+/// found once for all of them.
 const BLOCK: usize = 8;
-const BLOCK_BYTES: usize = 16 << 20;
+const PIXEL_LIGHT_BYTES: usize = 128 << 20;
+/// Bytes of light in the cells at once, and for each polygon more: it is at the peak of what an
+/// operator holds, so that on large stages fewer lights share the way through the cells.
+const CELL_LIGHT_BYTES: usize = 16 << 20;
+const POLYGON_LIGHT_BYTES: usize = 256;
 /// What is left of light after the last bounce, as a share.
 const LEFT: f64 = 5e-4;
 /// Bounces at most.
@@ -307,19 +311,29 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let most = BLOCK_BYTES / self.cells.light_bytes().max(1);
+        let polygons = self.surfaces.facets.len();
+        let most = CELL_LIGHT_BYTES + POLYGON_LIGHT_BYTES * polygons;
+        let together = (most / self.cells.light_bytes().max(1)).clamp(1, BLOCK);
+        let pixel_bytes = (12 + DirectLight::PIXEL_BYTES) * pixels;
+        let most = PIXEL_LIGHT_BYTES.min(work.memory / 4);
+        let sharing = (most / pixel_bytes.max(1)).clamp(1, BLOCK);
         let mut done = 0;
-        for block in new.chunks(most.clamp(1, BLOCK)) {
-            let pixel = 24.max(12 + DirectLight::PIXEL_BYTES);
-            let held = block.len() * (self.cells.light_bytes() + pixel * pixels);
-            check_memory("light in the cache", held, work.memory)?;
-            let mut found = self.indirect(block, work)?;
-            work.progress.report("direct light", done, new.len());
+        for block in new.chunks(sharing) {
+            let light = together.min(block.len()) * (self.cells.light_bytes() + 24 * pixels);
+            let pictures = block.len() * pixel_bytes;
+            check_memory("light in the cache", light + pictures, work.memory)?;
+            let mut found = Vec::with_capacity(block.len());
+            for some in block.chunks(together) {
+                let before = done + found.len();
+                work.progress.report("reflected light", before, new.len());
+                found.extend(self.indirect(some, work)?);
+            }
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {
                 rays: self.rays(),
                 seen: &self.seen,
                 emitters: &emitters,
+                report: (done, new.len()),
             };
             direct.add_to(&mut found, work)?;
             done += block.len();

@@ -8,6 +8,7 @@ use crate::radiosity::final_gather::step::{GatherStep, more_pixels};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f32::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Of the spread of a pixel's samples, what its neighbours are taken to have at least: the first
 /// samples may all miss an edge.
@@ -27,6 +28,8 @@ pub struct DirectLight<'a> {
     /// Facets of the first samples of each pixel.
     pub seen: &'a [u32],
     pub emitters: &'a [Emitter<'a>],
+    /// Lights that were done before, and of how many, for progress.
+    pub report: (usize, usize),
 }
 
 impl DirectLight<'_> {
@@ -73,6 +76,7 @@ impl DirectLight<'_> {
         let lights = self.emitters.len();
         let row = self.rays.size[0] * lights;
         let rows = sums.par_chunks_mut(row).zip(samples.par_chunks(row));
+        let sampled = AtomicUsize::new(0);
         rows.enumerate().try_for_each(|(y, (sums, samples))| {
             work.check()?;
             let pixels = sums.chunks_exact_mut(lights);
@@ -80,6 +84,13 @@ impl DirectLight<'_> {
                 let pixel = y * self.rays.size[0] + x;
                 let end = ends.iter().copied().max().unwrap_or(start);
                 (start..end).for_each(|k| self.sample_pixel(pixel, k, sums, ends));
+            }
+            let sampled = sampled.fetch_add(1, Ordering::Relaxed) + 1;
+            // The first samples are few.
+            if start > 0 {
+                let ((before, all), rows) = (self.report, self.rays.size[1]);
+                let done = before + lights * sampled / rows;
+                work.progress.report("direct light", done, all);
             }
             Ok(())
         })
