@@ -260,33 +260,36 @@ impl FinalGather {
         let runs = out.par_chunks_mut(RUN * lights.len()).enumerate();
         runs.try_for_each(|(at, run)| {
             work.check()?;
+            let mut sums = vec![SampleSum::default(); lights.len()];
             for (i, out) in run.chunks_exact_mut(lights.len()).enumerate() {
                 let cell = at * RUN + i;
                 let points = self.cells.points(cell);
                 let seed = hash(cell as u32) ^ SEED_CELL_LIGHT;
-                for (out, emitter) in out.iter_mut().zip(&emitters) {
-                    let mut sum = SampleSum::default();
-                    for (k, p) in points.iter().enumerate() {
-                        let SurfacePoint {
-                            facet,
-                            point: place,
-                        } = p.place(self.scene());
-                        let normal = self.surfaces.facets[facet as usize].normal;
-                        let at = Receiver {
-                            point: place,
-                            normal,
-                            facet: normal,
-                        };
-                        // About a pixel there.
-                        let footprint = || {
-                            let distance = (place - self.camera.origin).length();
-                            let side = distance * self.camera.step_x * 4.0;
-                            frame(normal).map(|way| way * side)
-                        };
-                        let random = point(k as u32, seed);
+                sums.fill(SampleSum::default());
+                for (k, p) in points.iter().enumerate() {
+                    let SurfacePoint {
+                        facet,
+                        point: place,
+                    } = p.place(self.scene());
+                    let normal = self.surfaces.facets[facet as usize].normal;
+                    let at = Receiver {
+                        point: place,
+                        normal,
+                        facet: normal,
+                    };
+                    // About a pixel there.
+                    let footprint = || {
+                        let distance = (place - self.camera.origin).length();
+                        let side = distance * self.camera.step_x * 4.0;
+                        frame(normal).map(|way| way * side)
+                    };
+                    let random = point(k as u32, seed);
+                    for (sum, emitter) in sums.iter_mut().zip(&emitters) {
                         let sample = emitter.sample(self.scene(), at, footprint, random);
                         sum.add(sample, 1.0);
                     }
+                }
+                for (out, sum) in out.iter_mut().zip(&sums) {
                     *out = sum.irradiance() / points.len().max(1) as f32;
                 }
             }

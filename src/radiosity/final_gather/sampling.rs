@@ -26,17 +26,17 @@ fn scramble(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// The second dimension of the Sobol sequence.
-fn second_dimension(mut index: u32) -> u32 {
-    let (mut direction, mut out) = (1_u32 << 31, 0);
-    while index != 0 {
-        if index & 1 != 0 {
-            out ^= direction;
-        }
-        index >>= 1;
-        direction ^= direction >> 1;
-    }
-    out
+/// The second dimension of the Sobol sequence: bit `j` from the left is the sum, modulo 2, of those
+/// bits `i` of the index for which `i` choose `j` is odd, which is where `i` has all bits of `j`
+/// (Lucas 1878). So the bits of each block of two, four and so on are added to those of its other half.
+fn second_dimension(index: u32) -> u32 {
+    let mut bits = index;
+    bits ^= bits >> 1 & 0x5555_5555;
+    bits ^= bits >> 2 & 0x3333_3333;
+    bits ^= bits >> 4 & 0x0f0f_0f0f;
+    bits ^= bits >> 8 & 0x00ff_00ff;
+    bits ^= bits >> 16;
+    bits.reverse_bits()
 }
 
 /// Point `index` of a scrambled and shuffled (0, 2)-sequence, in the unit square.
@@ -83,6 +83,22 @@ pub fn cosine_direction(normal: Vec3, [u, v]: [f64; 2]) -> Vec3 {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
+
+    /// By its direction numbers, of which each is the one before plus half of itself.
+    #[test]
+    fn the_second_dimension_is_that_of_sobol() {
+        let by_direction_numbers = |index: u32| {
+            let numbers = (0..32).scan(1_u32 << 31, |next, bit| {
+                let own = *next;
+                *next ^= own >> 1;
+                Some(if index >> bit & 1 == 1 { own } else { 0 })
+            });
+            numbers.fold(0, |sum, own| sum ^ own)
+        };
+        for i in (0..300).chain((0..300).map(hash)) {
+            assert_eq!(second_dimension(i), by_direction_numbers(i), "{i}");
+        }
+    }
 
     /// Every elementary interval of 64 consecutive points holds one of them, for every seed.
     #[test]
