@@ -20,7 +20,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
 /// Points at which a cell is evaluated, at most; those that only rays of cells end in, at this share.
-const MOST_POINTS: usize = 16;
+const MOST_POINTS: f64 = 16.0;
 const LATER_POINTS: f64 = 0.5;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
@@ -36,6 +36,8 @@ pub struct CellSettings {
     pub sides: [f64; 2],
     /// A cell is evaluated at this times the square root of the rays that asked for it.
     pub points: f64,
+    /// By how much these and their limit are raised.
+    pub more: f64,
     /// Rays of each point.
     pub rays: usize,
 }
@@ -274,6 +276,7 @@ impl<'a> CellFinder<'a> {
             0 => self.settings.points,
             _ => LATER_POINTS * self.settings.points,
         };
+        let more = self.settings.more;
         for landing in landings {
             let Some(key) = landing.key else {
                 rows.push(code_of(DARK));
@@ -290,8 +293,8 @@ impl<'a> CellFinder<'a> {
             };
             let asked = &mut self.asked[own];
             let wanted = |asked: u32| {
-                let points = share * f64::from(asked).sqrt();
-                (points as usize).clamp(usize::from(asked > 0), MOST_POINTS)
+                let points = (share * f64::from(asked).sqrt()).min(MOST_POINTS);
+                ((more * points) as usize).max(usize::from(asked > 0))
             };
             let before = wanted(*asked);
             *asked += 1;

@@ -160,6 +160,7 @@ impl PictureRays<'_> {
         Ok(CellSettings {
             sides: self.step.cells.map(|share| share * mean),
             points: self.step.points,
+            more: self.step.more_points(self.rays_of_mixed(seen)),
             rays: CELL_RAYS,
         })
     }

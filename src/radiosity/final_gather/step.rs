@@ -1,6 +1,7 @@
 //! The scale of quality of final gathering: the parameters of each step, and what it costs.
 
 use crate::radiosity::camera::fragment::camera;
+use crate::radiosity::final_gather::BLOCK;
 use crate::radiosity::final_gather::irradiance_filter::differ;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::visibility::raster::ItemBuffer;
@@ -111,6 +112,12 @@ impl GatherStep {
         self.rays * times.log2().round().exp2() as u32
     }
 
+    /// By how much the points of cells are more where a pixel that shows several surfaces has so many
+    /// rays: where few do, cells are few, and light that comes by way of some of them is noise.
+    pub fn more_points(&self, rays_of_mixed: u32) -> f64 {
+        (MOST_TIMES / f64::from(rays_of_mixed / self.rays)).cbrt()
+    }
+
     /// What the step sets on any scene.
     pub fn quality_parameters(&self) -> Vec<QualityParameter> {
         let of = |name, amount: f64| QualityParameter { name, amount };
@@ -125,13 +132,14 @@ impl GatherStep {
 
 /// Units of cost (see [`crate::radiosity::cost`]) of one ray for each doubling of the polygons,
 /// filter included.
-const RAY_COST: f64 = 1.3e-7;
+const RAY_COST: f64 = 1.38e-7;
 /// Of the cells: of the root of rays times pixels that show several surfaces, for each point's share
 /// and over the least side of a cell, in the same way. There are the more cells the smaller they are,
 /// and each has points by the root of its rays.
-const CELL_COST: f64 = 6.2e-8;
-/// Of one sample of one light, in the same way.
-const SAMPLE_COST: f64 = 4.8e-8;
+const CELL_COST: f64 = 5.7e-8;
+/// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
+/// shared by the lights that are solved together.
+const SAMPLE_COST: f64 = 3.5e-8;
 /// Of one triangle in the hierarchy, for each doubling.
 const TRIANGLE_COST: f64 = 8e-7;
 /// Of one pixel of one light in a picture.
@@ -157,12 +165,13 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let first = f64::from(step.first);
     let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
     let rays = first + smooth * (1.0 - mixed) + several * mixed;
-    let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
+    let points = step.points * step.more_points(several as u32);
+    let cells = pixels * (rays * mixed).sqrt() * points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
     // As direct light allots them: stratified samples do better than their number's root.
     let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
     let samples = samples.min(f64::from(step.most));
-    let samples = first + mixed * samples;
+    let samples = (first + mixed * samples) * (1.0 + 2.0 / lights.clamp(1.0, BLOCK as f64));
     Ok(Cost {
         prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * pixels * rays + CELL_COST * cells),
         per_source: share * SAMPLE_COST * depth * pixels * samples,
@@ -171,10 +180,11 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     })
 }
 
-/// Which share of the view's pixels shows more than one surface, counted at one sample a pixel of a
-/// small picture.
+/// Which share of the view's pixels shows more than one surface, counted at one sample a pixel; of a
+/// large picture on a smaller one.
 fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
-    let times = more_pixels([view.width, view.height]).sqrt();
+    let pixels = (view.width * view.height) as f64;
+    let times = (pixels / (PIXELS * MOST_PIXELS)).max(1.0).sqrt();
     let side = |n: usize| ((n as f64 / times) as usize).max(1);
     let small = View {
         width: side(view.width),
