@@ -10,7 +10,7 @@ use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
 use crate::radiosity::final_gather::packed::SortedLists;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
-use crate::radiosity::final_gather::step::GatherStep;
+use crate::radiosity::final_gather::step::{GatherStep, more_points};
 use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
 use crate::radiosity::visibility::raster::Camera;
@@ -160,7 +160,7 @@ impl PictureRays<'_> {
         Ok(CellSettings {
             sides: self.step.cells.map(|share| share * mean),
             points: self.step.points,
-            more: self.step.more_points(self.rays_of_mixed(seen)),
+            more: more_points(self.mixed_share(seen)),
             rays: CELL_RAYS,
         })
     }
@@ -184,7 +184,7 @@ impl PictureRays<'_> {
         for (place, row) in order.iter().enumerate() {
             out.rows[*row] = place;
         }
-        let mixed = self.rays_of_mixed(seen);
+        let mixed = self.step.rays_of_mixed(self.mixed_share(seen), self.size);
         let mut cells = Vec::new();
         let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
         for start in (0..width * height).step_by(band) {
@@ -229,13 +229,12 @@ impl PictureRays<'_> {
         Ok(out)
     }
 
-    /// As [`GatherStep::rays_of_mixed`].
-    fn rays_of_mixed(&self, seen: &[u32]) -> u32 {
+    /// Which share of the pixels shows more than one smooth surface.
+    fn mixed_share(&self, seen: &[u32]) -> f64 {
         let surfaces = self.scene.surfaces;
         let is_mixed = |own: &&[u32]| own.iter().any(|f| differ(surfaces, [own[0], *f]));
         let pixels = seen.chunks_exact(self.step.first as usize);
-        let mixed = pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64;
-        self.step.rays_of_mixed(mixed, self.size)
+        pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64
     }
 
     /// Mean reflectance of a texture in a pixel, where a facet of its material is one of those that the

@@ -86,6 +86,8 @@ const MOST_PIXELS: f64 = 4.0;
 /// at most.
 const MIXED_RAYS: f64 = 16.0;
 const MOST_TIMES: f64 = 8.0;
+/// Share of such pixels below which a picture is plain.
+const PLAIN: f64 = 0.25;
 
 /// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
 /// finer pixels may be noisier, as the eye sees the mean of several.
@@ -110,12 +112,6 @@ impl GatherStep {
     pub fn rays_of_mixed(&self, mixed: f64, size: [usize; 2]) -> u32 {
         let times = (MIXED_RAYS * mixed / more_pixels(size)).clamp(1.0, MOST_TIMES);
         self.rays * times.log2().round().exp2() as u32
-    }
-
-    /// By how much the points of cells are more where a pixel that shows several surfaces has so many
-    /// rays: where few do, cells are few, and light that comes by way of some of them is noise.
-    pub fn more_points(&self, rays_of_mixed: u32) -> f64 {
-        (MOST_TIMES / f64::from(rays_of_mixed / self.rays)).cbrt()
     }
 
     /// What the step sets on any scene.
@@ -148,6 +144,13 @@ const PIXEL_COST: f64 = 4e-9;
 /// its picture's mean square.
 const SPREAD: f64 = 0.5;
 
+/// By how much the points of cells are more where a share of the pixels shows more than one smooth
+/// surface: where few do, cells are few, and light that comes by way of some of them is noise. Up to
+/// twice.
+pub fn more_points(mixed: f64) -> f64 {
+    (PLAIN / mixed).clamp(1.0, 8.0).cbrt()
+}
+
 /// Predicted cost of a step on a scene.
 ///
 /// # Errors
@@ -165,7 +168,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let first = f64::from(step.first);
     let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
     let rays = first + smooth * (1.0 - mixed) + several * mixed;
-    let points = step.points * step.more_points(several as u32);
+    let points = step.points * more_points(mixed);
     let cells = pixels * (rays * mixed).sqrt() * points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
     // As direct light allots them: stratified samples do better than their number's root.
