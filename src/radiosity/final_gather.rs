@@ -126,9 +126,10 @@ impl FinalGather {
             step,
         };
         let seen = picture.seen(work)?;
-        let settings = picture.cell_settings(&seen, work)?;
+        let mixed = picture.mixed_share(&seen);
+        let settings = picture.cell_settings(&seen, mixed, work)?;
         let mut finder = CellFinder::new(picture.scene, settings);
-        let gathered = picture.gather(&seen, settings, &mut finder, &budget, work)?;
+        let gathered = picture.gather((&seen, mixed), settings, &mut finder, &budget, work)?;
         budget.take("the rays of the picture", gathered.bytes())?;
         let cells = finder.find(&budget, work)?;
         budget.take("the radiosity cache", cells.bytes())?;

@@ -137,8 +137,14 @@ impl PictureRays<'_> {
         Ok(each(self.pixels(), work, of)?.concat())
     }
 
-    /// Sides of cells, from the mean length of a ray of each pixel.
-    pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
+    /// Sides of cells, from the mean length of a ray of each pixel, and points by the share of pixels that
+    /// is `mixed`.
+    pub fn cell_settings(
+        &self,
+        seen: &[u32],
+        mixed: f64,
+        work: Work<'_>,
+    ) -> Result<CellSettings, Cancelled> {
         let of = |pixel: usize| {
             let place = self.on_facet(pixel, 0, seen[pixel * self.step.first as usize])?;
             let normal = self.scene.surfaces.facets[place.facet as usize].normal;
@@ -160,7 +166,7 @@ impl PictureRays<'_> {
         Ok(CellSettings {
             sides: self.step.cells.map(|share| share * mean),
             points: self.step.points,
-            more: more_points(self.mixed_share(seen)),
+            more: more_points(mixed),
             rays: CELL_RAYS,
         })
     }
@@ -168,7 +174,7 @@ impl PictureRays<'_> {
     /// The rays of every pixel, some rows at a time.
     pub fn gather(
         &self,
-        seen: &[u32],
+        (seen, mixed): (&[u32], f64),
         settings: CellSettings,
         finder: &mut CellFinder<'_>,
         budget: &MemoryBudget,
@@ -184,7 +190,7 @@ impl PictureRays<'_> {
         for (place, row) in order.iter().enumerate() {
             out.rows[*row] = place;
         }
-        let mixed = self.step.rays_of_mixed(self.mixed_share(seen), self.size);
+        let mixed = self.step.rays_of_mixed(mixed, self.size);
         let mut cells = Vec::new();
         let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
         for start in (0..width * height).step_by(band) {
@@ -230,7 +236,7 @@ impl PictureRays<'_> {
     }
 
     /// Which share of the pixels shows more than one smooth surface.
-    fn mixed_share(&self, seen: &[u32]) -> f64 {
+    pub fn mixed_share(&self, seen: &[u32]) -> f64 {
         let surfaces = self.scene.surfaces;
         let is_mixed = |own: &&[u32]| own.iter().any(|f| differ(surfaces, [own[0], *f]));
         let pixels = seen.chunks_exact(self.step.first as usize);
