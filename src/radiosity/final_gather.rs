@@ -18,6 +18,7 @@ mod picture_rays;
 pub mod ray_scene;
 pub mod sampling;
 mod step;
+mod systematic;
 
 pub use step::{GatherStep, STEPS, cost};
 
@@ -127,7 +128,7 @@ impl FinalGather {
         };
         let seen = picture.seen(work)?;
         let mixed = picture.mixed_share(&seen);
-        let settings = picture.cell_settings(&seen, mixed, work)?;
+        let settings = picture.cell_settings(&seen, work)?;
         let mut finder = CellFinder::new(picture.scene, settings);
         let gathered = picture.gather((&seen, mixed), settings, &mut finder, &budget, work)?;
         budget.take("the rays of the picture", gathered.bytes())?;
@@ -188,11 +189,11 @@ impl FinalGather {
         let rows = gathered.par_chunks_mut(width * self.width).enumerate();
         rows.try_for_each(|(y, row)| {
             work.check()?;
-            let start = self.gathered.rows[y] * self.width;
             let mut sums = vec![0.0_f32; width];
             for (x, out) in row.chunks_exact_mut(width).enumerate() {
-                let mut at = self.gathered.starts[start + x];
-                let runs = self.gathered.runs.get(start + x);
+                let pixel = y * self.width + x;
+                let mut at = self.gathered.starts[pixel];
+                let runs = self.gathered.runs.get(pixel);
                 let rays = runs.iter().map(|run| run.rays).sum::<u32>();
                 let share = 1.0 / rays.max(1) as f32;
                 for run in runs {
@@ -210,7 +211,7 @@ impl FinalGather {
                     let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
                         continue;
                     };
-                    let is_smooth = self.gathered.smooth[y * self.width + x].is_some();
+                    let is_smooth = self.gathered.smooth[pixel].is_some();
                     let scale = match self.gathered.paints.get(run.paint as usize) {
                         None => facet.reflectance.map(|r| (r / PI) as f32 * share),
                         // Light is evened out without the texture.
@@ -235,15 +236,13 @@ impl FinalGather {
     /// Multiplies the evened out light of pixels by their textures.
     fn paint(&self, filtered: &mut [f32], width: usize) {
         let Gathered {
-            rows,
             runs,
             paints,
             smooth,
             ..
         } = &self.gathered;
         for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
-            let place = rows[pixel / self.width] * self.width + pixel % self.width;
-            let run = runs.get(place).first().filter(|_| smooth[pixel].is_some());
+            let run = runs.get(pixel).first().filter(|_| smooth[pixel].is_some());
             if let Some(paint) = run.and_then(|run| paints.get(run.paint as usize)) {
                 values
                     .iter_mut()

@@ -4,13 +4,16 @@
 //! the ray's length, as what is far away is averaged over more (spatial hashing: Binder, Fricke and
 //! Keller 2019). A cell is evaluated at some of the very hits that asked for it, so never at a
 //! point inside a solid, and not at all where nothing is seen. From those points further rays ask
-//! for further cells, never for those of the camera's rays. All of it depends on geometry alone.
+//! for further cells, never for those of the camera's rays; each weighs as many of the camera's rays
+//! as it stands for, so that points go where light of the picture comes by. All of it depends on
+//! geometry alone.
 
 use crate::geometry::{Vec3, frame};
 use crate::hash::mix;
 use crate::radiosity::final_gather::packed::PackedNumbers;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
+use crate::radiosity::final_gather::systematic::SystematicSample;
 use crate::radiosity::memory::MemoryBudget;
 use crate::renderer::TransportError;
 use crate::work::{Cancelled, Work};
@@ -19,9 +22,12 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
-/// Points at which a cell is evaluated, at most; those that only rays of cells end in, at this share.
-const MOST_POINTS: f64 = 16.0;
+/// Weight of a camera's ray; rays of cells weigh less.
+pub const CAMERA_RAY: u32 = 16;
+/// Points of a cell that only rays of cells end in, as a share.
 const LATER_POINTS: f64 = 0.5;
+/// Points that may wait for their cell's number of points to be known, beside as many as are kept.
+const WAITING: usize = 1 << 16;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
 /// Points that one task works on.
@@ -34,10 +40,8 @@ const BATCH: usize = 1 << 14;
 pub struct CellSettings {
     /// Least and greatest side of a cell, metres; cells between are powers of two times the least.
     pub sides: [f64; 2],
-    /// A cell is evaluated at this times the square root of the rays that asked for it.
+    /// A cell is evaluated at this times the power 2/3 of the camera's rays that its light reaches.
     pub points: f64,
-    /// By how much these and their limit are raised.
-    pub more: f64,
     /// Rays of each point.
     pub rays: usize,
 }
@@ -125,6 +129,18 @@ impl CellSettings {
             0 => self.rays,
             _ => (self.rays / 2).max(2),
         }
+    }
+
+    /// Which points cells of a generation keep. The power is between a half, at which cells that
+    /// many rays end in would be the noise of the picture's mean, and one, at which those that few
+    /// do would be the noise of pixels.
+    fn sample(&self, generation: usize) -> SystematicSample {
+        let share = match generation {
+            0 => self.points,
+            _ => LATER_POINTS * self.points,
+        };
+        let camera_ray = f64::from(CAMERA_RAY);
+        SystematicSample::new(|asked| share * (asked / camera_ray).cbrt().powi(2))
     }
 
     /// Where a ray from `from` ends; `random` moves it by up to half a cell, so that borders
@@ -233,12 +249,17 @@ pub struct CellFinder<'a> {
     generation: usize,
     /// Cells of earlier generations.
     known: usize,
-    /// Of each cell of this generation the rays that asked for it.
+    /// Which points this generation's cells keep.
+    sample: SystematicSample,
+    /// Of each cell of this generation the weight of the rays that asked for it.
     asked: Vec<u32>,
     /// Those of earlier generations sorted by cell, then those of this one as they came.
     points: Vec<CellPoint>,
-    /// Of each point of this generation its cell.
+    /// Of each point of this generation its cell, and its rank in it.
     owners: Vec<u32>,
+    ranks: Vec<u8>,
+    /// Points of this generation at which those that their cells no longer keep are thrown away.
+    most: usize,
 }
 
 impl<'a> CellFinder<'a> {
@@ -250,9 +271,12 @@ impl<'a> CellFinder<'a> {
             table: HashMap::default(),
             generation: 0,
             known: 0,
+            sample: settings.sample(0),
             asked: Vec::new(),
             points: Vec::new(),
             owners: Vec::new(),
+            ranks: Vec::new(),
+            most: WAITING,
         }
     }
 
@@ -261,6 +285,7 @@ impl<'a> CellFinder<'a> {
         self.table.capacity() * (size_of::<(Key, u32)>() + 1)
             + self.points.len() * size_of::<CellPoint>()
             + 4 * (self.asked.len() + self.owners.len())
+            + self.ranks.len()
     }
 
     /// Cells so far.
@@ -268,16 +293,10 @@ impl<'a> CellFinder<'a> {
         self.known + self.asked.len()
     }
 
-    /// The cells of rays' ends, as [`cell_of`] reads them. A cell that is new in this generation gets its
-    /// points from the rays that ask for it, the sooner the denser, as their number grows with the
-    /// root of the rays'.
-    pub fn ask(&mut self, landings: impl Iterator<Item = Landing>, rows: &mut Vec<u32>) {
-        let share = match self.generation {
-            0 => self.settings.points,
-            _ => LATER_POINTS * self.settings.points,
-        };
-        let more = self.settings.more;
-        for landing in landings {
+    /// The cells of the ends of weighted rays, as [`cell_of`] reads them. A cell that is new in this
+    /// generation gets its points from the rays that ask for it.
+    pub fn ask(&mut self, landings: impl Iterator<Item = (Landing, u32)>, rows: &mut Vec<u32>) {
+        for (landing, weight) in landings {
             let Some(key) = landing.key else {
                 rows.push(code_of(DARK));
                 continue;
@@ -291,18 +310,38 @@ impl<'a> CellFinder<'a> {
             let Some(own) = (cell as usize).checked_sub(self.known) else {
                 continue;
             };
-            let asked = &mut self.asked[own];
-            let wanted = |asked: u32| {
-                let points = (share * f64::from(asked).sqrt()).min(MOST_POINTS);
-                ((more * points) as usize).max(usize::from(asked > 0))
-            };
-            let before = wanted(*asked);
-            *asked += 1;
-            if wanted(*asked) > before {
+            let before = self.asked[own];
+            let after = before.saturating_add(weight);
+            self.asked[own] = after;
+            let rank = SystematicSample::rank(before, after);
+            if let Some(rank) = rank.filter(|rank| self.sample.keeps(*rank, after)) {
                 self.points.push(landing.point);
                 self.owners.push(cell);
+                self.ranks.push(rank);
             }
         }
+        if self.owners.len() > self.most {
+            self.thin();
+            self.most = 2 * self.owners.len() + WAITING;
+        }
+    }
+
+    /// Throws away the points that their cells no longer keep.
+    fn thin(&mut self) {
+        let start = self.points.len() - self.owners.len();
+        let mut kept = 0;
+        for at in 0..self.owners.len() {
+            let asked = self.asked[self.owners[at] as usize - self.known];
+            if self.sample.keeps(self.ranks[at], asked) {
+                self.points[start + kept] = self.points[start + at];
+                self.owners[kept] = self.owners[at];
+                self.ranks[kept] = self.ranks[at];
+                kept += 1;
+            }
+        }
+        self.points.truncate(start + kept);
+        self.owners.truncate(kept);
+        self.ranks.truncate(kept);
     }
 
     /// All cells whose light reaches those that were asked for.
@@ -319,21 +358,29 @@ impl<'a> CellFinder<'a> {
         while self.generation < GENERATIONS && !self.owners.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
-            let more = 4 * self.asked.len();
+            let more = 8 * self.asked.len();
             budget.check("the radiosity cache", self.bytes() + cells.bytes() + more)?;
-            let new = self.sort_points(&mut cells.starts);
+            let earlier = self.known;
+            let (new, asked) = self.sort_points(&mut cells.starts);
             self.generation += 1;
+            self.sample = self.settings.sample(self.generation);
             if self.generation == 1 {
                 (cells.seen, cells.first) = (self.known, new.len());
                 // What the camera's rays see of a place lies more in the open than what rays of cells
                 // see of it, and is brighter: these have cells of their own.
                 self.table = HashMap::default();
             }
+            let weights = asked.iter().zip(cells.starts[earlier..].windows(2));
+            let mut weights = weights.flat_map(|(asked, points)| {
+                let rays = (points[1] - points[0]) * count as u32;
+                let weight = (f64::from(*asked) / f64::from(rays)).round().max(1.0);
+                std::iter::repeat_n(weight as u32, rays as usize)
+            });
             for start in new.clone().step_by(BATCH) {
                 let some = start..new.end.min(start + BATCH);
                 let landings = self.rays(start - new.start, &self.points[some], count, work)?;
                 row.clear();
-                self.ask(landings.into_iter(), &mut row);
+                self.ask(landings.into_iter().zip(weights.by_ref()), &mut row);
                 cells.rays.extend(&row);
                 budget.check("the radiosity cache", self.bytes() + cells.bytes())?;
             }
@@ -350,13 +397,17 @@ impl<'a> CellFinder<'a> {
     }
 
     /// Sorts the points of this generation by cell, in the order in which they came, adds to where those of
-    /// each cell begin, and begins the next generation. Returns the indices of the sorted points.
-    fn sort_points(&mut self, starts: &mut Vec<u32>) -> Range<usize> {
+    /// each cell begin, and begins the next generation. Returns the indices of the sorted points, and
+    /// the weight of the rays that asked for each of their cells.
+    fn sort_points(&mut self, starts: &mut Vec<u32>) -> (Range<usize>, Vec<u32>) {
+        self.thin();
+        self.ranks.clear();
+        self.most = WAITING;
         let end = self.points.len();
         let new = end - self.owners.len()..end;
         // Of each cell where its next point goes.
-        let mut next = std::mem::take(&mut self.asked);
-        next.fill(0);
+        let asked = std::mem::take(&mut self.asked);
+        let mut next = vec![0_u32; asked.len()];
         let own = |cell: u32| cell as usize - self.known;
         self.owners.iter().for_each(|cell| next[own(*cell)] += 1);
         let mut sum = new.start as u32;
@@ -382,7 +433,7 @@ impl<'a> CellFinder<'a> {
                 places.swap(at, place);
             }
         }
-        new
+        (new, asked)
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.

@@ -5,12 +5,12 @@
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::projector::pixel as footprint;
-use crate::radiosity::final_gather::cells::{CellFinder, CellSettings, Landing};
+use crate::radiosity::final_gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
 use crate::radiosity::final_gather::packed::SortedLists;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
-use crate::radiosity::final_gather::step::{GatherStep, more_points};
+use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
 use crate::radiosity::visibility::raster::Camera;
@@ -34,13 +34,11 @@ const SEED_CELL: u32 = 303;
 /// What the pixels' rays found.
 #[derive(Default)]
 pub struct Gathered {
-    /// Of each row of the picture its place in `starts` and `runs`.
-    pub rows: Vec<usize>,
     /// The cells that the rays of each run end in, as [`cells::cell_of`] reads them.
     ///
     /// [`cells::cell_of`]: crate::radiosity::final_gather::cells::cell_of
     pub cells: SortedLists,
-    /// Of each pixel where its lists begin in `cells`, by rows as they were looked at.
+    /// Of each pixel where its lists begin in `cells`.
     pub starts: Vec<usize>,
     /// Of each pixel its rays by the material that they leave.
     pub runs: Lists<Run>,
@@ -56,7 +54,7 @@ impl Gathered {
         let lists = self.cells.bytes() + size_of_val(self.runs.items());
         lists
             + size_of_val(self.paints.as_slice())
-            + 8 * (2 * self.starts.len() + self.rows.len())
+            + 16 * self.starts.len()
             + self.smooth.len() * size_of::<Option<SmoothPixel>>()
     }
 }
@@ -137,14 +135,8 @@ impl PictureRays<'_> {
         Ok(each(self.pixels(), work, of)?.concat())
     }
 
-    /// Sides of cells, from the mean length of a ray of each pixel, and points by the share of pixels that
-    /// is `mixed`.
-    pub fn cell_settings(
-        &self,
-        seen: &[u32],
-        mixed: f64,
-        work: Work<'_>,
-    ) -> Result<CellSettings, Cancelled> {
+    /// Sides of cells, from the mean length of a ray of each pixel.
+    pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
         let of = |pixel: usize| {
             let place = self.on_facet(pixel, 0, seen[pixel * self.step.first as usize])?;
             let normal = self.scene.surfaces.facets[place.facet as usize].normal;
@@ -166,12 +158,11 @@ impl PictureRays<'_> {
         Ok(CellSettings {
             sides: self.step.cells.map(|share| share * mean),
             points: self.step.points,
-            more: more_points(mixed),
             rays: CELL_RAYS,
         })
     }
 
-    /// The rays of every pixel, some rows at a time.
+    /// The rays of every pixel, some pixels at a time.
     pub fn gather(
         &self,
         (seen, mixed): (&[u32], f64),
@@ -182,31 +173,26 @@ impl PictureRays<'_> {
     ) -> Result<Gathered, TransportError> {
         let [width, height] = self.size;
         let mut out = Gathered {
-            rows: vec![0; height],
             smooth: vec![None; width * height],
             ..Gathered::default()
         };
-        let order = scattered(height);
-        for (place, row) in order.iter().enumerate() {
-            out.rows[*row] = place;
-        }
         let mixed = self.step.rays_of_mixed(mixed, self.size);
         let mut cells = Vec::new();
         let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
         for start in (0..width * height).step_by(band) {
             work.progress.report("rays", start, width * height);
-            let pixel = |at: usize| order[(start + at) / width] * width + (start + at) % width;
-            let of = |at: usize| self.rays_of(pixel(at), seen, mixed, settings);
+            let of = |at: usize| self.rays_of(start + at, seen, mixed, settings);
             let found = each(band.min(width * height - start), work, of)?;
             for (at, (mut landings, smooth)) in found.into_iter().enumerate() {
-                let pixel = pixel(at);
+                let pixel = start + at;
                 let material = |facet: u32| {
                     let own = self.scene.surfaces.facets.get(facet as usize);
                     own.map(|own| own.material)
                 };
                 landings.sort_by_key(|(_, facet)| material(*facet));
                 cells.clear();
-                finder.ask(landings.iter().map(|(landing, _)| *landing), &mut cells);
+                let weighted = landings.iter().map(|(landing, _)| (*landing, CAMERA_RAY));
+                finder.ask(weighted, &mut cells);
                 out.starts.push(out.cells.end());
                 let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
                 let mut rest = cells.as_mut_slice();
@@ -316,14 +302,6 @@ impl PictureRays<'_> {
         }
         (out, smooth)
     }
-}
-
-/// Rows from all over the picture one after the other: a cell is evaluated where its first rays
-/// fell, and these should not all come from one side.
-fn scattered(height: usize) -> Vec<usize> {
-    let bits = usize::BITS - height.leading_zeros();
-    let turned = (0..1_usize << bits).map(|i| i.reverse_bits() >> (usize::BITS - bits));
-    turned.filter(|row| *row < height).collect()
 }
 
 /// One value for each of so many pixels, by its number.

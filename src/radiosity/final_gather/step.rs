@@ -35,20 +35,20 @@ pub const STEPS: [GatherStep; 5] = [
     GatherStep {
         first: 4,
         most: 64,
-        noise: 0.05,
+        noise: 0.046,
         rays: 16,
         cells: [0.08, 0.16],
-        points: 0.25,
-        filter: 0.15,
+        points: 0.1,
+        filter: 0.2,
     },
     GatherStep {
         first: 4,
         most: 128,
-        noise: 0.03,
-        rays: 32,
+        noise: 0.029,
+        rays: 36,
         cells: [0.053, 0.106],
-        points: 0.35,
-        filter: 0.1,
+        points: 0.14,
+        filter: 0.15,
     },
     GatherStep {
         first: 8,
@@ -56,8 +56,8 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.011,
         rays: 64,
         cells: [0.024, 0.096],
-        points: 0.7,
-        filter: 0.08,
+        points: 0.28,
+        filter: 0.12,
     },
     GatherStep {
         first: 8,
@@ -65,8 +65,8 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.007,
         rays: 160,
         cells: [0.017, 0.068],
-        points: 1.0,
-        filter: 0.07,
+        points: 0.4,
+        filter: 0.1,
     },
     GatherStep {
         first: 16,
@@ -74,8 +74,8 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.005,
         rays: 256,
         cells: [0.012, 0.05],
-        points: 1.0,
-        filter: 0.05,
+        points: 0.4,
+        filter: 0.08,
     },
 ];
 
@@ -86,8 +86,6 @@ const MOST_PIXELS: f64 = 4.0;
 /// at most.
 const MIXED_RAYS: f64 = 16.0;
 const MOST_TIMES: f64 = 8.0;
-/// Share of such pixels below which a picture is plain.
-const PLAIN: f64 = 0.25;
 
 /// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
 /// finer pixels may be noisier, as the eye sees the mean of several.
@@ -144,13 +142,6 @@ const PIXEL_COST: f64 = 4e-9;
 /// its picture's mean square.
 const SPREAD: f64 = 0.5;
 
-/// By how much the points of cells are more where a share of the pixels shows more than one smooth
-/// surface: where few do, cells are few, and light that comes by way of some of them is noise. Up to
-/// twice.
-pub fn more_points(mixed: f64) -> f64 {
-    (PLAIN / mixed).clamp(1.0, 8.0).cbrt()
-}
-
 /// Predicted cost of a step on a scene.
 ///
 /// # Errors
@@ -168,8 +159,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let first = f64::from(step.first);
     let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
     let rays = first + smooth * (1.0 - mixed) + several * mixed;
-    let points = step.points * more_points(mixed);
-    let cells = pixels * (rays * mixed).sqrt() * points / step.cells[0];
+    let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
     // As direct light allots them: stratified samples do better than their number's root.
     let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
