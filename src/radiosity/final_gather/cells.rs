@@ -313,7 +313,7 @@ impl<'a> CellFinder<'a> {
             let before = self.asked[own];
             let after = before.saturating_add(weight);
             self.asked[own] = after;
-            let rank = SystematicSample::rank(before, after);
+            let rank = SystematicSample::rank(hash(cell), [before, after]);
             if let Some(rank) = rank.filter(|rank| self.sample.keeps(*rank, after)) {
                 self.points.push(landing.point);
                 self.owners.push(cell);

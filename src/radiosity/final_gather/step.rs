@@ -38,7 +38,7 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.046,
         rays: 16,
         cells: [0.08, 0.16],
-        points: 0.1,
+        points: 0.085,
         filter: 0.2,
     },
     GatherStep {
@@ -47,7 +47,7 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.029,
         rays: 36,
         cells: [0.053, 0.106],
-        points: 0.14,
+        points: 0.12,
         filter: 0.15,
     },
     GatherStep {
@@ -56,7 +56,7 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.011,
         rays: 64,
         cells: [0.024, 0.096],
-        points: 0.28,
+        points: 0.24,
         filter: 0.12,
     },
     GatherStep {
@@ -65,7 +65,7 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.007,
         rays: 160,
         cells: [0.017, 0.068],
-        points: 0.4,
+        points: 0.34,
         filter: 0.1,
     },
     GatherStep {
@@ -74,7 +74,7 @@ pub const STEPS: [GatherStep; 5] = [
         noise: 0.005,
         rays: 256,
         cells: [0.012, 0.05],
-        points: 0.4,
+        points: 0.34,
         filter: 0.08,
     },
 ];

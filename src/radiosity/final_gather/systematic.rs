@@ -4,8 +4,9 @@
 //!
 //! The arrival at which a running total passes a multiple of the stride is kept. A greater stride's
 //! multiples are among a smaller one's, so that what is kept of a longer stream was kept of a shorter
-//! one, and what falls away can be forgotten on the way. All parts of the stream count alike, wherever
-//! it ends: keeping the first ones, or denser at first, would favour the side from which they come.
+//! one, and what falls away can be forgotten on the way. The count starts at a random number, so that
+//! all arrivals are kept as often, wherever the stream ends: to keep the first ones, or more of them,
+//! would favour the side from which they come.
 
 /// How much is kept of a stream, by its total.
 #[derive(Clone, Debug)]
@@ -22,7 +23,7 @@ impl SystematicSample {
             // The middle of the totals that share it.
             let total = (bits as f64 + 0.5).exp2();
             let stride = (total / wanted(total).max(1.0)).log2().round();
-            // Its first multiple is passed by all of them.
+            // A multiple of it is passed by all of them.
             stride.clamp(0.0, bits as f64) as u8
         };
         SystematicSample {
@@ -30,10 +31,13 @@ impl SystematicSample {
         }
     }
 
-    /// Rank of the arrival that raises the total from `before` to `after`: the binary logarithm of the
-    /// greatest power of two of which it passes a multiple. `None` where nothing arrives.
-    pub fn rank(before: u32, after: u32) -> Option<u8> {
-        (before ^ after).checked_ilog2().map(|rank| rank as u8)
+    /// Rank of the arrival that raises the total from `before` to `after`, in a stream that is counted
+    /// from `start`, any number: the binary logarithm of the greatest power of two of which it passes a
+    /// multiple. `None` where nothing arrives.
+    pub fn rank(start: u32, [before, after]: [u32; 2]) -> Option<u8> {
+        // Where the count wraps a multiple of all powers is passed.
+        let passed = start.wrapping_add(before) ^ start.wrapping_add(after);
+        passed.checked_ilog2().map(|rank| rank as u8)
     }
 
     /// Is an arrival of this rank kept of a stream that has come to `total`?
@@ -46,25 +50,25 @@ impl SystematicSample {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::radiosity::final_gather::sampling::hash;
 
     /// Indices of the arrivals of weights that are kept, chosen at the end.
-    fn kept(sample: &SystematicSample, weights: &[u32]) -> Vec<usize> {
+    fn kept(sample: &SystematicSample, start: u32, weights: &[u32]) -> Vec<usize> {
         let total = weights.iter().sum();
         let mut sum = 0;
-        let ranks = weights.iter().map(|weight| {
+        let is_kept = |(at, weight): (usize, &u32)| {
             sum += weight;
-            SystematicSample::rank(sum - weight, sum).unwrap()
-        });
-        let ranks = ranks.enumerate();
-        let kept = ranks.filter(|(_, rank)| sample.keeps(*rank, total));
-        kept.map(|(at, _)| at).collect()
+            let rank = SystematicSample::rank(start, [sum - weight, sum]).unwrap();
+            sample.keeps(rank, total).then_some(at)
+        };
+        weights.iter().enumerate().filter_map(is_kept).collect()
     }
 
     #[test]
     fn arrivals_are_evenly_spread() {
         let sample = SystematicSample::new(|total| 2.0 * total.sqrt());
         for count in 1..3000_usize {
-            let kept = kept(&sample, &vec![1; count]);
+            let kept = kept(&sample, hash(count as u32), &vec![1; count]);
             let gaps: Vec<usize> = kept.windows(2).map(|k| k[1] - k[0]).collect();
             assert!(gaps.iter().all(|gap| *gap == gaps[0]), "{count}: {kept:?}");
             let wanted = (2.0 * (count as f64).sqrt()).min(count as f64);
@@ -74,14 +78,18 @@ mod tests {
     }
 
     #[test]
-    fn every_part_of_the_stream_counts_alike() {
-        // The mean of a ramp is its middle, within one stride.
-        let sample = SystematicSample::new(|total| total.cbrt().powi(2));
-        for count in [1000_usize, 4095, 4096, 20_000] {
-            let kept = kept(&sample, &vec![1; count]);
-            let mean = kept.iter().sum::<usize>() as f64 / kept.len() as f64;
-            let off = mean / count as f64 - 0.5;
-            assert!(off.abs() < 1.0 / kept.len() as f64, "{count}: {off}");
+    fn every_arrival_is_kept_as_often() {
+        let sample = SystematicSample::new(|total| total.cbrt());
+        for count in [1, 2, 3, 6, 11, 100] {
+            let mut times = vec![0.0; count];
+            let starts = 4096_u32;
+            for start in 0..starts {
+                let kept = kept(&sample, start, &vec![1; count]);
+                assert!(!kept.is_empty());
+                kept.iter()
+                    .for_each(|at| times[*at] += 1.0 / f64::from(starts));
+            }
+            assert!(times.iter().all(|t| *t == times[0]), "{count}: {times:?}");
         }
     }
 
@@ -92,7 +100,7 @@ mod tests {
             let weights: Vec<u32> = (0..500).map(|i| 1 + i * i % 37).collect();
             let mut before = vec![];
             for end in 1..=weights.len() {
-                let now = kept(&sample, &weights[..end]);
+                let now = kept(&sample, u32::MAX - 900, &weights[..end]);
                 assert!(!now.is_empty());
                 let old = now.iter().filter(|at| **at + 1 < end);
                 assert!(old.copied().all(|at| before.contains(&at)), "{end}");
@@ -103,7 +111,7 @@ mod tests {
 
     #[test]
     fn nothing_that_arrives_passes_nothing() {
-        assert_eq!(SystematicSample::rank(7, 7), None);
-        assert_eq!(SystematicSample::rank(u32::MAX - 1, u32::MAX), Some(0));
+        assert_eq!(SystematicSample::rank(3, [7, 7]), None);
+        assert_eq!(SystematicSample::rank(0, [u32::MAX - 1, u32::MAX]), Some(0));
     }
 }
