@@ -28,7 +28,7 @@ use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{CellFinder, Cells, cell_of};
+use crate::radiosity::final_gather::cells::{Bounces, CellFinder, Cells, cell_of};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
@@ -44,6 +44,7 @@ use crate::renderer::contract::check_memory;
 use crate::renderer::{Quality, Setup, TransportError};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
+use std::array;
 use std::f64::consts::PI;
 
 /// Lights that are solved at once, at most, and bytes of their pixels: what the camera's rays show is
@@ -54,10 +55,12 @@ const PIXEL_LIGHT_BYTES: usize = 128 << 20;
 /// operator holds, so that on large stages fewer lights share the way through the cells.
 const CELL_LIGHT_BYTES: usize = 16 << 20;
 const POLYGON_LIGHT_BYTES: usize = 256;
-/// What is left of light after the last bounce, as a share.
-const LEFT: f64 = 5e-4;
-/// Bounces at most.
+/// What is left of light after the last bounce that is followed, as a share: of later ones only the
+/// sum is known, as light falls off evenly by then.
+const LEFT: f64 = 0.02;
+/// Bounces that are followed, at most, and the greatest share of light that a bounce is taken to leave.
 const MOST_BOUNCES: usize = 400;
+const MOST_KEPT: f64 = 0.9999;
 /// Seed of the sequences of points.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
@@ -77,7 +80,7 @@ pub struct FinalGather {
     seen: Vec<u32>,
     gathered: Gathered,
     cells: Cells,
-    bounces: usize,
+    bounces: Bounces,
     held: usize,
     /// For each light its picture at unit strength, three channels interleaved.
     pictures: Vec<Option<Vec<f32>>>,
@@ -181,7 +184,7 @@ impl FinalGather {
         let direct = self.direct_at_cells(lights, work)?;
         let radiosity = self
             .cells
-            .radiosity(&direct, lights.len(), self.bounces, work)?;
+            .radiosity(&direct, lights.len(), &self.bounces, work)?;
         drop(direct);
         let width = 3 * lights.len();
         let pixels = self.width * self.height;
@@ -371,28 +374,41 @@ impl UnitLights for FinalGather {
     }
 }
 
-/// Bounces until next to nothing is left of light that starts everywhere alike: a bound for any
-/// light.
-fn bounces(cells: &Cells, work: Work<'_>) -> Result<usize, Cancelled> {
+/// Follows light that starts everywhere alike until little is left.
+fn bounces(cells: &Cells, work: Work<'_>) -> Result<Bounces, Cancelled> {
     let first = cells.count() - cells.later();
-    let mut level = vec![1.0_f32; cells.later()];
+    let mut level = vec![[1.0_f32; 3]; cells.later()];
     let total = level.len().max(1) as f64;
-    for bounce in 1..MOST_BOUNCES {
+    let mut left = [1.0; 3];
+    let mut out = Bounces {
+        count: 0,
+        rest: [0.0; 3],
+    };
+    while out.count < MOST_BOUNCES && left.iter().any(|left| *left > LEFT) {
         work.check()?;
         let next = |cell: usize| {
-            let (mut rays, mut arrives) = (0_u32, 0.0);
+            let (mut rays, mut arrives) = (0_u32, [0.0; 3]);
             for met in cells.met(cell) {
                 rays += 1;
-                arrives += met.map_or(0.0, |met| level[met]);
+                let met = met.map_or([0.0; 3], |met| level[met]);
+                arrives.iter_mut().zip(met).for_each(|(sum, l)| *sum += l);
             }
-            let highest = cells.reflectance(cell).into_iter().fold(0.0, f32::max);
-            highest * arrives / rays.max(1) as f32
+            let share = 1.0 / rays.max(1) as f32;
+            let reflectance = cells.reflectance(cell);
+            array::from_fn(|k| reflectance[k] * share * arrives[k])
         };
         level = (first..cells.count()).into_par_iter().map(next).collect();
-        let left = level.iter().map(|l| f64::from(*l)).sum::<f64>() / total;
-        if left < LEFT {
-            return Ok(bounce);
-        }
+        let before = left;
+        left = array::from_fn(|k| level.iter().map(|l| f64::from(l[k])).sum::<f64>() / total);
+        out.count += 1;
+        out.rest = array::from_fn(|k| {
+            let kept = if before[k] > 0.0 {
+                (left[k] / before[k]).min(MOST_KEPT)
+            } else {
+                0.0
+            };
+            (kept / (1.0 - kept)) as f32
+        });
     }
-    Ok(MOST_BOUNCES)
+    Ok(out)
 }

@@ -79,7 +79,7 @@ fn a_cluttered_furnace_is_even() {
 fn reflections_in_a_cube_of_many_polygons() {
     let middle = vec3(2.0, 2.0, 2.0);
     let flux = 10_000.0;
-    for rho in [0.5, 0.9] {
+    for rho in [0.5, 0.9, 0.995] {
         let mut room = Room::default();
         for face in cuboid(Vec3::ZERO, middle * 2.0, true) {
             for square in cut(&face, 21) {

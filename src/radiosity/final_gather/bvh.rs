@@ -11,6 +11,7 @@ use self::build::{Extent, Fork, LEVELS, Primitive, Tree};
 use crate::geometry::{Vec3, bounds};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::work::{Cancelled, Work};
+use arrayvec::ArrayVec;
 use wide::f32x4;
 
 /// Triangles in a leaf, and children of a node.
@@ -202,8 +203,7 @@ impl Bvh {
         let tie = self.touching / length(way);
         let mut best: Option<Hit> = None;
         let mut nearest = reach;
-        let mut stack = [(0u32, 0f32); STACK];
-        let mut waiting = 0;
+        let mut waiting = ArrayVec::<(u32, f32), STACK>::new();
         let mut at = self.root;
         if at == NONE {
             return None;
@@ -225,11 +225,8 @@ impl Bvh {
                             known
                         }
                     };
-                    if let Some(later) = later
-                        && let Some(place) = stack.get_mut(waiting)
-                    {
-                        *place = later;
-                        waiting += 1;
+                    if let Some(later) = later {
+                        waiting.push(later);
                     }
                 }
                 if let Some((child, _)) = next {
@@ -272,11 +269,9 @@ impl Bvh {
                 }
             }
             loop {
-                if waiting == 0 {
+                let Some((child, t)) = waiting.pop() else {
                     return best;
-                }
-                waiting -= 1;
-                let (child, t) = stack[waiting];
+                };
                 if t <= nearest + tie {
                     at = child;
                     break;

@@ -240,6 +240,16 @@ pub struct Cells {
     own_reflectance: PackedNumbers,
 }
 
+/// The bounces between cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounces {
+    /// How many are followed.
+    pub count: usize,
+    /// All later ones together, as a multiple of the last one, for each channel: light falls off
+    /// evenly by then.
+    pub rest: [f32; 3],
+}
+
 /// Finds cells.
 pub struct CellFinder<'a> {
     scene: RayScene<'a>,
@@ -553,7 +563,7 @@ impl Cells {
 
     /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
     /// irradiance that arrives directly at every cell (`direct`, one number for each cell and light):
-    /// `bounces` Jacobi steps among the other cells. Returns three channels for each cell and light.
+    /// Jacobi steps among the other cells. Returns three channels for each cell and light.
     ///
     /// # Errors
     /// On cancel.
@@ -561,16 +571,18 @@ impl Cells {
         &self,
         direct: &[f32],
         lights: usize,
-        bounces: usize,
+        bounces: &Bounces,
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
         let (seen, later) = direct.split_at(self.seen * lights);
         let mut now = vec![0.0_f32; 3 * later.len()];
         let mut next = now.clone();
-        for _ in 0..bounces {
+        for _ in 0..bounces.count {
             self.reflect(self.seen, &now, later, lights, &mut next, work)?;
             std::mem::swap(&mut now, &mut next);
         }
+        let channels = now.iter_mut().zip(&next).zip(bounces.rest.iter().cycle());
+        channels.for_each(|((now, before), rest)| *now += rest * (*now - before));
         drop(next);
         let mut out = vec![0.0_f32; 3 * seen.len()];
         self.reflect(0, &now, seen, lights, &mut out, work)?;

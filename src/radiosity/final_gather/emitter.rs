@@ -11,6 +11,7 @@ use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene};
 use crate::radiosity::final_gather::sampling::cosine_direction;
 use crate::radiosity::geometry::surface::Surfaces;
+use arrayvec::ArrayVec;
 use std::f64::consts::PI;
 
 /// Triangles up to which a panel's light without shadows is found in closed form. A panel of more
@@ -172,21 +173,24 @@ impl AreaLight {
             return self.by_both(scene, (at.point, at.normal), area, [u, v]);
         }
         let mut out = Sample::default();
-        let above = |t: &Triangle| t.part_above(at);
-        let parts = self.triangles.iter().map(above);
+        let mut parts = ArrayVec::<(&Triangle, Part, f64), CLOSED_FORM>::new();
         let mut area = 0.0;
-        for part in parts.clone() {
-            out.unoccluded += closed_form(part.corners(), at.normal);
-            area += part.area();
+        for triangle in &self.triangles {
+            let part = triangle.part_above(at);
+            let own = part.area();
+            if own > 0.0 {
+                out.unoccluded += closed_form(part.corners(), at.normal);
+                area += own;
+                parts.push((triangle, part, own));
+            }
         }
         if out.unoccluded <= 0.0 {
             return out;
         }
         // The part that holds this share of the area; what is left of `u` places the point.
         let mut left = u * area;
-        for (triangle, part) in self.triangles.iter().zip(parts) {
-            let own = part.area();
-            if left > own || own == 0.0 {
+        for (triangle, part, own) in &parts {
+            if left > *own {
                 left -= own;
                 continue;
             }
@@ -289,11 +293,10 @@ impl Part {
 
     /// Leaves what stands above the plane of this normal.
     fn clip(&mut self, normal: Vec3) {
-        let whole = *self;
-        if whole.corners().iter().all(|c| c.dot(normal) > 0.0) {
+        if self.corners().iter().all(|c| c.dot(normal) > 0.0) {
             return;
         }
-        self.count = 0;
+        let whole = std::mem::take(self);
         for (i, a) in whole.corners().iter().enumerate() {
             let b = whole.corners[(i + 1) % whole.count];
             let (high, next) = (a.dot(normal), b.dot(normal));
