@@ -55,9 +55,10 @@ const PIXEL_LIGHT_BYTES: usize = 128 << 20;
 /// operator holds, so that on large stages fewer lights share the way through the cells.
 const CELL_LIGHT_BYTES: usize = 16 << 20;
 const POLYGON_LIGHT_BYTES: usize = 256;
-/// What is left of light after the last bounce that is followed, as a share: of later ones only the
-/// sum is known, as light falls off evenly by then.
-const LEFT: f64 = 0.02;
+/// What is left in any cell, at most, of light that started everywhere alike, after the last bounce
+/// that is followed: of later ones only the sum is known, as light falls off evenly by then. A small
+/// white niche in a black hall has many bounces.
+const LEFT: f32 = 0.05;
 /// Bounces that are followed, at most, and the greatest share of light that a bounce is taken to leave.
 const MOST_BOUNCES: usize = 400;
 const MOST_KEPT: f64 = 0.9999;
@@ -378,13 +379,15 @@ impl UnitLights for FinalGather {
 fn bounces(cells: &Cells, work: Work<'_>) -> Result<Bounces, Cancelled> {
     let first = cells.count() - cells.later();
     let mut level = vec![[1.0_f32; 3]; cells.later()];
-    let total = level.len().max(1) as f64;
-    let mut left = [1.0; 3];
+    let sum = |level: &[[f32; 3]]| -> [f64; 3] {
+        array::from_fn(|k| level.iter().map(|l| f64::from(l[k])).sum())
+    };
+    let is_bright = |l: &[f32; 3]| l.iter().any(|channel| *channel > LEFT);
     let mut out = Bounces {
         count: 0,
         rest: [0.0; 3],
     };
-    while out.count < MOST_BOUNCES && left.iter().any(|left| *left > LEFT) {
+    while out.count < MOST_BOUNCES && level.par_iter().any(is_bright) {
         work.check()?;
         let next = |cell: usize| {
             let (mut rays, mut arrives) = (0_u32, [0.0; 3]);
@@ -397,16 +400,13 @@ fn bounces(cells: &Cells, work: Work<'_>) -> Result<Bounces, Cancelled> {
             let reflectance = cells.reflectance(cell);
             array::from_fn(|k| reflectance[k] * share * arrives[k])
         };
+        let before = sum(&level);
         level = (first..cells.count()).into_par_iter().map(next).collect();
-        let before = left;
-        left = array::from_fn(|k| level.iter().map(|l| f64::from(l[k])).sum::<f64>() / total);
+        let left = sum(&level);
         out.count += 1;
         out.rest = array::from_fn(|k| {
-            let kept = if before[k] > 0.0 {
-                (left[k] / before[k]).min(MOST_KEPT)
-            } else {
-                0.0
-            };
+            // Nothing at all may be left.
+            let kept = (left[k] / before[k].max(f64::MIN_POSITIVE)).min(MOST_KEPT);
             (kept / (1.0 - kept)) as f32
         });
     }
