@@ -69,7 +69,7 @@
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, draco_core, gltf_json, sha2 |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, hash, work, files, scene, picture | serde_json |
-//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, hash, work | nalgebra, rayon, wide |
+//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, hash, work | arrayvec, nalgebra, rayon, wide |
 //! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | color, pest, pest_derive, strsim |
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
