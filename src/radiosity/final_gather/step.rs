@@ -126,18 +126,18 @@ impl GatherStep {
 
 /// Units of cost (see [`crate::radiosity::cost`]) of one ray for each doubling of the polygons,
 /// filter included.
-const RAY_COST: f64 = 1.24e-7;
+const RAY_COST: f64 = 1.39e-7;
 /// Of the cells: of the root of rays times pixels that show several surfaces, for each point's share
 /// and over the least side of a cell, in the same way. There are the more cells the smaller they are,
 /// and each has points by the root of its rays.
-const CELL_COST: f64 = 1.2e-7;
+const CELL_COST: f64 = 1.34e-7;
 /// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
 /// shared by the lights that are solved together.
-const SAMPLE_COST: f64 = 4.6e-8;
+const SAMPLE_COST: f64 = 5.2e-8;
 /// Of one triangle in the hierarchy, for each doubling.
-const TRIANGLE_COST: f64 = 8.2e-7;
+const TRIANGLE_COST: f64 = 9.2e-7;
 /// Of one pixel of one light in a picture.
-const PIXEL_COST: f64 = 4e-9;
+const PIXEL_COST: f64 = 4.5e-9;
 /// Square of the spread of one light's samples in a pixel that shows several surfaces, as a share of
 /// its picture's mean square.
 const SPREAD: f64 = 0.5;
