@@ -8,6 +8,7 @@
 //! samples of a light on that light alone, so that a picture is exactly linear, and the same in any
 //! company and on any number of threads.
 
+mod bounces;
 pub mod bvh;
 pub mod cells;
 mod direct_light;
@@ -27,8 +28,9 @@ use crate::picture::Image;
 use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
+use crate::radiosity::final_gather::bounces::Bounces;
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{Bounces, CellFinder, Cells, cell_of};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells, cell_of};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
@@ -44,7 +46,6 @@ use crate::renderer::contract::check_memory;
 use crate::renderer::{Quality, Setup, TransportError};
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
-use std::array;
 use std::f64::consts::PI;
 
 /// Lights that are solved at once, at most, and bytes of their pixels: what the camera's rays show is
@@ -55,13 +56,6 @@ const PIXEL_LIGHT_BYTES: usize = 128 << 20;
 /// operator holds, so that on large stages fewer lights share the way through the cells.
 const CELL_LIGHT_BYTES: usize = 16 << 20;
 const POLYGON_LIGHT_BYTES: usize = 256;
-/// What is left in any cell, at most, of light that started everywhere alike, after the last bounce
-/// that is followed: of later ones only the sum is known, as light falls off evenly by then. A small
-/// white niche in a black hall has many bounces.
-const LEFT: f32 = 0.05;
-/// Bounces that are followed, at most, and the greatest share of light that a bounce is taken to leave.
-const MOST_BOUNCES: usize = 400;
-const MOST_KEPT: f64 = 0.9999;
 /// Seed of the sequences of points.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
@@ -138,7 +132,7 @@ impl FinalGather {
         budget.take("the rays of the picture", gathered.bytes())?;
         let cells = finder.find(&budget, work)?;
         budget.take("the radiosity cache", cells.bytes())?;
-        let bounces = bounces(&cells, work)?;
+        let bounces = cells.bounces(work)?;
         Ok(FinalGather {
             step,
             width: view.width,
@@ -373,42 +367,4 @@ impl UnitLights for FinalGather {
         });
         image
     }
-}
-
-/// Follows light that starts everywhere alike until little is left.
-fn bounces(cells: &Cells, work: Work<'_>) -> Result<Bounces, Cancelled> {
-    let first = cells.count() - cells.later();
-    let mut level = vec![[1.0_f32; 3]; cells.later()];
-    let sum = |level: &[[f32; 3]]| -> [f64; 3] {
-        array::from_fn(|k| level.iter().map(|l| f64::from(l[k])).sum())
-    };
-    let is_bright = |l: &[f32; 3]| l.iter().any(|channel| *channel > LEFT);
-    let mut out = Bounces {
-        count: 0,
-        rest: [0.0; 3],
-    };
-    while out.count < MOST_BOUNCES && level.par_iter().any(is_bright) {
-        work.check()?;
-        let next = |cell: usize| {
-            let (mut rays, mut arrives) = (0_u32, [0.0; 3]);
-            for met in cells.met(cell) {
-                rays += 1;
-                let met = met.map_or([0.0; 3], |met| level[met]);
-                arrives.iter_mut().zip(met).for_each(|(sum, l)| *sum += l);
-            }
-            let share = 1.0 / rays.max(1) as f32;
-            let reflectance = cells.reflectance(cell);
-            array::from_fn(|k| reflectance[k] * share * arrives[k])
-        };
-        let before = sum(&level);
-        level = (first..cells.count()).into_par_iter().map(next).collect();
-        let left = sum(&level);
-        out.count += 1;
-        out.rest = array::from_fn(|k| {
-            // Nothing at all may be left.
-            let kept = (left[k] / before[k].max(f64::MIN_POSITIVE)).min(MOST_KEPT);
-            (kept / (1.0 - kept)) as f32
-        });
-    }
-    Ok(out)
 }

@@ -240,16 +240,6 @@ pub struct Cells {
     own_reflectance: PackedNumbers,
 }
 
-/// The bounces between cells.
-#[derive(Clone, Copy, Debug)]
-pub struct Bounces {
-    /// How many are followed.
-    pub count: usize,
-    /// All later ones together, as a multiple of the last one, for each channel: light falls off
-    /// evenly by then.
-    pub rest: [f32; 3],
-}
-
 /// Finds cells.
 pub struct CellFinder<'a> {
     scene: RayScene<'a>,
@@ -559,74 +549,5 @@ impl Cells {
     /// How many cells only rays of cells end in.
     pub fn later(&self) -> usize {
         self.count() - self.seen
-    }
-
-    /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
-    /// irradiance that arrives directly at every cell (`direct`, one number for each cell and light):
-    /// Jacobi steps among the other cells. Returns three channels for each cell and light.
-    ///
-    /// # Errors
-    /// On cancel.
-    pub fn radiosity(
-        &self,
-        direct: &[f32],
-        lights: usize,
-        bounces: &Bounces,
-        work: Work<'_>,
-    ) -> Result<Vec<f32>, Cancelled> {
-        let (seen, later) = direct.split_at(self.seen * lights);
-        let mut now = vec![0.0_f32; 3 * later.len()];
-        let mut next = now.clone();
-        for _ in 0..bounces.count {
-            self.reflect(self.seen, &now, later, lights, &mut next, work)?;
-            std::mem::swap(&mut now, &mut next);
-        }
-        let channels = now.iter_mut().zip(&next).zip(bounces.rest.iter().cycle());
-        channels.for_each(|((now, before), rest)| *now += rest * (*now - before));
-        drop(next);
-        let mut out = vec![0.0_f32; 3 * seen.len()];
-        self.reflect(0, &now, seen, lights, &mut out, work)?;
-        Ok(out)
-    }
-
-    /// What the cells from `start` on send back of direct light and of the radiosity `now` of those that
-    /// their rays end in.
-    fn reflect(
-        &self,
-        start: usize,
-        now: &[f32],
-        direct: &[f32],
-        lights: usize,
-        out: &mut [f32],
-        work: Work<'_>,
-    ) -> Result<(), Cancelled> {
-        let width = 3 * lights;
-        let direct = direct.par_chunks(RUN * lights);
-        let runs = out.par_chunks_mut(RUN * width).zip(direct).enumerate();
-        runs.try_for_each(|(at, (run, direct))| {
-            work.check()?;
-            let cells = run.chunks_exact_mut(width).zip(direct.chunks_exact(lights));
-            for (i, (out, arrives)) in cells.enumerate() {
-                let cell = start + at * RUN + i;
-                out.fill(0.0);
-                let mut rays = 0_u32;
-                for other in self.met(cell) {
-                    rays += 1;
-                    let Some(other) = other else {
-                        continue;
-                    };
-                    for (sum, b) in out.iter_mut().zip(&now[other * width..][..width]) {
-                        *sum += b;
-                    }
-                }
-                let share = 1.0 / rays.max(1) as f32;
-                for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
-                    for (b, r) in channels.iter_mut().zip(self.reflectance(cell)) {
-                        *b = r * (direct + share * *b);
-                    }
-                }
-            }
-            Ok(())
-        })
     }
 }

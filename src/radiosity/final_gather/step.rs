@@ -128,8 +128,7 @@ impl GatherStep {
 /// filter included.
 const RAY_COST: f64 = 1.39e-7;
 /// Of the cells: of the root of rays times pixels that show several surfaces, for each point's share
-/// and over the least side of a cell, in the same way. There are the more cells the smaller they are,
-/// and each has points by the root of its rays.
+/// and over the least side of a cell, in the same way. There are the more cells the smaller they are.
 const CELL_COST: f64 = 1.34e-7;
 /// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
 /// shared by the lights that are solved together.
@@ -141,6 +140,10 @@ const PIXEL_COST: f64 = 4.5e-9;
 /// Square of the spread of one light's samples in a pixel that shows several surfaces, as a share of
 /// its picture's mean square.
 const SPREAD: f64 = 0.5;
+
+/// Of a pixel with one sample, the share beside what its samples span: they do not reach to its borders,
+/// so that fewer pixels show several surfaces than have neighbours that show others.
+const MARGIN: f64 = 0.6;
 
 /// Predicted cost of a step on a scene.
 ///
@@ -156,8 +159,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let lights = rig.lights.len() as f64;
     let share = lights / rig.sources.len().max(1) as f64;
     let first = f64::from(step.first);
-    // A pixel's samples do not reach to its borders.
-    let mixed = mixed_share(&Surfaces::shapes(scene)?, view)? * (1.0 - 0.6 / first.sqrt());
+    let mixed = mixed_share(&Surfaces::shapes(scene)?, view)? * (1.0 - MARGIN / first.sqrt());
     let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
     let rays = first + smooth * (1.0 - mixed) + several * mixed;
     let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
