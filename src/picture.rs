@@ -6,14 +6,13 @@
 
 pub mod apng;
 pub mod combine;
+pub mod decode;
 pub mod exr;
-pub mod jpeg;
 pub mod png;
 pub mod shrink;
 pub mod signed;
 pub mod terminal;
 pub mod tone;
-pub mod webp;
 pub mod y4m;
 
 /// Columns and rows of an image with its codes as they stand in the file, row by row from the top:

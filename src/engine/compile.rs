@@ -27,6 +27,17 @@ pub(super) struct Source<'a> {
     pub memory: usize,
 }
 
+impl Source<'_> {
+    /// The source with `held` bytes less to read it in.
+    #[must_use]
+    pub(super) fn holding(self, held: usize) -> Self {
+        Source {
+            memory: self.memory.saturating_sub(held),
+            ..self
+        }
+    }
+}
+
 /// Everything that follows from a show's text. It never changes: an edit compiles another.
 #[derive(Debug)]
 pub struct Compiled {

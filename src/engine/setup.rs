@@ -68,7 +68,10 @@ impl Loaded {
     /// Bytes that scene, lights and images take, about.
     pub fn bytes(&self) -> usize {
         let images = self.images.values().map(|image| size_of_val(image.data()));
-        scene_bytes(&self.setup.scene) + rig_bytes(&self.setup.rig) + images.sum::<usize>()
+        scene_bytes(&self.setup.scene)
+            + rig_bytes(&self.setup.rig)
+            + self.luminaires.bytes()
+            + images.sum::<usize>()
     }
 }
 
@@ -115,11 +118,19 @@ pub(super) fn load(
         }),
         None => read_scene(show, spans, source),
     };
+    // One budget for all that is read.
+    let held = stages.as_ref().map_or(0, |s| scene_bytes(&s.scene));
+    let source = source.holding(held);
     let none = Images::new();
     let known = old.map_or(&none, |l| &l.images);
     let images = read_images(show, spans, source, known);
-    let luminaires = luminaires::read(show, spans, source.files, old.map(|l| &l.luminaires));
-    let (stages, images, mut luminaires) = match (stages, images, luminaires) {
+    let held = images
+        .iter()
+        .flat_map(Images::values)
+        .map(|image| size_of_val(image.data()));
+    let source = source.holding(held.sum());
+    let luminaires = luminaires::read(show, spans, source, old.map(|l| &l.luminaires));
+    let (stages, images, (mut luminaires, mut warnings)) = match (stages, images, luminaires) {
         (Ok(stages), Ok(images), Ok(luminaires)) => (stages, images, luminaires),
         (stages, images, luminaires) => {
             let errors = [stages.err(), images.err(), luminaires.err()];
@@ -149,8 +160,9 @@ pub(super) fn load(
     let stages = notes
         .iter()
         .filter_map(|(i, of)| Some((show.stages.get(*i)?, of)));
-    let warnings = stages.map(|(stage, of)| diagnostics::of_notes(stage, of, spans));
-    let warnings = warnings.collect();
+    let of_stages =
+        stages.map(|(stage, of)| diagnostics::of_file_notes(&stage.path, stage.id, of, spans));
+    warnings.splice(0..0, of_stages);
     let Some(view) = view else {
         return Ok((None, warnings));
     };
@@ -273,7 +285,7 @@ fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages
             source.files,
             &stage.path,
             &options(stage, show),
-            source.memory,
+            source.holding(scene_bytes(&scene)).memory,
         ) {
             Ok(read) => {
                 if !read.summary.left_out.is_empty() {

@@ -6,6 +6,7 @@
 //! number, which only a hash kept elsewhere can tell.
 
 pub mod layer;
+mod primaries;
 pub mod stack;
 
 use std::io::Cursor;
@@ -16,6 +17,8 @@ use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::prelude::f16;
+
+use nalgebra::{Matrix3, Vector3};
 
 use self::stack::Rows;
 use super::{Image, PictureError, require_memory};
@@ -61,7 +64,8 @@ pub fn encode(
 
 /// The R, G and B channels of an OpenEXR file (scan lines or tiles, 16 or 32 bits, first part that
 /// has them), as large as its display window: what the data window leaves free is black, what lies
-/// outside the display window is dropped. At most about `limit_bytes` of memory are used.
+/// outside the display window is dropped; other primaries than those of Rec. 709 are converted to
+/// them. At most about `limit_bytes` of memory are used.
 ///
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`] when its
@@ -83,11 +87,11 @@ pub fn attributes(bytes: &[u8]) -> Result<Vec<(String, String)>, PictureError> {
     };
     let own = header.own_attributes.other.iter();
     let all = own.chain(header.shared_attributes.other.iter());
-    let text = |(name, value): (&Text, &AttributeValue)| match value {
-        AttributeValue::Text(text) => Some((name.to_string(), text.to_string())),
+    let found = |(name, value): (&Text, &AttributeValue)| match value {
+        AttributeValue::Text(value) => Some((text(name), text(value))),
         _ => None,
     };
-    let mut found: Vec<(String, String)> = all.filter_map(text).collect();
+    let mut found: Vec<(String, String)> = all.filter_map(found).collect();
     found.sort_by(|a, b| a.0.cmp(&b.0));
     Ok(found)
 }
@@ -190,7 +194,7 @@ fn rgb_part(headers: &[Header]) -> Result<(usize, [usize; 3]), PictureError> {
         }
     }
     let names = headers.iter().flat_map(|h| h.channels.list.iter());
-    let names: Vec<String> = names.take(12).map(|c| c.name.to_string()).collect();
+    let names: Vec<String> = names.take(12).map(|c| text(&c.name)).collect();
     Err(PictureError::Unsupported {
         format: "OpenEXR",
         reason: format!("no part has plain R, G and B; it has {}", names.join(", ")),
@@ -205,6 +209,8 @@ struct Canvas {
     offset: [i64; 2],
     expected: usize,
     painted: usize,
+    /// From the file's primaries to those of Rec. 709.
+    primaries: Option<Matrix3<f64>>,
 }
 
 impl Canvas {
@@ -223,6 +229,10 @@ impl Canvas {
             ],
             expected: header.layer_size.0 * header.layer_size.1 * 3,
             painted: 0,
+            primaries: header
+                .shared_attributes
+                .chromaticities
+                .and_then(primaries::to_rec_709),
         })
     }
 
@@ -265,8 +275,24 @@ impl Canvas {
         if self.painted != self.expected {
             return Err(truncated("some of its pixels are missing or given twice"));
         }
-        Ok(self.image)
+        let mut image = self.image;
+        require_finite(&image)?;
+        if let Some(matrix) = self.primaries {
+            let (pixels, _) = image.data_mut().as_chunks_mut::<3>();
+            for pixel in pixels {
+                let converted = matrix * Vector3::from(pixel.map(f64::from));
+                *pixel = converted.map(|v| v as f32).into();
+            }
+        }
+        Ok(image)
     }
+}
+
+/// A text of a header: UTF-8, as the format's library and other programs write it, or else Latin-1.
+fn text(text: &Text) -> String {
+    let bytes = text.bytes();
+    let utf_8 = std::str::from_utf8(bytes).map(str::to_owned);
+    utf_8.unwrap_or_else(|_| bytes.iter().map(|b| char::from(*b)).collect())
 }
 
 fn samples<T: exr::io::Data + Copy>(

@@ -29,9 +29,7 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use gltf_json::Root;
-
-use self::container::Document;
+use self::container::{Document, Root};
 use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
 use super::texture::reader::TextureReader;
 use super::{Camera, Lamp, Material, Scene};
@@ -221,7 +219,7 @@ fn assemble(
     };
     let mut left_out = materials.left_out;
     let mut meshes = primitive::Meshes::new(document, &materials.places);
-    for placed in node::walk(root)? {
+    for placed in node::walk(root, &mut left_out)? {
         let mesh = placed.node.mesh.map(|mesh| mesh.value());
         if let Some(name) = light_volume(root, &placed, mesh) {
             left_out.insert(format!(

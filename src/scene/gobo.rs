@@ -7,12 +7,10 @@
 //! surfaces.
 
 use crate::picture::shrink::overlaps;
-use crate::picture::{Image, PictureError, exr, png};
+use crate::picture::{Image, PictureError, decode, exr};
 
 /// The most pixels of a slide.
 pub const MOST_PIXELS: usize = 1 << 24;
-/// Memory that reading a slide may take.
-const MOST_BYTES: usize = MOST_PIXELS * 16;
 
 /// Why an image cannot be thrown.
 #[derive(Debug, thiserror::Error)]
@@ -20,9 +18,6 @@ pub enum GoboError {
     /// The file is no image that is read here.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// Neither PNG nor OpenEXR.
-    #[error("neither a PNG nor an OpenEXR file")]
-    Format,
     /// Too many pixels.
     #[error("an image of {0} x {1} pixels; a projection takes {MOST_PIXELS} pixels at most")]
     Large(usize, usize),
@@ -42,17 +37,22 @@ pub struct Gobo {
 }
 
 impl Gobo {
-    /// Reads a PNG (sRGB-coded, transparent pixels as black) or OpenEXR file (linear).
+    /// Reads a PNG, JPEG or WebP file (sRGB-coded, transparent pixels as black) or an OpenEXR file
+    /// (linear) within about `limit` bytes.
     ///
     /// # Errors
     /// [`GoboError`].
-    pub fn read(bytes: &[u8]) -> Result<Gobo, GoboError> {
+    pub fn read(bytes: &[u8], limit: usize) -> Result<Gobo, GoboError> {
         let image = match bytes {
-            [0x89, b'P', b'N', b'G', ..] => png::decode(bytes, MOST_BYTES)?,
-            [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes, MOST_BYTES)?,
-            _ => return Err(GoboError::Format),
+            [0x76, 0x2f, 0x31, 0x01, ..] => exr::decode(bytes, limit)?,
+            _ => decode::light(bytes, limit)?,
         };
         Gobo::new(image)
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(|l| size_of_val(l.data())).sum()
     }
 
     /// Of a linear image.
@@ -225,7 +225,7 @@ mod tests {
             b"\x89PNG\r\n\x1a\n",
             b"\x76\x2f\x31\x01",
         ] {
-            assert!(Gobo::read(bytes).is_err());
+            assert!(Gobo::read(bytes, 1 << 20).is_err());
         }
     }
 }

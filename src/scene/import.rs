@@ -22,6 +22,15 @@ pub const VERTEX_LIMIT: usize = 8_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
 
+/// How far above 1 a reflectance may be and still count as 1: rounding of the program that wrote it.
+const REFLECTANCE_ROUNDING: f64 = 1e-3;
+
+/// The reflectance that a file means by `value`; `None` outside 0 to 1.
+pub(super) fn reflectance(value: f64) -> Option<f64> {
+    let range = -REFLECTANCE_ROUNDING..=1.0 + REFLECTANCE_ROUNDING;
+    range.contains(&value).then_some(value.clamp(0.0, 1.0))
+}
+
 /// Sizes of a stage that are not doubted, metres.
 const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
 /// Things left out that are told where nothing else is there.

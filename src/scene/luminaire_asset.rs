@@ -16,4 +16,15 @@ pub struct LuminaireAssets {
     pub photometric: BTreeMap<String, Arc<Distribution>>,
     /// What projectors throw.
     pub slides: BTreeMap<String, Arc<Gobo>>,
+    /// By path, what of a photometric file was not taken.
+    pub notes: BTreeMap<String, String>,
+}
+
+impl LuminaireAssets {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let photometric = self.photometric.values().map(|d| d.bytes());
+        let slides = self.slides.values().map(|s| s.bytes());
+        photometric.chain(slides).sum()
+    }
 }

@@ -76,10 +76,7 @@ pub enum LineError {
     /// A face that is no polygon.
     #[error(transparent)]
     Shape(#[from] ShapeError),
-    /// A material defined twice.
-    #[error("material `{0}` is defined twice")]
-    TwiceMaterial(String),
-    /// `newmtl`, `usemtl` or `mtllib` without a name, or a value before the first `newmtl`.
+    /// `mtllib` or `map_Kd` without a name, or a value before the first `newmtl`.
     #[error("`{0}` needs a name")]
     Name(&'static str),
     /// More than is read.
@@ -134,15 +131,25 @@ pub(super) fn parse(
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
     let mut left_out = BTreeSet::new();
     let mut materials = Materials::default();
-    for library in &obj.libraries {
-        let path = folder.join(library.replace('\\', "/"));
-        let path = path.to_string_lossy();
-        match files.read(&path) {
-            Ok(bytes) => materials.read(&path, &bytes)?,
-            Err(error @ FileError::Missing(_)) => {
-                left_out.insert(format!("the materials of `{library}`: {error}"));
+    for libraries in &obj.libraries {
+        let beside = |name: &str| {
+            let path = folder.join(name.replace('\\', "/"));
+            path.to_string_lossy().into_owned()
+        };
+        // One name with blanks, or several names.
+        let several = match files.read(&beside(libraries)) {
+            Err(FileError::Missing(_)) => read::names_of_libraries(libraries),
+            _ => vec![libraries.as_str()],
+        };
+        for library in several {
+            let path = beside(library);
+            match files.read(&path) {
+                Ok(bytes) => materials.read(&path, &bytes)?,
+                Err(error @ FileError::Missing(_)) => {
+                    left_out.insert(format!("the materials of `{library}`: {error}"));
+                }
+                Err(error) => return Err(error.into()),
             }
-            Err(error) => return Err(error.into()),
         }
     }
     let mut by_name = std::mem::take(&mut materials.by_name);

@@ -26,7 +26,7 @@ pub enum Symmetry {
     Half,
     /// 90 to 270 degrees, mirrored at the plane of 90.
     Across,
-    /// 0 to 360 degrees.
+    /// A whole turn, from the first angle to the same one again.
     None,
 }
 
@@ -83,6 +83,14 @@ impl Distribution {
     /// # Errors
     /// [`PhotometricError`] with the line.
     pub fn parse(bytes: &[u8]) -> Result<Distribution, PhotometricError> {
+        Distribution::noted(bytes).map(|(read, _)| read)
+    }
+
+    /// Reads a file, with a sentence about what of it was not taken, if anything.
+    ///
+    /// # Errors
+    /// [`PhotometricError`] with the line.
+    pub fn noted(bytes: &[u8]) -> Result<(Distribution, Option<String>), PhotometricError> {
         if bytes.len() > read::MOST_BYTES {
             let wrong = read::Wrong::Large { bytes: bytes.len() };
             return Err(PhotometricError { line: 1, wrong });
@@ -91,7 +99,7 @@ impl Distribution {
         let text = String::from_utf8_lossy(bytes);
         match eulumdat::is(&text) {
             true => eulumdat::distribution(&text),
-            false => read::distribution(&text),
+            false => Ok((read::distribution(&text)?, None)),
         }
     }
 
@@ -134,8 +142,18 @@ impl Distribution {
             // 90 - x and 90 + x are alike.
             Symmetry::Across if turn < 90.0 => 180.0 - turn,
             Symmetry::Across if turn > 270.0 => 540.0 - turn,
-            Symmetry::Across | Symmetry::None => turn,
+            Symmetry::Across => turn,
+            Symmetry::None => {
+                let first = self.horizontal.first().copied().unwrap_or(0.0);
+                if turn < first { turn + 360.0 } else { turn }
+            }
         }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let numbers = self.vertical.len() + self.horizontal.len() + self.candela.len();
+        numbers * size_of::<f64>()
     }
 
     /// The largest intensity of the file, candela.

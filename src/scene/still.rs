@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use crate::files::{FileError, Files};
 use crate::picture::exr::layer;
-use crate::picture::{Image, PictureError, png};
+use crate::picture::{Image, PictureError, decode};
 
 /// Where a picture stands: a file next to the show, and perhaps a layer of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -104,14 +104,14 @@ fn decoded(
         let layers: Vec<Option<&str>> = wanted.iter().map(|f| f.layer.as_deref()).collect();
         return Ok(layer::decode(&bytes, &layers, limit)?);
     }
-    if !bytes.starts_with(b"\x89PNG") {
+    if !decode::is_read(&bytes) {
         return Err(ImageError::Picture(PictureError::Malformed {
             format: "OpenEXR or PNG",
             reason: "it begins like neither".to_owned(),
         }));
     }
     let one = |file: &&ImageFile| match &file.layer {
-        None => png::decode(&bytes, limit),
+        None => decode::light(&bytes, limit),
         Some(layer) => Err(PictureError::Layer {
             wanted: Some(layer.clone()),
             layers: Vec::new(),
@@ -125,6 +125,7 @@ mod tests {
     use super::*;
     use crate::files::Memory;
     use crate::picture::exr::{Precision, encode};
+    use crate::picture::png;
 
     fn file(path: &str, layer: Option<&str>) -> ImageFile {
         ImageFile {

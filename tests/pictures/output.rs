@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use footlight::engine::{Engine, Host};
 use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision, layer};
-use footlight::picture::{Image, png};
+use footlight::picture::{Image, decode, png};
 use footlight::repl::{Console, Repl};
 use footlight::report::film::{Canvas, Outlets, Pipe, Shown};
 
@@ -102,7 +102,7 @@ fn numbered_pictures_are_the_frames_and_the_frames_are_pictures() {
         show.execute(&format!("picture {time} -o p.png")).unwrap();
         show.execute(&format!("picture {time} --float -o p.exr"))
             .unwrap();
-        let decoded = |name: &str| png::decode(&read(&store, name), 1 << 20).unwrap();
+        let decoded = |name: &str| decode::light(&read(&store, name), 1 << 20).unwrap();
         let (frame, picture) = (decoded(&format!("f/a{number:02}.png")), decoded("p.png"));
         // One display step is at most 0.9 % of white.
         let off = frame.data().iter().zip(picture.data());
@@ -257,7 +257,7 @@ fn video_is_the_frames_in_a_file_and_down_a_pipe() {
     show.execute("play -o f%d.png").unwrap();
     for (i, frame) in frames.chunks(bytes).enumerate() {
         let picture = read(&store, &format!("f{}.png", i + 1));
-        let picture = png::decode(&picture, 1 << 20).unwrap();
+        let picture = decode::light(&picture, 1 << 20).unwrap();
         let (luma, chroma) = frame[6..].split_at(WIDTH * HEIGHT);
         let (blue, red) = chroma.split_at(WIDTH * HEIGHT);
         for (at, pixel) in picture.data().chunks(3).enumerate() {

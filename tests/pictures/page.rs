@@ -9,7 +9,7 @@ use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::tone::{Curve, Tone};
-use footlight::picture::{Image, png};
+use footlight::picture::{Image, decode, png};
 use footlight::repl::{Console, Repl};
 use footlight::timeline::settings as settings_of;
 use footlight::units::Time;
@@ -92,7 +92,7 @@ fn page(show: &mut Repl, store: &MemoryStore) -> String {
 pub fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     show.execute(&format!("picture {words} -o p.png")).unwrap();
     let file = store.read(Path::new("p.png"), 1 << 25).unwrap();
-    let light = png::decode(&file, 1 << 25).unwrap();
+    let light = decode::light(&file, 1 << 25).unwrap();
     let encoded = |v: &f32| match f64::from(*v) {
         v if v <= 0.003_130_8 => 12.92 * v,
         v => 1.055 * v.powf(1.0 / 2.4) - 0.055,

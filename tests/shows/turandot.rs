@@ -6,7 +6,7 @@ use crate::set;
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
 use footlight::lang;
-use footlight::picture::{Image, png};
+use footlight::picture::{Image, decode, png};
 use footlight::plan::{Plan, Weighting};
 use footlight::renderer::Quality;
 use footlight::show::LightKind;
@@ -58,7 +58,7 @@ fn the_files_are_what_the_program_makes() {
     for (name, slide) in [("dusk.png", model::dusk()), ("night.png", model::night())] {
         // Pixel by pixel: how they are packed is the encoder's affair.
         let made = png::encode(model::WIDTH, model::HEIGHT, &slide).unwrap();
-        let read = |bytes: &[u8]| png::decode(bytes, 1 << 24).unwrap();
+        let read = |bytes: &[u8]| decode::light(bytes, 1 << 24).unwrap();
         assert!(
             read(&beside_the_show(name)) == read(&made),
             "{name}: {told}"

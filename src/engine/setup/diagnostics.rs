@@ -60,17 +60,22 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     error(codes::STAGE_FILE, message, stage.id, spans, vec![help])
 }
 
-/// What is not taken of a stage's file as it stands there.
-pub(super) fn of_notes(stage: &Stage, notes: &[String], spans: &SpanMap) -> Diagnostic {
+/// What is not taken of the file at `path` as it stands there; `id` names it.
+pub(super) fn of_file_notes(
+    path: &str,
+    id: NodeId,
+    notes: &[String],
+    spans: &SpanMap,
+) -> Diagnostic {
     const SHOWN: usize = 8;
     let mut help: Vec<String> = notes.iter().take(SHOWN).cloned().collect();
     if notes.len() > SHOWN {
         help.push(format!("and {} more", notes.len() - SHOWN));
     }
-    let message = format!("not all of `{}` is taken as it stands there", stage.path);
+    let message = format!("not all of `{path}` is taken as it stands there");
     Diagnostic {
         severity: Severity::Warning,
-        ..error(codes::STAGE_NOTES, message, stage.id, spans, help)
+        ..error(codes::STAGE_NOTES, message, id, spans, help)
     }
 }
 
@@ -101,6 +106,16 @@ pub(super) fn of_own_surface(surface: &Surface, spans: &SpanMap) -> Diagnostic {
     )
 }
 
+/// A file that needs more memory than is left.
+pub(super) fn no_room(needed: usize, left: usize) -> String {
+    let megabytes = |bytes: usize| bytes as f64 / 1e6;
+    format!(
+        "it needs {:.1} MB, and {:.1} MB are left; give more with `--memory MB`",
+        megabytes(needed),
+        megabytes(left)
+    )
+}
+
 /// What is wrong with a photometric file, naming it.
 pub(super) fn photometric_cause(path: &str, error: &dyn std::fmt::Display) -> String {
     format!("`{path}` {error}")
@@ -128,7 +143,8 @@ pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Dia
 /// A slide that cannot be used.
 pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the image cannot be thrown: {cause}");
-    let help = "put a PNG or OpenEXR file of at most 16,777,216 pixels next to the show";
+    let help = "put a PNG, JPEG or OpenEXR file of at most 16,777,216 pixels next to the show; \
+                many large images need more memory: `--memory MB`";
     error(codes::SLIDE, message, light, spans, vec![help.to_owned()])
 }
 

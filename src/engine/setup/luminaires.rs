@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::diagnostic::Diagnostic;
-use crate::files::Files;
 use crate::lang::SpanMap;
 use crate::scene::gobo::Gobo;
 use crate::scene::luminaire_asset::LuminaireAssets;
@@ -12,17 +11,19 @@ use crate::scene::photometric::Distribution;
 use crate::show::{LightKind, NodeId, Show};
 
 use super::diagnostics;
+use crate::engine::compile::Source;
 
-/// The luminaire files of `show`; those that `old` has are taken from there.
+/// The luminaire files of `show`, in about `memory` bytes; those that `old` has are taken from there.
+/// Warnings of what was not taken of a file come with them.
 ///
 /// # Errors
 /// A diagnostic for every file that cannot be used, at the first light that names it.
 pub(super) fn read(
     show: &Show,
     spans: &SpanMap,
-    files: &dyn Files,
+    source: Source<'_>,
     old: Option<&LuminaireAssets>,
-) -> Result<LuminaireAssets, Vec<Diagnostic>> {
+) -> Result<(LuminaireAssets, Vec<Diagnostic>), Vec<Diagnostic>> {
     let mut wanted: [BTreeMap<&str, NodeId>; 2] = Default::default();
     let [photometric, slides] = &mut wanted;
     for light in &show.lights {
@@ -36,33 +37,56 @@ pub(super) fn read(
             _ => {}
         }
     }
-    let (mut out, mut errors) = (LuminaireAssets::default(), Vec::new());
+    let (mut out, mut warnings, mut errors) = (LuminaireAssets::default(), Vec::new(), Vec::new());
+    let mut left = source.memory;
+    let bytes = |path: &str| source.files.read(path).map_err(|e| e.to_string());
     for (path, id) in photometric {
-        let known = old.and_then(|o| o.photometric.get(*path)).cloned();
+        let known = old.and_then(|o| {
+            let read = o.photometric.get(*path)?;
+            Some((Arc::clone(read), o.notes.get(*path).cloned()))
+        });
         let file = || {
-            let bytes = files.read(path).map_err(|e| e.to_string())?;
-            let read = Distribution::parse(&bytes).map(Arc::new);
-            read.map_err(|e| diagnostics::photometric_cause(path, &e))
+            let read = Distribution::noted(&bytes(path)?);
+            let (read, note) = read.map_err(|e| diagnostics::photometric_cause(path, &e))?;
+            if read.bytes() > left {
+                let reason = diagnostics::no_room(read.bytes(), left);
+                return Err(diagnostics::slide_cause(path, &reason));
+            }
+            Ok((Arc::new(read), note))
         };
         match known.map_or_else(file, Ok) {
-            Ok(read) => drop(out.photometric.insert((*path).to_owned(), read)),
+            Ok((read, note)) => {
+                left = left.saturating_sub(read.bytes());
+                out.photometric.insert((*path).to_owned(), read);
+                if let Some(note) = note {
+                    warnings.push(diagnostics::of_file_notes(
+                        path,
+                        *id,
+                        &[note.clone()],
+                        spans,
+                    ));
+                    out.notes.insert((*path).to_owned(), note);
+                }
+            }
             Err(cause) => errors.push(diagnostics::of_photometric(&cause, *id, spans)),
         }
     }
     for (path, id) in slides {
         let known = old.and_then(|o| o.slides.get(*path)).cloned();
         let file = || {
-            let bytes = files.read(path).map_err(|e| e.to_string())?;
-            let read = Gobo::read(&bytes).map(Arc::new);
+            let read = Gobo::read(&bytes(path)?, left).map(Arc::new);
             read.map_err(|e| diagnostics::slide_cause(path, &e))
         };
         match known.map_or_else(file, Ok) {
-            Ok(read) => drop(out.slides.insert((*path).to_owned(), read)),
+            Ok(read) => {
+                left = left.saturating_sub(read.bytes());
+                out.slides.insert((*path).to_owned(), read);
+            }
             Err(cause) => errors.push(diagnostics::of_slide(&cause, *id, spans)),
         }
     }
     if errors.is_empty() {
-        Ok(out)
+        Ok((out, warnings))
     } else {
         Err(errors)
     }

@@ -11,7 +11,7 @@ use exr::block::reader::ChunksReader;
 use exr::math::Vec2;
 use exr::meta::header::Header;
 
-use super::{Canvas, guard_sizes, malformed, require_finite, rgb_part};
+use super::{Canvas, guard_sizes, malformed, rgb_part, text};
 use crate::picture::{Image, PictureError, require_memory};
 
 /// Where a layer stands: its part, and its R, G and B among the part's channels.
@@ -72,11 +72,7 @@ pub fn decode(
             }
         }
     }
-    let finish = |slot: Result<(usize, Canvas), PictureError>| {
-        let image = slot?.1.finish()?;
-        require_finite(&image)?;
-        Ok(image)
-    };
+    let finish = |slot: Result<(usize, Canvas), PictureError>| slot?.1.finish();
     Ok(slots.into_iter().map(finish).collect())
 }
 
@@ -110,7 +106,7 @@ fn places(headers: &[Header]) -> BTreeMap<String, Place> {
     let mut out = BTreeMap::new();
     for (part, header) in headers.iter().enumerate().filter(|(_, h)| !h.deep) {
         let title = header.own_attributes.layer_name.as_ref();
-        let title = title.map(ToString::to_string).unwrap_or_default();
+        let title = title.map(text).unwrap_or_default();
         for (prefix, channels) in groups(header) {
             let name = if prefix.is_empty() { &title } else { &prefix };
             let long = format!("{title}.{prefix}");
@@ -127,7 +123,7 @@ fn places(headers: &[Header]) -> BTreeMap<String, Place> {
 fn groups(header: &Header) -> BTreeMap<String, [usize; 3]> {
     let mut found: BTreeMap<String, [Option<usize>; 3]> = BTreeMap::new();
     for (at, channel) in header.channels.list.iter().enumerate() {
-        let name = channel.name.to_string();
+        let name = text(&channel.name);
         let (prefix, last) = name.rsplit_once('.').unwrap_or(("", &name));
         let colour = ["R", "G", "B"].iter().position(|c| *c == last);
         let (Some(colour), Vec2(1, 1)) = (colour, channel.sampling) else {

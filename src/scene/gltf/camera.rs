@@ -1,6 +1,6 @@
 //! Cameras. One without perspective has no angle of view and is left out.
 
-use gltf_json::Root;
+use super::Root;
 
 use super::node::Placed;
 use super::{Fault, PartError, entry, place};

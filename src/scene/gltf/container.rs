@@ -7,7 +7,13 @@ use std::path::{Path, PathBuf};
 use base64::alphabet;
 use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
 
-use super::{Fault, PartError, Root, entry, meshopt, place};
+use gltf_json::extensions::root as extensions;
+use gltf_json::{
+    Accessor, Asset, Buffer, Camera, Image, Index, Material, Mesh, Node, Texture, buffer, texture,
+};
+use serde::Deserialize;
+
+use super::{Fault, PartError, entry, meshopt, place};
 use crate::files::Files;
 use crate::scene::import::SceneError;
 
@@ -26,7 +32,7 @@ const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
 
 /// Extensions that a file may require: those that are read, and those that change nothing of what
 /// is read.
-const KNOWN: [&str; 22] = [
+const KNOWN: [&str; 23] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
@@ -46,10 +52,56 @@ const KNOWN: [&str; 22] = [
     "KHR_materials_variants",
     "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_node_visibility",
     "KHR_texture_basisu",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",
 ];
+
+/// The parts of a file that are read. Animations, skins and whatever else it has are passed over
+/// unread, so that nothing in them is a reason to refuse the file.
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+#[allow(missing_docs, reason = "the names of the format")]
+pub struct Root {
+    #[serde(default)]
+    pub accessors: Vec<Accessor>,
+    pub asset: Asset,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub buffer_views: Vec<buffer::View>,
+    #[serde(default)]
+    pub scene: Option<Index<gltf_json::Scene>>,
+    #[serde(default)]
+    pub extensions: Option<extensions::Root>,
+    #[serde(default)]
+    pub extensions_required: Vec<String>,
+    #[serde(default)]
+    pub cameras: Vec<Camera>,
+    #[serde(default)]
+    pub images: Vec<Image>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    pub meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub nodes: Vec<Node>,
+    #[serde(default)]
+    pub samplers: Vec<texture::Sampler>,
+    #[serde(default)]
+    pub scenes: Vec<Scene>,
+    #[serde(default)]
+    pub textures: Vec<Texture>,
+}
+
+/// A scene; it may be empty.
+#[derive(Debug, Deserialize)]
+pub struct Scene {
+    /// Those without a parent.
+    #[serde(default)]
+    pub nodes: Vec<Index<Node>>,
+}
 
 /// A file's JSON with its buffers.
 pub struct Document<'b> {

@@ -5,7 +5,7 @@
 //! angles: the peak on the axis, a half where t is 0.7071, a tenth where t is 0.3162; between and
 //! beyond ours is the smoother one.
 
-use gltf_json::Root;
+use super::Root;
 use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
 use gltf_json::validation::Checked;
 
@@ -19,7 +19,9 @@ use crate::units::Rgb;
 pub fn add(root: &Root, placed: &Placed<'_>, lamps: &mut Vec<Lamp>) -> Result<(), Fault> {
     let extensions = placed.node.extensions.as_ref();
     if let Some(on_node) = extensions.and_then(|e| e.khr_lights_punctual.as_ref()) {
-        let lights: &[Light] = root.as_ref();
+        let extensions = root.extensions.as_ref();
+        let punctual = extensions.and_then(|e| e.khr_lights_punctual.as_ref());
+        let lights: &[Light] = punctual.map_or(&[], |p| &p.lights);
         let index = on_node.light.value();
         let light = entry(lights, index, "light", || placed.place())?;
         let fault = |e| Fault::new(place("light", index, light.name.as_ref()), e);

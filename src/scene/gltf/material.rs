@@ -2,16 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use gltf_json::Material as Described;
 use gltf_json::extensions::texture::TextureTransform;
 use gltf_json::material::AlphaMode;
 use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
-use gltf_json::{Material as Described, Root};
 
 use super::container::Document;
-use super::{Fault, LeftOut, PartError, UNSTATED, place};
+use super::{Fault, LeftOut, PartError, Root, UNSTATED, place};
 use crate::files::Files;
 use crate::scene::Material;
+use crate::scene::import::reflectance;
 use crate::scene::texture::reader::{Channels, TextureReader};
 use crate::scene::texture::{Alpha, Texture, Wrap};
 use crate::units::Rgb;
@@ -155,14 +156,14 @@ impl Base<'_> {
         // What is let through is not stopped.
         let [.., stopped] = &mut factor;
         *stopped *= 1.0 - transmission(described);
-        match factor.iter().find(|c| !(0.0..=1.0).contains(*c)) {
-            Some(bad) => Err(PartError::Range {
+        for channel in &mut factor {
+            *channel = reflectance(*channel).ok_or(PartError::Range {
                 what: "base colour",
-                value: *bad,
+                value: *channel,
                 range: "0 to 1",
-            }),
-            None => Ok(Base { factor, texture }),
+            })?;
         }
+        Ok(Base { factor, texture })
     }
 }
 

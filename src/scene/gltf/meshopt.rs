@@ -5,7 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use gltf_json::{Buffer, Root};
+use gltf_json::Buffer;
+
+use super::Root;
 use serde::Deserialize;
 
 use super::container::Document;

@@ -1,9 +1,9 @@
 //! The nodes of a file: where everything stands.
 
-use gltf_json::{Node, Root};
+use gltf_json::Node;
 
 use super::container::Document;
-use super::{Fault, PartError, TRIANGLE_LIMIT, accessor, entry, place};
+use super::{Fault, LeftOut, PartError, Root, TRIANGLE_LIMIT, accessor, entry, place};
 use crate::geometry::{Vec3, vec3};
 
 /// Turning, stretching and moving.
@@ -161,7 +161,7 @@ impl Placed<'_> {
 ///
 /// A node may have one parent only. So each is visited once: a cycle, or a branch shared by two
 /// parents (with which a file of twenty nodes could ask for a million), is a fault.
-pub fn walk(root: &Root) -> Result<Vec<Placed<'_>>, Fault> {
+pub fn walk<'r>(root: &'r Root, left_out: &mut LeftOut) -> Result<Vec<Placed<'r>>, Fault> {
     let mut seen = vec![false; root.nodes.len()];
     let mut out = Vec::new();
     let mut open: Vec<(usize, Affine, String)> = Vec::new();
@@ -179,6 +179,10 @@ pub fn walk(root: &Root) -> Result<Vec<Placed<'_>>, Fault> {
             Some(seen) if !*seen => *seen = true,
             _ => return Err(Fault::new(at(), PartError::Twice)),
         }
+        if is_hidden(node) {
+            left_out.insert(format!("{}: it is hidden, with what it holds", at()));
+            continue;
+        }
         let own = Affine::of(node).map_err(|e| Fault::new(at(), e))?;
         let transform = outer.after(&own);
         if !transform.is_finite() {
@@ -193,6 +197,13 @@ pub fn walk(root: &Root) -> Result<Vec<Placed<'_>>, Fault> {
         });
     }
     Ok(out)
+}
+
+/// Whether a node and all below it are hidden (KHR_node_visibility).
+fn is_hidden(node: &Node) -> bool {
+    let extensions = node.extensions.as_ref();
+    let described = extensions.and_then(|e| e.others.get("KHR_node_visibility"));
+    described.and_then(|d| d.get("visible")) == Some(&serde_json::Value::Bool(false))
 }
 
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {

@@ -399,7 +399,7 @@ fn a_webp_texture_is_read_where_there_is_no_other() {
         (import.scene.materials[0].texture.is_some(), said.join("; "))
     };
     assert_eq!(
-        texture(crate::picture::webp::tests::TWO),
+        texture(crate::picture::decode::tests::TWO),
         (true, String::new())
     );
     let (is_read, said) = texture(b"\xabKTX 20");
@@ -588,4 +588,59 @@ fn instances_of_a_node_are_placed() {
         all.any(|v| (v[axis] - at).abs() < 1e-6)
     };
     assert!(far(0, 6.0) && far(2, 8.0));
+}
+
+#[test]
+fn what_is_not_read_is_no_reason_to_refuse() {
+    let nodes = r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[0]},{"name":"empty"}],"scene":0"#;
+    for more in [
+        r#""animations":[{"samplers":[{"input":0,"output":0}],"channels":[{"sampler":0,"target":{"path":"pointer"}}]}]"#,
+        r#""animations":7,"skins":"none""#,
+        r#""extras":"text""#,
+        r#""extras":[null,{"a":1}]"#,
+    ] {
+        let read = with_nodes(&format!("{nodes},{more}")).unwrap();
+        assert_eq!(read.scene.polygons.len(), 1, "{more}");
+    }
+    for extras in ["7", "null", "true", "[1]", "\"a\"", r#"{"a":{"b":[]}}"#] {
+        let with_extras = described(&format!("{WALL},{nodes}"))
+            .replace(r#""mesh":0"#, &format!(r#""mesh":0,"extras":{extras}"#))
+            .replace(
+                r#""material":0"#,
+                &format!(r#""material":0,"extras":{extras}"#),
+            )
+            .replace(
+                r#""name":"wall""#,
+                &format!(r#""name":"wall","extras":{extras}"#),
+            )
+            .replace(
+                r#""version":"2.0""#,
+                &format!(r#""version":"2.0","extras":{extras}"#),
+            );
+        assert_eq!(
+            import(&with_extras, &square())
+                .unwrap()
+                .scene
+                .polygons
+                .len(),
+            1,
+            "{extras}"
+        );
+    }
+    let rounded = described(&format!("{WALL},{nodes}"))
+        .replace("[0.5,0.25,0.125,1]", "[1.0000001,0.5,0.5,1]");
+    let wall = &import(&rounded, &square()).unwrap().scene.materials[0];
+    assert_eq!(wall.reflectance, Rgb([1.0, 0.5, 0.5]));
+}
+
+#[test]
+fn hidden_nodes_are_left_out_and_named() {
+    let hidden = r#""extensions":{"KHR_node_visibility":{"visible":false}}"#;
+    let nodes = format!(
+        r#""extensionsRequired":["KHR_node_visibility"],"nodes":[{{"mesh":0}},{{"name":"spare","children":[2],{hidden}}},{{"mesh":0}}],"scenes":[{{"nodes":[0,1]}}]"#
+    );
+    let read = with_nodes(&nodes).unwrap();
+    assert_eq!(read.scene.polygons.len(), 1);
+    let said = read.summary.left_out.join("; ");
+    assert!(said.contains("\"spare\": it is hidden"), "{said}");
 }

@@ -1,12 +1,13 @@
 //! MTL files: materials with their textures.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
+use super::super::import::reflectance;
 use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
 use super::super::{Material, gltf};
-use super::read::{colour, cut, each_line, named, numbers, split};
+use super::read::{colour, each_line, named, numbers, split};
 use super::{LineError, SceneError};
 use crate::files::Files;
 use crate::units::Rgb;
@@ -45,6 +46,10 @@ pub(super) struct Materials {
     pub(super) by_name: BTreeMap<String, usize>,
     /// Of each file the first material and the folder.
     folders: Vec<(usize, String)>,
+    /// The material that is being described.
+    open: Option<usize>,
+    /// Names that were given twice.
+    twice: BTreeSet<String>,
 }
 
 impl Materials {
@@ -54,35 +59,46 @@ impl Materials {
         let folder = Path::new(path).parent().unwrap_or(Path::new(""));
         self.folders
             .push((first, folder.to_string_lossy().into_owned()));
-        each_line(path, bytes, |text, _| self.line(text, first))
+        self.open = None;
+        each_line(path, bytes, |text, _| self.line(text))
     }
 
-    /// Reads a line of the file whose materials begin at `first`.
-    fn line(&mut self, text: &str, first: usize) -> Result<(), LineError> {
+    fn line(&mut self, text: &str) -> Result<(), LineError> {
         let (keyword, rest) = split(text);
         if keyword == "newmtl" {
-            let name = named("newmtl", rest)?.to_owned();
-            if self.by_name.insert(name.clone(), self.list.len()).is_some() {
-                return Err(LineError::TwiceMaterial(cut(&name)));
-            }
-            self.list.push(Described {
-                name,
+            let name = if rest.is_empty() { "default" } else { rest };
+            let described = Described {
+                name: name.to_owned(),
                 ..Described::default()
-            });
+            };
+            // Of a name given twice the last counts, as with most readers.
+            let index = *self
+                .by_name
+                .entry(name.to_owned())
+                .or_insert(self.list.len());
+            match self.list.get_mut(index) {
+                Some(before) => {
+                    *before = described;
+                    self.twice.insert(name.to_owned());
+                }
+                None => self.list.push(described),
+            }
+            self.open = Some(index);
             return Ok(());
         }
-        let open = self.list.iter_mut().skip(first).next_back();
         if !["Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"].contains(&keyword) {
             return Ok(());
         }
+        let open = self.open.and_then(|index| self.list.get_mut(index));
         let material = open.ok_or(LineError::Name("newmtl"))?;
         match keyword {
             "Kd" => {
                 let kd = colour("Kd", rest)?;
-                if let Some(bad) = kd.iter().find(|v| !(0.0..=1.0).contains(*v)) {
-                    return Err(LineError::Reflectance(*bad));
+                let mut diffuse = [0.0; 3];
+                for (to, value) in diffuse.iter_mut().zip(kd) {
+                    *to = reflectance(value).ok_or(LineError::Reflectance(value))?;
                 }
-                material.diffuse = Some(kd);
+                material.diffuse = Some(diffuse);
             }
             "Ke" => {
                 let ke = colour("Ke", rest)?;
@@ -108,6 +124,11 @@ impl Materials {
         left_out: &mut gltf::LeftOut,
     ) -> (Vec<Material>, Vec<Option<Moved>>) {
         let mut out = (Vec::new(), Vec::new());
+        left_out.extend(
+            self.twice.iter().map(|name| {
+                format!("material `{name}` is defined twice: the last definition counts")
+            }),
+        );
         for (i, described) in self.list.into_iter().enumerate() {
             let folder = self.folders.iter().rev().find(|(first, _)| *first <= i);
             let folder = folder.map_or("", |(_, folder)| folder.as_str());

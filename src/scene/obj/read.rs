@@ -33,9 +33,9 @@ pub(super) struct Obj {
     /// Each `mtllib`.
     pub(super) libraries: Vec<String>,
     vertices: Vec<Vec3>,
-    /// From the left and from the top.
-    places: Vec<[f64; 2]>,
-    normals: Vec<Vec3>,
+    /// From the left and from the top; `None` where the file has no numbers.
+    places: Vec<Option<[f64; 2]>>,
+    normals: Vec<Option<Vec3>>,
     faces: usize,
     /// Of all faces together.
     corners: usize,
@@ -57,8 +57,8 @@ impl Obj {
                 .get(vertex as usize)
                 .copied()
                 .unwrap_or_default(),
-            normal: normal.and_then(|i| self.normals.get(i as usize).copied()),
-            place: place.and_then(|i| self.places.get(i as usize).copied()),
+            normal: normal.and_then(|i| self.normals.get(i as usize).copied().flatten()),
+            place: place.and_then(|i| self.places.get(i as usize).copied().flatten()),
         }
     }
 
@@ -67,16 +67,19 @@ impl Obj {
         match keyword {
             "v" => self.vertex(rest)?,
             "vt" => {
-                let [u, v, _] = numbers("vt", rest, rest.split_whitespace().count().clamp(1, 3))?;
-                more(&mut self.places, [u, 1.0 - v], "places in textures")?;
+                let count = rest.split_whitespace().count().clamp(1, 3);
+                let place = optional(numbers("vt", rest, count))?;
+                let place = place.map(|[u, v, _]| [u, 1.0 - v]);
+                more(&mut self.places, place, "places in textures")?;
             }
             "vn" => {
-                let [x, y, z] = numbers("vn", rest, 3)?;
-                more(&mut self.normals, vec3(x, y, z), "normals")?;
+                let normal = optional(numbers("vn", rest, 3))?;
+                let normal = normal.map(|[x, y, z]| vec3(x, y, z));
+                more(&mut self.normals, normal, "normals")?;
             }
             "f" => self.face(rest, line)?,
             "usemtl" => {
-                let material = Some((named("usemtl", rest)?.to_owned(), line));
+                let material = (!rest.is_empty()).then(|| (rest.to_owned(), line));
                 let part = self.groups.last().and_then(|g| g.part.clone());
                 self.group(material, part);
             }
@@ -102,8 +105,11 @@ impl Obj {
 
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
     fn vertex(&mut self, rest: &str) -> Result<(), LineError> {
-        let found = rest.split_whitespace().count();
-        let [x, y, z] = numbers("v", rest, found.clamp(3, 7))?;
+        let behind = rest.split_whitespace().count().saturating_sub(3);
+        let [x, y, z] = match behind {
+            1..=4 => first_numbers("v", rest, 3)?,
+            _ => numbers("v", rest, 3)?,
+        };
         if let Some(far) = [x, y, z].into_iter().find(|c| c.abs() > FAR) {
             return Err(LineError::Far(far));
         }
@@ -259,6 +265,23 @@ pub(super) fn split(line: &str) -> (&str, &str) {
     (keyword, rest.trim())
 }
 
+/// The files that a line `mtllib` names: each goes on to a word that ends in `.mtl`.
+pub(super) fn names_of_libraries(rest: &str) -> Vec<&str> {
+    let mut names = Vec::new();
+    let mut start = 0;
+    for (at, ending) in rest.to_ascii_lowercase().match_indices(".mtl") {
+        let end = at + ending.len();
+        let after = rest.get(end..).unwrap_or_default();
+        if after.is_empty() || after.starts_with(char::is_whitespace) {
+            names.extend(rest.get(start..end).map(str::trim));
+            start = end;
+        }
+    }
+    let last = rest.get(start..).map(str::trim);
+    names.extend(last.filter(|name| !name.is_empty()));
+    names
+}
+
 pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError> {
     if rest.is_empty() {
         Err(LineError::Name(keyword))
@@ -276,8 +299,34 @@ pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], Line
     numbers(keyword, rest, 3)
 }
 
+/// Numbers that polygons do without: `None` where they are not finite.
+fn optional(numbers: Result<[f64; 3], LineError>) -> Result<Option<[f64; 3]>, LineError> {
+    match numbers {
+        Ok(numbers) => Ok(Some(numbers)),
+        Err(LineError::Number(word)) if word.parse::<f64>().is_ok() => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 /// The first three of `expected` finite numbers.
 pub(super) fn numbers(
+    keyword: &'static str,
+    rest: &str,
+    expected: usize,
+) -> Result<[f64; 3], LineError> {
+    let values = first_numbers(keyword, rest, expected)?;
+    match rest.split_whitespace().count() {
+        found if found == expected => Ok(values),
+        found => Err(LineError::Count {
+            keyword,
+            expected: expected.min(3),
+            found,
+        }),
+    }
+}
+
+/// The first three of at least `expected` finite numbers.
+fn first_numbers(
     keyword: &'static str,
     rest: &str,
     expected: usize,
@@ -291,7 +340,7 @@ pub(super) fn numbers(
             *to = value;
         }
     }
-    if found == expected {
+    if found >= expected {
         Ok(values)
     } else {
         Err(LineError::Count {

@@ -171,7 +171,8 @@ fn wrong_lines_are_named() {
                 defined: 4,
             },
         ),
-        ("usemtl", LineError::Name("usemtl")),
+        ("mtllib", LineError::Name("mtllib")),
+        ("v 1 nan 0", LineError::Number("nan".into())),
         (
             long.as_str(),
             read::limit("corners of a face", CORNER_LIMIT),
@@ -267,11 +268,6 @@ fn wrong_materials_are_named() {
             LineError::Number("nan".into()),
         ),
         ("Kd 1 1 1", 1, LineError::Name("newmtl")),
-        (
-            "newmtl wall\nnewmtl wall",
-            2,
-            LineError::TwiceMaterial("wall".into()),
-        ),
     ] {
         let found = refused(&obj, mtl);
         assert_eq!(found, ("set/mtl/stage.mtl".to_owned(), line, reason));
@@ -429,4 +425,67 @@ fn one_number_is_grey() {
     let scene = read(&format!("{HEAD}f 1 2 3\n"), mtl).unwrap();
     assert_eq!(scene.materials[0].reflectance, Rgb([0.25; 3]));
     assert_eq!(scene.materials[0].emission, Rgb([3.0; 3]));
+}
+
+#[test]
+fn what_no_polygon_needs_is_no_reason_to_refuse() {
+    for head in [
+        "usemtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn nan nan nan\nf 1//1 2//1 3//1\n",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt nan 0\nvt 1 inf\nf 1/1 2/2 3/1\n",
+        "v 0 0 0 nan nan nan\nv 1 0 0 1 1 1\nv 0 1 0 1\nf 1 2 3\n",
+        "mtllib m.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    ] {
+        let files = Memory::default().with("a.obj", head).with(
+            "m.mtl",
+            "newmtl\nKd 0.1 0.1 0.1\nnewmtl m\nKd 1.0000001 0.5 -1e-9\n",
+        );
+        let scene = import(&files, "a.obj", true).unwrap();
+        assert!(
+            (scene.polygons.iter().map(area).sum::<f64>() - 0.5).abs() < 1e-12,
+            "{head}"
+        );
+        let used = &scene.materials[scene.polygons[0].material];
+        if used.name == "m" {
+            assert_eq!(used.reflectance, Rgb([1.0, 0.5, 0.0]));
+        }
+    }
+}
+
+#[test]
+fn a_line_names_several_libraries_and_a_name_may_have_blanks() {
+    let files = |line: &str| {
+        let obj = format!(
+            "{line}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\nusemtl blue\nf 3 2 1\n"
+        );
+        Memory::default()
+            .with("x.obj", obj)
+            .with(
+                "a.mtl",
+                "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0.2 0.2 0.2\n",
+            )
+            .with("b c.MTL", "newmtl blue\nKd 0 0 1\n")
+    };
+    for line in ["mtllib a.mtl b c.MTL", "mtllib a.mtl\nmtllib b c.MTL"] {
+        let read = import::read(&files(line), "x.obj", &Options::default(), usize::MAX).unwrap();
+        let colours: Vec<Rgb> = read
+            .scene
+            .polygons
+            .iter()
+            .map(|p| read.scene.materials[p.material].reflectance)
+            .collect();
+        assert_eq!(
+            colours,
+            [Rgb([1.0, 0.0, 0.0]), Rgb([0.0, 0.0, 1.0])],
+            "{line}"
+        );
+        assert_eq!(
+            read.summary.left_out,
+            ["material `blue` is defined twice: the last definition counts"]
+        );
+    }
+    assert_eq!(
+        read::names_of_libraries("one.mtl.mtl two"),
+        ["one.mtl.mtl", "two"]
+    );
 }

@@ -87,11 +87,11 @@ impl Lines<'_> {
     }
 }
 
-/// Reads a file.
-pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError> {
+/// Reads a file, with a note of the sets of lamps that were not taken.
+pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>), PhotometricError> {
     let lines = Lines(text.lines().collect());
     let symmetry = lines.within(SYMMETRY, "the symmetry", 0.0..=4.0, "0 to 4")? as u8;
-    let planes = lines.count(PLANES, "the number of planes")?;
+    let count = lines.count(PLANES, "the number of planes")?;
     let angles = lines.count(ANGLES, "the number of angles in a plane")?;
     let conversion = lines.number(CONVERSION, "the conversion factor of intensities")?;
     let sets = lines.within(
@@ -100,76 +100,112 @@ pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError>
         1.0..=20.0,
         "1 to 20",
     )? as usize;
-    let mut lumens = 0.0;
-    for set in 0..sets {
-        lumens += lines
-            .number(LAMPS + OF_LAMPS * set + 2, "the lumens of the lamps")?
-            .max(0.0);
-    }
+    // Sets are alternatives: lamps or currents with which the luminaire is sold.
+    let lumens = lines.number(LAMPS + 2, "the lumens of the lamps")?.max(0.0);
+    let note = (sets > 1).then(|| {
+        format!("the first of {sets} sets of lamps, {lumens} lm: write `lm` behind it for another")
+    });
     let first = LAMPS + OF_LAMPS * sets + RATIOS;
-    let horizontal = lines.angles(first..first + planes, "the planes", 360.0)?;
-    let start = first + planes;
+    let all = lines.angles(first..first + count, "the planes", 360.0)?;
+    let start = first + count;
     let vertical = lines.angles(start..start + angles, "the angles in a plane", 180.0)?;
-    // Of planes that mirror others only one of each is given.
-    let given = match symmetry {
-        1 => 1,
-        2 | 3 => planes / 2 + 1,
-        4 => planes / 4 + 1,
-        _ => planes,
-    };
+    let planes =
+        Planes::of(all, symmetry).map_err(|wrong| PhotometricError { line: start, wrong })?;
     let mut candela = Vec::new();
     let scale = lumens / 1000.0 * if conversion > 0.0 { conversion } else { 1.0 };
-    for at in (start + angles..).take(given.saturating_mul(angles)) {
+    for at in (start + angles..).take(planes.given.saturating_mul(angles)) {
         let value = lines.within(at, "an intensity", 0.0..=1e12, "0 or more")?;
         candela.push(value * scale);
     }
-    let last = lines.0.len();
-    let (horizontal, symmetry) = around(horizontal, symmetry, given, &mut candela, angles);
+    if planes.is_reversed {
+        candela = candela.chunks(angles).rev().flatten().copied().collect();
+    }
+    if planes.is_closed_here {
+        candela.extend_from_within(..angles);
+    }
     let out = Distribution {
         vertical,
-        horizontal,
-        symmetry,
+        horizontal: planes.horizontal,
+        symmetry: planes.symmetry,
         candela,
         lamp_lumens: (lumens > 0.0).then_some(lumens),
     };
     if out.vertical.len() >= 2 && out.flux() > 0.0 {
-        return Ok(out);
+        return Ok((out, note));
     }
     let wrong = Wrong::Dark;
-    Err(PhotometricError { line: last, wrong })
+    let line = lines.0.len();
+    Err(PhotometricError { line, wrong })
 }
 
-/// The planes as this module keeps them.
-fn around(
-    planes: Vec<f64>,
-    symmetry: u8,
+/// The planes around the axis, as a [`Distribution`] has them.
+struct Planes {
+    horizontal: Vec<f64>,
+    symmetry: Symmetry,
+    /// Planes whose intensities are given; the others mirror them.
     given: usize,
-    candela: &mut Vec<f64>,
-    angles: usize,
-) -> (Vec<f64>, Symmetry) {
-    let some = |planes: &[f64]| planes.iter().copied().take(given).collect::<Vec<f64>>();
-    match symmetry {
-        1 => (vec![0.0], Symmetry::Round),
-        2 => (some(&planes), Symmetry::Half),
-        // Given from 270 by 0 to 90: seen from the other side of the mirror, from 270 back to 90.
-        3 => {
-            let rows: Vec<f64> = candela.chunks(angles).rev().flatten().copied().collect();
-            *candela = rows;
-            let step = 180.0 / (given.max(2) - 1) as f64;
-            let turned = (0..given).map(|i| 90.0 + step * i as f64);
-            (turned.collect(), Symmetry::Across)
-        }
-        4 => (some(&planes), Symmetry::Quadrant),
-        _ => {
-            let mut planes = planes;
-            if planes.len() == 1 {
-                return (vec![0.0], Symmetry::Round);
+    /// They are given from the last to the first.
+    is_reversed: bool,
+    /// The first plane is added again at the end of the turn.
+    is_closed_here: bool,
+}
+
+impl Planes {
+    /// Of the angles of all planes, and how the format numbers symmetries.
+    fn of(all: Vec<f64>, symmetry: u8) -> Result<Planes, Wrong> {
+        let within = |most: f64| {
+            all.iter()
+                .copied()
+                .filter(|c| *c <= most)
+                .collect::<Vec<f64>>()
+        };
+        let (horizontal, symmetry, expected) = match symmetry {
+            1 => (vec![0.0], Symmetry::Round, 1),
+            2 => (within(180.0), Symmetry::Half, all.len() / 2 + 1),
+            // Given from 270 by 0 to 90: seen from the other side of the mirror, from 270 back to 90.
+            3 => {
+                let seen = |c: &f64| match *c {
+                    c if c < 90.0 + 1e-9 => Some(180.0 - c),
+                    c if (270.0 - 1e-9..360.0).contains(&c) => Some(540.0 - c),
+                    _ => None,
+                };
+                let mut seen: Vec<f64> = all.iter().filter_map(seen).collect();
+                seen.sort_by(f64::total_cmp);
+                (seen, Symmetry::Across, all.len() / 2 + 1)
             }
-            if planes.last().is_some_and(|last| *last < 360.0) {
-                planes.push(360.0);
-                candela.extend_from_within(..angles);
-            }
-            (planes, Symmetry::None)
+            4 => (within(90.0), Symmetry::Quadrant, all.len() / 4 + 1),
+            _ if all.len() == 1 => (vec![0.0], Symmetry::Round, 1),
+            _ => (all, Symmetry::None, 0),
+        };
+        let given = horizontal.len();
+        let (first, last) = match horizontal.as_slice() {
+            [first, .., last] => (*first, *last),
+            _ => (0.0, 0.0),
+        };
+        let is_whole = match symmetry {
+            Symmetry::Round => true,
+            Symmetry::None => last <= first + 360.0,
+            Symmetry::Across => given == expected && (first, last) == (90.0, 270.0),
+            Symmetry::Half => given == expected && (first, last) == (0.0, 180.0),
+            Symmetry::Quadrant => given == expected && (first, last) == (0.0, 90.0),
+        };
+        if !is_whole {
+            return Err(Wrong::Span {
+                what: "the planes",
+                first,
+                last,
+                must: "they do not fit the symmetry that the file states",
+            });
         }
+        let is_closed_here = symmetry == Symmetry::None && last < first + 360.0;
+        let mut horizontal = horizontal;
+        horizontal.extend(is_closed_here.then_some(first + 360.0));
+        Ok(Planes {
+            horizontal,
+            symmetry,
+            given,
+            is_reversed: symmetry == Symmetry::Across,
+            is_closed_here,
+        })
     }
 }

@@ -191,11 +191,12 @@ pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError>
         line,
     };
     match tilt {
-        "NONE" => {}
-        "INCLUDE" => included(&mut words)?,
+        _ if tilt.eq_ignore_ascii_case("NONE") => {}
+        _ if tilt.eq_ignore_ascii_case("INCLUDE") => included(&mut words)?,
         other => return words.fail(Wrong::Tilt(shown(other))),
     }
-    numbers(&mut words)
+    let is_2019 = text.trim_start().starts_with("IES:LM-63-2019");
+    numbers(&mut words, is_2019)
 }
 
 /// The number of the `TILT=` line and what it says.
@@ -203,8 +204,10 @@ fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
     let mut last = 1;
     for (i, line) in text.lines().enumerate().take(MOST_KEYWORDS) {
         last = i + 1;
-        if let Some(rest) = line.trim().strip_prefix("TILT=") {
-            return Ok((last, rest.trim()));
+        if let Some((keyword, tilt)) = line.split_once('=')
+            && keyword.trim().eq_ignore_ascii_case("TILT")
+        {
+            return Ok((last, tilt.trim()));
         }
     }
     let wrong = Wrong::NoTilt;
@@ -220,7 +223,7 @@ fn included(words: &mut Words<'_>) -> Result<(), PhotometricError> {
     Ok(())
 }
 
-fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
+fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, PhotometricError> {
     let lamps = words.positive("the number of lamps")?;
     let lumens = words.number("the lumens of a lamp")?;
     let multiplier = words.positive("the multiplier of the intensities")?;
@@ -243,8 +246,9 @@ fn numbers(words: &mut Words<'_>) -> Result<Distribution, PhotometricError> {
     words.number("the unit of lengths")?;
     words.row(3, "the size of the opening")?;
     let ballast = words.positive("the ballast factor")?;
-    // Called so in the older editions, kept at 1 in the newer ones.
     let lamp_factor = words.positive("the ballast-lamp factor")?;
+    // LM-63-2019 has the type of the file here: 1.00001 for an unaccredited laboratory and so on.
+    let lamp_factor = if is_2019 { 1.0 } else { lamp_factor };
     words.number("the input watts")?;
     let vertical = verticals(words, vertical)?;
     let (mut horizontal, symmetry) = horizontals(words, horizontal)?;

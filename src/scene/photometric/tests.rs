@@ -302,9 +302,15 @@ fn planes_that_stop_one_step_short_go_round() {
 
 /// A EULUMDAT file of these planes and angles: 2000 lumens, half of a thousandth a unit.
 fn eulumdat(symmetry: u8, candela: impl Fn(f64, f64) -> f64) -> String {
-    let (planes, angles) = (steps(0.0, 330.0, 12), steps(0.0, 90.0, 10));
+    eulumdat_of(symmetry, &steps(0.0, 330.0, 12), candela)
+}
+
+/// The same with planes of any angles.
+fn eulumdat_of(symmetry: u8, planes: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
+    let angles = steps(0.0, 90.0, 10);
     let mut lines = vec!["Nobody".to_owned(), "2".into(), symmetry.to_string()];
-    lines.extend(["12", "30", "10", "10"].map(String::from));
+    lines.push(planes.len().to_string());
+    lines.extend(["30", "10", "10"].map(String::from));
     lines.extend(["", "Lamp", "", "a.ldt", ""].map(String::from));
     lines.extend(["100"; 9].map(String::from));
     lines.extend(["100", "80", "0,5", "0", "1"].map(String::from));
@@ -312,10 +318,15 @@ fn eulumdat(symmetry: u8, candela: impl Fn(f64, f64) -> f64) -> String {
     lines.extend(["0.5"; 10].map(String::from));
     let given: Vec<f64> = match symmetry {
         1 => vec![0.0],
-        2 => planes.iter().copied().take(7).collect(),
-        3 => (0..7).map(|i| 270.0 + 30.0 * f64::from(i)).collect(),
-        4 => planes.iter().copied().take(4).collect(),
-        _ => planes.clone(),
+        2 => planes.iter().copied().filter(|c| *c <= 180.0).collect(),
+        3 => {
+            let late = planes.iter().filter(|c| **c >= 270.0);
+            late.chain(planes.iter().filter(|c| **c <= 90.0))
+                .copied()
+                .collect()
+        }
+        4 => planes.iter().copied().filter(|c| *c <= 90.0).collect(),
+        _ => planes.to_vec(),
     };
     lines.extend(planes.iter().chain(&angles).map(f64::to_string));
     for h in given {
@@ -360,5 +371,91 @@ fn eulumdat_gives_candela_in_every_symmetry() {
                 "{symmetry} {cut}"
             );
         }
+    }
+}
+
+/// Planes of a road luminaire, close where its light changes. The right values are linear between
+/// neighbouring planes, by hand.
+#[test]
+fn eulumdat_keeps_uneven_planes() {
+    let planes = [0.0, 20.0, 90.0, 160.0, 180.0, 200.0, 270.0, 340.0];
+    let at = |d: &Distribution, c: f64| d.intensity(45_f64.to_radians(), c.to_radians());
+    let close =
+        |found: f64, wanted: f64| assert!((found - wanted).abs() < 1e-9, "{found} {wanted}");
+    // Mirrored at the plane of 90: bright around C0 and C180, dark across.
+    let across = |_: f64, h: f64| {
+        if (h - 90.0).abs() < 1.0 || (h - 270.0).abs() < 1.0 {
+            100.0
+        } else {
+            1000.0
+        }
+    };
+    let road = parsed(&eulumdat_of(3, &planes, across));
+    for (c, wanted) in [
+        (0.0, 1000.0),
+        (45.0, 1000.0 - 900.0 * 25.0 / 70.0),
+        (90.0, 100.0),
+        (135.0, 1000.0 - 900.0 * 25.0 / 70.0),
+        (305.0, 550.0),
+    ] {
+        close(at(&road, c), wanted);
+    }
+    // Mirrored at the plane of 0.
+    let along = |_: f64, h: f64| 100.0 + h.min(360.0 - h);
+    let half = parsed(&eulumdat_of(2, &planes, along));
+    for c in [10.0, 55.0, 170.0, 190.0, 305.0] {
+        close(at(&half, c), along(0.0, c));
+    }
+    let short = eulumdat_of(3, &[0.0, 20.0, 90.0, 160.0, 200.0, 300.0], across);
+    let refused = Distribution::parse(short.as_bytes()).unwrap_err();
+    assert!(refused.to_string().contains("symmetry"), "{refused}");
+}
+
+#[test]
+fn eulumdat_begins_at_any_plane() {
+    let of = |_: f64, h: f64| if h < 90.0 || h > 270.0 { 1000.0 } else { 100.0 };
+    let found = parsed(&eulumdat_of(0, &[45.0, 135.0, 225.0, 315.0], of));
+    let at = |c: f64| found.intensity(0.5, c.to_radians());
+    for (c, wanted) in [
+        (0.0, 1000.0),
+        (30.0, 1000.0),
+        (60.0, 850.0),
+        (180.0, 100.0),
+        (270.0, 550.0),
+        (359.0, 1000.0),
+    ] {
+        assert!((at(c) - wanted).abs() < 1e-9, "{c}: {} {wanted}", at(c));
+    }
+}
+
+#[test]
+fn eulumdat_takes_the_first_set_of_lamps_and_says_so() {
+    let one = eulumdat(1, |_, _| 100.0);
+    let mut lines: Vec<&str> = one.lines().collect();
+    lines[25] = "2";
+    lines.splice(32..32, ["1", "LED", "3000", "3000 K", "80", "30"]);
+    let (read, note) = Distribution::noted(lines.join("\n").as_bytes()).unwrap();
+    assert_eq!(read, parsed(&one));
+    assert!(
+        note.unwrap()
+            .contains("the first of 2 sets of lamps, 2000 lm")
+    );
+    assert_eq!(Distribution::noted(one.as_bytes()).unwrap().1, None);
+}
+
+#[test]
+fn the_edition_of_2019_has_a_type_where_older_ones_have_a_factor() {
+    let plain = file(&[0.0, 90.0], &[0.0], |v, _| 1000.0 - 10.0 * v);
+    let typed = plain.replace("\n1 1 50\n", "\n0.5 1.11 50\n");
+    let older = parsed(&typed);
+    assert!((older.intensity(0.0, 0.0) - 555.0).abs() < 1e-9);
+    let newer = parsed(&typed.replace("IESNA:LM-63-2002", "IES:LM-63-2019"));
+    assert!((newer.intensity(0.0, 0.0) - 500.0).abs() < 1e-9);
+    for tilt in ["TILT = NONE ", "tilt=none", "Tilt=None\r"] {
+        assert_eq!(
+            parsed(&plain.replace("TILT=NONE", tilt)),
+            parsed(&plain),
+            "{tilt}"
+        );
     }
 }

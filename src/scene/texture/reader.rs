@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::Pixels;
-use crate::picture::{Codes, PictureError, jpeg, png, webp};
+use crate::picture::PictureError;
+use crate::picture::decode::codes;
 
 /// Bytes of all textures of a stage file at most, decoded.
 pub const MOST_BYTES: usize = 1 << 30;
@@ -103,20 +104,5 @@ impl TextureReader {
             megabytes(needed),
             megabytes(limit)
         )
-    }
-}
-
-/// The codes of an image of any of the formats, with alpha.
-fn codes(bytes: &[u8], limit: usize) -> Result<Codes, PictureError> {
-    match bytes {
-        [0x89, b'P', b'N', b'G', ..] => png::codes(bytes, limit),
-        [0xff, 0xd8, ..] => jpeg::codes(bytes, limit),
-        _ if bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP") => {
-            webp::codes(bytes, limit)
-        }
-        _ => Err(PictureError::Unsupported {
-            format: "image",
-            reason: "it is neither PNG nor JPEG nor WebP".to_owned(),
-        }),
     }
 }

@@ -1,0 +1,273 @@
+//! PNG, JPEG and WebP files, read by the `image` crate.
+//!
+//! Codes count as sRGB (IEC 61966-2-1), whatever the file's header or profile says. Photographs
+//! are turned as their EXIF orientation says. The size in the header is held against the limit
+//! before any pixel is decoded.
+
+use std::io::Cursor;
+
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use super::{Codes, Image, PictureError, require_memory};
+use crate::units::srgb_decode;
+
+/// Bytes that the header of a PNG file may take, such as an inflated colour profile.
+const HEADER_BYTES: u64 = 16 << 20;
+/// Bytes a pixel of the decoded file and of a turned copy, 16 bits a channel.
+const DECODED: u64 = 8 + 8;
+/// Bytes a pixel that a WebP decoder keeps besides.
+const WEBP: u64 = 8;
+
+/// Whether [`light`] and [`codes`] read files that begin like `bytes`.
+pub fn is_read(bytes: &[u8]) -> bool {
+    format(bytes).is_some()
+}
+
+fn format(bytes: &[u8]) -> Option<ImageFormat> {
+    let format = image::guess_format(bytes).ok()?;
+    let is_read = matches!(
+        format,
+        ImageFormat::Png | ImageFormat::Jpeg | ImageFormat::WebP
+    );
+    is_read.then_some(format)
+}
+
+/// The picture in a file, its codes turned linear: 0 to 1, in steps of at most 0.9 % of the whole
+/// at 8 bits. Grey becomes RGB; what is transparent lets black through. At most about
+/// `limit_bytes` of memory are used.
+///
+/// # Errors
+/// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Unsupported`] for
+/// another format, [`PictureError::Memory`].
+pub fn light(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
+    let decoded = decoded(bytes, DECODED + 12, limit_bytes)?.into_rgba16();
+    let table: Vec<f32> = (0..=u16::MAX)
+        .map(|code| srgb_decode(f64::from(code) / f64::from(u16::MAX)) as f32)
+        .collect();
+    let (width, height) = (decoded.width() as usize, decoded.height() as usize);
+    let mut data = Vec::with_capacity(width * height * 3);
+    for pixel in decoded.pixels() {
+        let [r, g, b, alpha] = pixel.0;
+        let alpha = f32::from(alpha) / f32::from(u16::MAX);
+        let value = |code: u16| alpha * table.get(usize::from(code)).copied().unwrap_or_default();
+        data.extend([r, g, b].map(value));
+    }
+    Image::from_data(width, height, data)
+        .ok_or_else(|| PictureError::Size("some of its pixels are missing".to_owned()))
+}
+
+/// The sRGB codes of a file with alpha, those of 16 bits cut to eight.
+///
+/// # Errors
+/// As [`light`].
+pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
+    // The codes and the texels that are made of them: eight bytes each, and a third more for the
+    // coarser levels.
+    let decoded = decoded(bytes, 4 + 11, limit_bytes)?.into_rgba8();
+    let size = [decoded.width(), decoded.height()].map(|n| n as usize);
+    Ok((size, decoded.pixels().map(|pixel| pixel.0).collect()))
+}
+
+/// The upright image of a file of which a pixel takes `pixel_bytes` of the limit.
+fn decoded(
+    bytes: &[u8],
+    pixel_bytes: u64,
+    limit_bytes: usize,
+) -> Result<DynamicImage, PictureError> {
+    let format = format(bytes).ok_or_else(|| PictureError::Unsupported {
+        format: "image",
+        reason: "it is neither PNG nor JPEG nor WebP".to_owned(),
+    })?;
+    let (name, besides) = match format {
+        ImageFormat::Png => ("PNG", 0),
+        ImageFormat::Jpeg => ("JPEG", 0),
+        _ => ("WebP", WEBP),
+    };
+    let malformed = |error: image::ImageError| PictureError::Malformed {
+        format: name,
+        reason: error.to_string(),
+    };
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(match format {
+        ImageFormat::Png => HEADER_BYTES.min(limit_bytes as u64),
+        _ => limit_bytes as u64,
+    });
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    reader.limits(limits);
+    let mut decoder = reader.into_decoder().map_err(malformed)?;
+    let (width, height) = decoder.dimensions();
+    let needed = u64::from(width)
+        .saturating_mul(u64::from(height))
+        .saturating_mul(pixel_bytes + besides);
+    require_memory(
+        (width as usize, height as usize),
+        needed,
+        limit_bytes as u64,
+    )?;
+    let orientation = decoder.orientation().map_err(malformed)?;
+    let mut decoded = DynamicImage::from_decoder(decoder).map_err(malformed)?;
+    decoded.apply_orientation(orientation);
+    Ok(decoded)
+}
+
+/// Tests, and a file for those of others.
+#[cfg(test)]
+pub mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use crate::picture::png::encode;
+    use ::png::{BitDepth, ColorType, Encoder};
+    use proptest::prelude::*;
+
+    /// A WebP file of two pixels without loss, as libwebp writes them.
+    pub const TWO: &[u8] = &[
+        82, 73, 70, 70, 34, 0, 0, 0, 87, 69, 66, 80, 86, 80, 56, 76, 21, 0, 0, 0, 47, 1, 0, 0, 16,
+        15, 240, 133, 255, 65, 254, 193, 197, 129, 126, 35, 28, 25, 209, 255, 0, 0,
+    ];
+
+    fn png(colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = Encoder::new(&mut bytes, 1, 1);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_image_data(data).unwrap();
+        writer.finish().unwrap();
+        bytes
+    }
+
+    #[test]
+    fn codes_of_every_kind_become_linear_light() {
+        let half = srgb_decode(188.0 / 255.0) as f32;
+        let (eight, sixteen) = (BitDepth::Eight, BitDepth::Sixteen);
+        let kinds: [(_, _, &[u8], _); 6] = [
+            (ColorType::Rgb, eight, &[255, 188, 0], [1.0, half, 0.0]),
+            (ColorType::Grayscale, eight, &[188], [half; 3]),
+            (ColorType::Grayscale, BitDepth::One, &[0x80], [1.0; 3]),
+            (
+                ColorType::GrayscaleAlpha,
+                eight,
+                &[188, 51],
+                [half * 0.2; 3],
+            ),
+            (ColorType::Rgba, eight, &[255, 188, 0, 0], [0.0; 3]),
+            // 188/255 as 16 bits is the byte twice.
+            (
+                ColorType::Rgb,
+                sixteen,
+                &[255, 255, 188, 188, 0, 0],
+                [1.0, half, 0.0],
+            ),
+        ];
+        for (colour, depth, data, wanted) in kinds {
+            let image = light(&png(colour, depth, data), 1 << 10).unwrap();
+            let found = image.pixel(0, 0).unwrap();
+            for (f, w) in found.iter().zip(wanted) {
+                assert!((f - w).abs() < 1e-6, "{colour:?} {depth:?} {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_header_that_asks_for_more_than_the_limit_is_refused() {
+        let bytes = encode(40, 50, &[7; 6000]).unwrap();
+        assert!(light(&bytes, 2000 * 28).is_ok());
+        let refused = light(&bytes, 2000 * 28 - 1);
+        assert!(matches!(
+            refused,
+            Err(PictureError::Memory { width: 40, .. })
+        ));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        #[test]
+        fn corrupt_files_are_errors_or_pictures(
+            edits in prop::collection::vec((0_usize..400, any::<u8>()), 1..6),
+            cut in prop::option::of(0_usize..400),
+        ) {
+            let rgb: Vec<u8> = (0..7 * 5 * 3).map(|i| (i * 41 % 256) as u8).collect();
+            let mut bytes = encode(7, 5, &rgb).unwrap();
+            for (at, value) in edits {
+                let at = at % bytes.len();
+                bytes[at] = value;
+            }
+            bytes.truncate(cut.unwrap_or(usize::MAX));
+            if let Ok(image) = light(&bytes, 1 << 16) {
+                prop_assert!(image.data().len() * 4 <= 1 << 16);
+            }
+        }
+    }
+
+    #[test]
+    fn two_pixels_of_webp_with_alpha() {
+        let expected = vec![[200, 10, 30, 255], [0, 255, 7, 64]];
+        assert_eq!(codes(TWO, 1 << 20).unwrap(), ([2, 1], expected));
+        assert!(matches!(codes(TWO, 40), Err(PictureError::Memory { .. })));
+        for length in 0..TWO.len() - 2 {
+            assert!(codes(TWO.get(..length).unwrap(), 1 << 20).is_err());
+        }
+    }
+
+    /// A grey image of 16 x 8, its left block of one code and its right one of another, by hand:
+    /// Huffman tables of one code each. `orientation` stands in an EXIF segment.
+    fn jpeg(orientation: u8) -> Vec<u8> {
+        let mut file = vec![0xff, 0xd8, 0xff, 0xe1, 0, 34];
+        file.extend(b"Exif\0\0II*\0\x08\0\0\0\x01\0");
+        file.extend([
+            0x12,
+            0x01,
+            3,
+            0,
+            1,
+            0,
+            0,
+            0,
+            orientation,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+            0,
+        ]);
+        file.extend([0xff, 0xdb, 0, 67, 0]);
+        file.extend([1; 64]);
+        file.extend([0xff, 0xc0, 0, 11, 8, 0, 8, 0, 16, 1, 1, 0x11, 0]);
+        for (class, symbol) in [(0x00, 6), (0x10, 0)] {
+            file.extend([0xff, 0xc4, 0, 20, class, 1]);
+            file.extend([0; 15]);
+            file.push(symbol);
+        }
+        file.extend([0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0]);
+        // A block: the code 0, how the mean differs from the block before in six bits, then its
+        // end. By 40 and 40 eighths, from 128.
+        file.extend([0b0101_0000, 0b0101_0000, 0xff, 0xd9]);
+        file
+    }
+
+    #[test]
+    fn photographs_stand_upright() {
+        let (left, right) = ([133, 133, 133, 255], [138, 138, 138, 255]);
+        let corner = |orientation: u8| {
+            let ([width, height], codes) = codes(&jpeg(orientation), 1 << 20).unwrap();
+            (width, height, codes[0], codes[codes.len() - 1])
+        };
+        assert_eq!(corner(1), (16, 8, left, right));
+        assert_eq!(corner(2), (16, 8, right, left));
+        assert_eq!(corner(3), (16, 8, right, left));
+        assert_eq!(corner(6), (8, 16, left, right));
+        assert_eq!(corner(8), (8, 16, right, left));
+        let file = jpeg(6);
+        assert!(matches!(
+            codes(&file, 100),
+            Err(PictureError::Memory { .. })
+        ));
+        for length in 0..file.len() - 8 {
+            let _ = codes(file.get(..length).unwrap(), 1 << 20);
+        }
+    }
+}

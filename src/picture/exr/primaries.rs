@@ -1,0 +1,73 @@
+//! Primaries of an OpenEXR file's red, green and blue (its attribute `chromaticities`).
+//!
+//! A file without the attribute is linear Rec. 709, as the format says. The conversion is the
+//! colorimetric one, without adaptation to another white.
+
+use exr::math::Vec2;
+use exr::meta::attribute::Chromaticities;
+use nalgebra::{Matrix3, Vector3};
+
+/// The primaries and the white of Rec. 709.
+const REC_709: Chromaticities = Chromaticities {
+    red: Vec2(0.64, 0.33),
+    green: Vec2(0.3, 0.6),
+    blue: Vec2(0.15, 0.06),
+    white: Vec2(0.3127, 0.329),
+};
+/// Differences of chromaticity that are rounding of the program that wrote the file.
+const ROUNDING: f32 = 1e-3;
+
+/// The matrix from a file's red, green and blue to those of Rec. 709; `None` where they are the
+/// same, or the attribute describes no colours.
+pub(super) fn to_rec_709(own: Chromaticities) -> Option<Matrix3<f64>> {
+    let ends = |c: Chromaticities| [c.red, c.green, c.blue, c.white];
+    let pairs = ends(own).into_iter().zip(ends(REC_709));
+    let differs = |(a, b): (Vec2<f32>, Vec2<f32>)| {
+        (a.0 - b.0).abs() > ROUNDING || (a.1 - b.1).abs() > ROUNDING
+    };
+    if !pairs.into_iter().any(differs) {
+        return None;
+    }
+    let matrix = to_xyz(REC_709)?.try_inverse()? * to_xyz(own)?;
+    matrix.iter().all(|x| x.is_finite()).then_some(matrix)
+}
+
+/// The matrix from red, green and blue to CIE XYZ in which white has a luminance of 1 (Lindbloom,
+/// "RGB/XYZ Matrices").
+fn to_xyz(of: Chromaticities) -> Option<Matrix3<f64>> {
+    let column = |Vec2(x, y): Vec2<f32>| {
+        let (x, y) = (f64::from(x), f64::from(y));
+        Vector3::new(x, y, 1.0 - x - y)
+    };
+    let primaries = Matrix3::from_columns(&[of.red, of.green, of.blue].map(column));
+    let white = column(of.white) / f64::from(of.white.1);
+    let scale = primaries.try_inverse()? * white;
+    Some(primaries * Matrix3::from_diagonal(&scale))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    #[test]
+    fn red_by_way_of_xyz_is_red() {
+        let xyz = Chromaticities {
+            red: Vec2(1.0, 0.0),
+            green: Vec2(0.0, 1.0),
+            blue: Vec2(0.0, 0.0),
+            white: Vec2(1.0 / 3.0, 1.0 / 3.0),
+        };
+        let matrix = to_rec_709(xyz).unwrap();
+        // IEC 61966-2-1: red is 0.4124, 0.2126, 0.0193.
+        let red = matrix * Vector3::new(0.4124, 0.2126, 0.0193);
+        assert!((red - Vector3::new(1.0, 0.0, 0.0)).norm() < 1e-3, "{red}");
+        assert!(to_rec_709(REC_709).is_none());
+        let flat = Chromaticities {
+            red: REC_709.green,
+            ..REC_709
+        };
+        assert!(to_rec_709(flat).is_none());
+    }
+}
