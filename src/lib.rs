@@ -64,9 +64,9 @@
 //! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
 //! | 0 | `printable` | text for a person, in which nothing is hidden | - | unicode_width |
 //! | 1 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | printable | annotate_snippets, serde_json |
-//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | units, files | base64, exr, image_webp, png, zune_jpeg |
+//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | units, files | base64, exr, image, nalgebra, png |
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture, printable | base64, tiny_skia |
-//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture | base64, draco_core, gltf_json, sha2 |
+//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture, printable | base64, draco_core, gltf_json, serde_json, sha2 |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
 //! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, hash, work, files, scene, picture | serde_json |
 //! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, hash, work | arrayvec, nalgebra, rayon, wide |
@@ -74,7 +74,7 @@
 //! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
 //! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
 //! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg, units | - |
-//! | 5 | `desk` | shows and rigs of other programs: USITT ASCII, QLC+, MVR and GDTF; packets of the lighting network | lang, timeline, show, units, diagnostic, work | flate2, roxmltree |
+//! | 5 | `desk` | shows and rigs of other programs: USITT ASCII, QLC+, MVR and GDTF; packets of the lighting network | lang, timeline, show, scene, units, diagnostic, printable, work | flate2, roxmltree |
 //! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | sha2 |
 //! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
 //! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |

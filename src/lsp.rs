@@ -19,8 +19,9 @@ mod picture;
 mod request;
 mod server;
 mod text;
+mod transport;
 
-use std::io::ErrorKind::{BrokenPipe, Other, UnexpectedEof};
+use std::io::ErrorKind::{BrokenPipe, UnexpectedEof};
 use std::path::Path;
 
 use lsp_server::{Connection, ErrorCode, Message, RequestId, Response};
@@ -51,14 +52,13 @@ pub struct Means {
 /// # Errors
 /// As [`serve`].
 pub fn serve_standard(means: Means) -> Result<End, String> {
-    let (connection, threads) = Connection::stdio();
+    let (connection, threads) = transport::standard().map_err(|error| error.to_string())?;
     let served = serve(&connection, means);
     drop(connection);
     let end = served?;
     match threads.join() {
-        // The client broke off, if need be in the middle of a message, or while what it had still said
-        // was handed on (`Other`); what is no message is `InvalidData`.
-        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof | Other) => Ok(End::Abrupt),
+        // The client broke off, if need be in the middle of a message.
+        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof) => Ok(End::Abrupt),
         Err(error) => Err(error.to_string()),
         Ok(()) => Ok(end),
     }

@@ -15,6 +15,27 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
+/// The text of bytes in UTF-8, or else in Windows-1252, which older programs write.
+pub fn of_bytes(bytes: &[u8]) -> Cow<'_, str> {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => Cow::Borrowed(text),
+        Err(_) => bytes.iter().map(|b| windows_1252(*b)).collect(),
+    }
+}
+
+/// The character of a byte in Windows-1252, as the WHATWG Encoding Standard has it: Latin-1 apart from
+/// 0x80 to 0x9f, of which five have no character and stay control characters.
+fn windows_1252(byte: u8) -> char {
+    const FROM_0X80: [char; 32] = [
+        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
+        '\u{8f}', '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}',
+        'ž', 'Ÿ',
+    ];
+    let special = usize::from(byte).checked_sub(0x80);
+    let special = special.and_then(|at| FROM_0X80.get(at));
+    special.copied().unwrap_or(char::from(byte))
+}
+
 /// Text that is safe to print: no control character but the newline, no control of the direction
 /// of writing, nothing invisible; colours only where the diagnostics are coloured.
 ///

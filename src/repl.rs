@@ -29,7 +29,7 @@ use crate::report::film::{Canvas, Outlets, Shown};
 use crate::report::sheet::{self, Difference};
 use crate::report::{self, document, notes, refine, versions};
 
-pub use self::answer::help::of as help_of;
+pub use self::answer::help::{of as help_of, of_word as help_of_word};
 pub use self::call::Call;
 pub use self::error::Error;
 pub use self::verb::{DECLARATIONS, Declaration, OptionSpec, VERBS, VerbSpec, find};

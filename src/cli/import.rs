@@ -6,11 +6,11 @@ use clap::Args;
 
 use super::argument::Settings;
 use super::screen::Screen;
-use super::{print, stop};
+use super::{complain, file_limit, print, stop};
 use crate::desk::{ImportError, Loss, mvr, usitt};
 use crate::diagnostic::Diagnostics;
-use crate::engine;
-use crate::files::{Disk, Store as _, is_same};
+use crate::engine::{self, Host};
+use crate::files::{Disk, Folder, Store as _, is_same};
 use crate::printable;
 use crate::repl::Error;
 use crate::report::words::count;
@@ -73,7 +73,29 @@ pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Res
             print(wrote + &exchange::describe(&losses) + &exchange::assumptions(&assumed))
         }
     };
+    check(&arguments.output, settings)?;
     Ok(0)
+}
+
+/// Reads what was written as a show. It is there to be corrected where it does not check.
+fn check(show: &Path, settings: &Settings) -> Result<(), Error> {
+    let files = Box::new(Folder::new(
+        super::folder_of(show),
+        file_limit(settings.memory()),
+    ));
+    let host = Host {
+        files,
+        memory: settings.memory(),
+        ..Host::default()
+    };
+    let checked = engine::Engine::open(show, host);
+    checked.map(drop).map_err(|error| {
+        let name = shown(show);
+        complain(format!(
+            "`{name}` was written, but does not check as it stands:\n"
+        ));
+        error.into()
+    })
 }
 
 /// What was written, what was lost and what was assumed.

@@ -96,6 +96,8 @@ enum ReadError {
     Description(String, XmlError),
     #[error("its plan has neither fixtures nor a set")]
     Empty,
+    #[error("nothing of its plan is a light or a set here: {0}")]
+    Nothing(String),
     #[error("its plan has more than {MOST} objects of a kind")]
     TooMany,
     #[error(transparent)]
@@ -297,7 +299,9 @@ fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
     Hung {
         line,
         name: node.attribute("name").unwrap_or("").to_owned(),
-        id: text("FixtureID"),
+        id: Some(text("FixtureIDNumeric"))
+            .filter(|id| id.parse::<u32>().is_ok_and(|id| id > 0))
+            .unwrap_or_else(|| text("FixtureID")),
         kind: text("GDTFSpec"),
         mode: text("GDTFMode"),
         frame,

@@ -19,6 +19,7 @@ pub use write::write;
 use self::read::Read;
 use super::{Carried, ImportError};
 use crate::diagnostic::Diagnostic;
+use crate::printable::of_bytes;
 use crate::work::Work;
 
 /// Bytes of a file that is read: a show of 16 MB has no more text.
@@ -74,10 +75,10 @@ fn carried(
     Ok(Carried { text, losses })
 }
 
-/// UTF-8, or else Latin-1, which older desks write.
+/// UTF-8, or else Windows-1252, which older desks write; a carriage return alone ends a line, as the
+/// standard has it.
 fn decoded(bytes: &[u8]) -> String {
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.strip_prefix('\u{feff}').unwrap_or(text).to_owned(),
-        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
-    }
+    let text = of_bytes(bytes);
+    let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
+    text.replace("\r\n", "\n").replace('\r', "\n")
 }

@@ -53,6 +53,17 @@ pub fn table(text: &str, file: u32, report: &mut Report) -> Option<BTreeMap<Stri
     sound.then_some(out)
 }
 
+/// The numbers of the gels in a table; none of another text.
+pub fn gels_of_table(text: &str) -> Vec<String> {
+    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    // A heading, or the first gel.
+    let first = lines.next().map(row);
+    let rest: Result<Vec<_>, _> = lines.map(row).collect();
+    let first = first.and_then(Result::ok).into_iter();
+    let all = first.chain(rest.unwrap_or_default());
+    all.map(|(gel, _)| gel.to_owned()).collect()
+}
+
 fn refuse(report: &mut Report, code: &'static str, message: String, span: Span, help: &str) {
     report.add(
         Diagnostic::error(code, message)

@@ -39,6 +39,7 @@ pub use beginning::Beginning;
 pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
 pub use format::{format, format_within};
+pub use gels::gels_of_table;
 pub use levels::{SetLevel, levels};
 pub use lowering_cache::LoweringCache;
 use lowering_cache::{Environment, Fresh, Lowered};

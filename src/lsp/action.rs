@@ -10,6 +10,7 @@ use lsp_types::{
 use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
 use crate::diagnostic::Severity;
+use crate::lang;
 
 /// Fixes that are tried for one message.
 const TRIED: usize = 6;
@@ -33,7 +34,8 @@ pub fn actions(
         if label.span.end < asked.start || label.span.start > asked.end {
             continue;
         }
-        let offered = diagnostic.help.iter().flat_map(|help| typed(help));
+        let here = text.get(label.span.clone()).unwrap_or("");
+        let offered = diagnostic.help.iter().flat_map(|help| typed(help, here));
         for offered in offered.take(TRIED) {
             let mut mended = text.to_owned();
             mended.replace_range(label.span.clone(), offered);
@@ -69,10 +71,17 @@ pub fn actions(
     out
 }
 
-/// What a line of help has between backquotes.
-fn typed(help: &str) -> impl Iterator<Item = &str> {
+/// What a line of help has between backquotes and is no example: a name that is meant, or words that
+/// name and number nothing but what stands `here`.
+fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
+    let is_meant = help.starts_with("did you mean");
     let odd = help.split('`').skip(1).step_by(2);
-    odd.filter(|text| !text.is_empty())
+    let is_own = |word: &str| {
+        let word = word.trim_matches(|c: char| "{},()%".contains(c));
+        let known = lang::words().contains(&word) || lang::keywords().contains(&word);
+        word.is_empty() || known || here.contains(word)
+    };
+    odd.filter(move |text| !text.is_empty() && (is_meant || text.split_whitespace().all(is_own)))
 }
 
 fn errors(diagnostics: &crate::diagnostic::Diagnostics) -> usize {

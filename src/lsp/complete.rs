@@ -3,16 +3,22 @@
 use std::ops::Range;
 use std::path::Path;
 
-use lsp_types::{CompletionItem, CompletionItemKind, CompletionTextEdit, TextEdit};
+use lsp_types::{
+    CompletionItem, CompletionItemKind, CompletionTextEdit, Documentation, MarkupContent,
+    MarkupKind, TextEdit,
+};
 
 use super::buffers::normal;
-use super::open_show::OpenShow;
+use super::open_show::{OpenShow, statement_at};
 use super::outline::FILE_WORDS;
 use super::text::{Encoding, Lines};
 use crate::lang::{self, Token};
+use crate::repl::{help_of, help_of_word};
 
 /// Files of a folder that are offered.
 const FILES: usize = 200;
+/// Names that are offered with their statements, which are looked up in the text, at most.
+const EXPLAINED: usize = 40;
 
 /// What the text may go on with at a place.
 pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
@@ -26,7 +32,14 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
                 return Vec::new();
             }
             let inner = typed.get(range.start + 1..).unwrap_or("");
-            (files(show, inner), at - inner.len())
+            let mut files = files(show, inner);
+            let endings = endings(word.unwrap_or(""));
+            files.retain(|file| {
+                let ending = file.rsplit_once('.').map_or("", |(_, ending)| ending);
+                file.ends_with('/') || endings.contains(&ending.to_ascii_lowercase().as_str())
+            });
+            files.truncate(FILES);
+            (files, at - inner.len())
         }
         Some((range, Token::Comment)) if range.end == typed.len() => return Vec::new(),
         _ => {
@@ -36,13 +49,65 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
         }
     };
     let range = Lines::new(text, encoding).range(&(start..at));
-    let item = |word: String| CompletionItem {
-        kind: Some(kind(&word)),
-        text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(range, word.clone()))),
-        label: word,
-        ..CompletionItem::default()
+    let statement = typed.split_whitespace().next().unwrap_or("");
+    let with_places = words.len() <= EXPLAINED;
+    let item = |word: String| {
+        let (detail, documentation) = about(show, statement, &word, with_places);
+        CompletionItem {
+            kind: Some(kind(&word)),
+            text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(range, word.clone()))),
+            label: word,
+            detail,
+            documentation: documentation.map(|value| {
+                let kind = MarkupKind::Markdown;
+                Documentation::MarkupContent(MarkupContent { kind, value })
+            }),
+            ..CompletionItem::default()
+        }
     };
     words.into_iter().map(item).collect()
+}
+
+/// What a word is in a few words, and more about it: of a name its statement, where that is asked for,
+/// of a word of the language its row of the manual.
+fn about(
+    show: &OpenShow,
+    statement: &str,
+    word: &str,
+    with_places: bool,
+) -> (Option<String>, Option<String>) {
+    if let Some(kind) = show.vocabulary().kind_of(word) {
+        let place = Some(word).filter(|_| with_places);
+        let place = place.and_then(|name| show.declaration_of(name));
+        let own = place.and_then(|(text, place)| text.get(statement_at(text, place.range.start)?));
+        return (
+            Some(kind.to_owned()),
+            own.map(|own| format!("```lxq\n{own}\n```")),
+        );
+    }
+    if statement.is_empty() || statement == word {
+        return match help_of(word) {
+            Ok(help) => (
+                Some("statement".to_owned()),
+                Some(format!("```text\n{help}\n```")),
+            ),
+            Err(_) => (None, None),
+        };
+    }
+    let (usage, meaning) = help_of_word(statement, word).unzip();
+    (usage, meaning)
+}
+
+/// Endings of the files that are meant behind a word.
+fn endings(word: &str) -> &'static [&'static str] {
+    match word {
+        "include" => &["lxq"],
+        "stage" => &["obj", "gltf", "glb"],
+        "gels" => &["csv", "txt", "tsv"],
+        "photometric" => &["ies", "ldt"],
+        "project" => &["png", "jpg", "jpeg", "webp", "exr"],
+        _ => &["exr", "png", "jpg", "jpeg", "webp"],
+    }
 }
 
 /// Is a text without its closing quote?
@@ -76,7 +141,6 @@ fn files(show: &OpenShow, typed: &str) -> Vec<String> {
     };
     let mut out: Vec<String> = entries.take(20 * FILES).filter_map(path).collect();
     out.sort();
-    out.truncate(FILES);
     out
 }
 

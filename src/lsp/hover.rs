@@ -7,7 +7,7 @@ use std::ops::Range;
 use super::open_show::{OpenShow, name_at, statement_at};
 use crate::engine::Document;
 use crate::lang::{self, Token};
-use crate::repl::help_of;
+use crate::repl::{help_of, help_of_word};
 use crate::show::{Motion, Show};
 use crate::timeline::CueTime;
 use crate::units::{CueNumber, Time, percent};
@@ -42,6 +42,11 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
         Token::Statement => code(&help_of(word).ok()?),
         Token::Quantity => of_quantity(word, before)?,
         Token::Colour => of_colour(word)?,
+        Token::Word => {
+            let (first, _) = tokens.first()?;
+            let (usage, meaning) = help_of_word(text.get(first.clone())?, word)?;
+            format!("`{usage}`\n\n{meaning}")
+        }
         _ => return None,
     };
     Some((words, start + range.start..start + range.end))

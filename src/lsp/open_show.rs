@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::buffers::{Buffers, Overlay, normal};
 use super::text::{Encoding, Lines};
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::engine::{Document, Error};
+use crate::engine::{self, Document, Error};
 use crate::lang::{self, NamePlace, Token};
 use crate::repl::Vocabulary;
 
@@ -47,9 +47,12 @@ impl OpenShow {
     /// Takes the text as it stands. Where it has errors the last good show stays.
     pub fn update(&mut self, text: &str) {
         let name = self.path.display().to_string();
-        let taken = match &mut self.document {
-            Some(document) => document.replace(text, &self.files).map(|_| ()),
-            None => Document::within(&name, text.as_bytes(), &self.files, self.memory)
+        // What no file may hold, no client may send.
+        let decoded = engine::decode(&name, text.as_bytes());
+        let taken = match (decoded, &mut self.document) {
+            (Err(error), _) => Err(error),
+            (Ok(text), Some(document)) => document.replace(&text, &self.files).map(|_| ()),
+            (Ok(_), None) => Document::within(&name, text.as_bytes(), &self.files, self.memory)
                 .map(|document| self.document = Some(document)),
         };
         self.diagnostics = match (taken, &mut self.document) {
@@ -59,6 +62,10 @@ impl OpenShow {
                 document.diagnostics().clone()
             }
             (Ok(()), None) => Diagnostics::default(),
+            // What is no text has been read into no source.
+            (Err(Error::Show(diagnostics)), _) if diagnostics.sources.get(0).is_none() => {
+                Diagnostics::of(diagnostics.list, &name, text)
+            }
             (Err(Error::Show(diagnostics)), _) => diagnostics,
             (Err(other), _) => {
                 let diagnostic = Diagnostic::error("", other.to_string()).at(0, 0..0, "");

@@ -15,6 +15,10 @@ use crate::lang::{self, Outlined, Token};
 use crate::timeline::CueTime;
 use crate::units::CueNumber;
 
+/// Statements, folds, hints and so on of a text that are told at most: each takes kilobytes on its way
+/// to the client.
+const MOST: usize = 10_000;
+
 /// The command that makes a picture of a cue.
 pub const PICTURE: &str = "footlight.picture";
 
@@ -25,6 +29,7 @@ pub fn symbols(text: &str, encoding: Encoding, stop: &Stop) -> Vec<DocumentSymbo
     statements
         .take_while(|_| !stop.is_set())
         .filter_map(|statement| symbol(text, &statement, &lines))
+        .take(MOST)
         .collect()
 }
 
@@ -127,7 +132,11 @@ pub fn folds(text: &str, encoding: Encoding, stop: &Stop) -> Vec<FoldingRange> {
             ..FoldingRange::default()
         })
     };
-    statements.chain(comments).filter_map(fold).collect()
+    statements
+        .chain(comments)
+        .filter_map(fold)
+        .take(MOST)
+        .collect()
 }
 
 /// The kinds of coloured pieces, in the order of their numbers.
@@ -147,7 +156,8 @@ pub fn legend() -> Vec<SemanticTokenType> {
 pub fn pieces(text: &str, encoding: Encoding, stop: &Stop) -> Vec<SemanticToken> {
     let (mut out, mut line, mut column) = (Vec::new(), 0, 0);
     let lines = Lines::new(text, encoding);
-    for (range, token) in lang::pieces(text).take_while(|_| !stop.is_set()) {
+    let pieces = lang::pieces(text).take_while(|_| !stop.is_set());
+    for (range, token) in pieces.take(10 * MOST) {
         let token_type = match token {
             Token::Statement => 0,
             Token::Word => 1,
@@ -221,7 +231,7 @@ pub fn hints(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<InlayHint> 
             data: None,
         })
     };
-    cues(show, text).filter_map(hint).collect()
+    cues(show, text).filter_map(hint).take(MOST).collect()
 }
 
 /// A picture of each cue, to be asked for.
@@ -240,7 +250,7 @@ pub fn lenses(show: &OpenShow, (text, uri): (&str, &Uri), encoding: Encoding) ->
         }),
         data: None,
     };
-    cues(show, text).map(lens).collect()
+    cues(show, text).map(lens).take(MOST).collect()
 }
 
 /// The files that a text names.
@@ -265,7 +275,7 @@ pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Ve
             data: None,
         })
     };
-    tokens.windows(2).filter_map(link).collect()
+    tokens.windows(2).filter_map(link).take(MOST).collect()
 }
 
 /// Words behind which the name of a file stands.

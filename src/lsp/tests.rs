@@ -509,3 +509,104 @@ proptest! {
         prop_assert_eq!(found, wanted, "{}", text);
     }
 }
+
+#[test]
+fn words_of_the_language_are_explained_where_they_stand() {
+    let mut editor = Editor::new(json!({}));
+    let text = format!("{SHOW}light spare spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd\n");
+    editor.open("show.lxq", &text);
+    for (place, expected) in [
+        ("spot at", "light NAME spot"),
+        ("aim 0", "light NAME spot"),
+        ("beam 20", "full angles"),
+        ("time 4", "duration of fades"),
+    ] {
+        let hover = editor.on("textDocument/hover", ("show.lxq", &text), place, json!({}));
+        let words = hover["contents"]["value"].as_str().unwrap_or_default();
+        assert!(words.contains(expected), "{place}: {hover}");
+    }
+}
+
+#[test]
+fn completion_says_what_it_offers() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    editor.diagnostics("show.lxq");
+    let mut offered = |line: &str| {
+        let text = format!("{SHOW}{line}");
+        editor.change("show.lxq", json!([{ "text": text }]));
+        let end = Lines::new(&text, Encoding::Utf16).position(text.len());
+        editor.at(
+            "textDocument/completion",
+            "show.lxq",
+            json!({ "position": end }),
+        )
+    };
+    let item = |items: &Value, label: &str| -> Value {
+        let all = items.as_array().unwrap().iter();
+        all.clone()
+            .find(|item| item["label"] == label)
+            .cloned()
+            .unwrap_or_default()
+    };
+    let moves = offered("cue 9 { ");
+    assert_eq!(item(&moves, "sky")["detail"], "bank");
+    assert!(
+        item(&moves, "time")["documentation"]["value"]
+            .as_str()
+            .unwrap()
+            .contains("duration")
+    );
+    assert_eq!(item(&offered("preview "), "{")["label"], "{");
+    assert!(item(&offered("preview { "), "tolerance")["detail"].is_string());
+    assert_eq!(item(&offered("cue "), "4")["label"], "4");
+    let files = offered("include \"");
+    assert!(labels(&files).contains(&"rig.lxq"), "{files}");
+    assert_eq!(labels(&offered("stage \"")), Vec::<&str>::new());
+    let values = offered("let x = ");
+    assert!(labels(&values).contains(&"full"), "{values}");
+}
+
+#[test]
+fn examples_of_the_manual_are_no_fixes() {
+    let mut editor = Editor::new(json!({}));
+    for line in [
+        "cue 9 { lamps at 40 }",
+        "cue 9 { lamps 40% in 3s }",
+        "cue 9 { lamps @ 40 }",
+    ] {
+        let text = format!("{SHOW}{line}\n");
+        editor.open("show.lxq", &text);
+        let found = editor.diagnostics("show.lxq");
+        assert!(!found.is_empty(), "{line}");
+        for diagnostic in found {
+            let range = json!({ "range": diagnostic.range, "context": { "diagnostics": [] } });
+            let fixes = editor.at("textDocument/codeAction", "show.lxq", range);
+            for fix in fixes.as_array().unwrap() {
+                let edit = &fix["edit"]["changes"][editor.uri("show.lxq").as_str()][0];
+                let new = edit["newText"].as_str().unwrap();
+                assert!(
+                    !new.contains("85") && !new.contains("warm"),
+                    "{line}: {fix}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_no_file_may_hold_is_said() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    let code = |found: Vec<lsp_types::Diagnostic>| match &found[0].code {
+        Some(NumberOrString::String(code)) => code.clone(),
+        other => panic!("{other:?}"),
+    };
+    editor.change("show.lxq", json!([{ "text": format!("{SHOW}// \u{0}\n") }]));
+    assert_eq!(code(editor.diagnostics("show.lxq")), "E001");
+    let large = format!("{SHOW}// {}\n", "x".repeat(17 << 20));
+    editor.change("show.lxq", json!([{ "text": large }]));
+    assert_eq!(code(editor.diagnostics("show.lxq")), "E002");
+    editor.change("show.lxq", json!([{ "text": SHOW }]));
+    assert_eq!(editor.diagnostics("show.lxq"), []);
+}

@@ -26,7 +26,10 @@ pub struct Vocabulary {
     views: Vec<String>,
     values: Vec<String>,
     cues: Vec<String>,
+    /// The number that a cue behind the last one would have.
+    next_cue: Option<String>,
     materials: Vec<String>,
+    gels: Vec<String>,
 }
 
 /// What a line may go on with.
@@ -53,11 +56,15 @@ impl Vocabulary {
         let texts = document.diagnostics().sources.texts();
         let scene = document.setup().map(|setup| &setup.scene);
         let materials = scene.into_iter().flat_map(|scene| &scene.materials);
-        Vocabulary::named(
-            document.show(),
-            texts.flat_map(lang::values).collect(),
-            materials.map(|m| m.name.clone()).collect(),
-        )
+        let gels = document.diagnostics().sources.texts();
+        Vocabulary {
+            gels: gels.flat_map(lang::gels_of_table).collect(),
+            ..Vocabulary::named(
+                document.show(),
+                texts.flat_map(lang::values).collect(),
+                materials.map(|m| m.name.clone()).collect(),
+            )
+        }
     }
 
     fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
@@ -71,7 +78,15 @@ impl Vocabulary {
             views: show.views.iter().map(|v| v.name.clone()).collect(),
             values,
             cues: show.cues.iter().map(|c| c.number.to_string()).collect(),
+            next_cue: Some(
+                show.cues
+                    .last()
+                    .map_or(1, |c| c.number.thousandths() / 1000 + 1),
+            )
+            .filter(|number| *number < 10_000)
+            .map(|number| number.to_string()),
             materials,
+            gels: Vec::new(),
         }
     }
 }
@@ -231,6 +246,26 @@ impl Vocabulary {
         }
     }
 
+    /// What sort of thing a name of the show is.
+    pub fn kind_of(&self, name: &str) -> Option<&'static str> {
+        let kinds = [
+            ("bank", &self.banks),
+            ("group", &self.groups),
+            ("look", &self.looks),
+            ("light", &self.lights),
+            ("curve", &self.curves),
+            ("effect", &self.effects),
+            ("view", &self.views),
+            ("value", &self.values),
+            ("material", &self.materials),
+            ("gel", &self.gels),
+        ];
+        let mut found = kinds
+            .into_iter()
+            .filter(|(_, names)| names.iter().any(|n| n == name));
+        found.next().map(|(kind, _)| kind)
+    }
+
     /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
     /// is meant there, and numbers with the unit that is.
     fn of_statement(&self, before: &str, word: &str) -> Vec<String> {
@@ -251,6 +286,9 @@ impl Vocabulary {
             .map(str::to_owned)
             .collect();
         out.extend(units(before, word).filter(|number| beginning.takes(number)));
+        if out.is_empty() && word.is_empty() && beginning.takes("{") {
+            out.push("{".to_owned());
+        }
         out
     }
 
@@ -272,7 +310,13 @@ impl Vocabulary {
             ("light", "panel") | ("surface", "surface") => (&self.materials, &[]),
             ("bank" | "fixed", _) if is_list => (&self.lights, &[]),
             ("group", _) if is_list => (&self.banks, &[]),
-            ("cue", "cue") => (&self.cues, &[]),
+            ("cue", "cue") => {
+                return strings(&self.cues)
+                    .chain(self.next_cue.as_deref())
+                    .collect();
+            }
+            (_, "gel") => (&self.gels, &[]),
+            ("let", "=") => (&self.values, &LEVEL_WORDS),
             ("cue", "curve") => {
                 let fades = FADES.iter().map(|fade| fade.name);
                 return strings(&self.curves).chain(fades).collect();
@@ -375,6 +419,8 @@ mod tests {
             views: own(&["stalls"]),
             values: own(&["slow"]),
             cues: own(&["1", "12"]),
+            next_cue: Some("13".to_owned()),
+            gels: own(&["L201"]),
             materials: own(&["boards"]),
         }
     }

@@ -29,6 +29,7 @@ mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use self::container::named_files;
 use self::container::{Document, Root};
 use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
 use super::texture::reader::TextureReader;

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use footlight::engine::{Engine, Host};
 use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision, layer};
-use footlight::picture::{Image, decode, png};
+use footlight::picture::{Image, decode};
 use footlight::repl::{Console, Repl};
 use footlight::report::film::{Canvas, Outlets, Pipe, Shown};
 

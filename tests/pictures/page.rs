@@ -9,7 +9,7 @@ use footlight::engine::{Engine, Host};
 use footlight::files::{Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::tone::{Curve, Tone};
-use footlight::picture::{Image, decode, png};
+use footlight::picture::{Image, decode};
 use footlight::repl::{Console, Repl};
 use footlight::timeline::settings as settings_of;
 use footlight::units::Time;

@@ -25,7 +25,28 @@ function show(uri) {
     style="width:100%">`;
 }
 
-async function activate(context) {
+/** Makes a picture of the cue that the cursor is in: of the last one that begins above it. */
+async function pictureHere() {
+  const editor = vscode.window.activeTextEditor;
+  if (editor?.document.languageId !== 'lxq') return;
+  const { document, selection } = editor;
+  const lenses = await vscode.commands.executeCommand(
+    'vscode.executeCodeLensProvider', document.uri, Number.MAX_SAFE_INTEGER,
+  ) ?? [];
+  const above = lenses.filter((lens) => lens.command?.command === 'footlight.picture'
+    && lens.range.start.line <= selection.active.line);
+  const { command } = above.at(-1) ?? {};
+  if (!command) {
+    vscode.window.showInformationMessage(
+      'Put the cursor into a cue of a show that has a stage and a view.',
+    );
+    return;
+  }
+  await vscode.commands.executeCommand(command.command, ...command.arguments);
+}
+
+/** Starts the server; says what to do where the program is not there. */
+async function start(context) {
   const command = vscode.workspace.getConfiguration('footlight').get('path');
   client = new LanguageClient('footlight', 'Footlight', { command, args: ['lsp'] }, {
     documentSelector: [{ language: 'lxq' }],
@@ -34,7 +55,32 @@ async function activate(context) {
   });
   context.subscriptions.push(client);
   client.onNotification('footlight/picture', ({ uri }) => show(uri));
-  await client.start();
+  try {
+    await client.start();
+  } catch (error) {
+    const settings = 'Open Settings';
+    const chosen = await vscode.window.showErrorMessage(
+      `Footlight: \`${command}\` cannot be started (${error.message}). `
+      + 'Install the program, or set `footlight.path` to where it is.',
+      settings,
+    );
+    if (chosen === settings) {
+      vscode.commands.executeCommand('workbench.action.openSettings', 'footlight.path');
+    }
+  }
+}
+
+async function activate(context) {
+  context.subscriptions.push(
+    vscode.commands.registerCommand('footlight.pictureHere', pictureHere),
+  );
+  if (vscode.workspace.isTrusted) {
+    await start(context);
+  } else {
+    context.subscriptions.push(
+      vscode.workspace.onDidGrantWorkspaceTrust(() => start(context)),
+    );
+  }
 }
 
 function deactivate() {

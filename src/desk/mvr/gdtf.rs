@@ -42,6 +42,8 @@ pub struct Fixture {
     pub mixes_otherwise: bool,
     /// It can turn its head.
     pub moves: bool,
+    /// A lamp of it makes no beam.
+    pub is_without_beam: bool,
     /// The mode was found.
     pub mode: bool,
 }
@@ -187,7 +189,10 @@ impl Geometries<'_, '_, '_> {
         self.left = self.left.checked_sub(1).ok_or(XmlError::Geometries)?;
         let own = node.attribute("Position").and_then(Frame::of_rows);
         let frame = own.map_or(frame, |own| frame.then(own));
-        if node.has_tag_name("Beam") {
+        // Of these types only the geometry itself shines.
+        let is_dark = matches!(node.attribute("BeamType"), Some("None" | "Glow"));
+        self.fixture.is_without_beam |= is_dark;
+        if node.has_tag_name("Beam") && !is_dark {
             self.beam(node, frame);
         }
         if node.has_tag_name("GeometryReference") {

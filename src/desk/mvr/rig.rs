@@ -10,6 +10,7 @@ use super::{Carried, Hung, Plan, ReadError};
 use crate::desk::Loss;
 use crate::desk::names::Names;
 use crate::lang::{self, quoted};
+use crate::scene::gltf::named_files;
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -17,6 +18,12 @@ use crate::work::Work;
 const BEAM: f64 = 20.0;
 const FIELD: f64 = 30.0;
 const LUMENS: f64 = 10_000.0;
+/// Losses that are named where nothing else is left.
+const SAID: usize = 4;
+/// Numbers of channels.
+const CHANNELS: std::ops::RangeInclusive<u32> = 1..=999_999;
+/// Full angles of a spot's light, degrees.
+const ANGLES: [f64; 2] = [0.2, 170.0];
 /// The beam's share of the field where a file has one angle for both.
 const NARROWER: f64 = 2.0 / 3.0;
 
@@ -52,6 +59,10 @@ pub fn carried(
         };
         let what = format!("{files} in .{ending}: only glTF is read");
         out.losses.push(Loss::new(what).line(*line));
+    }
+    if out.files.is_empty() && !text.contains("\nlight ") {
+        let reasons: Vec<String> = out.losses.iter().take(SAID).map(Loss::to_string).collect();
+        return Err(ReadError::Nothing(reasons.join("; ")));
     }
     out.assumed = assumed
         .said
@@ -107,12 +118,31 @@ fn sets<'w>(
             let _ = write!(text, "  turn {}", rounded(turn));
         }
         text.push('\n');
-        if written.insert(path.clone())
-            && let Some(bytes) = archive.read(&set.file, work)?
-        {
-            work = work.holding(bytes.len());
-            out.files.push((path, bytes));
+        if !written.insert(path.clone()) {
+            continue;
         }
+        let Some(bytes) = archive.read(&set.file, work)? else {
+            continue;
+        };
+        work = work.holding(bytes.len());
+        for name in named_files(&bytes) {
+            let Some(inner) = archive.inner_name(&name) else {
+                let what = format!(
+                    "`{name}`, which `{}` names, is not in the archive",
+                    set.file
+                );
+                out.losses.push(Loss::new(what).line(set.line));
+                continue;
+            };
+            let path = format!("{folder}/{name}");
+            if written.insert(path.clone())
+                && let Some(bytes) = archive.read(inner, work)?
+            {
+                work = work.holding(bytes.len());
+                out.files.push((path, bytes));
+            }
+        }
+        out.files.push((path, bytes));
     }
     text.push('\n');
     Ok(work)
@@ -130,11 +160,13 @@ fn lights(
     // The first light of each description, which the others are like.
     let mut alike: BTreeMap<String, String> = BTreeMap::new();
     let mut channels: BTreeMap<u32, Channel> = BTreeMap::new();
-    let given = plan
+    let numbers = plan
         .hung
         .iter()
         .filter_map(|hung| hung.id.parse::<u32>().ok());
-    let mut next = given.max().unwrap_or(0);
+    let taken: BTreeSet<u32> = numbers.filter(|n| CHANNELS.contains(n)).collect();
+    let behind = taken.last().map_or(1, |last| last + 1)..=*CHANNELS.end();
+    let mut free = behind.chain(CHANNELS.filter(|n| !taken.contains(n)));
     for hung in &plan.hung {
         work.check()?;
         let key = (hung.kind.clone(), hung.mode.clone());
@@ -145,6 +177,11 @@ fn lights(
         let Some(fixture) = types.get(&key) else {
             continue;
         };
+        if fixture.is_without_beam && fixture.beams == 0 {
+            let what = format!("`{}` makes no beam, it only glows: left out", hung.name);
+            out.losses.push(Loss::new(what).line(hung.line));
+            continue;
+        }
         let rgb = fixture.rgb.iter().all(Option::is_some);
         let light = names.give(&hung.name, "light");
         let frame = fixture
@@ -159,11 +196,11 @@ fn lights(
         };
         alike.entry(described).or_insert_with(|| light.clone());
         let number = match hung.id.parse() {
-            Ok(number @ 1..=999_999) => number,
+            Ok(number) if CHANNELS.contains(&number) => number,
             _ => {
                 assumed.say("fixtures without a number of a channel get the next ones");
-                next += 1;
-                next
+                // There are more numbers than fixtures.
+                free.next().unwrap_or(1)
             }
         };
         let channel = channels.entry(number).or_default();
@@ -244,22 +281,33 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
         assumed.say(format!("`{kind}`: a field of {FIELD} degrees"));
         FIELD
     });
-    let field = field.min(170.0);
+    let [narrowest, widest] = ANGLES;
+    if !(narrowest..=widest).contains(&field) {
+        let angle = rounded(field);
+        assumed.say(format!(
+            "`{kind}`: a field of {angle} degrees becomes {}",
+            field.clamp(narrowest, widest)
+        ));
+    }
+    let field = field.clamp(narrowest, widest);
     let beam = fixture.beam_angle.unwrap_or_else(|| {
         assumed.say(format!("`{kind}`: a beam of {BEAM} degrees"));
         BEAM
     });
     let beam = match beam < field {
-        true => beam,
+        true => beam.max(narrowest / 2.0),
         false => {
             assumed.say(format!("`{kind}`: a beam of two thirds of its field"));
             field * NARROWER
         }
     };
-    let flux = fixture.flux.unwrap_or_else(|| {
-        assumed.say(format!("`{kind}`: {LUMENS} lumens"));
-        LUMENS
-    });
+    let flux = fixture
+        .flux
+        .filter(|flux| *flux >= 1e-3)
+        .unwrap_or_else(|| {
+            assumed.say(format!("`{kind}`: {LUMENS} lumens"));
+            LUMENS
+        });
     let mut out = format!(
         "beam {}  field {}  {} lm",
         rounded(beam),
@@ -287,13 +335,19 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
 fn aim(plan: &Plan, hung: &Hung, frame: super::Frame, assumed: &mut Assumed) -> [f64; 3] {
     let focus = hung.focus.as_ref().and_then(|focus| plan.focus.get(focus));
     let [x, y, z] = frame.origin;
-    if let Some(focus) = focus.filter(|focus| **focus != frame.origin) {
+    // A focus point where the fixture hangs, as the text has it, gives no direction.
+    if let Some(focus) = focus.filter(|focus| point(**focus) != point(frame.origin)) {
         return *focus;
     }
     assumed.say("fixtures without a focus point look as they hang");
     let [dx, dy, dz] = frame.direction([0.0, 0.0, -1.0]);
-    let length = (dx * dx + dy * dy + dz * dz).sqrt().max(1e-9);
-    let [dx, dy, dz] = [dx / length, dy / length, dz / length];
+    let length = (dx * dx + dy * dy + dz * dz).sqrt();
+    let [dx, dy, dz] = if length > 1e-6 {
+        [dx / length, dy / length, dz / length]
+    } else {
+        assumed.say("fixtures whose matrix turns nowhere look straight down");
+        [0.0, 0.0, -1.0]
+    };
     let far = if dz < -0.1 && z > 0.1 { -z / dz } else { 5.0 };
     let far = far.min(50.0);
     [x + far * dx, y + far * dy, z + far * dz]

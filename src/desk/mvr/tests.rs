@@ -332,3 +332,115 @@ proptest! {
         }
     }
 }
+
+/// A plan of some objects and its other files.
+fn plan_of(objects: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
+    let scene = format!(
+        "<GeneralSceneDescription><Scene><Layers><Layer><ChildList>{objects}</ChildList></Layer>\
+         </Layers></Scene></GeneralSceneDescription>"
+    );
+    let mut all: Vec<(&str, &[u8])> = vec![(super::SCENE, scene.as_bytes())];
+    all.extend(files);
+    archive(&all)
+}
+
+fn fixture(id: &str, rest: &str) -> String {
+    format!(
+        "<Fixture name=\"F\"><GDTFSpec>T</GDTFSpec><GDTFMode>Basic</GDTFMode>\
+         <FixtureID>{id}</FixtureID>{rest}</Fixture>"
+    )
+}
+
+#[test]
+fn textures_and_buffers_of_a_set_come_out_of_the_archive() {
+    let gltf = br#"{"asset":{"version":"2.0"},"images":[{"uri":"maps/red%20cloth.png"},{"uri":"../up.png"},
+        {"uri":"data:image/png;base64,AA=="},{"bufferView":0}],"buffers":[{"uri":"CLOTH.bin"},{"uri":"gone.bin"}]}"#;
+    let object = r#"<SceneObject><Geometries><Geometry3D fileName="cloth.gltf"/></Geometries></SceneObject>"#;
+    let files: [(&str, &[u8]); 4] = [
+        ("cloth.gltf", gltf),
+        ("maps/red cloth.png", b"red"),
+        ("cloth.bin", b"corners"),
+        ("other.bin", b"not named"),
+    ];
+    let plan = plan_of(object, &files);
+    let carried = import("a.mvr", &plan, "set", Work::silent()).unwrap();
+    let mut written: Vec<&str> = carried
+        .files
+        .iter()
+        .map(|(path, _)| path.as_str())
+        .collect();
+    written.sort_unstable();
+    assert_eq!(
+        written,
+        ["set/CLOTH.bin", "set/cloth.gltf", "set/maps/red cloth.png"]
+    );
+    assert_eq!(carried.losses.len(), 1);
+    assert!(
+        carried.losses[0].what.contains("`gone.bin`"),
+        "{:?}",
+        carried.losses
+    );
+}
+
+#[test]
+fn every_fixture_has_a_channel_and_a_direction_that_the_language_takes() {
+    let numeric = fixture("A12", "<FixtureIDNumeric>12</FixtureIDNumeric>");
+    let objects = numeric
+        + &fixture(
+            "1000000",
+            "<Matrix>{1,0,0}{0,1,0}{0,0,0}{0,0,3000}</Matrix>",
+        )
+        + &fixture(
+            "999999",
+            "<Matrix>{1,0,0}{0,1,0}{1e-320,0,0}{0,0,4000}</Matrix><Focus>P</Focus>",
+        )
+        + &fixture("", "")
+        + r#"<FocusPoint uuid="p"><Matrix>{1,0,0}{0,1,0}{0,0,1}{0,0,4000.01}</Matrix></FocusPoint>"#;
+    let carried = import("a.mvr", &plan_of(&objects, &[]), "set", Work::silent()).unwrap();
+    let show = lang::parse(&mut Sources::default(), "rig.lxq", &carried.text);
+    assert!(
+        !show.diagnostics.iter().any(|d| d.code.starts_with('E')),
+        "{:?}",
+        show.diagnostics
+    );
+    let banks: Vec<&str> = carried
+        .text
+        .lines()
+        .filter(|l| l.starts_with("bank"))
+        .collect();
+    insta::assert_snapshot!(banks.join("\n"), @r"
+    bank ch1      = f_2  channel 1
+    bank ch2      = f_4  channel 2
+    bank ch12     = f    channel 12
+    bank ch999999 = f_3  channel 999999
+    ");
+}
+
+#[test]
+fn what_makes_no_beam_is_no_light() {
+    let kind = |beam: &str| {
+        let text = TYPE.replace("BeamAngle=\"18\" FieldAngle=\"26\"", beam);
+        archive(&[("description.xml", text.as_bytes())])
+    };
+    let carried = |beam: &str| {
+        let kind = kind(beam);
+        let plan = plan_of(&fixture("1", ""), &[("T.gdtf", &kind)]);
+        import("a.mvr", &plan, "set", Work::silent())
+    };
+    let wide = carried("BeamAngle=\"360\" FieldAngle=\"360\"").unwrap();
+    assert!(
+        wide.assumed
+            .join("; ")
+            .contains("a field of 360 degrees becomes 170")
+    );
+    match carried("BeamType=\"None\"").unwrap_err() {
+        ImportError::Refused(refused) => {
+            assert!(
+                refused.message.contains("makes no beam"),
+                "{}",
+                refused.message
+            );
+        }
+        other => panic!("{other}"),
+    }
+}

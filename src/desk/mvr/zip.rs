@@ -101,6 +101,16 @@ impl<'a> Archive<'a> {
         self.files.contains_key(name)
     }
 
+    /// The name in the archive of a file that another one refers to: as it is, or in other letters of
+    /// the alphabet's two cases.
+    pub fn inner_name(&self, name: &str) -> Option<&str> {
+        let as_is = self
+            .files
+            .get_key_value(name)
+            .map(|(name, _)| name.as_str());
+        as_is.or_else(|| self.names().find(|other| other.eq_ignore_ascii_case(name)))
+    }
+
     /// A file's bytes, within the memory of `work`; `None` where there is no such file.
     ///
     /// # Errors

@@ -53,7 +53,7 @@ pub fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
 }
 
 /// Delimiters may stand for each other.
-fn is_delimiter(c: char) -> bool {
+pub fn is_delimiter(c: char) -> bool {
     c.is_whitespace() || matches!(c, ',' | '<' | '>' | '=' | '@' | '/')
 }
 
@@ -136,6 +136,14 @@ impl<'a> Record<'a> {
                 format!("`{word}` is no time"),
                 "a time is written 5, 2.5 or 1:30",
             ),
+        }
+    }
+
+    /// The time from a cue's completion to the next cue's start, which may be negative.
+    pub fn hang(&self, word: &str) -> Result<Time, Box<Diagnostic>> {
+        match word.strip_prefix('-') {
+            Some(before) => self.time(before).map(|time| Time::ZERO - time),
+            None => self.time(word),
         }
     }
 

@@ -78,11 +78,33 @@ fn check_link(cue: &Cue, last: Option<CueNumber>, losses: &mut Vec<Loss>) {
     }
 }
 
+/// Of each channel that a cue names the last part that does: a bank moves in one part of a cue. What
+/// earlier parts say of it is lost where it differs.
+fn last_parts(cue: &Cue, losses: &mut Vec<Loss>) -> BTreeMap<u32, usize> {
+    let mut named: BTreeMap<u32, (usize, Tenths)> = BTreeMap::new();
+    for (index, part) in cue.parts.iter().enumerate() {
+        for (channel, level) in part.lit.iter().flatten().chain(&part.moves) {
+            let earlier = named.insert(*channel, (index, *level));
+            if let Some((_, other)) = earlier.filter(|(part, _)| *part != index) {
+                let what = format!("channel {channel} stands in two parts: the later one counts");
+                let loss = Loss::new(what).line(part.line).cue(cue.number);
+                let light = f64::from(other.abs_diff(*level)) / 1000.0;
+                losses.push(loss.light(light));
+            }
+        }
+    }
+    named
+        .into_iter()
+        .map(|(channel, (part, _))| (channel, part))
+        .collect()
+}
+
 impl Tracked {
     fn cue<'a>(&mut self, desk: &Desk, cue: &'a Cue, losses: &mut Vec<Loss>) -> Settled<'a> {
         let was_lit = self.levels.values().any(|level| *level > 0);
         let mut steps: Vec<Step<'a>> = Vec::new();
         let unsaid = self.unsaid(desk, cue, losses);
+        let last = last_parts(cue, losses);
         for (index, part) in cue.parts.iter().enumerate() {
             let base = base(desk, part);
             let mut targets: BTreeMap<u32, Tenths> = part.lit.clone().unwrap_or_default();
@@ -92,6 +114,9 @@ impl Tracked {
             }
             let from = steps.len();
             for (channel, level) in targets {
+                if last.get(&channel).is_some_and(|last| *last != index) {
+                    continue;
+                }
                 let was = self.levels.insert(channel, level).unwrap_or(0);
                 if was != level {
                     let timing = timing(&base, part, channel, level > was);

@@ -76,7 +76,7 @@ fn banks(
     let idle: Vec<String> = idle.map(u32::to_string).collect();
     if !idle.is_empty() {
         let what = format!(
-            "channels {} are patched, and no cue, group or look has them",
+            "channels {} have no bank: nothing lights them, and no group or look has them",
             idle.join(" ")
         );
         losses.push(Loss::new(what));

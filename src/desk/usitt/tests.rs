@@ -193,7 +193,7 @@ fn an_eos_file_becomes_a_designers_text() {
         out
     });
     insta::assert_snapshot!(losses, @r#"
-        channels 50 are patched, and no cue, group or look has them
+        channels 50 have no bank: nothing lights them, and no group or look has them
         line 31: `$effect` is not read (3 records, the first here): effects are written by hand: `effect NAME = …`
         line 40, cue 1: channel 9: parameters 48@255 (more emitters, places, shapes)
         line 54: `cue $$timeposition` is not read (1 record): lights do not move here
@@ -513,4 +513,43 @@ proptest! {
             parsed(&carried.text);
         }
     }
+}
+
+#[test]
+fn hang_may_be_negative_and_lines_may_end_in_any_way() {
+    let file = "Ident 3:0\nManufacturer ETC\nConsole Eos\nCue 1 1\n$$ChanMove 1@Hff\n$$Hang -1\nCue/2\n\
+                Text caf\u{e9}\nUp 2\n$$ChanMove 1@H00\nEndData\n";
+    let text = |bytes: &[u8]| import("a.asc", bytes, None, Work::silent()).1.unwrap().text;
+    let wanted = text(file.as_bytes());
+    assert!(wanted.contains("hang -1"), "{wanted}");
+    assert!(
+        wanted.contains("cue 2 \"café\" { time 2  ch1 out }"),
+        "{wanted}"
+    );
+    assert_eq!(text(file.replace('\n', "\r").as_bytes()), wanted);
+    assert_eq!(text(file.replace('\n', "\r\n").as_bytes()), wanted);
+    let mut windows: Vec<u8> = file.chars().map(|c| c as u8).collect();
+    assert_eq!(text(&windows), wanted);
+    let at = windows.iter().position(|b| *b == 0xe9).unwrap();
+    windows[at] = 0x96;
+    assert!(text(&windows).contains("\"caf\u{2013}\""));
+}
+
+#[test]
+fn a_channel_in_a_cue_and_in_its_part_moves_in_the_part() {
+    let file = "Ident 3:0\nCue 2\nUp 4\nChan 1@30 2@60\nPart 1\nUp 3\nChan 1@75\nEndData\n";
+    let carried = import("a.asc", file.as_bytes(), None, Work::silent())
+        .1
+        .unwrap();
+    assert!(
+        carried.text.contains("part 2 { time 3  ch1 75 }"),
+        "{}",
+        carried.text
+    );
+    assert!(!carried.text.contains("ch1 30"), "{}", carried.text);
+    assert_eq!(
+        carried.losses[0].to_string(),
+        "line 5, cue 2: channel 1 stands in two parts: the later one counts (45 % of the light)"
+    );
+    assert_eq!(parsed(&carried.text).cues.len(), 1);
 }

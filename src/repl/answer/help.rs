@@ -35,6 +35,47 @@ pub fn of(name: &str) -> Result<String, Error> {
     Ok(text)
 }
 
+/// The manual of the language, whose tables explain its words.
+const MANUAL: &str = include_str!("../../../grammar/README.md");
+
+/// How a word of the language is used within a statement, and what it means, by the tables of the
+/// manual; `None` where none has it.
+pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
+    let rows = MANUAL.lines().filter_map(|line| {
+        let cells = line.strip_prefix("| `")?.strip_suffix(" |")?;
+        cells.split_once("` | ").map(|(usage, rest)| (usage, rest))
+    });
+    // How well a row explains the word: it begins with it, or is of the statement, or has it.
+    let rank = |usage: &str| {
+        let pieces = usage.split("`, `").map(|piece| {
+            let mut words = piece.split([' ', '/', '`']);
+            let first = words.next().unwrap_or_default();
+            let has = first == word || words.any(|other| other == word);
+            match has {
+                true if first == word => 3,
+                true if first == statement => 2,
+                true => 1,
+                false => 0,
+            }
+        });
+        pieces.max().unwrap_or(0)
+    };
+    let mut best: Option<(u8, &str, &str)> = None;
+    for (usage, rest) in rows {
+        let rank = rank(usage);
+        if rank > best.map_or(0, |(best, ..)| best) {
+            best = Some((rank, usage, rest));
+        }
+    }
+    let (_, usage, rest) = best?;
+    let meaning: Vec<&str> = rest
+        .split(" | ")
+        .map(str::trim)
+        .filter(|cell| !cell.is_empty() && *cell != "|")
+        .collect();
+    Some((usage.replace("`, `", ", "), meaning.join("; ")))
+}
+
 fn all() -> String {
     let mut text = String::from("verbs\n");
     for spec in VERBS {
@@ -79,6 +120,17 @@ fn wrapped(words: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn words_are_explained_by_the_row_that_is_nearest() {
+        let of = |statement, word| super::of_word(statement, word).unwrap();
+        assert_eq!(of("preview", "gap").1, "`5`; the assumed wait before a GO");
+        assert_eq!(of("cue", "follow").0, "follow T");
+        assert!(of("light", "spot").0.starts_with("light NAME spot"));
+        assert!(of("view", "fov").0.starts_with("view NAME from"));
+        assert!(of("cue", "snap").1.contains("`snap` is `time 0`"));
+        assert_eq!(super::of_word("cue", "no_word_of_it"), None);
+    }
+
     #[test]
     fn the_list_of_verbs_fits_80_columns() {
         for line in super::all().lines() {

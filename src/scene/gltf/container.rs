@@ -1,7 +1,7 @@
 //! The file around the geometry: GLB chunks, the JSON, the buffers.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use base64::alphabet;
@@ -22,6 +22,8 @@ const JSON_LIMIT: usize = 32 << 20;
 /// Objects and values of the JSON: what they cost in memory does not depend on their length.
 const OBJECT_LIMIT: usize = 200_000;
 const VALUE_LIMIT: usize = 4_000_000;
+/// Files that one file may name.
+const MOST_FILES: usize = 1000;
 /// Bytes of all buffers together.
 pub const BUFFER_LIMIT: usize = 256 << 20;
 
@@ -192,6 +194,35 @@ impl<'b> Document<'b> {
             (None, None) => Err("it has no content".to_owned()),
         }
     }
+}
+
+/// The files that a `.gltf` or `.glb` file names, textures and buffers, each once; without those that
+/// lead out of its folder, and none of what is no glTF.
+pub fn named_files(bytes: &[u8]) -> Vec<String> {
+    #[derive(Default, Deserialize)]
+    struct Named {
+        #[serde(default)]
+        images: Vec<File>,
+        #[serde(default)]
+        buffers: Vec<File>,
+    }
+    #[derive(Deserialize)]
+    struct File {
+        uri: Option<String>,
+    }
+    // What is wrong with the file is said where it is read.
+    let json = chunks(bytes).map_or(&[][..], |(json, _)| json);
+    let json = json.get(..JSON_LIMIT.min(json.len())).unwrap_or_default();
+    let named: Named = serde_json::from_slice(json).unwrap_or_default();
+    let files = named.images.into_iter().chain(named.buffers);
+    let name = |file: File| {
+        let name = decoded(&file.uri?)?.replace('\\', "/");
+        let stays = |part: &str| !["", ".", ".."].contains(&part);
+        let is_plain = !name.contains([':', '\0']) && name.split('/').all(stays);
+        is_plain.then_some(name)
+    };
+    let names: BTreeSet<String> = files.filter_map(name).take(MOST_FILES).collect();
+    names.into_iter().collect()
 }
 
 /// `length` bytes from `start`.

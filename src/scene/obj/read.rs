@@ -4,7 +4,7 @@ use super::super::import::FAR;
 use super::super::shading::Corner;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
 use crate::geometry::{Vec3, vec3};
-use std::borrow::Cow;
+use crate::printable::of_bytes;
 
 /// A corner by its numbers, from 0: vertex, place in the texture, normal.
 pub(super) type Indices = (u32, Option<u32>, Option<u32>);
@@ -210,7 +210,7 @@ pub(super) fn each_line(
     let mut joined = String::new();
     let mut first = 1;
     for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
-        let text = as_text(text);
+        let text = of_bytes(text);
         if text.contains('\0') {
             return Err(refuse(line, LineError::NotText));
         }
@@ -228,27 +228,6 @@ pub(super) fn each_line(
         joined.clear();
     }
     read(&joined, first)
-}
-
-/// A line in UTF-8, or else in Windows-1252, which older programs write.
-fn as_text(line: &[u8]) -> Cow<'_, str> {
-    match std::str::from_utf8(line) {
-        Ok(text) => Cow::Borrowed(text),
-        Err(_) => line.iter().map(|b| windows_1252(*b)).collect(),
-    }
-}
-
-/// The character of a byte in Windows-1252, as the WHATWG Encoding Standard has it: Latin-1 apart from
-/// 0x80 to 0x9f, of which five have no character and stay control characters.
-fn windows_1252(byte: u8) -> char {
-    const FROM_0X80: [char; 32] = [
-        '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
-        '\u{8f}', '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}',
-        'ž', 'Ÿ',
-    ];
-    let special = usize::from(byte).checked_sub(0x80);
-    let special = special.and_then(|at| FROM_0X80.get(at));
-    special.copied().unwrap_or(char::from(byte))
 }
 
 /// A comment starts with a `#` at the start of a word: names such as `Wood#2` are whole.

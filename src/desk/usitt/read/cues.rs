@@ -10,7 +10,10 @@ use crate::units::Time;
 impl Reader {
     /// `Cue NUMBER LIST`, or `Cue NUMBER/PART LIST`.
     pub(super) fn cue(&mut self, record: &Record<'_>) -> Result<Section, Refused> {
-        let (number, part) = match record.rest.split_once('/') {
+        let rest = record
+            .rest
+            .trim_start_matches(super::super::record::is_delimiter);
+        let (number, part) = match rest.split_once('/') {
             Some((number, rest)) => (number.trim(), rest.split_whitespace().next()),
             None => (record.words().next().unwrap_or_default(), None),
         };
@@ -139,7 +142,7 @@ impl Reader {
             "$$curve" => part.curve = Some(record.number(record.words().next())?),
             "followon" => cue.follow = cue.follow.or(Some(record.time(words())?)),
             "$$follow" => cue.follow = Some(record.time(words())?),
-            "$$hang" => cue.hang = Some(record.time(words())?),
+            "$$hang" => cue.hang = Some(record.hang(words())?),
             "$$block" => cue.block = true,
             "$$assert" => cue.assert = true,
             key => {

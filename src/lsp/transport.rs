@@ -1,0 +1,200 @@
+//! Messages at standard input and output, as the protocol's base has them.
+//!
+//! The crate's own transport panics on a length that memory cannot hold and ends at the first message
+//! that is no JSON. Here such a message is answered with the protocol's error, and the next one is
+//! read.
+
+use std::io::{self, BufRead, Read, Write};
+use std::thread::{self, JoinHandle};
+
+use crossbeam_channel::bounded;
+use lsp_server::{Connection, ErrorCode, Message, RequestId, Response};
+use serde_json::{Value, json};
+
+use crate::engine::TEXT_LIMIT;
+
+/// Bytes of a message: the largest text, in which every character may be escaped.
+pub const MESSAGE_LIMIT: u64 = 2 * TEXT_LIMIT;
+/// Bytes of a line of the header.
+const HEADER_LIMIT: u64 = 4096;
+
+/// The threads that read and write.
+pub struct Threads {
+    reader: JoinHandle<io::Result<()>>,
+    writer: JoinHandle<io::Result<()>>,
+}
+
+impl Threads {
+    /// Waits for both, and says how reading ended.
+    ///
+    /// # Errors
+    /// What is wrong with the input where it is none of the protocol's, or with a pipe.
+    pub fn join(self) -> io::Result<()> {
+        let panicked = |_| io::Error::other("a thread broke off");
+        let read = self.reader.join().map_err(panicked)?;
+        let written = self.writer.join().map_err(panicked)?;
+        read.and(written)
+    }
+}
+
+/// A connection at standard input and output.
+///
+/// # Errors
+/// Where no threads can be started.
+pub fn standard() -> io::Result<(Connection, Threads)> {
+    let (sender, outgoing) = bounded::<Message>(0);
+    let writer = thread::Builder::new().spawn(move || {
+        outgoing
+            .into_iter()
+            .try_for_each(|message| message.write(&mut io::stdout().lock()))
+    })?;
+    let (incoming, receiver) = bounded::<Message>(0);
+    let reader = thread::Builder::new().spawn(move || {
+        let mut input = io::stdin().lock();
+        while let Some(read) = read(&mut input)? {
+            let message = match read {
+                Ok(message) => message,
+                Err(refusal) => {
+                    write(&refusal)?;
+                    continue;
+                }
+            };
+            let is_exit = matches!(&message, Message::Notification(n) if n.method == "exit");
+            if incoming.send(message).is_err() || is_exit {
+                break;
+            }
+        }
+        Ok(())
+    })?;
+    Ok((Connection { sender, receiver }, Threads { reader, writer }))
+}
+
+fn write(answer: &Value) -> io::Result<()> {
+    let text = answer.to_string();
+    let mut out = io::stdout().lock();
+    write!(out, "Content-Length: {}\r\n\r\n{text}", text.len())?;
+    out.flush()
+}
+
+/// The next message, or the answer to what is none; `None` at the end of the input.
+fn read(input: &mut impl BufRead) -> io::Result<Option<Result<Message, Value>>> {
+    let Some(length) = length(input)? else {
+        return Ok(None);
+    };
+    if length > MESSAGE_LIMIT {
+        io::copy(&mut input.by_ref().take(length), &mut io::sink())?;
+        let why = format!("a message of {length} bytes; at most {MESSAGE_LIMIT} are read");
+        return Ok(Some(Err(refusal(None, ErrorCode::InvalidRequest, &why))));
+    }
+    // Memory grows with what comes, not with what is announced.
+    let mut bytes = Vec::new();
+    let found = input.by_ref().take(length).read_to_end(&mut bytes)?;
+    if (found as u64) < length {
+        return Err(io::ErrorKind::UnexpectedEof.into());
+    }
+    Ok(Some(message(&bytes)))
+}
+
+fn message(bytes: &[u8]) -> Result<Message, Value> {
+    let value: Value = serde_json::from_slice(bytes)
+        .map_err(|error| refusal(None, ErrorCode::ParseError, &error.to_string()))?;
+    let id = value.get("id").cloned();
+    serde_json::from_value(value)
+        .map_err(|error| refusal(id, ErrorCode::InvalidRequest, &error.to_string()))
+}
+
+/// An error that answers a message of which perhaps not even the number is known.
+fn refusal(id: Option<Value>, code: ErrorCode, why: &str) -> Value {
+    let id = id.filter(|id| serde_json::from_value::<RequestId>(id.clone()).is_ok());
+    let response = Response::new_err(RequestId::from(0), code as i32, why.to_owned());
+    json!({ "jsonrpc": "2.0", "id": id, "error": response.error })
+}
+
+/// Reads a header: the length of what follows it; `None` at the end of the input.
+fn length(input: &mut impl BufRead) -> io::Result<Option<u64>> {
+    let malformed = |line: &[u8]| {
+        let line = String::from_utf8_lossy(line.get(..80).unwrap_or(line)).into_owned();
+        io::Error::new(
+            io::ErrorKind::InvalidData,
+            format!("malformed header: {line:?}"),
+        )
+    };
+    let mut length = None;
+    loop {
+        let mut line = Vec::new();
+        input
+            .by_ref()
+            .take(HEADER_LIMIT)
+            .read_until(b'\n', &mut line)?;
+        if line.is_empty() {
+            return Ok(None);
+        }
+        let text = line.strip_suffix(b"\r\n").ok_or_else(|| malformed(&line))?;
+        if text.is_empty() {
+            return length
+                .map(Some)
+                .ok_or_else(|| malformed(b"no Content-Length"));
+        }
+        let text = std::str::from_utf8(text).map_err(|_| malformed(&line))?;
+        let (name, value) = text.split_once(':').ok_or_else(|| malformed(&line))?;
+        if name.eq_ignore_ascii_case("Content-Length") {
+            length = Some(value.trim().parse().map_err(|_| malformed(&line))?);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answers(input: &str) -> Vec<String> {
+        let mut input = input.as_bytes();
+        let mut out = Vec::new();
+        loop {
+            out.push(match read(&mut input) {
+                Ok(None) => return out,
+                Ok(Some(Ok(message))) => format!("{message:?}").chars().take(12).collect(),
+                Ok(Some(Err(refusal))) => {
+                    format!("{} {}", refusal["id"], refusal["error"]["code"])
+                }
+                Err(error) => return [out, vec![error.kind().to_string()]].concat(),
+            });
+        }
+    }
+
+    fn framed(text: &str) -> String {
+        format!("Content-Length: {}\r\n\r\n{text}", text.len())
+    }
+
+    #[test]
+    fn what_is_no_message_is_answered_and_the_next_one_is_read() {
+        let exit = framed(r#"{"jsonrpc":"2.0","method":"exit"}"#);
+        for (bad, answer) in [
+            (framed("{"), "null -32700"),
+            (
+                framed(r#"{"jsonrpc":"2.0","method":"x","params":"\ud800"}"#),
+                "null -32700",
+            ),
+            (framed(r#"{"jsonrpc":"2.0","params":7}"#), "null -32600"),
+            (framed("[]"), "null -32600"),
+        ] {
+            let found = answers(&format!("{bad}{exit}"));
+            assert_eq!(found, [answer, "Notification"], "{bad}");
+        }
+    }
+
+    #[test]
+    fn no_length_takes_memory() {
+        for length in ["18446744073709551615", "1000000000000", "2000000000"] {
+            let found = answers(&format!("Content-Length: {length}\r\n\r\n{{}}"));
+            assert_eq!(found, ["null -32600"], "{length}");
+        }
+        assert_eq!(
+            answers("Content-Length: 99\r\n\r\n{}"),
+            ["unexpected end of file"]
+        );
+        assert_eq!(answers("GET / HTTP/1.1\r\n\r\n"), ["invalid data"]);
+        assert_eq!(answers(&"x".repeat(9000)), ["invalid data"]);
+        assert!(answers("").is_empty());
+    }
+}
