@@ -101,6 +101,8 @@ pub struct Engine {
     /// How images are chosen.
     way: Way,
     background: Option<background::BackgroundRefinement>,
+    /// Calls do not wait for what the background renders.
+    impatient: bool,
     steps: Vec<Step>,
     /// How long things take here against what the operator predicts.
     pace: forecast::CostScale,
@@ -165,6 +167,7 @@ impl Engine {
             metric: None,
             way: Way::default(),
             background: None,
+            impatient: false,
             steps: Vec::new(),
             pace: forecast::CostScale::default(),
             exposure: exposure::Exposure::default(),
@@ -237,7 +240,11 @@ impl Engine {
         if self.document.view() == Some(view) {
             return Ok(Edited::default());
         }
-        self.change(|document, host| document.look_from(view, host.files.as_ref()))
+        self.document.check_view(view)?;
+        self.leave_view();
+        let looked = self.change(|document, host| document.look_from(view, host.files.as_ref()));
+        self.enter_view();
+        looked
     }
 
     /// Brings the text into its canonical layout; false where it had it already.
@@ -282,6 +289,13 @@ impl Engine {
         let setup = self.document.setup();
         self.rendering = setup
             .map(|setup| rendering::SetupImages::renew(old, setup, preview, version.as_deref()));
+        self.renew_away(version.as_deref());
+    }
+
+    /// Calls that need images which the background is still rendering fail from now on with
+    /// [`Error::NotYet`], in place of waiting for them: for a program in which somebody types.
+    pub fn be_impatient(&mut self) {
+        self.impatient = true;
     }
 
     /// Keeps an event for the next [`Engine::poll`]; the oldest go first when they are not polled.

@@ -5,6 +5,8 @@
 //! one, planned from the show as it is then. So edits and previews are served at once in between,
 //! every finished image improves the next preview, and an edit changes what is still to come.
 //! Images are rendered one at a time: a job of several would keep the first waiting for the last.
+//! A refinement owns its goal, its way and its view: what the engine is set to afterwards, or looks from,
+//! does not change it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
@@ -12,9 +14,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use super::forecast;
-use super::refine::{Ended, Goal, RefinementSummary};
+use super::refine::{Ended, Goal, RefinementSummary, Step};
 use super::refiner::{Calls, Next, Refiner, Ticket};
-use super::rendering::{Job, Rendered};
+use super::rendering::{Job, Rendered, SetupImages};
 use super::ways::Way;
 use super::{Engine, Error};
 use crate::renderer::Quality;
@@ -115,6 +117,18 @@ impl Drop for StopOnDrop {
 pub(super) struct BackgroundRefinement {
     refiner: Refiner,
     job: Option<PendingJob>,
+    /// How it chooses images, whatever the engine's way is by now.
+    way: Way,
+    /// The view that its images are from.
+    view: Option<String>,
+    /// What is rendered of that view while the engine looks from another.
+    away: Option<Away>,
+}
+
+/// What an engine holds of a view that it does not look from.
+struct Away {
+    rendering: Option<SetupImages>,
+    steps: Vec<Step>,
 }
 
 /// How far a refinement in the background is.
@@ -186,6 +200,11 @@ impl Engine {
         self.background.is_some()
     }
 
+    /// True while a refinement goes on in the background of the view that the engine looks from.
+    pub(super) fn refines_this_view(&self) -> bool {
+        self.background.as_ref().is_some_and(|b| b.away.is_none())
+    }
+
     /// Refuses what would render the same images twice.
     pub(crate) fn idle(&self) -> Result<(), Error> {
         match self.background {
@@ -227,6 +246,9 @@ impl Engine {
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(goal, self.metric, Calls::Background, self.now()),
             job: None,
+            way: self.way,
+            view: self.document.view().map(str::to_owned),
+            away: None,
         });
         self.go_on();
         Ok(())
@@ -244,11 +266,20 @@ impl Engine {
         let Some(mut background) = self.background.take() else {
             return;
         };
-        let failed = match self.advance(&mut background) {
-            Ok(None) => {
-                self.background = Some(background);
-                return;
-            }
+        self.exchange(&mut background);
+        let ended = self.go_on_with(&mut background);
+        self.exchange(&mut background);
+        match ended {
+            Some(event) => self.tell(event),
+            None => self.background = Some(background),
+        }
+    }
+
+    /// Does a step of a refinement, whose way and view the engine has for as long; what there is to say
+    /// where it has ended.
+    fn go_on_with(&mut self, background: &mut BackgroundRefinement) -> Option<Event> {
+        let failed = match self.advance(background) {
+            Ok(None) => return None,
             Ok(Some(ended)) => {
                 background.refiner.done.ended = Some(ended);
                 None
@@ -260,13 +291,59 @@ impl Engine {
             Err(Error::NotRendered | Error::NoSetup) => (None, None),
             Err(error) => (None, Some(error)),
         };
-        let event = Event::RefinementEnded {
+        Some(Event::RefinementEnded {
             done: std::mem::take(&mut background.refiner.done),
             failed: failed.or(unknown),
             error,
             refined: self.refined(),
+        })
+    }
+
+    /// Gives the engine the way and the view of a refinement, or takes them off again.
+    fn exchange(&mut self, background: &mut BackgroundRefinement) {
+        std::mem::swap(&mut self.way, &mut background.way);
+        if let Some(away) = &mut background.away {
+            std::mem::swap(&mut self.rendering, &mut away.rendering);
+            std::mem::swap(&mut self.steps, &mut away.steps);
+        }
+    }
+
+    /// Before the engine looks from another view the refinement takes what is rendered of its own.
+    pub(super) fn leave_view(&mut self) {
+        let view = self.document.view();
+        if let Some(background) = &mut self.background
+            && background.view.as_deref() == view
+        {
+            background.away = Some(Away {
+                rendering: self.rendering.take(),
+                steps: std::mem::take(&mut self.steps),
+            });
+        }
+    }
+
+    /// The refinement gives what is rendered of its view back where the engine looks from there.
+    pub(super) fn enter_view(&mut self) {
+        let view = self.document.view();
+        if let Some(background) = &mut self.background
+            && background.view.as_deref() == view
+            && let Some(away) = background.away.take()
+        {
+            (self.rendering, self.steps) = (away.rendering, away.steps);
+        }
+    }
+
+    /// Keeps of a refinement's own view what the document's setup still means.
+    pub(super) fn renew_away(&mut self, version: Option<&str>) {
+        let Some(background) = &mut self.background else {
+            return;
         };
-        self.tell(event);
+        let view = background.view.as_deref();
+        if let Some(away) = &mut background.away {
+            let setup = view.and_then(|view| self.document.setup_from(view));
+            let preview = &self.document.show().preview;
+            let old = away.rendering.take();
+            away.rendering = setup.map(|s| SetupImages::renew(old, &s, preview, version));
+        }
     }
 
     /// Collects and starts jobs as far as that goes without waiting; the reason where the refinement
@@ -341,10 +418,16 @@ impl Engine {
     /// Gives up a job whose images the show has no use for any more: they would show another scene,
     /// or from another place. In another light they are of use again.
     pub(super) fn drop_useless_job(&mut self) {
-        let Some(job) = self.background.as_ref().and_then(|b| b.job.as_ref()) else {
+        let Some(background) = &self.background else {
             return;
         };
-        let rendering = self.rendering.as_ref();
+        let Some(job) = &background.job else {
+            return;
+        };
+        let rendering = match &background.away {
+            Some(away) => away.rendering.as_ref(),
+            None => self.rendering.as_ref(),
+        };
         if rendering.is_none_or(|r| !r.setup.has_same_scene(&job.ticket.setup)) {
             job.progress.0.stop();
         }
@@ -405,32 +488,43 @@ impl Engine {
         let Some(mut background) = self.background.take() else {
             return;
         };
+        self.exchange(&mut background);
         if let Some(job) = &background.job {
             background.refiner.abandon(self, &job.ticket);
         }
+        self.exchange(&mut background);
     }
 
-    /// How far the refinement in the background is, if there is one.
-    pub fn status(&self) -> Option<Status> {
-        let background = self.background.as_ref()?;
-        let now = self.now();
-        let done = &background.refiner.done;
-        let job = background.job.as_ref().map(|job| JobStatus {
+    /// The call of the operator that is at work in the background, if any.
+    pub fn job(&self) -> Option<JobStatus> {
+        let job = self.background.as_ref()?.job.as_ref()?;
+        Some(JobStatus {
             images: job.ticket.rendering(),
             refined: job.ticket.refined,
             quality: job.ticket.quality,
-            spent: now - job.ticket.started,
+            spent: self.now() - job.ticket.started,
             predicted: job.ticket.predicted,
             task: job.progress.0.at(),
-        });
-        Some(Status {
+        })
+    }
+
+    /// How far the refinement in the background is, if there is one.
+    pub fn status(&mut self) -> Option<Status> {
+        let job = self.job();
+        let mut background = self.background.take()?;
+        self.exchange(&mut background);
+        let done = &background.refiner.done;
+        let status = Status {
             rendered: done.images,
             seconds: done.seconds,
             // Why it cannot be predicted is said where the refinement ends of it.
             error: self.predicted_error().ok(),
             ahead: self.ahead(&background.refiner, job.as_ref()),
             job,
-        })
+        };
+        self.exchange(&mut background);
+        self.background = Some(background);
+        Some(status)
     }
 
     /// What is predicted to follow.

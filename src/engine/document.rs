@@ -234,6 +234,12 @@ impl Document {
         self.compiled.setup()
     }
 
+    /// What a renderer would be given if the view of this name were looked from; `None` where there is
+    /// none, or it cannot be looked from.
+    pub(super) fn setup_from(&self, view: &str) -> Option<Setup> {
+        self.compiled.loaded.as_ref()?.setup_from(self.show(), view)
+    }
+
     /// The name of the view that is looked from; `None` when the show has none.
     pub fn view(&self) -> Option<&str> {
         self.show().view().map(|view| view.name.as_str())
@@ -282,19 +288,28 @@ impl Document {
         Ok(done)
     }
 
+    /// Checks that there is a view of this name.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchView`].
+    pub(super) fn check_view(&self, name: &str) -> Result<(), Error> {
+        let names = self.show().views.iter().map(|view| &view.name);
+        match names.clone().any(|known| known == name) {
+            true => Ok(()),
+            false => Err(Error::NoSuchView {
+                name: name.to_owned(),
+                known: names.cloned().collect(),
+            }),
+        }
+    }
+
     /// Looks from the view of this name.
     ///
     /// # Errors
     /// [`Error::NoSuchView`]; as [`Document::new`] when a file that the show names has become
     /// unreadable. Nothing has changed then.
     pub(super) fn look_from(&mut self, name: &str, files: &dyn Files) -> Result<Edited, Error> {
-        let names = self.show().views.iter().map(|view| &view.name);
-        if !names.clone().any(|known| known == name) {
-            return Err(Error::NoSuchView {
-                name: name.to_owned(),
-                known: names.cloned().collect(),
-            });
-        }
+        self.check_view(name)?;
         let text = self.text.clone();
         self.compile(&text, Some(name.to_owned()), files)
     }

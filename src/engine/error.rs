@@ -33,6 +33,10 @@ pub enum Error {
     /// No coarse image is rendered yet; see [`Engine::coarse`](super::Engine::coarse).
     #[error("no image is rendered yet")]
     NotRendered,
+    /// The background is still rendering the images that are needed; see
+    /// [`Engine::be_impatient`](super::Engine::be_impatient).
+    #[error("the first pictures are still being rendered")]
+    NotYet,
     /// The show has no bank.
     #[error("the show has no bank to render")]
     NoBanks,

@@ -149,8 +149,15 @@ impl Engine {
     /// As [`Engine::coarse`].
     pub fn coarse_for(&mut self, goal: Goal) -> Result<Vec<WayForecast>, Error> {
         self.timed(|engine| {
-            if engine.is_busy() && engine.pool().is_none() {
+            // What the background renders of this view is not rendered twice.
+            if engine.refines_this_view() {
+                if engine.pool().is_none() && engine.impatient {
+                    return Err(Error::NotYet);
+                }
                 engine.wait_until(|engine| engine.pool().is_some())?;
+                if engine.pool().is_some() {
+                    return Ok(Vec::new());
+                }
             }
             engine.complete_pair(&goal);
             if engine.pool().is_some() && !engine.is_pool_due() {

@@ -340,7 +340,9 @@ impl Refiner {
         rendering::trim(image_cache, engine.host.memory);
         let seconds = engine.now() - ticket.started;
         if !ticket.refined {
-            if engine.pool().is_some() {
+            // Every bank again at a finer step is a way to a goal; the other step of a pair is none of
+            // the pictures of the plan that were asked for by their number.
+            if engine.pool().is_some() && self.goal.asks_for_a_way() {
                 self.done.images += kept.len();
                 self.done.seconds += seconds;
             }

@@ -65,6 +65,15 @@ pub(super) struct Loaded {
 type Notes = Vec<(usize, Vec<String>)>;
 
 impl Loaded {
+    /// The setup as seen from another view of the show.
+    pub fn setup_from(&self, show: &Show, view: &str) -> Option<Setup> {
+        let view = show.views.iter().find(|v| v.name == view)?;
+        Some(Setup {
+            view: camera_of(view, &self.cameras)?,
+            ..self.setup.clone()
+        })
+    }
+
     /// Bytes that scene, lights and images take, about.
     pub fn bytes(&self) -> usize {
         let images = self.images.values().map(|image| size_of_val(image.data()));
@@ -187,12 +196,21 @@ fn view(show: &Show, cameras: &[Camera], spans: &SpanMap) -> Result<Option<View>
     let Some(view) = show.view() else {
         return Ok(None);
     };
-    let Some(name) = &view.imported else {
-        return Ok(Some(view.camera.clone()));
-    };
-    match cameras.iter().find(|camera| camera.name == *name) {
-        Some(camera) => Ok(Some(camera.view([view.camera.width, view.camera.height]))),
-        None => Err(diagnostics::of_camera((view, name), cameras, spans)),
+    match (camera_of(view, cameras), &view.imported) {
+        (None, Some(name)) => Err(diagnostics::of_camera((view, name), cameras, spans)),
+        (camera, _) => Ok(camera),
+    }
+}
+
+/// Where a view looks from; `None` where the stages have no camera of its name.
+fn camera_of(view: &show::View, cameras: &[Camera]) -> Option<View> {
+    let own = &view.camera;
+    match &view.imported {
+        None => Some(own.clone()),
+        Some(name) => {
+            let camera = cameras.iter().find(|camera| camera.name == *name)?;
+            Some(camera.view([own.width, own.height]))
+        }
     }
 }
 

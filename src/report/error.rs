@@ -103,6 +103,11 @@ pub fn engine_error(error: &engine::Error) -> String {
     use engine::Error as E;
     match error {
         E::NoSetup | E::NotRendered => NO_SETUP.to_owned(),
+        E::NotYet => {
+            "the first pictures are still being rendered: `status` shows how far they are, \
+                      `wait` waits for them, `stop now` gives them up"
+                .to_owned()
+        }
         E::NoSuchView { name, known } => no_view(name, known),
         E::NoSuchBank { name, fixed, known } => no_bank(name, *fixed, known),
         E::CueExists(number) => format!(

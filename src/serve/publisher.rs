@@ -131,7 +131,7 @@ impl Kept {
 
 /// How far the first images are, in words.
 fn first_images(engine: &Engine) -> String {
-    match engine.status().and_then(|status| status.job) {
+    match engine.job() {
         Some(job) if job.task.2 > 0 => {
             let (task, done, total) = job.task;
             format!("Rendering the first pictures: {task}, {done} of {total}")

@@ -154,20 +154,98 @@ fn an_edit_plans_anew_what_is_still_to_come() {
 }
 
 #[test]
-fn another_place_to_look_from_gives_up_what_is_in_hand() {
+fn another_place_to_look_from_leaves_a_refinement_where_it_is() {
     let (mut show, queue) = open();
     show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 2 &");
     say(&mut show, "view wing");
+    let status = say(&mut show, "status");
+    assert!(status.contains("a picture at quality 3"), "{status}");
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
-    assert_eq!(show.engine().refined(), 2);
-    // Three coarse pictures at two steps and two refined ones for the second view: what was in
-    // hand was never rendered.
-    assert_eq!(show.engine().statistics().rendered, 6 + 6 + 2);
+    // Three coarse pictures at two steps and two refined ones of the first view alone.
+    assert_eq!(show.engine().statistics().rendered, 6 + 2);
+    assert_eq!(show.engine().refined(), 0);
     say(&mut show, "view house");
     show.engine_mut().coarse().unwrap();
+    assert_eq!(show.engine().refined(), 2);
+}
+
+#[test]
+fn a_refinement_owns_its_view() {
+    let (mut show, queue) = open();
+    say(&mut show, "refine 2 --view wing &");
+    assert_eq!(show.engine().document().view(), Some("house"));
+    let house = picture(&mut show);
+    assert!(queue.run());
+    // An edit meanwhile reaches it.
+    say(&mut show, "cue 3 { time 3  top 5  warm 100 }");
+    let notes = finish(&mut show, &queue);
+    assert_eq!(notes.len(), 1, "{notes:?}");
     assert_eq!(show.engine().refined(), 0);
+    say(&mut show, "undo");
+    assert_eq!(picture(&mut show), house);
+    say(&mut show, "view wing");
+    let rendered = show.engine().statistics().rendered;
+    picture(&mut show);
+    assert_eq!(show.engine().refined(), 2);
+    assert_eq!(show.engine().statistics().rendered, rendered);
+}
+
+#[test]
+fn a_refinement_owns_its_way() {
+    let host = |queue: &Queue| Host {
+        background: Some(Box::new(queue.clone())),
+        ..Host::default()
+    };
+    for way in ["paper", "alone", "auto"] {
+        let queue = Queue::default();
+        let mut show = prompt("b.lxq", SHOW.as_bytes(), host(&queue)).unwrap();
+        say(&mut show, &format!("refine until 2% --way {way} &"));
+        finish(&mut show, &queue);
+        let mut twin = prompt("b.lxq", SHOW.as_bytes(), host(&queue)).unwrap();
+        say(&mut twin, &format!("refine until 2% --way {way}"));
+        let (own, other) = (settings(&show).concat(), settings(&twin).concat());
+        assert_eq!(own.len(), other.len(), "{way}");
+        let pairs = own.iter().zip(&other);
+        assert!(
+            pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-12),
+            "{way}"
+        );
+        let quality = |show: &Repl| show.engine().pool().unwrap().coarse()[0].clone();
+        assert_eq!(quality(&show), quality(&twin), "{way}");
+    }
+}
+
+#[test]
+fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
+    let queue = Queue::default();
+    let host = Host {
+        background: Some(Box::new(queue.clone())),
+        ..Host::default()
+    };
+    let mut show = prompt("b.lxq", SHOW.as_bytes(), host).unwrap();
+    show.engine_mut().be_impatient();
+    let first = picture(&mut show);
+    say(&mut show, "refine 2 &");
+    let rendered = show.engine().statistics().rendered;
+    assert_eq!(picture(&mut show), first);
+    say(&mut show, "set warm 30");
+    assert_eq!(show.engine().statistics().rendered, rendered);
+    let notes = finish(&mut show, &queue);
+    assert_eq!(show.engine().refined(), 2, "{notes:?}");
+
+    // Before there are any pictures what needs them is refused, and nothing else is.
+    let (mut show, queue) = open();
+    show.engine_mut().be_impatient();
+    say(&mut show, "refine 1 &");
+    let refused = say(&mut show, "picture 0:04");
+    assert!(refused.contains("`wait` waits for them"), "{refused}");
+    assert!(say(&mut show, "set warm 30").contains("trying warm 30"));
+    assert!(say(&mut show, "status").contains("coarse pictures"));
+    assert_eq!(show.engine().statistics().rendered, 0);
+    finish(&mut show, &queue);
+    picture(&mut show);
 }
 
 #[test]
