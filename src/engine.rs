@@ -54,6 +54,7 @@ pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
 pub use self::plan::PlanOptions;
+pub use self::player::ManyKeys;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
 pub use self::session::Session;

@@ -73,7 +73,11 @@ impl Playback {
 
     /// Bytes that [`Playback::new`] and a player of it take, about.
     pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
-        let (width, height) = pool.size();
+        Playback::bytes_at(keys, pool.size())
+    }
+
+    /// Like [`Playback::bytes`], for images of a size.
+    pub fn bytes_at(keys: &KeySequence, (width, height): (usize, usize)) -> usize {
         keys.keys().len() * BYTES_PER_PIXEL * width * height + keys.bytes()
     }
 

@@ -3,6 +3,8 @@
 
 use std::path::PathBuf;
 
+use super::ManyKeys;
+
 use crate::diagnostic::{Diagnostics, Style};
 use crate::files::FileError;
 use crate::picture::PictureError;
@@ -37,6 +39,9 @@ pub enum Error {
     /// [`Engine::be_impatient`](super::Engine::be_impatient).
     #[error("the first pictures are still being rendered")]
     NotYet,
+    /// Memory does not hold the key images, without which nothing plays.
+    #[error("{} key images need {} bytes, {} are allowed", .0.keys, .0.needed, .0.budget)]
+    KeyImages(ManyKeys),
     /// The show has no bank.
     #[error("the show has no bank to render")]
     NoBanks,

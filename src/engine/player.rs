@@ -13,6 +13,20 @@ use crate::units::Time;
 /// Channels that decide the default format; a measurement looks at whole images.
 const SAMPLE: usize = 20_000;
 
+/// Key images that memory does not hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ManyKeys {
+    /// How many there are.
+    pub keys: usize,
+    /// Bytes that they need.
+    pub needed: usize,
+    /// Bytes allowed.
+    pub budget: usize,
+    /// Effects that cues start, each with the bank that it runs on: while one runs, every turn of it is
+    /// a key.
+    pub effects: Vec<(String, String)>,
+}
+
 impl Engine {
     /// Key images from the pool as it stands, ready to play; coarse images are rendered if they are
     /// not there.
@@ -27,9 +41,48 @@ impl Engine {
         {
             rendering.keep_operators(&[]);
         }
+        let budget = self.work().memory;
+        if needed > budget {
+            return Err(Error::KeyImages(self.many_keys(needed, budget)));
+        }
         let pool = self.rendered()?;
         let playback = Playback::new(self.document.keys(), pool, self.work())?;
         Ok(Arc::new(playback))
+    }
+
+    /// The key images of the show, where memory does not hold them; `None` where it does, or where
+    /// there is nothing to render.
+    pub fn key_images_beyond_memory(&self) -> Option<ManyKeys> {
+        let view = &self.setup()?.view;
+        let keys = self.document.keys();
+        let (needed, budget) = (
+            Playback::bytes_at(keys, (view.width, view.height)),
+            self.host.memory,
+        );
+        (needed > budget).then(|| self.many_keys(needed, budget))
+    }
+
+    fn many_keys(&self, needed: usize, budget: usize) -> ManyKeys {
+        let show = self.show();
+        let changes = show.cues.iter().flat_map(|cue| &cue.parts);
+        let changes = changes.flat_map(|part| &part.effects);
+        let mut effects: Vec<(String, String)> = Vec::new();
+        for change in changes {
+            let effect = change.effect.and_then(|effect| show.effects.get(effect));
+            let (Some(effect), Some(bank)) = (effect, show.banks.get(change.bank)) else {
+                continue;
+            };
+            let pair = (effect.name.clone(), bank.name.clone());
+            if !effects.contains(&pair) {
+                effects.push(pair);
+            }
+        }
+        ManyKeys {
+            keys: self.document.keys().keys().len(),
+            needed,
+            budget,
+            effects,
+        }
     }
 
     /// The sequence as display bytes, exposed as one: any frame is at most three blends of key

@@ -90,6 +90,7 @@ codes! {
     LAMP_INSIDE = "W016" "a lamp inside a solid";
     STAGE_NOTES = "W017" "a stage that is not taken as it stands";
     UNLIT = "W018" "a bank without light at the view";
+    MANY_KEYS = "W019" "more key images than memory holds";
     LONG_RUN = "W030" "a run of minutes";
 }
 

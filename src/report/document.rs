@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::error;
 use super::sheet::hex;
 use super::words::{count, label, seconds};
 use crate::diagnostic::{Diagnostic, Style};
 use crate::engine::measure::LongRun;
-use crate::engine::{Document, Edited, LiveControl, UnlitBank};
+use crate::engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
 use crate::lang::{self, codes, edit::Action};
 use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
@@ -25,11 +26,11 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any; a `long` run and `unlit` banks are some. `transparent` names
+/// Warnings, and whether the show has any; a `long` run, too `many` keys and `unlit` banks are some. `transparent` names
 /// what light passes on its stage.
 pub fn check(
     document: &Document,
-    long: Option<LongRun>,
+    (long, many): (Option<LongRun>, Option<ManyKeys>),
     unlit: Vec<UnlitBank>,
     transparent: &str,
     style: Style,
@@ -39,6 +40,11 @@ pub fn check(
     diagnostics
         .list
         .extend(unlit.into_iter().map(|bank| self::unlit(bank, view)));
+    diagnostics.list.extend(many.map(|many| {
+        Diagnostic::warning(codes::MANY_KEYS, error::many_keys(&many))
+            .help(error::fewer_keys(&many))
+            .help("pictures, sheets and charts are made all the same")
+    }));
     diagnostics.list.extend(long.map(long_run));
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::tune;
 use super::words::{count, percent};
 use crate::chart::ChartError;
-use crate::engine;
+use crate::engine::{self, ManyKeys};
 use crate::files::FileError;
 use crate::lang::nearest;
 use crate::picture::PictureError;
@@ -98,11 +98,53 @@ impl From<PageError> for Error {
 const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
     them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
 
+/// Key images that memory does not hold.
+pub fn many_keys(many: &ManyKeys) -> String {
+    format!(
+        "to play, the show needs {} key images ({} MB), and {} MB are allowed",
+        many.keys,
+        many.needed.div_ceil(1 << 20),
+        many.budget >> 20
+    )
+}
+
+/// What makes them fewer or smaller.
+pub fn fewer_keys(many: &ManyKeys) -> String {
+    const NAMED: usize = 4;
+    let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";
+    let Some((_, bank)) = many.effects.first() else {
+        return memory.to_owned();
+    };
+    let mut names: Vec<String> = Vec::new();
+    for (effect, _) in &many.effects {
+        let name = format!("`{effect}`");
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let more = names.len().saturating_sub(NAMED);
+    names.truncate(NAMED);
+    let more = if more > 0 {
+        format!(" and {more} more")
+    } else {
+        String::new()
+    };
+    let effects = match names.as_slice() {
+        [one] => format!("the effect {one} makes"),
+        names => format!("the effects {}{more} make", names.join(", ")),
+    };
+    format!(
+        "{effects} most of them, one for every turn: end each where it is no longer seen, with \
+         `{bank} effect none` in a cue; {memory}"
+    )
+}
+
 /// An error of the engine, with the way out.
 pub fn engine_error(error: &engine::Error) -> String {
     use engine::Error as E;
     match error {
         E::NoSetup | E::NotRendered => NO_SETUP.to_owned(),
+        E::KeyImages(many) => format!("{}; {}", many_keys(many), fewer_keys(many)),
         E::NotYet => {
             "the first pictures are still being rendered: `status` shows how far they are, \
                       `wait` waits for them, `stop now` gives them up"

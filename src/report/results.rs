@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::curves::{curves, moving};
+use super::error::engine_error;
 use super::format::header;
 use super::manifest::{Results, cue_name, key_name, sheet_name};
 use super::words::{percent, setting};
@@ -12,15 +13,15 @@ use crate::engine::{self, Engine, Step};
 use crate::picture::exr::{self, Precision};
 use crate::picture::shrink::shrink;
 use crate::picture::tone::Tone;
-use crate::picture::{Image, PictureError, png, signed};
+use crate::picture::{Image, png, signed};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::playback::key::Format;
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
 use crate::timeline::CueTime;
-use crate::units::{ErrorUnit, Tolerance};
-use crate::work::in_order;
+use crate::units::{ErrorUnit, Time, Tolerance};
+use crate::work::{Work, in_order};
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
@@ -49,19 +50,20 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
         .collect()
 }
 
-/// Writes everything that a run leaves behind; what could not be made, and why.
+/// Writes everything that a run leaves behind in a tone; what could not be made, and why. Without a
+/// `playback` all is written that needs no key images.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
-    playback: &Arc<Playback>,
+    (playback, tone): (Option<&Arc<Playback>>, Tone),
     with_keys: bool,
     to: &mut Results<'_>,
 ) -> Result<Option<String>, Error> {
-    let (document, tone) = (engine.document(), engine.tone_of(playback.images()));
+    let document = engine.document();
     to.write(engine, "plan.json", plan::json(report)?.as_bytes())?;
-    write_cues(engine, playback, tone, to)?;
+    write_cues(engine, (playback, tone), to)?;
     write_sheets(engine, to)?;
-    if with_keys {
+    if let Some(playback) = playback.filter(|_| with_keys) {
         write_keys(engine, playback, to)?;
     }
     let curves = curves(document, &moving(document.show()), None, Theme::Dark);
@@ -75,6 +77,12 @@ pub fn write(
     if let Some(sheet) = basis_sheet(engine, Theme::Dark)? {
         to.write(engine, "basis.png", &sheet.png()?)?;
     }
+    let Some(playback) = playback else {
+        let many = engine
+            .key_images_beyond_memory()
+            .map(engine::Error::KeyImages);
+        return Ok(many.map(|error| format!("no show.html: {}", engine_error(&error))));
+    };
     match page::page(engine, playback, tone) {
         Ok((page, _)) => to.write(engine, "show.html", page.as_bytes())?,
         // Its pictures can be too many for a page: all else is there.
@@ -90,22 +98,30 @@ pub fn write(
 /// Every cue as it is complete: a picture each, and all on contact sheets.
 fn write_cues(
     engine: &Engine,
-    playback: &Arc<Playback>,
-    tone: Tone,
+    (playback, tone): (Option<&Arc<Playback>>, Tone),
     to: &mut Results<'_>,
 ) -> Result<(), Error> {
-    // Each key is shown once at most: coding them for playback would cost more than it saves.
-    let player = engine.player_of(playback, tone, Some(Format::Float))?;
     let host = engine.host();
     let (show, timeline) = (engine.show(), engine.document().timeline());
-    let (width, height) = player.size();
+    let pool = engine.pool().ok_or(engine::Error::NotRendered)?;
+    let (width, height) = pool.size();
+    // Each key is shown once at most: coding them for playback would cost more than it saves.
+    let player = playback.map(|playback| engine.player_of(playback, tone, Some(Format::Float)));
+    let player = player.transpose()?;
+    let light_at = |time: Time| -> Result<Image, engine::Error> {
+        let Some(player) = &player else {
+            return Ok(pool.preview(&timeline.evaluate(time), Work::silent())?);
+        };
+        let mut light = Image::new(width, height);
+        player.light(time, &mut light);
+        Ok(light)
+    };
     let small = match width > TILE {
         true => (TILE, (height * TILE).div_ceil(width)),
         false => (width, height),
     };
-    let made = |time: &&CueTime| -> Result<_, PictureError> {
-        let mut light = Image::new(width, height);
-        player.light(time.completion, &mut light);
+    let made = |time: &&CueTime| -> Result<_, engine::Error> {
+        let light = light_at(time.completion)?;
         let tile = tone.encode(&shrink(&light, small.0, small.1));
         Ok((png::encode(width, height, &tone.encode(&light))?, tile))
     };

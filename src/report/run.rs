@@ -32,6 +32,8 @@ pub struct Summary {
     pub seconds: [f64; 5],
     /// The exposure of its pictures, stops.
     pub exposure: f64,
+    /// Memory held the key images.
+    pub keys: bool,
     /// What could not be made of its results, and why.
     pub missing: Option<String>,
     /// The folder with the results.
@@ -52,7 +54,8 @@ struct Loop {
     plan: PlanReport,
     ways: Vec<WayForecast>,
     ended: Ended,
-    playback: Arc<Playback>,
+    /// `None` where memory does not hold the key images.
+    playback: Option<Arc<Playback>>,
     /// The clock at the beginning and after coarse images, plan, refinement and key images.
     marks: [f64; 5],
 }
@@ -84,7 +87,12 @@ pub fn run(
             return Err(error);
         }
     };
-    let missing = results::write(engine, &done.plan, &done.playback, with_keys, &mut results)?;
+    let tone = match &done.playback {
+        Some(playback) => engine.tone_of(playback.images()),
+        None => engine.tone()?,
+    };
+    let playback = (done.playback.as_ref(), tone);
+    let missing = results::write(engine, &done.plan, playback, with_keys, &mut results)?;
     results.finish(engine)?;
     let end = engine.host().clock.seconds();
     let [a, b, c, d, e] = done.marks;
@@ -95,7 +103,8 @@ pub fn run(
         worst: engine.worst_moment(ErrorUnit::Light)?,
         worst_shown: engine.worst_moment(ErrorUnit::Steps)?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
-        exposure: engine.tone_of(done.playback.images()).exposure,
+        exposure: tone.exposure,
+        keys: done.playback.is_some(),
         missing,
         folder: folder.to_owned(),
     })
@@ -131,7 +140,12 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
     // The chart of what is ahead shows seconds, even where nothing was left to render.
     engine.calibrate_cost()?;
     let refined = engine.now();
-    let playback = engine.playback()?;
+    let playback = match engine.playback() {
+        Ok(playback) => Some(playback),
+        // All else of the results needs none.
+        Err(engine::Error::KeyImages(_)) => None,
+        Err(error) => return Err(error.into()),
+    };
     let keys = engine.now();
     Ok(Loop {
         plan,
@@ -178,17 +192,25 @@ pub fn describe(engine: &Engine, done: &Summary, images: &ImageSources) -> Strin
         );
     }
     text += &come_by(images);
-    text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
     let cues = count(engine.show().cues.len(), "cue picture");
-    text += &line("write", &format!("page, {cues}, sheets, charts"), write);
+    let mut written = format!("{cues}, sheets, charts");
+    if done.keys {
+        text += &line("keys", &count(done.plan.keys.len(), "key image"), keys);
+        written = format!("page, {written}");
+    }
+    text += &line("write", &written, write);
     let _ = writeln!(text, "  {}", exposure(engine.show(), done.exposure));
     if let Some(missing) = &done.missing {
         let _ = writeln!(text, "  {missing}");
     }
     let folder = done.folder.display();
+    let page = match done.missing {
+        None => "show.html plays the show in a browser; ",
+        Some(_) => "",
+    };
     let _ = writeln!(
         text,
-        "  results in {folder}: show.html plays the show in a browser; cues/, contact-sheet.png,"
+        "  results in {folder}: {page}cues/, contact-sheet.png,"
     );
     text += "  cue-sheet.csv, track-sheet.csv, plan.json, curves.png, error.png, basis.png\n";
     text

@@ -20,7 +20,8 @@ pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let unlit = repl.engine.unlit_banks();
     let transparent = stage::transparent(&repl.engine.stage_materials());
     let document = repl.engine.document();
-    let text = document::check(document, long, unlit, &transparent, style);
+    let many = repl.engine.key_images_beyond_memory();
+    let text = document::check(document, (long, many), unlit, &transparent, style);
     Ok(Reply::text(text))
 }
 
