@@ -13,7 +13,8 @@ use crate::linalg::Bernstein;
 use crate::show::{Curve, Dimmer, Interpolation, Show};
 use crate::units::Time;
 
-/// How far a fitted composition may be from the true one, in settings.
+/// How far the light may be from the true one, in settings. Where one fit follows another (a law, an
+/// effect, a colour), they share it.
 pub(super) const TOLERANCE: f64 = 1e-4;
 /// A law may leave 0 to 1 by this much rounding.
 const ROUNDING: f64 = 1e-12;
@@ -169,19 +170,20 @@ impl Law {
     }
 
     /// A curve of levels as settings.
-    pub(super) fn applied(&self, levels: &[Piece]) -> Vec<Piece> {
+    /// A fit is within half of `tolerance`.
+    pub(super) fn applied(&self, levels: &[Piece], tolerance: f64) -> Vec<Piece> {
         let mut out = Vec::with_capacity(levels.len());
         for piece in levels {
             match self {
                 Law::Linear => out.push(*piece),
                 Law::Square if piece.polynomial.degree() <= 1 => out.push(squared(piece)),
-                _ => self.compose(piece, &mut out),
+                _ => self.compose(piece, tolerance, &mut out),
             }
         }
         out
     }
 
-    fn compose(&self, piece: &Piece, out: &mut Vec<Piece>) {
+    fn compose(&self, piece: &Piece, tolerance: f64, out: &mut Vec<Piece>) {
         let p = &piece.polynomial;
         if p.is_constant() {
             let polynomial = Bernstein::constant(self.value(p.first()));
@@ -201,7 +203,7 @@ impl Law {
                 end,
                 polynomial: piece.between(start, end),
             };
-            self.compose_monotone(&level, out);
+            self.compose_monotone(&level, tolerance, out);
         }
     }
 
@@ -226,7 +228,7 @@ impl Law {
         times
     }
 
-    fn compose_monotone(&self, level: &Piece, out: &mut Vec<Piece>) {
+    fn compose_monotone(&self, level: &Piece, tolerance: f64, out: &mut Vec<Piece>) {
         let q = &level.polynomial;
         let law = self.around(q.value(0.5));
         let times = (level.start, level.end);
@@ -250,7 +252,12 @@ impl Law {
             None => {
                 let level = level.polynomial;
                 let composed = Composed { law, level };
-                fit(&composed, (0.0, 1.0), times, ends, out);
+                let stretch = Stretch {
+                    share: (0.0, 1.0),
+                    times,
+                    ends,
+                };
+                fit(&composed, stretch, tolerance, out);
             }
         }
     }
@@ -326,16 +333,22 @@ pub(super) trait Fitted {
     fn slope(&self, t: f64) -> f64;
 }
 
-/// Cubics for what is monotone between `from` and `to` of [0, 1], which are at these times: Hermite,
-/// slopes limited to what keeps them between the end values (Fritsch and Carlson), halved in time
-/// until close enough.
-pub(super) fn fit(
-    of: &impl Fitted,
-    (from, to): (f64, f64),
-    (start, end): (Time, Time),
-    ends: (f64, f64),
-    out: &mut Vec<Piece>,
-) {
+/// A part of [0, 1], when it begins and ends, and the values there.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch {
+    pub share: (f64, f64),
+    pub times: (Time, Time),
+    pub ends: (f64, f64),
+}
+
+/// Cubics for what is monotone over a stretch: Hermite, slopes limited to what keeps them between the
+/// end values (Fritsch and Carlson), halved in time until within half of `tolerance`.
+pub(super) fn fit(of: &impl Fitted, stretch: Stretch, tolerance: f64, out: &mut Vec<Piece>) {
+    let Stretch {
+        share: (from, to),
+        times: (start, end),
+        ends,
+    } = stretch;
     let (chord, length) = (ends.1 - ends.0, to - from);
     let limited = |slope: f64| {
         if slope * chord <= 0.0 {
@@ -351,7 +364,7 @@ pub(super) fn fit(
         .map(|t| (cubic.value(t) - of.value(from + t * length)).abs())
         .fold(0.0f64, f64::max);
     let half = (end - start).scaled(0.5);
-    if off <= 0.48 * TOLERANCE || half == Time::ZERO || start + half == end {
+    if off <= 0.48 * tolerance || half == Time::ZERO || start + half == end {
         out.push(Piece {
             start,
             end,
@@ -363,6 +376,16 @@ pub(super) fn fit(
     let share = half.micros() as f64 / (end - start).micros() as f64;
     let inner = from + share * length;
     let value = of.value(inner);
-    fit(of, (from, inner), (start, middle), (ends.0, value), out);
-    fit(of, (inner, to), (middle, end), (value, ends.1), out);
+    let first = Stretch {
+        share: (from, inner),
+        times: (start, middle),
+        ends: (ends.0, value),
+    };
+    let second = Stretch {
+        share: (inner, to),
+        times: (middle, end),
+        ends: (value, ends.1),
+    };
+    fit(of, first, tolerance, out);
+    fit(of, second, tolerance, out);
 }

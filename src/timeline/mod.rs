@@ -146,10 +146,17 @@ impl Timeline {
             return;
         };
         let levels = track::trimmed(level, self.start, self.end);
-        let mut light = law.applied(&levels);
+        let fits = [
+            !matches!(law, Law::Linear),
+            !factor.is_empty(),
+            !colour.is_empty(),
+        ];
+        let fits = fits.into_iter().filter(|fit| *fit).count();
+        let tolerance = dimmer::TOLERANCE / fits.max(1) as f64;
+        let mut light = law.applied(&levels, tolerance);
         let mut last = law.value(track::level_at(level, self.end));
         if let Some(end) = factor.last() {
-            light = product::product(&light, factor);
+            light = product::product(&light, factor, tolerance);
             last *= end.polynomial.last();
         }
         let own = colour.is_empty() && matches!(law, Law::Linear) && factor.is_empty();
@@ -162,7 +169,7 @@ impl Timeline {
         }
         for (emitter, track) in colour.iter().enumerate() {
             let shares = track::trimmed(track, self.start, self.end);
-            let pieces = product::product(&light, &shares);
+            let pieces = product::product(&light, &shares, tolerance);
             let last = last * track::level_at(track, self.end);
             let mut moves = track::moves(level);
             moves.extend(track::moves(track));

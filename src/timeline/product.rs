@@ -4,7 +4,7 @@
 //! cubics as dimmers are (ends exact, half of `dimmer::TOLERANCE`).
 
 use super::curve::Piece;
-use super::dimmer::{Fitted, fit};
+use super::dimmer::{Fitted, Stretch, fit};
 use crate::linalg::{Bernstein, binomial};
 use crate::units::Time;
 
@@ -12,13 +12,14 @@ use crate::units::Time;
 const SCANNED: usize = 32;
 
 /// The product of two curves of the same stretch of time.
-pub(super) fn product(a: &[Piece], b: &[Piece]) -> Vec<Piece> {
+/// A fit is within half of `tolerance`.
+pub(super) fn product(a: &[Piece], b: &[Piece], tolerance: f64) -> Vec<Piece> {
     let mut out = Vec::with_capacity(a.len().max(b.len()));
     let (mut rest, mut others) = (a.iter().peekable(), b.iter().peekable());
     while let (Some(x), Some(y)) = (rest.peek(), others.peek()) {
         let (start, end) = (x.start.max(y.start), x.end.min(y.end));
         if start < end {
-            multiply(x, y, (start, end), &mut out);
+            multiply(x, y, (start, end), tolerance, &mut out);
         }
         let (past, other_past) = (x.end <= end, y.end <= end);
         if past {
@@ -31,7 +32,13 @@ pub(super) fn product(a: &[Piece], b: &[Piece]) -> Vec<Piece> {
     out
 }
 
-fn multiply(a: &Piece, b: &Piece, (start, end): (Time, Time), out: &mut Vec<Piece>) {
+fn multiply(
+    a: &Piece,
+    b: &Piece,
+    (start, end): (Time, Time),
+    tolerance: f64,
+    out: &mut Vec<Piece>,
+) {
     let (p, q) = (a.between(start, end), b.between(start, end));
     if let Some(polynomial) = exact(&p, &q) {
         out.push(Piece {
@@ -52,8 +59,13 @@ fn multiply(a: &Piece, b: &Piece, (start, end): (Time, Time), out: &mut Vec<Piec
     let share = |time: Time| (time - start).micros() as f64 / length.micros() as f64;
     for w in times.windows(2) {
         let &[from, to] = w else { continue };
-        let within = (share(from), share(to));
-        fit(&both, within, (from, to), both.ends(within), out);
+        let share = (share(from), share(to));
+        let stretch = Stretch {
+            share,
+            times: (from, to),
+            ends: both.ends(share),
+        };
+        fit(&both, stretch, tolerance, out);
     }
 }
 
@@ -161,7 +173,7 @@ mod tests {
             let degrees = |c: &[Vec<f64>]| c.iter().map(Vec::len).max().unwrap() - 1;
             let limit = if degrees(&a) + degrees(&b) <= 3 { 1e-14 } else { 0.5 * TOLERANCE };
             let (a, b) = (curve(a, 4_000_000), curve(b, 6_000_000));
-            let found = product(&a, &b);
+            let found = product(&a, &b, TOLERANCE);
             for time in at.into_iter().map(Time::from_micros) {
                 let want = value(&a, time) * value(&b, time);
                 let light = value(&found, time);

@@ -271,9 +271,11 @@ pub(super) fn tracks(
     for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
         for m in moved {
             let start = time.go + m.timing.delay;
-            let unseen = parameters[m.parameter]
-                .channel
-                .is_some_and(|emitter| level_at(&tracks[m.parameter - 1 - emitter], start) < DARK);
+            let level = parameters[m.parameter].channel;
+            let unseen = level.is_some_and(|emitter| {
+                let level = &tracks[m.parameter - 1 - emitter];
+                level_before(level, start) < DARK || level_at(level, start) < DARK
+            });
             let mut m = Cow::Borrowed(m);
             if unseen {
                 // A colour changes in the dark at once.
@@ -352,6 +354,13 @@ pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
         moves.then_some((first.piece.start, end))
     };
     track.chunk_by(|a, b| a.by == b.by).filter_map(of).collect()
+}
+
+/// The level at a time; at a jump the earlier one.
+fn level_before(track: &Track, time: Time) -> f64 {
+    let after = track.partition_point(|s| s.piece.start < time);
+    let at = after.checked_sub(1).and_then(|i| track.get(i));
+    at.map_or(0.0, |s| s.piece.value(time))
 }
 
 /// The level at a time; at a jump the later one.

@@ -28,16 +28,17 @@ impl std::fmt::Display for Change {
     }
 }
 
-/// How far a bank's curve moved, in light relative to full.
+/// How far a bank's curve moved, in light relative to full. Each cue is compared with the cue of its
+/// number, from GO to the next cue's GO, so that a cue which is only later changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveChange {
     /// The bank (`sky.r` for one emitter of an rgb bank).
     pub name: String,
-    /// Root of the mean square over both sequences, before the first and after the last cue held.
+    /// Root of the mean square over all cues of both versions.
     pub norm: f64,
     /// The largest difference.
     pub largest: f64,
-    /// Where that is.
+    /// Where that is, in the new version.
     pub at: Time,
 }
 
@@ -68,7 +69,8 @@ impl Difference {
             let widest = self.curves.iter().map(|c| columns(&c.name)).max();
             let _ = writeln!(
                 out,
-                "\nhow far the light moved, in percent of full (on average: root mean square over time):"
+                "\nhow far the light moved within the cues of both, in percent of full (on average: root \
+                 mean square over time):"
             );
             for c in &self.curves {
                 let _ = writeln!(
@@ -140,6 +142,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
         found.ok()
     };
     let alike = same_words(&old.show, &new.show);
+    let mut shifts = Shifts::default();
     for (i, cue) in new.show.cues.iter().enumerate() {
         let what = format!("cue {}", cue.number);
         let Some(k) = find(&old.show, cue) else {
@@ -157,7 +160,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
             let mut hows = heads(was, cue);
             // A clock time that changed has stated when GO moved already.
             if was.trigger == cue.trigger {
-                hows.extend(times(&old.timeline, k, &new.timeline, i));
+                shifts.add(&what, (go(&old.timeline, k), go(&new.timeline, i)), out);
             }
             if !(alike && same_parts(was, cue)) {
                 hows.extend(parts(&old.show, was, &new.show, cue, go(&new.timeline, i)));
@@ -178,15 +181,58 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
     }
 }
 
-/// Banks and curves are the same one by one, so that parts of the same numbers say the same.
+/// Cues in a row whose GO moved by the same time, which one line says.
+#[derive(Default)]
+struct Shifts {
+    moved: Time,
+    first: String,
+    /// Where the line stands.
+    line: usize,
+}
+
+impl Shifts {
+    /// Adds the line of a cue whose GO moved although its own trigger says nothing of it, or lets the
+    /// line before say it too.
+    fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<Change>) {
+        let moved = now - was;
+        let same = !self.first.is_empty() && moved == self.moved;
+        self.moved = moved;
+        if moved == Time::ZERO {
+            self.first.clear();
+            return;
+        }
+        let (by, way) = shift(moved);
+        match out.get_mut(self.line).filter(|_| same) {
+            Some(line) => {
+                let last = what.strip_prefix("cue ").unwrap_or(what);
+                line.what = format!("cues {} to {last}", self.first);
+                line.how = format!("GO {by} s {way}");
+            }
+            None => {
+                what.strip_prefix("cue ")
+                    .unwrap_or(what)
+                    .clone_into(&mut self.first);
+                self.line = out.len();
+                out.push(Change {
+                    what: what.to_owned(),
+                    how: format!("GO {} -> {} ({by} s {way})", clock(was), clock(now)),
+                });
+            }
+        }
+    }
+}
+
+/// Banks, curves and effects are the same one by one, so that parts of the same numbers say the same.
 fn same_words(old: &Show, new: &Show) -> bool {
+    let effects =
+        |show: &Show| -> Vec<String> { show.effects.iter().map(|e| e.name.clone()).collect() };
     let banks = |show: &Show| -> Vec<(String, bool)> {
         let banks = show.banks.iter();
         banks.map(|b| (b.name.clone(), b.rgb)).collect()
     };
     let curves =
         |show: &Show| -> Vec<String> { show.curves.iter().map(|c| c.name.clone()).collect() };
-    banks(old) == banks(new) && curves(old) == curves(new)
+    banks(old) == banks(new) && curves(old) == curves(new) && effects(old) == effects(new)
 }
 
 /// The parts say the same, wherever they stand in the text.
@@ -198,11 +244,28 @@ fn same_parts(was: &Cue, now: &Cue) -> bool {
                 (a.parameter, a.repeat) == (b.parameter, b.repeat) && a.motion == b.motion
             })
     };
+    let effects = |part: &Part| -> Vec<(usize, Option<usize>)> {
+        part.effects.iter().map(|e| (e.bank, e.effect)).collect()
+    };
     let part = |a: &Part, b: &Part| {
-        (a.number, a.delay, a.up, a.down) == (b.number, b.delay, b.up, b.down)
-            && a.curve == b.curve
-            && a.label == b.label
+        // All that a part has: a new field does not compile until it is compared.
+        let Part {
+            id: _,
+            number,
+            written,
+            label,
+            delay,
+            up,
+            down,
+            curve,
+            moves: _,
+            effects: _,
+        } = a;
+        (*number, *written, *delay, *up, *down) == (b.number, b.written, b.delay, b.up, b.down)
+            && *curve == b.curve
+            && *label == b.label
             && moves(a, b)
+            && effects(a) == effects(b)
     };
     let pairs = was.parts.iter().zip(&now.parts);
     was.parts.len() == now.parts.len() && pairs.into_iter().all(|(a, b)| part(a, b))
@@ -212,9 +275,25 @@ fn go(timeline: &Timeline, cue: usize) -> Time {
     timeline.cues().get(cue).map_or(Time::ZERO, |c| c.go)
 }
 
-/// Changes of label, trigger, links and flags.
+/// Changes of label, note, trigger, links and flags.
 fn heads(was: &Cue, now: &Cue) -> Vec<String> {
+    // All that a cue has: a new field does not compile until it is compared.
+    let Cue {
+        id: _,
+        number: _,
+        label: _,
+        note,
+        trigger: _,
+        link: _,
+        block: _,
+        assert: _,
+        cueonly: _,
+        parts: _,
+    } = now;
     let mut out = Vec::new();
+    if was.note != *note {
+        out.push(format!("note \"{}\" -> \"{note}\"", was.note));
+    }
     if was.label != now.label {
         out.push(format!("label \"{}\" -> \"{}\"", was.label, now.label));
     }
@@ -251,17 +330,6 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
     out
 }
 
-/// A GO that moved although the cue's own trigger says nothing of it.
-fn times(old: &Timeline, k: usize, new: &Timeline, i: usize) -> Option<String> {
-    let (was, now) = (old.cues().get(k)?, new.cues().get(i)?);
-    let moved = now.go - was.go;
-    let clocked = moved.micros() == 0;
-    (!clocked).then(|| {
-        let (by, way) = shift(moved);
-        format!("GO {} -> {} ({by} s {way})", clock(was.go), clock(now.go))
-    })
-}
-
 /// Seconds of a move in time, and its direction.
 fn shift(moved: Time) -> (String, &'static str) {
     let way = if moved.micros() > 0 {
@@ -289,6 +357,19 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
     for (_, (_, words)) in before.iter().filter(|(name, _)| !after.contains_key(*name)) {
         out.push(format!("{words} removed"));
     }
+    let (before, after) = (effects(old, was), effects(new, now));
+    for (bank, effect) in &after {
+        match before.get(bank) {
+            None => out.push(format!("{bank} effect {effect} added")),
+            Some(was) if was != effect => {
+                out.push(format!("{bank} effect {was} -> {effect}"));
+            }
+            Some(_) => {}
+        }
+    }
+    for (bank, effect) in before.iter().filter(|(bank, _)| !after.contains_key(*bank)) {
+        out.push(format!("{bank} effect {effect} removed"));
+    }
     for part in &now.parts {
         let moved = |p: &Part| p.moves.first().map(|m| m.parameter);
         let same = |p: &&Part| match part.written {
@@ -314,6 +395,20 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, Strin
         }
     }
     out
+}
+
+/// The effect that each bank gets in a cue, `none` where one ends.
+fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, &'s str> {
+    let changes = cue.parts.iter().flat_map(|part| &part.effects);
+    let named = changes.filter_map(|change| {
+        let bank = show.banks.get(change.bank)?;
+        let effect = change.effect.and_then(|effect| show.effects.get(effect));
+        Some((
+            bank.name.as_str(),
+            effect.map_or("none", |e| e.name.as_str()),
+        ))
+    });
+    named.collect()
 }
 
 fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
@@ -349,7 +444,37 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
     out
 }
 
-/// Banks of both versions whose curves differ.
+/// A stretch of both versions that is compared: where it starts in each, and how long it is.
+#[derive(Clone, Copy)]
+struct Stretch {
+    old: Time,
+    new: Time,
+    length: Time,
+}
+
+/// Each cue that both versions have, from GO to the next one's GO, or to the end, whichever of the two
+/// versions is shorter.
+fn stretches(old: &Version, new: &Version) -> Vec<Stretch> {
+    let lasts = |timeline: &Timeline, cue: usize| {
+        let next = timeline.cues().get(cue + 1).map(|next| next.go);
+        next.unwrap_or(timeline.end()).max(go(timeline, cue)) - go(timeline, cue)
+    };
+    let both = new.show.cues.iter().enumerate().filter_map(|(i, cue)| {
+        let found = old
+            .show
+            .cues
+            .binary_search_by_key(&cue.number, |c| c.number);
+        let k = found.ok()?;
+        Some(Stretch {
+            old: go(&old.timeline, k),
+            new: go(&new.timeline, i),
+            length: lasts(&old.timeline, k).min(lasts(&new.timeline, i)),
+        })
+    });
+    both.collect()
+}
+
+/// Banks of both versions whose curves differ within the cues that both have.
 fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
     let names = |show: &Show| -> Vec<String> {
         show.coordinates()
@@ -359,16 +484,19 @@ fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
             .collect()
     };
     let before = names(&old.show);
-    let start = old.timeline.start().min(new.timeline.start());
-    let end = old.timeline.end().max(new.timeline.end());
+    let stretches = stretches(old, new);
+    let in_place = stretches.iter().all(|s| s.old == s.new);
     let mut out = Vec::new();
     for (i, name) in names(&new.show).into_iter().enumerate() {
         let Some(k) = before.iter().position(|n| *n == name) else {
             continue;
         };
         let (a, b) = (old.timeline.curve(k), new.timeline.curve(i));
+        if in_place && a == b {
+            continue;
+        }
         out.extend(
-            apart(a, b, start, end).map(|(norm, largest, at)| CurveChange {
+            apart(a, b, &stretches).map(|(norm, largest, at)| CurveChange {
                 name,
                 norm,
                 largest,
@@ -380,48 +508,47 @@ fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
     out
 }
 
-/// Norm and largest value of the difference of two curves over `start` to `end`, exactly: on each
-/// span between knots of either it is a polynomial. `None` when they are the same.
-fn apart(a: &[Piece], b: &[Piece], start: Time, end: Time) -> Option<(f64, f64, Time)> {
-    if a == b {
-        return None;
-    }
-    let mut knots: Vec<Time> = a.iter().chain(b).flat_map(|p| [p.start, p.end]).collect();
-    knots.extend([start, end]);
-    knots.retain(|t| (start..=end).contains(t));
-    knots.sort_unstable();
-    knots.dedup();
-    let (mut square, mut largest, mut at) = (0.0, 0.0_f64, start);
-    for span in knots.windows(2) {
-        let &[s, e] = span else { continue };
-        let (x, y) = (over(a, s, e).elevated(3), over(b, s, e).elevated(3));
-        let pairs = x.coefficients().iter().zip(y.coefficients());
-        let apart: Vec<f64> = pairs.map(|(x, y)| y - x).collect();
-        let Some(polynomial) = Bernstein::new(&apart) else {
-            continue;
-        };
-        for (p, row) in apart.iter().zip(mass(3).row_iter()) {
-            for (q, weight) in apart.iter().zip(row.iter()) {
-                square += p * q * weight * (e - s).seconds();
+/// Norm and largest value of the difference of two curves over some stretches, exactly: on each span
+/// between knots of either it is a polynomial. `None` when they are the same.
+fn apart(a: &[Piece], b: &[Piece], stretches: &[Stretch]) -> Option<(f64, f64, Time)> {
+    let (mut square, mut largest, mut length) = (0.0, 0.0_f64, 0.0);
+    let mut at = Time::ZERO;
+    for stretch in stretches {
+        let mut knots = vec![Time::ZERO, stretch.length];
+        for (pieces, start) in [(a, stretch.old), (b, stretch.new)] {
+            let first = pieces.partition_point(|p| p.end < start);
+            let within = pieces.iter().skip(first);
+            let within = within.take_while(|p| p.start <= start + stretch.length);
+            knots.extend(within.flat_map(|p| [p.start - start, p.end - start]));
+        }
+        knots.retain(|t| (Time::ZERO..=stretch.length).contains(t));
+        knots.sort_unstable();
+        knots.dedup();
+        length += stretch.length.seconds();
+        for span in knots.windows(2) {
+            let &[s, e] = span else { continue };
+            let x = over(a, stretch.old + s, stretch.old + e).elevated(3);
+            let y = over(b, stretch.new + s, stretch.new + e).elevated(3);
+            let pairs = x.coefficients().iter().zip(y.coefficients());
+            let apart: Vec<f64> = pairs.map(|(x, y)| y - x).collect();
+            let Some(polynomial) = Bernstein::new(&apart) else {
+                continue;
+            };
+            for (p, row) in apart.iter().zip(mass(3).row_iter()) {
+                for (q, weight) in apart.iter().zip(row.iter()) {
+                    square += p * q * weight * (e - s).seconds();
+                }
+            }
+            let ((low_at, low), (high_at, high)) = polynomial.range();
+            for (value, t) in [(low, low_at), (high, high_at)] {
+                if value.abs() > largest {
+                    largest = value.abs();
+                    at = stretch.new + s + (e - s).scaled(t);
+                }
             }
         }
-        let ((low_at, low), (high_at, high)) = polynomial.range();
-        for (value, t) in [(low, low_at), (high, high_at)] {
-            if value.abs() > largest {
-                largest = value.abs();
-                at = s + (e - s).scaled(t);
-            }
-        }
     }
-    let length = (end - start).seconds();
-    (largest > 1e-12).then(|| {
-        let norm = if length > 0.0 {
-            (square.max(0.0) / length).sqrt()
-        } else {
-            largest
-        };
-        (norm, largest, at)
-    })
+    (largest > 1e-12).then(|| ((square.max(0.0) / length).sqrt(), largest, at))
 }
 
 /// A curve between two times with no knot between them; held before its start and after its end.

@@ -158,3 +158,68 @@ fn parts_that_were_not_written_are_not_named() {
     let lines: Vec<String> = found.changes.iter().map(ToString::to_string).collect();
     assert_eq!(lines, ["cue 1: fire up 3 -> 4", "cue 1: fire down 3 -> 4"]);
 }
+
+/// The kinds of changes of a cue that no other line tells.
+#[test]
+fn effects_and_notes_are_compared() {
+    let rig = "effect candle = flicker\neffect storm = pulse\n";
+    let cue = |rest: &str| format!("{rig}cue 1 at 0:00 {{ snap  lamps 30 {rest} }}\n");
+    let how = |old: &str, new: &str| -> Vec<String> {
+        let found = compared(&cue(old), &cue(new));
+        found.changes.iter().map(ToString::to_string).collect()
+    };
+    assert_eq!(
+        how("", "effect candle"),
+        ["cue 1: lamps effect candle added"]
+    );
+    assert_eq!(
+        how("effect candle", "effect storm"),
+        ["cue 1: lamps effect candle -> storm"]
+    );
+    assert_eq!(
+        how("effect candle", ""),
+        ["cue 1: lamps effect candle removed"]
+    );
+    assert_eq!(
+        how("", "note \"slowly\""),
+        ["cue 1: note \"\" -> \"slowly\""]
+    );
+    let ended = |old: &str, new: &str| -> Vec<String> {
+        let cues = |rest: &str| {
+            format!(
+                "{}cue 2 at 0:10 {{ fire 5 {rest} }}\n",
+                cue("effect candle")
+            )
+        };
+        let found = compared(&cues(old), &cues(new));
+        found.changes.iter().map(ToString::to_string).collect()
+    };
+    assert_eq!(
+        ended("", "lamps effect none"),
+        ["cue 2: lamps effect none added"]
+    );
+}
+
+#[test]
+fn a_cue_between_moves_nothing_but_the_clock() {
+    let cues = |more: &str| {
+        format!(
+            "cue 1 {{ time 3 lamps 30 }}\ncue 2 {{ time 4 lamps 80 }}\n{more}cue 3 {{ fire 20 }}\n\
+             cue 4 {{ time 6 lamps out }}\ncue 5 {{ fire out }}\n"
+        )
+    };
+    let found = compared(&cues(""), &cues("cue 2.5 { time 2  sky #102030 }\n"));
+    let lines: Vec<String> = found.changes.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        lines,
+        ["cue 2.5: added at 0:17", "cues 3 to 5: GO 7 s later"]
+    );
+    // The sky alone stays lit in the cues behind it.
+    let names: Vec<&str> = found.curves.iter().map(|c| c.name.as_str()).collect();
+    assert!(
+        names.iter().all(|name| name.starts_with("sky")),
+        "{names:?}"
+    );
+    let removed = compared(&cues("cue 2.5 { time 2  lamps 80 }\n"), &cues(""));
+    assert!(removed.curves.is_empty(), "{:?}", removed.curves);
+}

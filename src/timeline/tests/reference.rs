@@ -163,28 +163,38 @@ impl<'s> Reference<'s> {
 
     /// A parameter at `t` microseconds, of the first `count` cues alone.
     pub fn level(&self, c: usize, count: usize, t: i64) -> f64 {
+        self.level_at(c, count, t, false)
+    }
+
+    /// The same; where it jumps then, what it was `before`.
+    fn level_at(&self, c: usize, count: usize, t: i64, before: bool) -> f64 {
         let show = self.show;
         for k in (0..count).rev() {
             let Some((motion, repeat, part)) = &self.does[k][c] else {
                 continue;
             };
             let start = self.go[k].0 + part.delay.micros();
-            if start > t {
+            if start > t || before && start == t {
                 continue;
             }
             let elapsed = t - start;
             let from = self.level(c, k, start);
-            let unseen = self.parameters[c]
-                .channel
-                .is_some_and(|e| self.level(c - 1 - e, k + 1, start) < 1e-9);
+            let unseen = self.parameters[c].channel.is_some_and(|e| {
+                let dark = |before| self.level_at(c - 1 - e, k + 1, start, before) < 1e-9;
+                dark(false) || dark(true)
+            });
             let whole = match &motion {
                 Motion::To(_) if unseen => 0,
                 Motion::To(to) if *to < from => part.down.micros(),
                 Motion::To(_) => part.up.micros(),
                 Motion::Path(p) => p.knots.last().unwrap().time.micros(),
             };
-            let over = elapsed >= whole * i64::from(*repeat);
-            let within = if whole > 0 { elapsed % whole } else { 0 };
+            let all = whole * i64::from(*repeat);
+            let over = elapsed > all || !before && elapsed == all;
+            let within = match elapsed.checked_rem(whole).unwrap_or(0) {
+                0 if before => whole,
+                within => within,
+            };
             return match &motion {
                 Motion::To(to) => {
                     let completion = if over {
@@ -199,7 +209,7 @@ impl<'s> Reference<'s> {
                     }
                 }
                 Motion::Path(p) if over => p.knots.last().unwrap().level,
-                Motion::Path(p) => along(p, within),
+                Motion::Path(p) => along(p, within, before),
             };
         }
         if self.parameters[c].channel.is_some() {
@@ -211,7 +221,7 @@ impl<'s> Reference<'s> {
 }
 
 /// The level of a path so many microseconds after its start.
-fn along(p: &Path, within: i64) -> f64 {
+fn along(p: &Path, within: i64, before: bool) -> f64 {
     let at: Vec<f64> = p
         .knots
         .iter()
@@ -223,7 +233,7 @@ fn along(p: &Path, within: i64) -> f64 {
     let i = p
         .knots
         .iter()
-        .rposition(|k| k.time.micros() <= within)
+        .rposition(|k| k.time.micros() < within + i64::from(!before))
         .unwrap();
     let x = (within - p.knots[i].time.micros()) as f64 / 1e6;
     spline(p.interpolation, &at, &value, &slope, &handles, i, x)
@@ -258,6 +268,7 @@ fn fade(show: &Show, fade: Fade, within: i64, whole: i64) -> f64 {
             let at: Vec<f64> = curve.knots.iter().map(|k| k.at).collect();
             let value: Vec<f64> = curve.knots.iter().map(|k| k.value).collect();
             let i = times.iter().rposition(|t| *t <= within).unwrap();
+            let i = i.min(times.len() - 2);
             let share = (within - times[i]) as f64 / (times[i + 1] - times[i]) as f64;
             let x = share * (at[i + 1] - at[i]);
             let zeros = vec![0.0; at.len()];
