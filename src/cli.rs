@@ -136,6 +136,20 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             });
         }
     };
+    let goes_on = match own {
+        OwnCommand::Watch(_) => Some("watch"),
+        #[cfg(feature = "serve")]
+        OwnCommand::Serve { .. } => Some("serve"),
+        #[cfg(feature = "lsp")]
+        OwnCommand::Lsp => Some("lsp"),
+        _ => None,
+    };
+    if let Some(name) = goes_on.filter(|_| settings.time_limit.is_some()) {
+        return Err(Error::Usage(format!(
+            "`--time-limit` is for what ends by itself; `{name}` goes on until it is stopped: \
+             `timeout 5m footlight {name} …` stops it after five minutes"
+        )));
+    }
     match own {
         OwnCommand::Fmt { files, check } => reports::format(files, *check, settings.memory()),
         OwnCommand::Diff { files, output } => {

@@ -55,6 +55,16 @@ pub enum Warning {
         /// How far twice a picture is off the picture of twice the light, relative.
         double: f64,
     },
+    /// None of them has any light.
+    Black {
+        /// How many.
+        pictures: usize,
+    },
+    /// Some have negative light and no positive one.
+    Negative {
+        /// How many.
+        pictures: usize,
+    },
 }
 
 /// What a step of quality sets on a scene.

@@ -2,6 +2,7 @@
 
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
 
+use super::complain;
 use super::send::{address, refused, usage};
 use crate::desk::osc::{self, Argument};
 use crate::desk::performance::Performance;
@@ -45,6 +46,12 @@ impl Remote {
         });
         let socket =
             open.map_err(|error| Error::Device(format!("port {port} of {own}: {error}")))?;
+        if own.is_unspecified() {
+            complain(format!(
+                "note: it listens at every interface: whoever reaches port {port} of this machine \
+                 can run the show\n"
+            ));
+        }
         Ok(Some(Remote {
             socket,
             to,

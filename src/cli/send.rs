@@ -9,9 +9,9 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::print;
 use super::remote::Remote;
 use super::screen::Screen;
+use super::{complain, print};
 use crate::desk::patch::{Frames, Patch};
 use crate::desk::performance::Performance;
 use crate::desk::wire::{self, Source};
@@ -45,14 +45,27 @@ pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
     let (mut sent, mut late) = (0_u32, Vec::new());
     let began = Instant::now();
     let mut frame = 0_u32;
+    let mut away: Option<io::Error> = None;
     let stopped = loop {
         let due = began + Duration::from_secs(1) * frame / RATE;
         thread::sleep(due.saturating_duration_since(Instant::now()));
         late.push(due.elapsed());
         let now = Time::nearest(began.elapsed().as_secs_f64());
         let settings = run.settings(now, document)?;
-        network.send(&settings).map_err(lost)?;
-        sent += 1;
+        // A cable that is pulled is put back: the show goes on meanwhile.
+        match (network.send(&settings), &away) {
+            (Ok(()), None) => sent += 1,
+            (Ok(()), Some(_)) => {
+                sent += 1;
+                away = None;
+                complain("the network is back\n");
+            }
+            (Err(error), None) => {
+                complain(format!("the network: {error}; the show goes on\n"));
+                away = Some(error);
+            }
+            (Err(_), Some(_)) => {}
+        }
         if run.is_over(now) {
             break false;
         }
@@ -63,7 +76,9 @@ pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
         let passed = began.elapsed().as_secs_f64() * f64::from(RATE);
         frame = (frame + 1).max(passed as u32);
     };
-    network.terminate().map_err(lost)?;
+    if let Some(error) = away.or(network.terminate().err()) {
+        return Err(lost(error));
+    }
     print(report(sent, &mut late, began.elapsed()));
     Ok(if stopped { screen.stop().code() } else { 0 })
 }

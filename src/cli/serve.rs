@@ -32,7 +32,8 @@ pub fn page(
     mut open: impl FnMut() -> Result<Repl, Error>,
 ) -> Result<u8, Error> {
     serve(show, port, &mut open, screen)?;
-    Ok(0)
+    // Nothing else ends it than being stopped.
+    Ok(screen.stop().code())
 }
 
 /// Refines beside the page. Where there is no thread to be had the task is dropped, and found out to

@@ -87,7 +87,10 @@ pub fn watch(
             saves.follow(repl);
         }
     }
-    Ok(0)
+    Ok(match screen.stop().is_asked() {
+        true => screen.stop().code(),
+        false => 0,
+    })
 }
 
 /// Prints that the last good show stays, where there was one.

@@ -72,8 +72,37 @@ pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, E
 /// The list, with the pool that the user names in place of its own.
 fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
     let list = tasks::read(&Disk, path)?;
-    let pool = settings.pool.clone().unwrap_or(list.pool);
-    Ok(TaskList { pool, ..list })
+    if let Some(pool) = settings.pool.clone() {
+        return Ok(TaskList { pool, ..list });
+    }
+    // A stranger's list writes nowhere else than its show's own pictures are.
+    let plain = |path: &Path| {
+        std::path::absolute(path)
+            .map(|path| without_dots(&path))
+            .ok()
+    };
+    let inside = plain(&list.pool).zip(plain(super::folder_of(&list.show)));
+    if inside.is_none_or(|(pool, folder)| !pool.starts_with(folder)) {
+        return Err(Error::Usage(format!(
+            "{} stores its pictures in {}, outside the show's folder: say `--pool {1}` if that is \
+             meant",
+            path.display(),
+            list.pool.display()
+        )));
+    }
+    Ok(list)
+}
+
+/// A path without `..`.
+fn without_dots(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            std::path::Component::ParentDir => drop(out.pop()),
+            part => out.push(part),
+        }
+    }
+    out
 }
 
 fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine, Error> {

@@ -1,22 +1,26 @@
 //! Other programs: started without a shell, watched, and never left behind.
 //!
 //! Invariants: a program works on files of a private folder that is made for the one run and
-//! removed after it, however it ends; nothing of what it says on its output is read, and of what it
-//! complains about only the end; when it takes too long or the user stops, it is killed, and
+//! removed after it, however it ends; of what it says on its output and complains about only the
+//! end is kept, in memory; when it takes too long or the user stops, it is killed, and
 //! however it ends, everything it started is killed too (on Unix, by its process group; elsewhere
 //! only the program itself); nothing of it outlives this process, unless that is killed itself.
 
 use std::fs;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::{FileError, io_error, open, read_limited, unique};
 
-/// Bytes of a program's last complaints that are kept.
-const TAIL: u64 = 2048;
+/// Bytes of a program's last words that are kept, and those of them that are shown.
+const KEPT: usize = 64 << 10;
+const TAIL: usize = 2048;
+/// How long a program's last words are waited for once it has ended.
+const LAST_WORDS: Duration = Duration::from_millis(500);
 
 /// How often a running program is looked at: this part of the time it has taken, within these
 /// bounds.
@@ -145,20 +149,22 @@ impl Processes for Programs {
         }
         let output = private.path.join(job.output.1);
         marks.push((job.output.0, output.clone()));
-        let [said, complaints] = ["stdout.txt", "stderr.txt"].map(|name| private.path.join(name));
         let arguments = job.arguments.iter().map(|a| filled(a, &marks));
         let begin = Instant::now();
-        let mut child = start(job.program, arguments, [&said, &complaints])?;
+        let mut child = start(job.program, arguments)?;
+        let said = child.stdout.take().and_then(Words::listen);
+        let complaints = child.stderr.take().and_then(Words::listen);
         let watched = watch(&mut child, begin, job);
         let seconds = begin.elapsed().as_secs_f64();
         let program = || job.program.to_owned();
         // Some programs, such as Blender, complain where others print results.
         let tail = || {
-            Some(end_of(&complaints))
+            let end = |words: &Option<Words>| words.as_ref().map_or(String::new(), Words::end);
+            Some(end(&complaints))
                 .filter(|text| !text.trim().is_empty())
-                .unwrap_or_else(|| end_of(&said))
+                .unwrap_or_else(|| end(&said))
         };
-        match watched.map_err(io_error(complaints.display()))? {
+        match watched.map_err(io_error(job.program))? {
             Watched::Cancelled => Err(ProcessError::Cancelled),
             Watched::Timeout => Err(ProcessError::Timeout {
                 program: program(),
@@ -184,13 +190,7 @@ impl Processes for Programs {
     }
 }
 
-fn start(
-    program: &str,
-    arguments: impl Iterator<Item = String>,
-    [said, complaints]: [&Path; 2],
-) -> Result<Child, ProcessError> {
-    let create = |path: &Path| fs::File::create(path).map_err(io_error(path.display()));
-    let (stdout, stderr) = (create(said)?, create(complaints)?);
+fn start(program: &str, arguments: impl Iterator<Item = String>) -> Result<Child, ProcessError> {
     // `end_all` must not miss one that is just being started.
     let mut running = running();
     if running.ended {
@@ -200,8 +200,8 @@ fn start(
     command
         .args(arguments)
         .stdin(Stdio::null())
-        .stdout(stdout)
-        .stderr(stderr);
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(&mut command, 0);
     let child = command.spawn().map_err(|source| ProcessError::Start {
@@ -329,23 +329,48 @@ fn kill_group(program: u32) {
 #[cfg(not(unix))]
 fn kill_group(_: u32) {}
 
-/// The end of a file of complaints, from the beginning of a line where there is one.
-fn end_of(path: &Path) -> String {
-    let read = || -> std::io::Result<String> {
-        let mut file = fs::File::open(path)?;
-        let length = file.metadata()?.len();
-        file.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
-        let mut bytes = Vec::new();
-        file.take(TAIL).read_to_end(&mut bytes)?;
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        Ok(match text.split_once('\n') {
-            Some((_, rest)) if length > TAIL && !rest.trim().is_empty() => rest.to_owned(),
+/// What a program says, of which the end is kept while a thread reads it.
+struct Words {
+    kept: Arc<Mutex<Vec<u8>>>,
+    reader: JoinHandle<()>,
+}
+
+impl Words {
+    /// Reads a pipe to its end. `None` where there is no thread to be had: the pipe is closed then.
+    fn listen(mut pipe: impl Read + Send + 'static) -> Option<Words> {
+        let kept = Arc::new(Mutex::new(Vec::new()));
+        let own = Arc::clone(&kept);
+        let read = move || {
+            let mut part = [0; 8192];
+            while let Ok(length @ 1..) = pipe.read(&mut part) {
+                let mut kept = own.lock().unwrap_or_else(PoisonError::into_inner);
+                kept.extend_from_slice(part.get(..length).unwrap_or_default());
+                let beyond = kept.len().saturating_sub(KEPT);
+                kept.drain(..beyond);
+            }
+        };
+        let reader = thread::Builder::new().spawn(read).ok()?;
+        Some(Words { kept, reader })
+    }
+
+    /// The end of it, from the beginning of a line where there is one.
+    fn end(&self) -> String {
+        let since = Instant::now();
+        while !self.reader.is_finished() && since.elapsed() < LAST_WORDS {
+            thread::sleep(Duration::from_millis(1));
+        }
+        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let tail = kept
+            .get(kept.len().saturating_sub(TAIL)..)
+            .unwrap_or_default();
+        let text = String::from_utf8_lossy(tail).into_owned();
+        let text = match text.split_once('\n') {
+            Some((_, rest)) if kept.len() > TAIL && !rest.trim().is_empty() => rest.to_owned(),
             _ => text,
-        })
-    };
-    let text = read().unwrap_or_else(|error| format!("its messages cannot be read: {error}"));
-    let printable = |c: char| c == '\n' || c == '\t' || !c.is_control();
-    text.chars().filter(|c| printable(*c)).collect()
+        };
+        let printable = |c: &char| *c == '\n' || *c == '\t' || !c.is_control();
+        text.chars().filter(printable).collect()
+    }
 }
 
 /// `word` with every mark turned into its path.
@@ -523,6 +548,22 @@ mod tests {
             cancelled: &go_on,
         });
         assert!(matches!(none, Err(ProcessError::Start { .. })));
+    }
+
+    /// Nothing that a program prints takes disk or more than a little memory, or keeps it waiting.
+    #[cfg(unix)]
+    #[test]
+    fn a_flood_of_words_is_read_and_forgotten() {
+        let script = r#"head -c 30000000 /dev/zero | tr '\0' 'x'; echo; echo last words; exit 4"#;
+        let error = run(script, 60.0, &|| false).unwrap_err().to_string();
+        assert!(error.ends_with("last words"), "{error}");
+        let done = run(
+            r#"yes | head -n 1000000; cp "$1" "$2"; ls "$(dirname "$2")" >> "$2""#,
+            60.0,
+            &|| false,
+        );
+        let text = String::from_utf8(done.unwrap().output).unwrap();
+        assert_eq!(text, "helloin.txt\nout.txt\n");
     }
 
     /// The child of the program must go too: it would write its file a second later.

@@ -241,6 +241,10 @@ struct Measurements {
     linearity: Option<Linearity>,
     /// For each step that was rendered: pictures and their seconds.
     runs: Vec<(Quality, usize, f64)>,
+    /// Pictures with light, those without any, and those with negative light alone.
+    lit: usize,
+    black: usize,
+    negative: usize,
 }
 
 struct Renderer {
@@ -350,17 +354,37 @@ impl Transport for Outside {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        let Some(Linearity { sum, double }) = self.linearity() else {
-            return Vec::new();
-        };
-        if sum.max(double) <= TOLERATED {
-            return Vec::new();
+        let mut out = Vec::new();
+        let Linearity { sum, double } = self.linearity().unwrap_or_default();
+        if sum.max(double) > TOLERATED {
+            out.push(Warning::NotLinear { sum, double });
         }
-        vec![Warning::NotLinear { sum, double }]
+        let measured = self.0.measured();
+        // A bank may well light nothing in the view; no bank at all does not.
+        if measured.lit == 0 && measured.black > 0 {
+            let pictures = measured.black;
+            out.push(Warning::Black { pictures });
+        }
+        if measured.negative > 0 {
+            let pictures = measured.negative;
+            out.push(Warning::Negative { pictures });
+        }
+        out
     }
 }
 
 impl Renderer {
+    /// Counts a picture by what light it has.
+    fn record_light(&self, image: &Image) {
+        let has = |sign: f32| image.data().iter().any(|light| light * sign > 0.0);
+        let mut measured = self.measured();
+        match (has(1.0), has(-1.0)) {
+            (true, _) => measured.lit += 1,
+            (false, true) => measured.negative += 1,
+            (false, false) => measured.black += 1,
+        }
+    }
+
     fn measured(&self) -> MutexGuard<'_, Measurements> {
         // Each change is one assignment, so that a panic elsewhere leaves no half of it.
         self.measured.lock().unwrap_or_else(PoisonError::into_inner)
@@ -463,6 +487,7 @@ impl OutsideOperator {
             return Err(OutsideError::Size { found, wanted }.into());
         }
         self.renderer.record_run(self.quality, done.seconds);
+        self.renderer.record_light(&image);
         Ok(image)
     }
 

@@ -13,6 +13,30 @@ pub fn of_operator(warning: &Warning) -> String {
             sum * 100.0,
             double * 100.0
         ),
+        Warning::Black { pictures } => format!(
+            "the outside renderer's {} black all over: does it read the settings, and do its lights \
+             reach the view?",
+            pictures_are(*pictures)
+        ),
+        Warning::Negative { pictures } => format!(
+            "the outside renderer's {} negative light and no other: its sign is wrong, or what it \
+             takes off is more than there is",
+            pictures_have(*pictures)
+        ),
+    }
+}
+
+fn pictures_are(pictures: usize) -> String {
+    match pictures {
+        1 => "picture is".to_owned(),
+        n => format!("{n} pictures are"),
+    }
+}
+
+fn pictures_have(pictures: usize) -> String {
+    match pictures {
+        1 => "picture has".to_owned(),
+        n => format!("{n} pictures have"),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What the pages see, and who may see it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
+use std::net::TcpStream;
 use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -98,8 +99,10 @@ pub struct Audience {
     title: String,
     now: Mutex<Now>,
     changed: Condvar,
-    /// Connections that are open.
-    pub connections: AtomicUsize,
+    /// Connections that have not said yet whose they are, the oldest first.
+    pub strangers: Mutex<VecDeque<(u64, TcpStream)>>,
+    /// Connections that run the show, and those that follow it.
+    pub seats: [AtomicUsize; 2],
 }
 
 impl Audience {
@@ -110,7 +113,8 @@ impl Audience {
             title: title.to_owned(),
             now: Mutex::default(),
             changed: Condvar::new(),
-            connections: AtomicUsize::new(0),
+            strangers: Mutex::default(),
+            seats: Default::default(),
         }
     }
 

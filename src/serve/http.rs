@@ -1,16 +1,24 @@
 //! HTTP/1.1 as far as the page needs it: one request on a connection, within limits of its own.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpListener, TcpStream};
-use std::sync::Arc;
-use std::sync::atomic::Ordering;
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::audience::{Audience, Role, Run};
 
-/// Connections at a time; a page that is open has one.
-const MOST_CONNECTIONS: usize = 64;
+/// Connections at a time that have not sent their address yet. A new one takes the place of the oldest:
+/// whoever has an address sends it at once.
+const STRANGERS: usize = 32;
+
+/// Connections at a time of pages that run the show, and of those that follow it; a page that is open
+/// has one.
+const SEATS: [usize; 2] = [32, 64];
+
+/// How long the head of a request may take to come.
+const GREETING: Duration = Duration::from_secs(2);
 
 /// Bytes of a request's head. Other servers of this machine may have left cookies under its name.
 const HEAD: usize = 32 << 10;
@@ -19,7 +27,7 @@ const HEADERS: usize = 64;
 /// Bytes of what a page sends.
 const BODY: usize = 256 << 10;
 
-/// How long a request may take to come, and an answer to go.
+/// How long what follows the head may take to come, and an answer to go.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// How long to wait after a connection that could not be taken.
@@ -68,45 +76,107 @@ pub fn listen(listener: TcpListener, audience: &Arc<Audience>) {
     });
 }
 
-/// Frees a connection's place.
-struct Place(Arc<Audience>);
+/// A connection that has not sent its address yet.
+struct Stranger<'a> {
+    audience: &'a Audience,
+    number: u64,
+}
 
-impl Drop for Place {
+fn strangers(audience: &Audience) -> MutexGuard<'_, std::collections::VecDeque<(u64, TcpStream)>> {
+    // Each change is one call: a panic elsewhere leaves nothing half done.
+    audience
+        .strangers
+        .lock()
+        .unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Drop for Stranger<'_> {
     fn drop(&mut self) {
-        self.0.connections.fetch_sub(1, Ordering::SeqCst);
+        strangers(self.audience).retain(|(number, _)| *number != self.number);
+    }
+}
+
+/// Frees a seat.
+struct Seat<'a>(&'a Audience, usize);
+
+impl<'a> Seat<'a> {
+    fn take(audience: &'a Audience, role: Role) -> Option<Seat<'a>> {
+        let seat = usize::from(role == Role::Follows);
+        let (count, most) = audience.seats.get(seat).zip(SEATS.get(seat))?;
+        let taken = count.fetch_add(1, Ordering::SeqCst);
+        // Dropped, it gives back what was taken here.
+        let seat = Seat(audience, seat);
+        (taken < *most).then_some(seat)
+    }
+}
+
+impl Drop for Seat<'_> {
+    fn drop(&mut self) {
+        if let Some(count) = self.0.seats.get(self.1) {
+            count.fetch_sub(1, Ordering::SeqCst);
+        }
     }
 }
 
 fn take(stream: TcpStream, audience: &Arc<Audience>) {
-    let taken = audience.connections.fetch_add(1, Ordering::SeqCst);
-    let place = Place(Arc::clone(audience));
-    if taken >= MOST_CONNECTIONS {
+    static NUMBER: AtomicU64 = AtomicU64::new(0);
+    let number = NUMBER.fetch_add(1, Ordering::Relaxed);
+    let Ok(own) = stream.try_clone() else {
         return;
+    };
+    let mut all = strangers(audience);
+    all.push_back((number, own));
+    while all.len() > STRANGERS {
+        if let Some((_, oldest)) = all.pop_front() {
+            let _ = oldest.shutdown(Shutdown::Both);
+        }
     }
+    drop(all);
+    let audience = Arc::clone(audience);
     // A client that goes away, or is too slow, is none of ours.
-    let _ = thread::Builder::new().spawn(move || serve(stream, &place.0));
+    let _ = thread::Builder::new().spawn(move || {
+        let audience = audience.as_ref();
+        serve(stream, audience, Stranger { audience, number })
+    });
 }
 
-fn serve(mut stream: TcpStream, audience: &Audience) -> io::Result<()> {
+fn serve(mut stream: TcpStream, audience: &Audience, stranger: Stranger<'_>) -> io::Result<()> {
     stream.set_write_timeout(Some(PATIENCE))?;
     stream.set_nodelay(true)?;
-    let answer = match read(&mut stream)? {
-        Ok(request) => answer(request, audience),
+    let (head, role, seat) = match head(&mut stream)? {
+        Err(refusal) => return send(&mut stream, refusal, audience),
+        Ok(head) => match admitted(&head.request, audience) {
+            Err(refusal) => return send(&mut stream, refusal, audience),
+            Ok(role) => {
+                let seat = Seat::take(audience, role);
+                (head, role, seat)
+            }
+        },
+    };
+    drop(stranger);
+    let Some(_seat) = seat else {
+        let full = Answer::Refusal("503 Service Unavailable", "Too many pages are open.");
+        return send(&mut stream, full, audience);
+    };
+    let answer = match body(&mut stream, head)? {
+        Ok(request) => answer(request, role, audience),
         Err(refusal) => refusal,
     };
+    send(&mut stream, answer, audience)
+}
+
+fn send(stream: &mut TcpStream, answer: Answer, audience: &Audience) -> io::Result<()> {
     match answer {
         Answer::File(kind, body) => {
             let bytes = match &body {
                 Body::Text(text) => text.as_bytes(),
                 Body::Bytes(bytes) => bytes.as_slice(),
             };
-            write(&mut stream, "200 OK", kind, bytes)
+            write(stream, "200 OK", kind, bytes)
         }
-        Answer::Done => write(&mut stream, "204 No Content", TEXT, b""),
-        Answer::Refusal(status, why) => {
-            write(&mut stream, status, TEXT, format!("{why}\n").as_bytes())
-        }
-        Answer::Events => tell(&mut stream, audience),
+        Answer::Done => write(stream, "204 No Content", TEXT, b""),
+        Answer::Refusal(status, why) => write(stream, status, TEXT, format!("{why}\n").as_bytes()),
+        Answer::Events => tell(stream, audience),
     }
 }
 
@@ -139,28 +209,57 @@ fn tell(stream: &mut TcpStream, audience: &Audience) -> io::Result<()> {
     }
 }
 
-/// Reads a request, within limits of size and time; or why it is refused.
-fn read(stream: &mut TcpStream) -> io::Result<Result<Request, Answer>> {
-    let until = Instant::now() + PATIENCE;
-    let mut bytes = Vec::new();
-    let (mut request, length, at) = loop {
-        match parsed(&bytes) {
-            Ok(Some(whole)) => break whole,
-            Ok(None) if bytes.len() < HEAD => more(stream, &mut bytes, until)?,
+/// The head of a request, with what came behind it.
+struct Head {
+    request: Request,
+    /// Bytes of the body.
+    length: usize,
+    /// Where the body begins in what was read.
+    at: usize,
+    read: Vec<u8>,
+}
+
+/// Reads the head of a request, within limits of size and time; or why it is refused.
+fn head(stream: &mut TcpStream) -> io::Result<Result<Head, Answer>> {
+    let until = Instant::now() + GREETING;
+    let mut read = Vec::new();
+    loop {
+        match parsed(&read) {
+            Ok(Some((request, length, at))) => {
+                let head = Head {
+                    request,
+                    length,
+                    at,
+                    read,
+                };
+                return Ok(Ok(head));
+            }
+            Ok(None) if read.len() < HEAD => more(stream, &mut read, until)?,
             Ok(None) => return Ok(Err(TOO_LONG)),
             Err(refusal) => return Ok(Err(refusal)),
         }
-    };
+    }
+}
+
+/// Reads what follows a head; or why it is refused.
+fn body(stream: &mut TcpStream, head: Head) -> io::Result<Result<Request, Answer>> {
+    let until = Instant::now() + PATIENCE;
+    let Head {
+        mut request,
+        length,
+        at,
+        mut read,
+    } = head;
     if length > BODY {
         return Ok(Err(Answer::Refusal(
             "413 Content Too Large",
             "This is too long.",
         )));
     }
-    while bytes.len() < at + length {
-        more(stream, &mut bytes, until)?;
+    while read.len() < at + length {
+        more(stream, &mut read, until)?;
     }
-    request.body = bytes.get(at..at + length).unwrap_or_default().to_vec();
+    request.body = read.get(at..at + length).unwrap_or_default().to_vec();
     Ok(Ok(request))
 }
 
@@ -229,25 +328,31 @@ fn parsed(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Answer> {
     Ok(Some((request, length.unwrap_or(0), at)))
 }
 
-fn answer(request: Request, audience: &Audience) -> Answer {
+/// What the sender of a request may do, by the address that it sends; or why nothing.
+fn admitted(request: &Request, audience: &Audience) -> Result<Role, Answer> {
     if !audience.is_own_host(&request.host) {
-        return Answer::Refusal("421 Misdirected Request", "This is not that machine.");
+        return Err(Answer::Refusal(
+            "421 Misdirected Request",
+            "This is not that machine.",
+        ));
     }
     let from = request.origin.as_deref();
     if from.is_some_and(|origin| !audience.is_own_origin(origin)) {
-        return Answer::Refusal(
+        return Err(Answer::Refusal(
             "403 Forbidden",
             "Pages from elsewhere have no part in this.",
-        );
+        ));
     }
-    let parts: Vec<&str> = request.parts.iter().map(String::as_str).collect();
-    let [token, rest @ ..] = parts.as_slice() else {
-        return NOT_PRINTED;
-    };
-    let Some(role) = audience.role(token) else {
-        return NOT_PRINTED;
-    };
-    match (request.is_post, rest) {
+    let token = request.parts.first();
+    token
+        .and_then(|token| audience.role(token))
+        .ok_or(NOT_PRINTED)
+}
+
+fn answer(request: Request, role: Role, audience: &Audience) -> Answer {
+    let from = request.origin.as_deref();
+    let parts: Vec<&str> = request.parts.iter().skip(1).map(String::as_str).collect();
+    match (request.is_post, parts.as_slice()) {
         (false, [""]) => Answer::File(PAGE, Body::Text(Arc::new(audience.page(role)))),
         (false, ["events"]) => Answer::Events,
         (false, ["show"]) => match audience.data() {
