@@ -128,6 +128,9 @@ impl Settings {
         let mut option = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| format!("--{name}={value}")));
         };
+        let pool = self.pool.as_ref().filter(|pool| pool.as_os_str() != "off");
+        let pool = pool.and_then(|pool| std::path::absolute(pool).ok());
+        option("pool", pool.map(|pool| pool.display().to_string()));
         option("threads", self.threads.map(|n| n.to_string()));
         option("memory", self.memory.map(|bytes| (bytes >> 20).to_string()));
         let renderer = self.renderer.as_ref();

@@ -373,3 +373,74 @@ fn the_manual_shows_the_settings() {
         assert_eq!(of(&shown), of(&request), "{part}");
     }
 }
+
+/// The sample of a scene and the renderer of the manual: one is what the program writes, the other
+/// has the light of a spot on a floor as the closed form has it.
+#[cfg(unix)]
+#[test]
+fn the_manual_shows_a_scene_and_a_renderer_of_it() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/farm.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let block = |begin: &str| {
+        let found = page.split("```").find(|block| block.starts_with(begin));
+        let (_, text) = found.unwrap().split_once('\n').unwrap();
+        text.to_owned()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("s.lxq"), block("lxq\nshow \"Sample\"")).unwrap();
+    std::fs::write(at("spots.py"), block("python\n\"\"\"Direct light")).unwrap();
+    let copied = "sh -c 'cp \"$0\" scene.json' {scene} {settings} {output}";
+    footlight(
+        folder.path(),
+        &["picture", "s.lxq", "0:00", "--renderer", copied],
+    );
+    let read = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let mut scene = read(&std::fs::read_to_string(at("scene.json")).unwrap());
+    let shares = scene["lights"][0]["shares"].as_array_mut().unwrap();
+    assert!(shares.len() > 100);
+    shares.truncate(3);
+    assert_eq!(
+        read(&block("json\n{ \"schema\": 1,\n  \"materials\"")),
+        scene
+    );
+    let python = std::process::Command::new("python3")
+        .args(["-c", "0"])
+        .output();
+    if !python.is_ok_and(|o| o.status.success()) {
+        eprintln!("skipped: there is no python3");
+        return;
+    }
+    let renderer = "python3 spots.py {scene} {settings} {output}";
+    let words = [
+        "picture",
+        "s.lxq",
+        "0:00",
+        "--float",
+        "-o",
+        "p.exr",
+        "--renderer",
+        renderer,
+    ];
+    let (code, said) = footlight(folder.path(), &words);
+    assert!(code == 0 && !said.contains("not linear"), "{code} {said}");
+    let image = exr::decode(&std::fs::read(at("p.exr")).unwrap(), 1 << 20).unwrap();
+    // The pixel right of and below the middle, by hand: the lamp is at (0, -2, 3).
+    let half = 20_f64.to_radians().tan();
+    let (across, down) = (half / 18.0, -half / 18.0);
+    let eye = [0.0, -4.0, 2.0];
+    let (ahead, up) = (
+        [0.0, 2.0 / 5_f64.sqrt(), -1.0 / 5_f64.sqrt()],
+        [0.0, 1.0 / 5_f64.sqrt(), 2.0 / 5_f64.sqrt()],
+    );
+    let way = [across, ahead[1] + down * up[1], ahead[2] + down * up[2]];
+    let far = eye[2] / -way[2];
+    let (x, y) = (far * way[0], eye[1] + far * way[1]);
+    let square = x * x + (y + 2.0).powi(2) + 9.0;
+    let to_axis = ((y + 2.0) * 2.0 + 9.0) / (square.sqrt() * 13_f64.sqrt());
+    let profile = footlight::scene::profile::Profile::new(30.0, 60.0).unwrap();
+    let share = profile.share(to_axis.acos());
+    let wanted = 0.5 / std::f64::consts::PI * 900.0 * share * (3.0 / square.sqrt()) / square;
+    let found = f64::from(image.pixel(16, 9).unwrap()[0]);
+    assert!((found / wanted - 1.0).abs() < 1e-3, "{found} {wanted}");
+}

@@ -330,7 +330,7 @@ fn edits_and_errors_are_seen_by_all_and_it_ends_at_once() {
     )
     .unwrap();
     let since = Instant::now();
-    assert_eq!(serving.child.wait().unwrap().code(), Some(0));
+    assert_eq!(serving.child.wait().unwrap().code(), Some(130));
     assert!(
         since.elapsed().as_secs_f64() < 1.0,
         "it went on for {:?}",

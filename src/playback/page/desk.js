@@ -124,15 +124,20 @@ function buildCues() {
   show.cues.forEach((cue, i) => {
     const thumbnail = made("canvas", { width: 160, height: Math.round(160 * show.size[1] / show.size[0]) });
     const byItself = i > 0 && show.cues[i - 1].starts;
-    const name = made("span", { className: "name" }, made("b", {}, cue.number), ` ${cue.label}`);
-    const timing = made("span", { className: "timing" }, byItself ? `\u21b3 ${cue.timing}` : cue.timing);
-    if (byItself) timing.title = "starts by itself";
+    const name = made("span", { className: "name" }, made("span", { className: "hidden" }, "Cue "),
+      made("b", {}, cue.number), ` ${cue.label}`);
+    const timing = made("span", { className: "timing" });
+    if (byItself) {
+      const arrow = made("span", {}, "\u21b3 ");
+      arrow.setAttribute("aria-hidden", "true");
+      timing.append(arrow, made("span", { className: "hidden" }, "starts by itself, "));
+      timing.title = "starts by itself";
+    }
+    timing.append(cue.timing);
     const when = made("span", { className: "when" });
     const button = made("button", { type: "button" }, thumbnail, name, when, timing,
       made("span", { className: "note" }, cue.note), made("span", { className: "done" }));
     thumbnail.setAttribute("aria-hidden", "true");
-    const about = [clock(cue.go), byItself && "starts by itself", cue.timing, cue.note].filter(Boolean);
-    button.setAttribute("aria-label", `Cue ${cueName(i)}, at ${about.join(", ")}`);
     button.addEventListener("click", () => toCue(i));
     element("cues").append(made("li", {}, button));
     cueRows.push({ button, when, thumbnail });
