@@ -13,11 +13,12 @@ use std::path::{Path, PathBuf};
 
 /// The modules that decide what a picture looks like: `radiosity` and all that it may import, by
 /// the table of `lib.rs`; `tests/layering.rs` compares the two.
-pub const MODULES: [&str; 9] = [
+pub const MODULES: [&str; 10] = [
     "files",
     "geometry",
     "hash",
     "picture",
+    "printable",
     "radiosity",
     "renderer",
     "scene",

@@ -304,7 +304,27 @@ fn load(
             read.map_err(|e| Error::Device(format!("standard input: {e}")))?;
             Engine::from_text("standard input", &text, host)
         }
-        Some(path) => Engine::open(path, host),
+        Some(path) => {
+            let ending = crate::report::format::ending(path);
+            let other = match ending.as_str() {
+                "obj" | "gltf" | "glb" => Some("a stage: `footlight stage"),
+                "mvr" => Some("a plan: `footlight import"),
+                "asc" => Some("a desk's show: `footlight import"),
+                _ => None,
+            };
+            if let Some(what) = other {
+                let name = path.display();
+                let to = if what.ends_with("stage") {
+                    ""
+                } else {
+                    " -o show.lxq"
+                };
+                return Err(Error::Usage(format!(
+                    "{name} is {what} {name}{to}` reads it"
+                )));
+            }
+            Engine::open(path, host)
+        }
     };
     let console = Console {
         style: screen.style(),

@@ -212,6 +212,12 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Box<Diagnostic>> {
         bytes.iter().position(|b| *b == 0),
         std::str::from_utf8(bytes),
     ) {
+        (Some(_), _) if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") => {
+            let message = format!("`{name}` looks like UTF-16");
+            let help = "save it as UTF-8, which every editor offers";
+            let refused = Diagnostic::error(codes::NOT_TEXT, message).help(help);
+            return Err(Box::new(refused));
+        }
         (Some(at), _) => (format!("not a text: byte {at} is zero"), at),
         (None, Err(error)) => {
             let at = error.valid_up_to();
@@ -231,15 +237,16 @@ fn unquoted(word: Word<'_>) -> String {
     unquote(word.text)
 }
 
-/// A text without its quotes and backslashes.
+/// A text without its quotes, and without the backslashes before quotes and backslashes. Any other
+/// backslash stays, as in a path of Windows.
 pub fn unquote(text: &str) -> String {
     let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
     let mut out = String::new();
-    let mut chars = inner.unwrap_or(text).chars();
+    let mut chars = inner.unwrap_or(text).chars().peekable();
     while let Some(c) = chars.next() {
-        match c {
-            '\\' => out.extend(chars.next()),
-            c => out.push(c),
+        match (c, chars.peek()) {
+            ('\\', Some('"' | '\\')) => out.extend(chars.next()),
+            _ => out.push(c),
         }
     }
     out

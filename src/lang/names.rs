@@ -122,6 +122,14 @@ impl<'a> Names<'a> {
 /// `key 40 K 30`.
 pub const STANDING_OFF: [&str; 3] = ["K", "cd", "lm"];
 
+/// `L201`, `R80`: a letter or two and a number.
+pub fn is_gel(word: &str) -> bool {
+    let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
+    (1..=2).contains(&(word.len() - digits.len()))
+        && !digits.is_empty()
+        && digits.chars().all(|c| c.is_ascii_digit())
+}
+
 /// What is said here for a word of other consoles and of plain English that may stand in a cue.
 pub fn foreign(word: &str) -> Option<&'static str> {
     Some(match word {

@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::ast::{Declaration, Span, Statement, Word};
 use super::build::Builder;
 use super::lowering_cache::Known;
-use super::names::{Kind, STANDING_OFF, nearest};
+use super::names::{self, Kind, STANDING_OFF, nearest};
 use super::packed::PackedCue;
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
@@ -211,7 +211,9 @@ impl<'a> Reader<'a, '_> {
             word.to_owned()
         };
         let span = self.span(start, start + shown.len());
-        let help = match nearest(word, STATEMENTS.into_iter()) {
+        let small = word.to_ascii_lowercase();
+        let help = match nearest(&small, STATEMENTS.into_iter()) {
+            _ if STATEMENTS.contains(&small.as_str()) => format!("did you mean `{small}`?"),
             _ if shown == "#" => "a comment begins with `//`".to_owned(),
             Some(near) => format!("did you mean `{near}`?"),
             None => format!("a statement begins with one of: {}", STATEMENTS.join(", ")),
@@ -343,8 +345,89 @@ fn unfinished(before: &str) -> Option<Range<usize>> {
     Some(end - word.len()..end)
 }
 
+/// Words of other programs and of data sheets, by the statement that they stand in.
+fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
+    let mut words = before.split_whitespace();
+    let statement = words.next()?;
+    let last = words.next_back().unwrap_or_default();
+    let lower = word.to_ascii_lowercase();
+    let in_braces = before.contains('{');
+    let number = last.trim_end_matches(|c: char| !c.is_ascii_digit());
+    Some(match (statement, lower.as_str()) {
+        _ if found == "°" => format!("degrees are written `{number}` or `{number}deg`"),
+        _ if found == "\'" && before.ends_with(is_digit) && is_timed(before) => {
+            format!("minutes and seconds are written `{number}:30`")
+        }
+        ("light", "w" | "watt" | "watts" | "kw" | "lux" | "lx") => {
+            "a lamp's light is in `cd` along its axis or in `lm` in all: the data sheet has them"
+                .to_owned()
+        }
+        ("light", "fresnel" | "profile" | "ellipsoidal" | "par" | "pc" | "wash" | "led") => format!(
+            "use `spot` with the beam and field of the lantern: `spot at 0, -2, 4  aim 0, 0, 1  beam \
+             24  field 40  1200 cd`; `{lower}` is no kind of light here"
+        ),
+        (of, _) if (of == "light" || in_braces) && names::is_gel(word) => {
+            format!("a gel is written `gel {word}`")
+        }
+        ("effect", "chase") => {
+            "a chase is a path of each bank, one later than the other: `a steps 0s 0, 1s 100, 2s 0  \
+             repeat 20`, and for the next bank the same with `delay 1`"
+                .to_owned()
+        }
+        ("effect", "phase" | "offset") => {
+            "banks out of step get the effect in parts with a `delay` of their own".to_owned()
+        }
+        (_, "cue" | "bank" | "light" | "look" | "group" | "view" | "show" | "stage")
+            if !in_braces || before.matches('{').count() == before.matches('}').count() =>
+        {
+            "begin each statement on a line of its own".to_owned()
+        }
+        ("cue", "cue") if in_braces => {
+            "cues run in the order of their numbers; no cue jumps to another".to_owned()
+        }
+        ("cue", _) if in_braces && found == "," && before.contains(" aim ") => {
+            "a cue does not move a beam: give each position a light and a bank of its own".to_owned()
+        }
+        ("cue", _) if in_braces && found == "@" => {
+            format!("a level stands right behind its bank: `{last} 50`")
+        }
+        ("cue", "full" | "out") if last == "at" => {
+            let bank = words.next_back().unwrap_or("lamps");
+            format!("a level stands right behind its bank: `{bank} {lower}`")
+        }
+        ("cue", _) if !in_braces && is_lettered(word) => {
+            let digits: String = format!("{last}{found}").chars().filter(char::is_ascii_digit).collect();
+            match digits.is_empty() {
+                true => return None,
+                false => format!(
+                    "a cue's number has no letters: `cue {digits}`, and between two `cue {digits}.1`"
+                ),
+            }
+        }
+        _ => return None,
+    })
+}
+
+/// A letter, alone or with a number: `A`, `Q5`.
+fn is_lettered(word: &str) -> bool {
+    let rest = word.strip_prefix(|c: char| c.is_ascii_alphabetic());
+    rest.is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
+}
+
+/// Does a number of seconds stand last?
+fn is_timed(before: &str) -> bool {
+    let word = before.split_whitespace().rev().nth(1);
+    matches!(
+        word,
+        Some("time" | "up" | "down" | "delay" | "follow" | "hang" | "at" | "gap")
+    )
+}
+
 /// What a person may do about `found`, whose first word is `word`, standing behind `before`.
 fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<String> {
+    if let Some(help) = foreign(before, found, word) {
+        return Some(help);
+    }
     let cue = before.trim_end();
     if found.is_empty() && cue.starts_with("cue ") && cue.ends_with(is_digit) {
         return Some(format!(

@@ -15,8 +15,8 @@ use crate::units::{CueNumber, Time, Tolerance};
 /// `2%` or `0.02`; between 0 and 1.
 pub fn fraction(text: &str) -> Result<f64, Error> {
     let meant = match text.parse::<f64>() {
-        Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("{percent}%"),
-        _ => "2% or 0.02".to_owned(),
+        Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("`{percent}%`"),
+        _ => "`2%` or `0.02`".to_owned(),
     };
     let value = match text.strip_suffix('%') {
         Some(number) => number.trim().parse::<f64>().map(|p| p / 100.0),
@@ -25,7 +25,7 @@ pub fn fraction(text: &str) -> Result<f64, Error> {
     value
         .ok()
         .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write it as {meant}")))
+        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write {meant}")))
 }
 
 /// `2%` or `0.02` of the light, or `1.5 steps` as displayed.

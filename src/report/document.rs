@@ -1,5 +1,6 @@
 //! A document in words: its headline, what it declares, what an edit came to, its levels.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::error;
@@ -12,7 +13,7 @@ use crate::lang::{self, codes, edit::Action};
 use crate::printable::{Printable, left};
 use crate::show::{Cue, Link, Show};
 use crate::timeline;
-use crate::units::percent;
+use crate::units::{Time, percent};
 
 /// Title, banks, cues and length, in a line.
 pub fn headline(document: &Document) -> String {
@@ -241,6 +242,7 @@ fn levels(document: &Document, live: &LiveControl) -> String {
     if bent {
         let _ = writeln!(text, "  {:<14} {:>6} {:>7}", "", "level", "light");
     }
+    let running = running_effects(document, live.time());
     let rows = show.parameters().into_iter().enumerate().zip(&levels);
     for ((parameter, coordinate), level) in rows {
         if coordinate.channel.is_some() {
@@ -257,16 +259,35 @@ fn levels(document: &Document, live: &LiveControl) -> String {
                 .map_or_else(String::new, hex),
             None => String::new(),
         };
+        let effect = coordinate.bank.and_then(|bank| running.get(&bank));
+        let effect = effect.map_or(String::new(), |name| format!("  effect {name}"));
         let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
         let behind = match bent {
             true => format!(" {:>7.1}", light * 100.0),
             false => String::new(),
         };
         let (name, percent) = (left(&coordinate.name, 14), level * 100.0);
-        let line = format!("  {name} {percent:>6.1}{behind}  {bar} {colour}");
+        let line = format!("  {name} {percent:>6.1}{behind}  {bar} {colour}{effect}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
     text
+}
+
+/// The effect that runs on each bank at a time, by the bank's index.
+fn running_effects(document: &Document, time: Time) -> BTreeMap<usize, &str> {
+    let show = document.show();
+    let mut running = BTreeMap::new();
+    for (cue, at) in show.cues.iter().zip(document.timeline().cues()) {
+        for part in cue.parts.iter().filter(|part| at.go + part.delay <= time) {
+            for change in &part.effects {
+                match change.effect.and_then(|effect| show.effects.get(effect)) {
+                    Some(effect) => drop(running.insert(change.bank, effect.name.as_str())),
+                    None => drop(running.remove(&change.bank)),
+                }
+            }
+        }
+    }
+    running
 }
 
 /// Where the show is, for a prompt: the cue's number and label; empty before the first.

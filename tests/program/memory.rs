@@ -48,6 +48,41 @@ fn write_textures(folder: &Path, huge: bool) {
     std::fs::write(folder.join("set.obj"), stage).unwrap();
 }
 
+/// Many images to be thrown, small as files.
+fn thrown() -> String {
+    let light = |i: usize| {
+        format!(
+            "light l{i} project \"g{i}.png\" from 0,0,3 aim 0,0,0 field 20 900 cd\nbank b{i} = l{i}\n"
+        )
+    };
+    (0..6).map(light).collect::<String>() + "cue 1 at 0:00 { snap b0 50 }\n"
+}
+
+/// Many measured luminaires of half a million intensities each.
+fn photometric() -> String {
+    let light = |i: usize| {
+        format!("light l{i} photometric \"m{i}.ies\" at 0,0,3 aim 0,0,0\nbank b{i} = l{i}\n")
+    };
+    (0..30).map(light).collect::<String>() + "cue 1 at 0:00 { snap b0 50 }\n"
+}
+
+fn write_luminaires(folder: &Path) {
+    let image = png::encode(1200, 1200, &vec![200; 1200 * 1200 * 3]).unwrap();
+    for i in 0..6 {
+        std::fs::write(folder.join(format!("g{i}.png")), &image).unwrap();
+    }
+    let row = |count: usize, most: f64| -> String {
+        let angle = |i: usize| format!("{:.4} ", most * i as f64 / (count - 1) as f64);
+        (0..count).map(angle).collect()
+    };
+    let mut ies = "IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 700 700 1 2 0 0 0\n1 1 50\n".to_owned();
+    ies += &format!("{}\n{}\n", row(700, 180.0), row(700, 360.0));
+    ies += &"5 ".repeat(490_000);
+    for i in 0..30 {
+        std::fs::write(folder.join(format!("m{i}.ies")), &ies).unwrap();
+    }
+}
+
 /// What of a texture that is too large for `--memory` is said, typed, makes it fit.
 #[test]
 fn a_texture_that_is_left_out_is_told_with_a_way_out() {
@@ -135,10 +170,25 @@ fn cases() -> Vec<Case> {
         case("boxes", boxes(2_000), 96, &["picture", "-o", "a.png"], None),
         case("boxes", boxes(2_000), 64, &["run"], None),
         case("boxes", boxes(6_000), 64, &["run"], Some("MB")),
-        case("rig", rig(12, 40), 128, &["run"], Some("key images")),
+        case("rig", rig(12, 40), 128, &["run"], None),
+        case(
+            "rig",
+            rig(12, 40),
+            128,
+            &["play", "-o", "a.html"],
+            Some("key images"),
+        ),
         case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
         case("rig", rig(6, 4), 192, &["chart", "plan"], None),
+        case("thrown", thrown(), 64, &["check"], Some("thrown")),
+        case(
+            "photometric",
+            photometric(),
+            64,
+            &["check"],
+            Some("photometric"),
+        ),
         case("textures", TEXTURES.to_owned(), 64, &["check"], None),
         case(
             "textures",
@@ -316,6 +366,7 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
         std::fs::write(folder.path().join(format!("b{i}.exr")), &image).unwrap();
     }
     write_textures(folder.path(), false);
+    write_luminaires(folder.path());
     for case in cases() {
         let name = format!("{} {:?} at {} MB", case.name, case.verb, case.budget);
         std::fs::write(folder.path().join("a.lxq"), &case.show).unwrap();

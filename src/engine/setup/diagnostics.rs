@@ -39,6 +39,9 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
             "`{}` names it, by a path from its own folder",
             stage.path
         )),
+        SceneError::File(FileError::Missing(path)) if path.contains('\\') => Some(
+            "write `/` for `\\`; the file must be in the show's folder, or below it".to_owned(),
+        ),
         SceneError::File(error) => file_help(error),
         _ => None,
     };
@@ -143,6 +146,10 @@ pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Dia
 /// A slide that cannot be used.
 pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the image cannot be thrown: {cause}");
+    if cause.contains('\\') {
+        let help = "write `/` for `\\`; the file must be in the show's folder, or below it";
+        return error(codes::SLIDE, message, light, spans, vec![help.to_owned()]);
+    }
     let help = "put a PNG, JPEG or OpenEXR file of at most 16,777,216 pixels next to the show; \
                 many large images need more memory: `--memory MB`";
     error(codes::SLIDE, message, light, spans, vec![help.to_owned()])

@@ -183,8 +183,15 @@ impl<'a> Lower<'a, '_> {
             }
             if *mark == Mark::At {
                 let message = "`at` stands before the brace";
-                let help =
-                    "write `cue 2 \"Evening\" at 0:04 { … }`; a level has no `at`: `lamps 50`";
+                let is_level = |text: &&str| text.trim_end_matches('%').parse::<f64>().is_ok();
+                let level = value
+                    .map(|value| value.text)
+                    .filter(is_level)
+                    .unwrap_or("50");
+                let help = format!(
+                    "a level has no `at`: `lamps {level}`; when a cue starts stands before its brace: \
+                     `cue 2 \"Evening\" at 0:04 {{ … }}`"
+                );
                 self.report
                     .error::<()>(codes::MISPLACED, message, (*span, "not here"), help);
             }

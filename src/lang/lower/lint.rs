@@ -186,9 +186,12 @@ impl Lower<'_, '_> {
     }
 
     fn still_cues(&mut self) {
+        let mut restores = false;
         for cue in &self.show.cues {
             let acts = |part: &Part| !(part.moves.is_empty() && part.effects.is_empty());
-            if cue.parts.iter().any(acts) {
+            // What a cue before it moved for itself alone goes back.
+            let restores = std::mem::replace(&mut restores, cue.cueonly);
+            if restores || cue.assert || cue.parts.iter().any(acts) {
                 continue;
             }
             let message = format!("cue {} moves nothing", cue.number);

@@ -210,6 +210,14 @@ impl<'a> Lower<'a, '_> {
         let help = match (names::nearest(name.text, candidates), foreign) {
             (Some(near), _) => format!("did you mean `{near}`?"),
             (None, Some(help)) => help.to_owned(),
+            (None, None)
+                if kinds == [Kind::Effect] && ["flicker", "pulse"].contains(&name.text) =>
+            {
+                format!(
+                    "an effect is declared first: `effect candle = {}`, then `effect candle`",
+                    name.text
+                )
+            }
             (None, None) if UNIT_WORDS.contains(&name.text) => {
                 format!("a unit stands right behind its number: `5{}`", name.text)
             }

@@ -169,12 +169,17 @@ impl<'a> Lower<'a, '_> {
             None if names::foreign(word).is_some() => {
                 names::foreign(word).unwrap_or_default().to_owned()
             }
-            None if is_gel(word) => format!("a gel is written `gel {word}`: `{bank} gel {word}`"),
+            None if names::is_gel(word) => {
+                format!("a gel is written `gel {word}`: `{bank} gel {word}`")
+            }
             Some(Kind::Value) => format!("a value is used in round brackets: `{bank} ({word})`"),
             Some(Kind::Curve) => format!("a curve stands behind a level: `{bank} 85 curve {word}`"),
             _ => match nearest(word, ["full", "out"].into_iter()) {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if rgb => colour_help(bank, word),
+                None if colour::named(word).is_some() => format!(
+                    "colours are written `#{word}`, and the bank must be an rgb bank: `bank {bank} = … rgb`"
+                ),
                 None => format!("write `{bank} 85`, `{bank} full` or `{bank} out`"),
             },
         };
@@ -236,14 +241,6 @@ impl<'a> Lower<'a, '_> {
 
 fn is_channel(word: &str) -> bool {
     matches!(word, "channel" | "chan" | "ch")
-}
-
-/// `L201`, `R80`: a letter or two and a number.
-fn is_gel(word: &str) -> bool {
-    let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
-    (1..=2).contains(&(word.len() - digits.len()))
-        && !digits.is_empty()
-        && digits.chars().all(|c| c.is_ascii_digit())
 }
 
 /// What to type for `word` behind an rgb bank.

@@ -12,6 +12,12 @@ use crate::report::words::count;
 pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let said = [!call.words.is_empty(), call.has("at"), call.has("cue")];
     if said.iter().filter(|said| **said).count() > 1 {
+        if let (Some(cue), false) = (call.option("cue"), call.words.is_empty()) {
+            let behind = call.words().join(" ");
+            return usage(format!(
+                "a picture is of one moment: say it in quotes, `picture 'cue {cue} {behind}'`"
+            ));
+        }
         return usage("a picture is of one moment: say one time");
     }
     let now = repl.live.time();
