@@ -67,6 +67,37 @@ pub enum Warning {
     },
 }
 
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let of = |pictures: usize, one: &str, many: &str| match pictures {
+            1 => format!("picture {one}"),
+            n => format!("{n} pictures {many}"),
+        };
+        match self {
+            Warning::NotLinear { sum, double } => write!(
+                f,
+                "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
+                 picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
+                 previews made of its pictures err by as much",
+                sum * 100.0,
+                double * 100.0
+            ),
+            Warning::Black { pictures } => write!(
+                f,
+                "the outside renderer's {} black all over: does it read the settings, and do its \
+                 lights reach the view?",
+                of(*pictures, "is", "are")
+            ),
+            Warning::Negative { pictures } => write!(
+                f,
+                "the outside renderer's {} negative light and no other: its sign is wrong, or what it \
+                 takes off is more than there is",
+                of(*pictures, "has", "have")
+            ),
+        }
+    }
+}
+
 /// What a step of quality sets on a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QualityParameter {

@@ -120,7 +120,8 @@ pub enum Warning {
 /// What a refinement did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RefinementSummary {
-    /// Images that it added.
+    /// Images that it rendered or took up; those of every bank alone count where the goal is an error
+    /// or a time.
     pub images: usize,
     /// Seconds of computing them.
     pub seconds: f64,
@@ -128,6 +129,27 @@ pub struct RefinementSummary {
     pub warnings: Vec<Warning>,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Warning::Batch {
+                images,
+                fixed,
+                each,
+            } => write!(
+                f,
+                "{images} images in one call: {fixed:.1} s before the first, {each:.1} s each, predicted"
+            ),
+            Warning::DoesNotFit { seconds } => {
+                write!(
+                    f,
+                    "the next image is predicted to take {seconds:.1} s, more than is left"
+                )
+            }
+        }
+    }
 }
 
 impl Engine {
@@ -231,8 +253,14 @@ impl Engine {
     ) -> Result<RefinementSummary, Error> {
         self.timed(|engine| {
             engine.idle()?;
+            let (begin, before) = (engine.now(), engine.statistics().rendered);
             engine.coarse_for(goal)?;
             let mut refiner = Refiner::new(goal, engine.metric, Calls::Blocking, engine.now());
+            if goal.asks_for_a_way() {
+                // Pictures of every bank alone may be all that the goal needs.
+                refiner.done.images = engine.statistics().rendered - before;
+                refiner.done.seconds = engine.now() - begin;
+            }
             let ended = engine.drive(&mut refiner, watch)?;
             let mut done = refiner.done;
             done.ended = Some(ended);

@@ -5,39 +5,7 @@ use crate::renderer::Warning;
 
 /// A warning about an operator's pictures.
 pub fn of_operator(warning: &Warning) -> String {
-    match warning {
-        Warning::NotLinear { sum, double } => format!(
-            "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
-             picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
-             previews made of its pictures err by as much",
-            sum * 100.0,
-            double * 100.0
-        ),
-        Warning::Black { pictures } => format!(
-            "the outside renderer's {} black all over: does it read the settings, and do its lights \
-             reach the view?",
-            pictures_are(*pictures)
-        ),
-        Warning::Negative { pictures } => format!(
-            "the outside renderer's {} negative light and no other: its sign is wrong, or what it \
-             takes off is more than there is",
-            pictures_have(*pictures)
-        ),
-    }
-}
-
-fn pictures_are(pictures: usize) -> String {
-    match pictures {
-        1 => "picture is".to_owned(),
-        n => format!("{n} pictures are"),
-    }
-}
-
-fn pictures_have(pictures: usize) -> String {
-    match pictures {
-        1 => "picture has".to_owned(),
-        n => format!("{n} pictures have"),
-    }
+    warning.to_string()
 }
 
 /// Trouble with the store of pictures.
