@@ -144,6 +144,44 @@ fn unknown_commands_and_options_are_a_matter_of_usage() {
     }
 }
 
+#[test]
+fn what_goes_on_takes_no_limit_of_time_and_other_files_are_told_apart() {
+    for arguments in [
+        &["watch", "show.lxq", "--time-limit", "5s"][..],
+        &["serve", "show.lxq", "--time-limit", "5s"],
+        &["lsp", "--time-limit", "5s"],
+    ] {
+        let (code, _, said) = told("show \"x\"\n", arguments);
+        assert!(
+            code == 2 && said.contains("goes on until it is stopped"),
+            "{said}"
+        );
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for (name, words) in [
+        ("a.obj", "footlight stage a.obj"),
+        ("a.mvr", "footlight import a.mvr -o"),
+    ] {
+        let output = footlight(folder.path(), &["check", name]);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(
+            output.status.code() == Some(2) && said.contains(words),
+            "{said}"
+        );
+    }
+    let utf_16: Vec<u8> = "\u{feff}show"
+        .encode_utf16()
+        .flat_map(u16::to_le_bytes)
+        .collect();
+    fs::write(folder.path().join("s.lxq"), utf_16).unwrap();
+    let output = footlight(folder.path(), &["check", "s.lxq"]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        output.status.code() == Some(1) && said.contains("save it as UTF-8"),
+        "{said}"
+    );
+}
+
 /// Code, standard output and standard error of `footlight ARGUMENTS` beside a show.
 fn told(show: &str, arguments: &[&str]) -> (i32, String, String) {
     let folder = tempfile::tempdir().unwrap();

@@ -349,3 +349,36 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
     assert!(error.to_string().contains("3 times"), "{error}");
     assert_eq!(idle.jobs.into_inner().unwrap().len(), 3);
 }
+
+/// A list that somebody sent stores nothing outside its show's folder, unless the worker names the place.
+#[test]
+fn a_strangers_list_writes_below_its_show_alone() {
+    let folder = place();
+    let (code, said) = footlight(folder.path(), "plan s.lxq --tasks tasks.json");
+    assert_eq!(code, 0, "{said}");
+    let list = folder.path().join("tasks.json");
+    let text = fs::read_to_string(&list).unwrap();
+    let outside = tempfile::tempdir().unwrap();
+    let elsewhere = outside.path().join("deep");
+    let absolute = elsewhere.display().to_string();
+    for pool in [absolute.as_str(), "../elsewhere", "a/../../elsewhere"] {
+        fs::write(
+            &list,
+            text.replace("\".footlight\"", &format!("\"{pool}\"")),
+        )
+        .unwrap();
+        let (code, said) = footlight(folder.path(), "work tasks.json");
+        assert!(
+            code == 2 && said.contains("outside the show's folder"),
+            "{pool}: {code} {said}"
+        );
+    }
+    assert!(!elsewhere.exists());
+    fs::write(
+        &list,
+        text.replace("\".footlight\"", &format!("\"{absolute}\"")),
+    )
+    .unwrap();
+    let (code, said) = footlight(folder.path(), &format!("work tasks.json --pool {absolute}"));
+    assert!(code == 0 && elsewhere.exists(), "{code} {said}");
+}

@@ -97,3 +97,57 @@ fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
         "{refused}"
     );
 }
+
+/// Effects that run on to the end make more keys than memory holds: all that needs no key images is
+/// made all the same.
+#[test]
+fn a_show_of_too_many_keys_is_run_without_its_page() {
+    let text = r#"show "Endless"
+surface floor  reflectance 0.5  quad -2, -2, 0  2, -2, 0  2, 2, 0  -2, 2, 0
+view house  from 0, -4, 2  to 0, 0, 0  fov 40  size 160x90
+light key  spot  at 0, -2, 3  aim 0, 0, 0  beam 30  field 60  900 cd
+light fill  like key  at 2, -2, 3
+bank front = key
+bank side = fill
+effect storm = flicker  rate 8
+effect sea = flicker  rate 5  seed 4
+cue 1 at 0:00 { snap  front 80 effect storm  side 40 effect sea }
+cue 2 at 2:00 { time 2  front 20 }
+"#;
+    let store = MemoryStore::default();
+    let host = |memory: usize| Host {
+        store: Box::new(store.clone()),
+        memory,
+        ..Host::default()
+    };
+    let mut show = prompt("e.lxq", text.as_bytes(), host(120 << 20)).unwrap();
+    let checked = show.execute("check").unwrap().text;
+    assert!(
+        checked.contains("W019") && checked.contains("`storm`"),
+        "{checked}"
+    );
+    let said = show.execute("run -o out").unwrap().text;
+    assert!(
+        said.contains("no show.html") && said.contains("`front effect none`"),
+        "{said}"
+    );
+    let written = |name: &str| store.paths().iter().any(|path| path.ends_with(name));
+    for name in [
+        "out/contact-sheet.png",
+        "out/cue-sheet.csv",
+        "out/curves.png",
+        "out/plan.json",
+    ] {
+        assert!(written(name), "{name}");
+    }
+    assert!(!written("out/show.html"));
+    let refused = show.execute("play -o p.html").unwrap_err().to_string();
+    assert!(
+        refused.contains("key images") && refused.contains("`storm`"),
+        "{refused}"
+    );
+    // With the effect ended it plays.
+    show.execute("cue 1.5 at 0:05 { time 0  front effect none  side effect none }")
+        .unwrap();
+    assert!(!show.execute("check").unwrap().text.contains("W019"));
+}

@@ -510,3 +510,20 @@ fn projections_and_photometric_files_are_written_with_their_numbers() {
     }
     assert!(differ);
 }
+
+#[test]
+fn pictures_without_light_are_told() {
+    let render = |light: f64| {
+        let outside = outside(move |job| done(3, 2, light * values(job).iter().sum::<f64>()));
+        let mut prepared = prepare(&outside, &["a", "b"]).unwrap();
+        prepared.render(&[vec![1.0, 0.5]], Work::silent()).unwrap();
+        outside.warnings()
+    };
+    assert_eq!(render(1.0), []);
+    assert!(matches!(render(0.0)[..], [Warning::Black { pictures: 5 }]));
+    assert!(matches!(
+        render(-1.0)[..],
+        [Warning::Negative { pictures: 5 }]
+    ));
+    assert!(render(0.0)[0].to_string().contains("5 pictures are black"));
+}
