@@ -37,7 +37,9 @@ fn extent(stage: &StageFile) -> String {
         .zip(high)
         .map(|(low, high)| metres(high - low))
         .collect();
-    let point = |p: &[f64; 3]| p.map(metres).join(", ");
+    let all = low.iter().zip(high).map(|(low, high)| high - low);
+    let span = all.fold(0.0, f64::hypot);
+    let point = |p: &[f64; 3]| p.map(|length| place(length, span)).join(", ");
     format!(
         "{} m (across, deep, high), from {} to {}",
         size.join(" x "),
@@ -141,21 +143,35 @@ fn view(stage: &StageFile) -> String {
     });
     let span = (x.1.hypot(y.1)).hypot(z.1);
     let away = y.0 - 1.4 * span;
-    let from = [x.0, away, z.0 + 0.3 * span].map(metres).join(", ");
-    let to = [x.0, y.0, z.0].map(metres).join(", ");
+    let place = |at: [f64; 3]| at.map(|length| place(length, span)).join(", ");
+    let (from, to) = (place([x.0, away, z.0 + 0.3 * span]), place([x.0, y.0, z.0]));
     format!("view house from {from}  to {to}  fov 40")
+}
+
+/// A coordinate, to some hundredths of a size, however far from the origin.
+fn place(length: f64, size: f64) -> String {
+    let decimals = if size > 0.0 {
+        2.0 - size.log10().floor()
+    } else {
+        2.0
+    };
+    trimmed(&format!("{length:.*}", decimals.clamp(0.0, 6.0) as usize))
 }
 
 /// With as many digits as are worth reading.
 fn metres(length: f64) -> String {
-    let text = match length.abs() {
+    trimmed(&match length.abs() {
         l if l >= 100.0 => format!("{length:.0}"),
         l if l >= 1.0 => format!("{length:.2}"),
         _ => format!("{length:.4}"),
-    };
+    })
+}
+
+/// A number without zeros that say nothing.
+fn trimmed(text: &str) -> String {
     let text = match text.contains('.') {
         true => text.trim_end_matches('0').trim_end_matches('.'),
-        false => text.as_str(),
+        false => text,
     };
     if text == "-0" { "0" } else { text }.to_owned()
 }

@@ -265,7 +265,7 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     // The list follows with the next frame drawn.
     browser.wait(
         "desk.time === 2 && document.querySelector('[aria-current=step]')\
-         ?.getAttribute('aria-label') === 'Cue 2, at 0:02.0, time 3'",
+         ?.textContent.replace(/\\s+/g, ' ').startsWith('Cue 2 ')",
     );
     browser.wait("document.getElementById('told').textContent.includes('Cue 2')");
     // A fader by its label: what it held, what it holds, and the way back.
