@@ -173,7 +173,12 @@ impl Network {
                  `--bind 192.168.1.20`, or try it with `--artnet 127.0.0.1`",
             );
         }
-        let (patch, notes) = patch(call.path("patch"), document)?;
+        let (patch, mut notes) = patch(call.path("patch"), document)?;
+        if bind.is_some_and(|own| own.is_unspecified()) {
+            notes.push(
+                "0.0.0.0 is no interface: the system chooses by which one it goes out".to_owned(),
+            );
+        }
         let universes = patch.dark().last_key_value().map_or(1, |(last, _)| *last);
         let first = sacn.unwrap_or(1);
         if u32::from(first) + u32::from(universes)

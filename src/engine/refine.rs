@@ -131,27 +131,6 @@ pub struct RefinementSummary {
     pub ended: Option<Ended>,
 }
 
-impl std::fmt::Display for Warning {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Warning::Batch {
-                images,
-                fixed,
-                each,
-            } => write!(
-                f,
-                "{images} images in one call: {fixed:.1} s before the first, {each:.1} s each, predicted"
-            ),
-            Warning::DoesNotFit { seconds } => {
-                write!(
-                    f,
-                    "the next image is predicted to take {seconds:.1} s, more than is left"
-                )
-            }
-        }
-    }
-}
-
 impl Engine {
     /// Renders the coarse images unless they are there, and takes up the refined ones that this
     /// session and earlier ones left. The first of [`Engine::steps`] is made here, and one for each

@@ -79,7 +79,8 @@ fn long_run(run: LongRun) -> Diagnostic {
         "from nothing stored, `run` takes about {} on this machine until its first refined picture",
         seconds(run.seconds)
     );
-    let warning = Diagnostic::warning(codes::LONG_RUN, message);
+    let warning = Diagnostic::warning(codes::LONG_RUN, message)
+        .help("`footlight picture` needs the coarse pictures alone, and is there much sooner");
     match run.instead {
         Some((coarse, refined, less)) => warning.help(format!(
             "`preview {{ coarse {coarse}  refined {refined} }}` takes about {}; `footlight quality` \

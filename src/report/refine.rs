@@ -26,6 +26,12 @@ pub fn ended(ended: Ended) -> &'static str {
     }
 }
 
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&warning(self))
+    }
+}
+
 /// A remark in a line.
 pub fn warning(warning: &Warning) -> String {
     match warning {

@@ -151,7 +151,7 @@ pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnosti
         return error(codes::SLIDE, message, light, spans, vec![help.to_owned()]);
     }
     let help = "put a PNG, JPEG or OpenEXR file of at most 16,777,216 pixels next to the show; \
-                many large images need more memory: `--memory MB`";
+                many large images need more memory (option --memory)";
     error(codes::SLIDE, message, light, spans, vec![help.to_owned()])
 }
 

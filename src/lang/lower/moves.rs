@@ -178,7 +178,7 @@ impl<'a> Lower<'a, '_> {
                 Some(near) => format!("did you mean `{near}`?"),
                 None if rgb => colour_help(bank, word),
                 None if colour::named(word).is_some() => format!(
-                    "colours are written `#{word}`, and the bank must be an rgb bank: `bank {bank} = … rgb`"
+                    "colours are written `#{word}`, and only an rgb bank has one: put `rgb` behind the lights of `{bank}`"
                 ),
                 None => format!("write `{bank} 85`, `{bank} full` or `{bank} out`"),
             },

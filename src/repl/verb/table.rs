@@ -325,9 +325,9 @@ pub const VERBS: &[VerbSpec] = &[
             "colour of a video: 420 (default) or 444, BT.709",
         ),
         output(
-            "write a .png or .apng (animated), a .y4m or `-` (video, to standard output), a \
-                 .html (a page that plays), an .exr (layers), or numbered pictures such as \
-                 frames/####.png",
+            "write a .html (a page that plays), a film (.mp4, .webm, by ffmpeg), a .y4m or `-` \
+                 (video, to standard output), a .png or .apng (animated), an .exr (layers), or \
+                 numbered pictures such as frames/####.png",
         ),
     ])
     .command(),
