@@ -62,7 +62,7 @@ pub(super) fn read(
                     warnings.push(diagnostics::of_file_notes(
                         path,
                         *id,
-                        &[note.clone()],
+                        std::slice::from_ref(&note),
                         spans,
                     ));
                     out.notes.insert((*path).to_owned(), note);

@@ -43,7 +43,7 @@ const MANUAL: &str = include_str!("../../../grammar/README.md");
 pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
     let rows = MANUAL.lines().filter_map(|line| {
         let cells = line.strip_prefix("| `")?.strip_suffix(" |")?;
-        cells.split_once("` | ").map(|(usage, rest)| (usage, rest))
+        cells.split_once("` | ")
     });
     // How well a row explains the word: it begins with it, or is of the statement, or has it.
     let rank = |usage: &str| {

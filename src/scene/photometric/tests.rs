@@ -413,7 +413,13 @@ fn eulumdat_keeps_uneven_planes() {
 
 #[test]
 fn eulumdat_begins_at_any_plane() {
-    let of = |_: f64, h: f64| if h < 90.0 || h > 270.0 { 1000.0 } else { 100.0 };
+    let of = |_: f64, h: f64| {
+        if (90.0..=270.0).contains(&h) {
+            100.0
+        } else {
+            1000.0
+        }
+    };
     let found = parsed(&eulumdat_of(0, &[45.0, 135.0, 225.0, 315.0], of));
     let at = |c: f64| found.intensity(0.5, c.to_radians());
     for (c, wanted) in [
