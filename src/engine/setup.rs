@@ -3,11 +3,12 @@
 mod diagnostics;
 mod luminaires;
 
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::compile::Source;
 use crate::diagnostic::Diagnostic;
-use crate::geometry::{Vec3, vec3};
+use crate::geometry::{Vec3, bounds, vec3};
 use crate::lang::SpanMap;
 use crate::picture::Image;
 use crate::renderer::Setup;
@@ -175,6 +176,7 @@ pub(super) fn load(
     let Some(view) = view else {
         return Ok((None, warnings));
     };
+    warnings.extend(small_stage(show, &scene, &view, spans));
     // An edit that changes none of it keeps the very rig, so that comparing costs nothing.
     let rig = match old {
         Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
@@ -189,6 +191,25 @@ pub(super) fn load(
         setup: Setup { scene, rig, view },
     };
     Ok((Some(loaded), warnings))
+}
+
+/// Of a picture, what a set fills that is taken for one in other units than its file has.
+const SMALL: f64 = 5e-3;
+
+/// A warning where the whole set is a spot in the view.
+fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Option<Diagnostic> {
+    let stage = show.stages.first()?;
+    let [low, high] = bounds(scene.polygons.iter().flat_map(|p| p.vertices.iter()));
+    let radius = (high - low).length() / 2.0;
+    let distance = ((low + high) * 0.5 - view.from).length();
+    // Half the picture's height and width at the set's distance.
+    let height = distance * (view.fov.to_radians() / 2.0).tan();
+    let width = height * view.width as f64 / view.height as f64;
+    let share = PI * radius * radius / (4.0 * height * width);
+    (radius > 0.0 && share < SMALL).then(|| {
+        let unit = stage.place.scale * height / radius;
+        diagnostics::of_small_stage(stage, 2.0 * radius, distance, unit, spans)
+    })
 }
 
 /// The show's view; that of a camera of the stages is looked up.

@@ -91,6 +91,7 @@ codes! {
     STAGE_NOTES = "W017" "a stage that is not taken as it stands";
     UNLIT = "W018" "a bank without light at the view";
     MANY_KEYS = "W019" "more key images than memory holds";
+    SMALL_STAGE = "W020" "a set that is a spot in the view";
     LONG_RUN = "W030" "a run of minutes";
 }
 

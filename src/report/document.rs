@@ -79,8 +79,14 @@ fn long_run(run: LongRun) -> Diagnostic {
         "from nothing stored, `run` takes about {} on this machine until its first refined picture",
         seconds(run.seconds)
     );
-    let warning = Diagnostic::warning(codes::LONG_RUN, message)
-        .help("`footlight picture` needs the coarse pictures alone, and is there much sooner");
+    let warning = Diagnostic::warning(codes::LONG_RUN, message).help(match run.many_lamps {
+        Some((light, lamps)) => format!(
+            "light `{light}` shines from {lamps} polygons, each a lamp of its own: give what glows \
+             a material of its own"
+        ),
+        None => "`footlight picture` needs the coarse pictures alone, and is there much sooner"
+            .to_owned(),
+    });
     match run.instead {
         Some((coarse, refined, less)) => warning.help(format!(
             "`preview {{ coarse {coarse}  refined {refined} }}` takes about {}; `footlight quality` \

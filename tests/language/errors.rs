@@ -118,5 +118,8 @@ fn the_pages_of_explain_make_their_errors_and_correct_them() {
         );
     }
     // What no small text can show.
-    assert_eq!(without, ["E001", "E002", "E009", "W018", "W019", "W030"]);
+    assert_eq!(
+        without,
+        ["E001", "E002", "E009", "W018", "W019", "W020", "W030"]
+    );
 }

@@ -7,6 +7,7 @@ use std::collections::btree_map::Entry;
 use crate::engine::rendering::{coarse_steps, refined_step};
 use crate::engine::{Engine, Error};
 use crate::renderer::{Cost, Quality};
+use crate::show::LightKind;
 
 /// Seconds from which a run is worth a warning.
 pub const LONG: f64 = 60.0;
@@ -16,14 +17,19 @@ pub const LONG: f64 = 60.0;
 const SURELY_SHORT: f64 = 60.0;
 
 /// A run that takes longer than [`LONG`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LongRun {
     /// Predicted seconds from nothing stored to the first refined picture.
     pub seconds: f64,
     /// Steps of quality of coarse and refined pictures that take no longer than [`LONG`], the finest
     /// such, with their seconds; `None` where there are none.
     pub instead: Option<(u8, u8, f64)>,
+    /// A panel of many polygons, each of which is a lamp of its own: its name, and how many.
+    pub many_lamps: Option<(String, usize)>,
 }
+
+/// Polygons of one panel that make a show slow to compute: few sets glow in more.
+const MANY_LAMPS: usize = 200;
 
 impl Engine {
     /// The run of this show, where it takes long on this machine; `None` where it does not, or
@@ -67,7 +73,22 @@ impl Engine {
         Ok(Some(LongRun {
             seconds: whole * pace,
             instead,
+            many_lamps: self.many_lamps(),
         }))
+    }
+
+    fn many_lamps(&self) -> Option<(String, usize)> {
+        let scene = &self.setup()?.scene;
+        let panels = self.show().lights.iter().filter_map(|light| {
+            let LightKind::Panel { material, .. } = &light.kind else {
+                return None;
+            };
+            let number = scene.materials.iter().position(|m| m.name == *material)?;
+            let lamps = scene.polygons.iter().filter(|p| p.material == number);
+            Some((light.name.clone(), lamps.count()))
+        });
+        let most = panels.max_by_key(|(_, lamps)| *lamps);
+        most.filter(|(_, lamps)| *lamps > MANY_LAMPS)
     }
 }
 

@@ -82,6 +82,28 @@ pub(super) fn of_file_notes(
     }
 }
 
+/// A set that is a spot in the view: `size` metres from corner to corner, so far away. Were `unit`
+/// metres one of the file's, it would fill the picture.
+pub(super) fn of_small_stage(
+    stage: &Stage,
+    size: f64,
+    distance: f64,
+    unit: f64,
+    spans: &SpanMap,
+) -> Diagnostic {
+    let message = format!(
+        "the set is {size:.2} m large and {distance:.1} m away: the view shows it as a spot"
+    );
+    let help = format!(
+        "`scale` says what a unit of the file is: with `scale {unit:.0$}m` it would fill the picture",
+        if unit < 2.0 { 3 } else { 0 }
+    );
+    Diagnostic {
+        severity: Severity::Warning,
+        ..error(codes::SMALL_STAGE, message, stage.id, spans, vec![help])
+    }
+}
+
 /// A surface that replaces nothing.
 pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> Diagnostic {
     let message = format!("the stage has no material `{}` to replace", surface.name);
