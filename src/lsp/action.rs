@@ -36,9 +36,10 @@ pub fn actions(
         }
         let here = text.get(label.span.clone()).unwrap_or("");
         let offered = diagnostic.help.iter().flat_map(|help| typed(help, here));
+        let offered = offered.map(str::to_owned).chain(habit(here));
         for offered in offered.take(TRIED) {
             let mut mended = text.to_owned();
-            mended.replace_range(label.span.clone(), offered);
+            mended.replace_range(label.span.clone(), &offered);
             // Only the show's own file can be tried alone.
             if label.file == 0
                 && errors(&show.diagnostics_of(&mended)) >= errors(show.diagnostics())
@@ -53,10 +54,14 @@ pub fn actions(
             {
                 continue;
             }
-            let edit = TextEdit::new(lines.range(&label.span), offered.to_owned());
+            let title = match offered.is_empty() {
+                true => format!("remove `{here}`"),
+                false => format!("write `{offered}`"),
+            };
+            let edit = TextEdit::new(lines.range(&label.span), offered);
             let changes = BTreeMap::from([(uri.to_string(), (uri.clone(), vec![edit]))]);
             out.push(CodeActionOrCommand::CodeAction(CodeAction {
-                title: format!("write `{offered}`"),
+                title,
                 kind: Some(CodeActionKind::QUICKFIX),
                 diagnostics: Some(vec![shown(diagnostic)]),
                 edit: Some(WorkspaceEdit {
@@ -82,6 +87,18 @@ fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
         word.is_empty() || known || here.contains(word)
     };
     odd.filter(move |text| !text.is_empty() && (is_meant || text.split_whitespace().all(is_own)))
+}
+
+/// Words of desks' command lines, and what stands for them here.
+const HABITS: [(&str, &str); 3] = [("at", ""), ("@", ""), ("in", "time")];
+
+/// What stands `here`, where it begins with a word out of habit, with the word that is meant.
+fn habit(here: &str) -> Option<String> {
+    HABITS.iter().find_map(|(habit, meant)| {
+        let rest = here.strip_prefix(habit)?;
+        let is_word = rest.is_empty() || rest.starts_with(' ');
+        is_word.then(|| format!("{meant}{rest}").trim_start().to_owned())
+    })
 }
 
 fn errors(diagnostics: &crate::diagnostic::Diagnostics) -> usize {
