@@ -80,6 +80,8 @@ struct Plan {
     focus: BTreeMap<String, [f64; 3]>,
     symbols: BTreeMap<String, Vec<(String, Frame)>>,
     skipped: BTreeMap<String, (usize, usize)>,
+    /// The line of the first matrix that is none, and how many there are.
+    odd_matrices: Option<(usize, usize)>,
 }
 
 /// Why a plan is not read.
@@ -188,7 +190,13 @@ impl Reader<'_> {
         depth: usize,
     ) -> Result<(), ReadError> {
         self.work.check()?;
-        let own = child(node, "Matrix").and_then(Frame::of_axes);
+        let matrix = node.children().find(|n| n.has_tag_name("Matrix"));
+        let own = matrix.and_then(|n| Frame::of_axes(n.text().unwrap_or("")));
+        if matrix.is_some() && own.is_none() {
+            let line = self.line(node);
+            let (_, count) = self.plan.odd_matrices.get_or_insert((line, 0));
+            *count += 1;
+        }
         let frame = own.map_or(around, |own| around.then(own));
         let tag = node.tag_name().name();
         match tag {

@@ -84,6 +84,8 @@ fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
     let is_own = |word: &str| {
         let word = word.trim_matches(|c: char| "{},()%".contains(c));
         let known = lang::words().contains(&word) || lang::keywords().contains(&word);
+        // A level is the writer's to say.
+        let known = known && !["full", "out"].contains(&word);
         word.is_empty() || known || here.contains(word)
     };
     odd.filter(move |text| !text.is_empty() && (is_meant || text.split_whitespace().all(is_own)))

@@ -40,7 +40,10 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
         }
         Token::Quantity if before == Some("cue") => of_cue(show.document()?, word)?,
         Token::Statement => code(&help_of(word).ok()?),
-        Token::Quantity => of_quantity(word, before)?,
+        Token::Quantity => {
+            let (first, _) = tokens.first()?;
+            of_quantity(word, before, text.get(first.clone())?)?
+        }
         Token::Colour => of_colour(word)?,
         Token::Word => {
             let (first, _) = tokens.first()?;
@@ -115,7 +118,7 @@ fn of_cue(document: &Document, number: &str) -> Option<String> {
         assumed(time),
         time.completion
     );
-    let (moved, tracked) = moved_and_tracked(document, index, time);
+    let (moved, tracked) = moved_and_tracked(show, index);
     let list = |out: &mut String, what: &str, names: &[String]| {
         if !names.is_empty() {
             let more = names.len().saturating_sub(LISTED);
@@ -144,13 +147,8 @@ fn assumed(time: &CueTime) -> &'static str {
 }
 
 /// The parameters that a cue moves, and those that are lit and stay. Fixed lights are neither.
-fn moved_and_tracked(
-    document: &Document,
-    cue: usize,
-    time: &CueTime,
-) -> (Vec<String>, Vec<String>) {
-    let show: &Show = document.show();
-    let levels = document.timeline().levels(time.completion);
+fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
+    let levels = held(show, cue);
     let moves = show.cues.get(cue).into_iter().flat_map(|cue| &cue.parts);
     let moves: Vec<_> = moves.flat_map(|part| &part.moves).collect();
     let (mut moved, mut tracked) = (Vec::new(), Vec::new());
@@ -170,6 +168,35 @@ fn moved_and_tracked(
     (moved, tracked)
 }
 
+/// What each parameter holds once a cue is complete, by what is written. Of rgb banks the level counts:
+/// a colour alone brings one that is out to full.
+fn held(show: &Show, cue: usize) -> Vec<f64> {
+    let parameters = show.parameters();
+    let mut levels = vec![0.0; parameters.len()];
+    // What is back after a cueonly cue.
+    let mut lasting = levels.clone();
+    for cue in show.cues.iter().take(cue + 1) {
+        levels.clone_from(&lasting);
+        let moves: Vec<_> = cue.parts.iter().flat_map(|part| &part.moves).collect();
+        for (i, (parameter, level)) in parameters.iter().zip(&mut levels).enumerate() {
+            let own = moves.iter().find(|m| m.parameter == i);
+            let coloured = moves.iter().any(|m| {
+                let moved = parameters.get(m.parameter);
+                moved.is_some_and(|p| p.bank == parameter.bank)
+            });
+            match own {
+                Some(own) => *level = own.motion.target(),
+                None if coloured && parameter.channel.is_none() && *level == 0.0 => *level = 1.0,
+                None => {}
+            }
+        }
+        if !cue.cueonly {
+            lasting.clone_from(&levels);
+        }
+    }
+    levels
+}
+
 /// A label as Markdown shows it as it is.
 fn escaped(text: &str) -> String {
     let mut out = String::new();
@@ -182,8 +209,8 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// What a number is by its unit, or by the word before it.
-fn of_quantity(word: &str, before: Option<&str>) -> Option<String> {
+/// What a number is by its unit, or by the word before it and the statement.
+fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<String> {
     let unit = word.trim_start_matches(|c: char| c.is_ascii_digit() || ".-+:".contains(c));
     let what = match unit.trim() {
         "s" => "seconds",
@@ -201,6 +228,7 @@ fn of_quantity(word: &str, before: Option<&str>) -> Option<String> {
         "%" => "percent",
         "" if word.contains(':') => "minutes and seconds",
         "" => match before? {
+            "at" if statement != "cue" => "metres",
             "time" | "up" | "down" | "delay" | "follow" | "hang" | "at" => "seconds",
             "beam" | "field" | "fov" | "turn" => "degrees",
             "channel" => "a desk's channel",

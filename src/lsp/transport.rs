@@ -51,7 +51,18 @@ pub fn standard() -> io::Result<(Connection, Threads)> {
     let (incoming, receiver) = bounded::<Message>(0);
     let reader = thread::Builder::new().spawn(move || {
         let mut input = io::stdin().lock();
-        while let Some(read) = read(&mut input)? {
+        let mut skipped = 0;
+        loop {
+            let read = match read(&mut input, &mut skipped) {
+                Ok(Some(read)) => read,
+                Ok(None) => break,
+                Err(error) => {
+                    if error.kind() == io::ErrorKind::InvalidData {
+                        write(&refusal(None, ErrorCode::ParseError, &error.to_string()))?;
+                    }
+                    return Err(error);
+                }
+            };
             let message = match read {
                 Ok(message) => message,
                 Err(refusal) => {
@@ -76,13 +87,16 @@ fn write(answer: &Value) -> io::Result<()> {
     out.flush()
 }
 
-/// The next message, or the answer to what is none; `None` at the end of the input.
-fn read(input: &mut impl BufRead) -> io::Result<Option<Result<Message, Value>>> {
+/// The next message, or the answer to what is none; `None` at the end of the input. Before it are
+/// `skipped` bytes of a message that was too large: it is answered before it has come.
+fn read(input: &mut impl BufRead, skipped: &mut u64) -> io::Result<Option<Result<Message, Value>>> {
+    io::copy(&mut input.by_ref().take(*skipped), &mut io::sink())?;
+    *skipped = 0;
     let Some(length) = length(input)? else {
         return Ok(None);
     };
     if length > MESSAGE_LIMIT {
-        io::copy(&mut input.by_ref().take(length), &mut io::sink())?;
+        *skipped = length;
         let why = format!("a message of {length} bytes; at most {MESSAGE_LIMIT} are read");
         return Ok(Some(Err(refusal(None, ErrorCode::InvalidRequest, &why))));
     }
@@ -149,9 +163,9 @@ mod tests {
 
     fn answers(input: &str) -> Vec<String> {
         let mut input = input.as_bytes();
-        let mut out = Vec::new();
+        let (mut out, mut skipped) = (Vec::new(), 0);
         loop {
-            out.push(match read(&mut input) {
+            out.push(match read(&mut input, &mut skipped) {
                 Ok(None) => return out,
                 Ok(Some(Ok(message))) => format!("{message:?}").chars().take(12).collect(),
                 Ok(Some(Err(refusal))) => {

@@ -154,6 +154,7 @@ pub(super) fn parse(
     }
     let mut by_name = std::mem::take(&mut materials.by_name);
     let mut textures = TextureReader::new(memory);
+    let mut checked = materials.checked();
     let (list, mut moved) = materials.finish(files, &mut textures, &mut left_out);
     let mut out = Imported {
         scene: Scene {
@@ -186,6 +187,16 @@ pub(super) fn parse(
             out.scene.materials.push(unstated);
             out.scene.materials.len() - 1
         });
+        if let Some((fault, is_unstated)) = checked.get_mut(material) {
+            if let Some(fault) = fault.take() {
+                return Err(fault);
+            }
+            if *is_unstated {
+                left_out.insert(format!(
+                    "material `{name}` says nothing of its colour (`Kd`): it reflects {UNSTATED}"
+                ));
+            }
+        }
         let moved_by = moved.get(material).cloned().flatten();
         let material = out.part(part.as_deref(), material, &options.parts);
         moved.resize(out.scene.materials.len(), None);

@@ -96,7 +96,11 @@ impl Distribution {
             return Err(PhotometricError { line: 1, wrong });
         }
         // Keywords may be in any code page; numbers are ASCII in all of them.
-        let text = String::from_utf8_lossy(bytes);
+        let mut text = String::from_utf8_lossy(bytes);
+        if !text.contains('\n') {
+            // Old files end their lines with a carriage return alone.
+            text = text.replace('\r', "\n").into();
+        }
         match eulumdat::is(&text) {
             true => eulumdat::distribution(&text),
             false => Ok((read::distribution(&text)?, None)),

@@ -24,7 +24,7 @@ little.gltf: 1 x 0 x 1 m (across, deep, high), from 0, 0, 0 to 1, 0, 1
 1 face becomes 1 polygon
 lights: `Key` (spot), `Sun` (directional: cannot be used)
 cameras: `Camera`
-to begin with: view house from 0.5, -1.98, 0.9243  to 0.5, 0, 0.5  fov 40
+to begin with: view house from 0.5, -1.98, 0.92  to 0.5, 0, 0.5  fov 40
 
 material  reflectance     m2
 wall      1.00 1.00 1.00  0.5

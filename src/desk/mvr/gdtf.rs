@@ -44,8 +44,8 @@ pub struct Fixture {
     pub moves: bool,
     /// A lamp of it makes no beam.
     pub is_without_beam: bool,
-    /// The mode was found.
-    pub mode: bool,
+    /// Whether the mode was found; `None` of a type that is not read.
+    pub mode: Option<bool>,
 }
 
 /// Why a description cannot be read.
@@ -108,7 +108,7 @@ pub fn read(text: &str, mode: &str, work: Work<'_>) -> Result<Fixture, XmlError>
         .iter()
         .find(|node| node.attribute("Name") == Some(mode));
     let mut fixture = Fixture {
-        mode: named.is_some(),
+        mode: Some(named.is_some()),
         ..Fixture::default()
     };
     let Some(chosen) = named.or(modes.first()) else {

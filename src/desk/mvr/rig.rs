@@ -6,11 +6,13 @@ use std::fmt::Write as _;
 
 use super::gdtf::{self, Fixture, XmlError};
 use super::zip::{Archive, ZipError};
-use super::{Carried, Hung, Plan, ReadError};
+use super::{Carried, Hung, Plan, ReadError, Set};
 use crate::desk::Loss;
 use crate::desk::names::Names;
+use crate::files::Memory;
 use crate::lang::{self, quoted};
 use crate::scene::gltf::named_files;
+use crate::scene::import::{self, SceneError};
 use crate::units::Rgb;
 use crate::work::Work;
 
@@ -52,6 +54,17 @@ pub fn carried(
     let mut text = format!("// The rig of {}.\n\n", name.replace(char::is_control, " "));
     let work = sets(plan, (archive, folder), (&mut text, &mut out), work)?;
     lights(plan, archive, (&mut text, &mut out), &mut assumed, work)?;
+    if let Some((line, count)) = plan.odd_matrices {
+        let what = match count {
+            1 => "a matrix is not of four times three numbers: what has it stays at its origin"
+                .to_owned(),
+            count => format!(
+                "{count} matrices are not of four times three numbers: what has them stays at its \
+                 origin"
+            ),
+        };
+        out.losses.push(Loss::new(what).line(line));
+    }
     for (ending, (line, count)) in &plan.skipped {
         let files = match count {
             1 => "1 file of geometry ends".to_owned(),
@@ -86,6 +99,8 @@ fn sets<'w>(
     mut work: Work<'w>,
 ) -> Result<Work<'w>, ReadError> {
     let mut written = BTreeSet::new();
+    // Whether the file at each path is a stage.
+    let mut tried: BTreeMap<String, bool> = BTreeMap::new();
     for set in &plan.sets {
         work.check()?;
         if !archive.has(&set.file) {
@@ -93,20 +108,32 @@ fn sets<'w>(
             out.losses.push(Loss::new(what).line(set.line));
             continue;
         }
-        let plain = |c: char| {
-            if c.is_alphanumeric() || ".-_".contains(c) {
-                c
-            } else {
-                '_'
-            }
-        };
-        let file: String = set.file.chars().map(plain).collect();
-        let path = format!("{folder}/{}", file.trim_start_matches('.'));
         let Some((scale, turn)) = set.frame.upright() else {
             let what = format!("`{}` stands askew, which no stage does: left out", set.file);
             out.losses.push(Loss::new(what).line(set.line));
             continue;
         };
+        let path = format!("{folder}/{}", plain(&set.file));
+        if !tried.contains_key(&path) {
+            let files = copied(set, archive, folder, out, work)?;
+            let unread = unread(&path, &files, work);
+            if let Some(error) = &unread {
+                let what = format!("`{}`: {error}: left out", set.file);
+                out.losses.push(Loss::new(what).line(set.line));
+            } else {
+                let new = files
+                    .into_iter()
+                    .filter(|(path, _)| written.insert(path.clone()));
+                let before = out.files.len();
+                out.files.extend(new);
+                let new = out.files.iter().skip(before);
+                work = work.holding(new.map(|(_, bytes)| bytes.len()).sum());
+            }
+            tried.insert(path.clone(), unread.is_none());
+        }
+        if tried.get(&path) != Some(&true) {
+            continue;
+        }
         let _ = write!(text, "stage {}", quoted(&path));
         if (scale - 1.0).abs() > 1e-6 {
             let _ = write!(text, "  scale {}m", rounded(scale));
@@ -118,34 +145,88 @@ fn sets<'w>(
             let _ = write!(text, "  turn {}", rounded(turn));
         }
         text.push('\n');
-        if !written.insert(path.clone()) {
-            continue;
-        }
-        let Some(bytes) = archive.read(&set.file, work)? else {
-            continue;
-        };
-        work = work.holding(bytes.len());
-        for name in named_files(&bytes) {
-            let Some(inner) = archive.inner_name(&name) else {
-                let what = format!(
-                    "`{name}`, which `{}` names, is not in the archive",
-                    set.file
-                );
-                out.losses.push(Loss::new(what).line(set.line));
-                continue;
-            };
-            let path = format!("{folder}/{name}");
-            if written.insert(path.clone())
-                && let Some(bytes) = archive.read(inner, work)?
-            {
-                work = work.holding(bytes.len());
-                out.files.push((path, bytes));
-            }
-        }
-        out.files.push((path, bytes));
     }
     text.push('\n');
     Ok(work)
+}
+
+/// The path of a file of the archive, with letters that any system takes.
+fn plain(name: &str) -> String {
+    let kept = |c: char| {
+        if c.is_alphanumeric() || ".-_".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
+    let parts = name
+        .split(['/', '\\'])
+        .map(|part| part.trim_start_matches('.'));
+    let parts = parts.filter(|part| !part.is_empty());
+    let parts: Vec<String> = parts.map(|part| part.chars().map(kept).collect()).collect();
+    parts.join("/")
+}
+
+/// Where `name` leads from the folder of `file`; `None` where that is outside.
+fn resolved(file: &str, name: &str) -> Option<String> {
+    let mut parts: Vec<&str> = file.split(['/', '\\']).collect();
+    parts.pop();
+    if name.starts_with('/') || name.contains([':', '\0']) {
+        return None;
+    }
+    for part in name.split('/') {
+        match part {
+            "" | "." => {}
+            ".." => drop(parts.pop()?),
+            part => parts.push(part),
+        }
+    }
+    Some(parts.join("/"))
+}
+
+/// A file of the set, and the files that it names, by their paths in the show's folder.
+fn copied(
+    set: &Set,
+    archive: &Archive<'_>,
+    folder: &str,
+    out: &mut Carried,
+    mut work: Work<'_>,
+) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
+    let Some(bytes) = archive.read(&set.file, work)? else {
+        return Ok(Vec::new());
+    };
+    work = work.holding(bytes.len());
+    let path = plain(&set.file);
+    let mut files = Vec::new();
+    for name in named_files(&bytes) {
+        let places = resolved(&set.file, &name).zip(resolved(&path, &name));
+        let inner = places.and_then(|(inner, place)| Some((archive.inner_name(&inner)?, place)));
+        let Some((inner, place)) = inner else {
+            let what = format!(
+                "`{name}`, which `{}` names, is not in the archive",
+                set.file
+            );
+            out.losses.push(Loss::new(what).line(set.line));
+            continue;
+        };
+        if let Some(bytes) = archive.read(inner, work)? {
+            work = work.holding(bytes.len());
+            files.push((format!("{folder}/{place}"), bytes));
+        }
+    }
+    files.push((format!("{folder}/{path}"), bytes));
+    Ok(files)
+}
+
+/// Why the file at `path` is no stage, if it is none.
+fn unread(path: &str, files: &[(String, Vec<u8>)], work: Work<'_>) -> Option<SceneError> {
+    let beside = files
+        .iter()
+        .fold(Memory::default(), |beside, (path, bytes)| {
+            beside.with(path, bytes.as_slice())
+        });
+    let memory = work.memory;
+    import::read(&beside, path, &import::Options::default(), memory).err()
 }
 
 fn lights(
@@ -181,6 +262,13 @@ fn lights(
             let what = format!("`{}` makes no beam, it only glows: left out", hung.name);
             out.losses.push(Loss::new(what).line(hung.line));
             continue;
+        }
+        if fixture.mode == Some(false) {
+            let (kind, mode) = (&hung.kind, &hung.mode);
+            assumed.say(match mode.as_str() {
+                "" => format!("`{kind}` in the first of its modes"),
+                mode => format!("`{kind}` has no mode `{mode}`: its first one"),
+            });
         }
         let rgb = fixture.rgb.iter().all(Option::is_some);
         let light = names.give(&hung.name, "light");

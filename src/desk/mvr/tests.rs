@@ -79,6 +79,19 @@ const SCENE: &str = r#"<?xml version="1.0"?>
 <Geometries><Geometry3D fileName="top.glb"/></Geometries></SceneObject>
 </ChildList></Layer></Layers></Scene></GeneralSceneDescription>"#;
 
+/// A triangle of a set.
+const TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"BUFFER"}]IMAGES}"#;
+const CORNERS: &str =
+    "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+
+/// A set of one triangle, whose corners are in `buffer`, and which names `images`.
+fn set(buffer: &str, images: &str) -> Vec<u8> {
+    let text = TRIANGLE.replace("BUFFER", buffer);
+    text.replace("IMAGES", images).into_bytes()
+}
+
 const TYPE: &str = r#"<GDTF DataVersion="1.2"><FixtureType Name="Profile"><Geometries>
 <Geometry Name="Base"><Axis Name="Head" Position="{1,0,0,0}{0,1,0,0}{0,0,1,-0.3}{0,0,0,1}">
 <Beam Name="Lens" Position="{1,0,0,0}{0,1,0,0}{0,0,1,-0.1}{0,0,0,1}" BeamAngle="18" FieldAngle="26"
@@ -99,8 +112,8 @@ fn plan() -> Vec<u8> {
     archive(&[
         ("GeneralSceneDescription.xml", SCENE.as_bytes()),
         ("Maker@Profile.gdtf", &kind),
-        ("top.glb", b"a mesh"),
-        ("leg.glb", b"another"),
+        ("top.glb", &set(CORNERS, "")),
+        ("leg.glb", &set(CORNERS, "")),
     ])
 }
 
@@ -203,7 +216,8 @@ fn refused(plan: &[u8], memory: usize) -> Option<String> {
 
 #[test]
 fn a_plan_is_read_within_its_memory() {
-    let set = vec![7; 3 << 20];
+    let mut set = set(CORNERS, "");
+    set.resize(3 << 20, b' ');
     let scene = SCENE.replace("leg.glb", "leg2.glb");
     let kind = archive(&[("description.xml", TYPE.as_bytes())]);
     let plan = archive(&[
@@ -353,14 +367,24 @@ fn fixture(id: &str, rest: &str) -> String {
 
 #[test]
 fn textures_and_buffers_of_a_set_come_out_of_the_archive() {
-    let gltf = br#"{"asset":{"version":"2.0"},"images":[{"uri":"maps/red%20cloth.png"},{"uri":"../up.png"},
-        {"uri":"data:image/png;base64,AA=="},{"bufferView":0}],"buffers":[{"uri":"CLOTH.bin"},{"uri":"gone.bin"}]}"#;
-    let object = r#"<SceneObject><Geometries><Geometry3D fileName="cloth.gltf"/></Geometries></SceneObject>"#;
-    let files: [(&str, &[u8]); 4] = [
-        ("cloth.gltf", gltf),
-        ("maps/red cloth.png", b"red"),
-        ("cloth.bin", b"corners"),
+    let images = r#","images":[{"uri":"./maps/red%20cloth.png"},{"uri":"../up.png"},
+        {"uri":"../../out.png"},{"uri":"data:image/png;base64,AA=="},{"bufferView":0}]"#;
+    let gltf = set("CLOTH.bin", images);
+    let object = r#"<SceneObject><Geometries><Geometry3D fileName="models/cloth.gltf"/>
+        <Geometry3D fileName="gone.gltf"/><Geometry3D fileName="junk.glb"/>
+        </Geometries></SceneObject>"#;
+    let corners: Vec<u8> = [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .iter()
+        .flat_map(|c| c.to_le_bytes())
+        .collect();
+    let files: [(&str, &[u8]); 7] = [
+        ("models/cloth.gltf", &gltf),
+        ("models/maps/red cloth.png", b"red"),
+        ("models/cloth.bin", &corners),
+        ("up.png", b"up"),
         ("other.bin", b"not named"),
+        ("gone.gltf", &set("gone.bin", "")),
+        ("junk.glb", b"junk"),
     ];
     let plan = plan_of(object, &files);
     let carried = import("a.mvr", &plan, "set", Work::silent()).unwrap();
@@ -372,14 +396,38 @@ fn textures_and_buffers_of_a_set_come_out_of_the_archive() {
     written.sort_unstable();
     assert_eq!(
         written,
-        ["set/CLOTH.bin", "set/cloth.gltf", "set/maps/red cloth.png"]
+        [
+            "set/models/CLOTH.bin",
+            "set/models/cloth.gltf",
+            "set/models/maps/red cloth.png",
+            "set/up.png"
+        ]
     );
-    assert_eq!(carried.losses.len(), 1);
-    assert!(
-        carried.losses[0].what.contains("`gone.bin`"),
-        "{:?}",
-        carried.losses
+    assert_eq!(
+        carried.text.matches("stage ").count(),
+        1,
+        "{}",
+        carried.text
     );
+    let losses: Vec<&str> = carried.losses.iter().map(|l| l.what.as_str()).collect();
+    assert_eq!(losses.len(), 4, "{losses:?}");
+    for (loss, word) in
+        losses
+            .iter()
+            .zip(["`../../out.png`", "`gone.bin`", "`gone.gltf`", "`junk.glb`"])
+    {
+        assert!(loss.contains(word), "{losses:?}");
+    }
+}
+
+#[test]
+fn a_matrix_that_is_none_is_told() {
+    let objects = fixture("1", "<Matrix>{nan,0,0}{0,1,0}{0,0,1}{0,0,6000}</Matrix>")
+        + &fixture("2", "<Matrix>{1,0,0}{0,1,0}{0,0,1}</Matrix>")
+        + &fixture("3", "<Matrix>{1,0,0}{0,1,0}{0,0,1}{0,0,6000}</Matrix>");
+    let carried = import("a.mvr", &plan_of(&objects, &[]), "set", Work::silent()).unwrap();
+    let told = |loss: &Loss| loss.what.starts_with("2 matrices are not of four");
+    assert!(carried.losses.iter().any(told), "{:?}", carried.losses);
 }
 
 #[test]

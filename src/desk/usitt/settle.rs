@@ -15,6 +15,8 @@ pub struct Settled<'a> {
     pub steps: Vec<Step<'a>>,
     /// Everything is out when it is complete, and something was not.
     pub dark: bool,
+    /// Until its levels are there.
+    pub length: Time,
 }
 
 /// Moves with one timing.
@@ -66,6 +68,14 @@ pub fn settle<'a>(
     }
     for settled in &out {
         check_link(settled.cue, desk.cues.last().map(|cue| cue.number), losses);
+        let cue = settled.cue;
+        if cue
+            .hang
+            .is_some_and(|hang| hang + settled.length < Time::ZERO)
+        {
+            let what = "its hang time reaches to before it starts: the next cue starts with it";
+            losses.push(Loss::new(what).line(cue.line).cue(cue.number));
+        }
     }
     Ok(out)
 }
@@ -103,6 +113,7 @@ impl Tracked {
     fn cue<'a>(&mut self, desk: &Desk, cue: &'a Cue, losses: &mut Vec<Loss>) -> Settled<'a> {
         let was_lit = self.levels.values().any(|level| *level > 0);
         let mut steps: Vec<Step<'a>> = Vec::new();
+        let mut length = Time::ZERO;
         let unsaid = self.unsaid(desk, cue, losses);
         let last = last_parts(cue, losses);
         for (index, part) in cue.parts.iter().enumerate() {
@@ -120,6 +131,8 @@ impl Tracked {
                 let was = self.levels.insert(channel, level).unwrap_or(0);
                 if was != level {
                     let timing = timing(&base, part, channel, level > was);
+                    let fade = if level > was { timing.up } else { timing.down };
+                    length = length.max(timing.delay + fade);
                     step(&mut steps, from, part, timing)
                         .entry(channel)
                         .or_default()
@@ -140,7 +153,16 @@ impl Tracked {
             }
         }
         let dark = was_lit && self.levels.values().all(|level| *level == 0);
-        Settled { cue, steps, dark }
+        if let (true, Some(part)) = (steps.is_empty(), cue.parts.first()) {
+            let own = base(desk, part).timing();
+            length = own.delay + own.up.max(own.down);
+        }
+        Settled {
+            cue,
+            steps,
+            dark,
+            length,
+        }
     }
 
     /// Channels that go out because the cue, which says what is lit, does not name them.

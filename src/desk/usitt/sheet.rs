@@ -237,7 +237,11 @@ impl Sheet<'_> {
         let mut after = Vec::new();
         if last.is_some_and(|last| last.cue.number != cue.number) {
             match (cue.hang, cue.follow) {
-                (Some(hang), _) => after.push(format!("hang {}", short(hang))),
+                // The next cue starts no earlier than this one.
+                (Some(hang), _) => {
+                    let hang = hang.max(Time::ZERO - settled.length);
+                    after.push(format!("hang {}", short(hang)));
+                }
                 (None, Some(follow)) => after.push(format!("follow {}", short(follow))),
                 (None, None) => {}
             }

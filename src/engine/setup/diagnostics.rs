@@ -154,8 +154,8 @@ pub(super) fn slide_cause(path: &str, error: &dyn std::fmt::Display) -> String {
 /// A photometric file that cannot be used; the cause names the file where reading it failed.
 pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the photometric file cannot be read: {cause}");
-    let help =
-        "put the IES LM-63 file (type C) of the luminaire next to the show; its maker publishes it";
+    let help = "put the IES LM-63 file (type C) or the EULUMDAT file of the luminaire next to the \
+                show; its maker publishes it";
     error(
         codes::PHOTOMETRIC,
         message,

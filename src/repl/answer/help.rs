@@ -45,17 +45,17 @@ pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
         let cells = line.strip_prefix("| `")?.strip_suffix(" |")?;
         cells.split_once("` | ")
     });
-    // How well a row explains the word: it begins with it, or is of the statement, or has it.
+    // How well a row explains the word: it is of the statement and has it, or begins with it. One of
+    // another statement may mean something else.
     let rank = |usage: &str| {
         let pieces = usage.split("`, `").map(|piece| {
             let mut words = piece.split([' ', '/', '`']);
             let first = words.next().unwrap_or_default();
             let has = first == word || words.any(|other| other == word);
             match has {
-                true if first == word => 3,
                 true if first == statement => 2,
-                true => 1,
-                false => 0,
+                true if first == word => 1,
+                _ => 0,
             }
         });
         pieces.max().unwrap_or(0)

@@ -96,6 +96,15 @@ fn rounded(at: Time) -> Time {
 pub fn difference(old: &Version, new: &Version) -> Difference {
     let mut out = Difference::default();
     declarations(&old.text(), &new.text(), &mut out);
+    let first = |version: &Version| version.show.view().map(|view| view.name.clone());
+    let declared = |name: &String| old.show.views.iter().any(|view| view.name == *name);
+    if let (Some(was), Some(now)) = (first(old), first(new))
+        && was != now
+        && declared(&now)
+        && new.show.views.iter().any(|view| view.name == was)
+    {
+        out.note("view", format!("the first is {now}, and was {was}"));
+    }
     cues(old, new, &mut out.changes);
     out.curves = curves(old, new);
     out
@@ -351,6 +360,13 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
                 let to = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
                 out.push(format!("{was} -> {to} at {at}"));
             }
+            Some((was, _)) if place(was) != place(part) => {
+                out.push(format!(
+                    "{words} moves {}, and moved {}",
+                    place(part),
+                    place(was)
+                ));
+            }
             Some(_) => {}
         }
     }
@@ -381,6 +397,15 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
         }
     }
     out
+}
+
+/// Where in a cue a move stands.
+fn place(part: &Part) -> String {
+    match (part.written, part.number) {
+        (false, _) => "in times of its own".to_owned(),
+        (true, ..=1) => "in the cue's times".to_owned(),
+        (true, number) => format!("in part {number}"),
+    }
 }
 
 /// What each bank does in a cue, with the part that says so.
@@ -423,8 +448,8 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
     };
     let mut out = Vec::new();
     if was.delay != now.delay {
-        let (by, way) = shift(now.delay - was.delay);
-        out.push(format!("{which}moved by {by} s, {way}"));
+        let (before, after) = (time(was.delay), time(now.delay));
+        out.push(format!("{which}delay {before} -> {after}"));
     }
     for (word, was, now) in [("up", was.up, now.up), ("down", was.down, now.down)] {
         if was != now {

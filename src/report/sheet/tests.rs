@@ -93,7 +93,7 @@ fn a_difference_speaks_of_levels_times_and_light() {
             "cue 2: label \"\" -> \"Dusk\"",
             "cue 2: starts at 0:30 -> at 0:31",
             "cue 2: lamps 40 -> 55 at 0:31",
-            "cue 2: part 2 moved by 1.5 s, later",
+            "cue 2: part 2 delay 1 -> 2.5",
             "cue 2.5: added at 0:50",
             "cue 3: removed",
         ]

@@ -196,8 +196,8 @@ impl<'b> Document<'b> {
     }
 }
 
-/// The files that a `.gltf` or `.glb` file names, textures and buffers, each once; without those that
-/// lead out of its folder, and none of what is no glTF.
+/// The files that a `.gltf` or `.glb` file names, textures and buffers, each once, as they
+/// stand there; none of what is no glTF.
 pub fn named_files(bytes: &[u8]) -> Vec<String> {
     #[derive(Default, Deserialize)]
     struct Named {
@@ -216,10 +216,8 @@ pub fn named_files(bytes: &[u8]) -> Vec<String> {
     let named: Named = serde_json::from_slice(json).unwrap_or_default();
     let files = named.images.into_iter().chain(named.buffers);
     let name = |file: File| {
-        let name = decoded(&file.uri?)?.replace('\\', "/");
-        let stays = |part: &str| !["", ".", ".."].contains(&part);
-        let is_plain = !name.contains([':', '\0']) && name.split('/').all(stays);
-        is_plain.then_some(name)
+        let uri = file.uri.filter(|uri| !uri.starts_with("data:"))?;
+        Some(decoded(&uri)?.replace('\\', "/"))
     };
     let names: BTreeSet<String> = files.filter_map(name).take(MOST_FILES).collect();
     names.into_iter().collect()
@@ -353,6 +351,12 @@ impl Fetch<'_> {
                 let at = place("buffer", i, buffer.name.as_ref());
                 Fault::new(at, reason).of_file(path)
             };
+            let mut views = root.buffer_views.iter();
+            if !views.any(|view| view.buffer.value() == i || view.extensions.is_some()) {
+                // Nothing of it is read.
+                buffers.push(Cow::Borrowed([].as_slice()));
+                continue;
+            }
             let content = match (&buffer.uri, binary) {
                 (Some(uri), _) if uri.starts_with("data:") => Cow::Owned(data(uri).map_err(fault)?),
                 (Some(uri), _) => Cow::Owned(self.file(uri, fault)?),

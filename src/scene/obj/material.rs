@@ -8,7 +8,7 @@ use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
 use super::super::{Material, gltf};
 use super::read::{colour, each_line, named, numbers, split};
-use super::{LineError, SceneError};
+use super::{LineError, SceneError, UNSTATED};
 use crate::files::Files;
 use crate::units::Rgb;
 
@@ -26,6 +26,8 @@ struct Described {
     mask: Option<String>,
     /// Has it a `map_Ke`?
     shines_by_image: bool,
+    /// What is wrong with it: only faces of it are refused.
+    fault: Option<SceneError>,
 }
 
 /// `map_Kd`: a file and how it lies.
@@ -60,7 +62,33 @@ impl Materials {
         self.folders
             .push((first, folder.to_string_lossy().into_owned()));
         self.open = None;
-        each_line(path, bytes, |text, _| self.line(text))
+        each_line(path, bytes, |text, line| {
+            let Err(reason) = self.line(text) else {
+                return Ok(());
+            };
+            let Some(open) = self.open.and_then(|index| self.list.get_mut(index)) else {
+                return Err(reason);
+            };
+            open.fault.get_or_insert(SceneError::Line {
+                path: path.to_owned(),
+                line,
+                reason,
+            });
+            Ok(())
+        })
+    }
+
+    /// Of each material what is wrong with it, and whether it says nothing of its colour.
+    pub(super) fn checked(&mut self) -> Vec<(Option<SceneError>, bool)> {
+        let of = |described: &mut Described| {
+            let is_dark = described.emission == [0.0; 3];
+            let is_unstated = described.diffuse.is_none() && described.image.is_none() && is_dark;
+            if is_unstated {
+                described.diffuse = Some([UNSTATED; 3]);
+            }
+            (described.fault.take(), is_unstated)
+        };
+        self.list.iter_mut().map(of).collect()
     }
 
     fn line(&mut self, text: &str) -> Result<(), LineError> {
@@ -86,7 +114,8 @@ impl Materials {
             self.open = Some(index);
             return Ok(());
         }
-        if !["Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"].contains(&keyword) {
+        let known = ["Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"].contains(&keyword);
+        if !known || rest.is_empty() {
             return Ok(());
         }
         let open = self.open.and_then(|index| self.list.get_mut(index));

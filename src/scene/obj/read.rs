@@ -1,5 +1,7 @@
 //! Lines of OBJ files to vertices and faces; what is wrong is refused with the number of its line.
 
+use std::collections::BTreeMap;
+
 use super::super::import::FAR;
 use super::super::shading::Corner;
 use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
@@ -33,6 +35,8 @@ pub(super) struct Obj {
     /// Each `mtllib`.
     pub(super) libraries: Vec<String>,
     vertices: Vec<Vec3>,
+    /// Vertices that are nowhere, with the word that is no number: faces cannot have them.
+    nowhere: BTreeMap<u32, String>,
     /// From the left and from the top; `None` where the file has no numbers.
     places: Vec<Option<[f64; 2]>>,
     normals: Vec<Option<Vec3>>,
@@ -106,9 +110,16 @@ impl Obj {
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
     fn vertex(&mut self, rest: &str) -> Result<(), LineError> {
         let behind = rest.split_whitespace().count().saturating_sub(3);
-        let [x, y, z] = match behind {
-            1..=4 => first_numbers("v", rest, 3)?,
-            _ => numbers("v", rest, 3)?,
+        let read = match behind {
+            1..=4 => first_numbers("v", rest, 3),
+            _ => numbers("v", rest, 3),
+        };
+        let [x, y, z] = match read {
+            Err(LineError::Number(word)) if word.parse::<f64>().is_ok() => {
+                self.nowhere.insert(self.vertices.len() as u32, word);
+                [0.0; 3]
+            }
+            read => read?,
         };
         if let Some(far) = [x, y, z].into_iter().find(|c| c.abs() > FAR) {
             return Err(LineError::Far(far));
@@ -134,7 +145,13 @@ impl Obj {
         }
         let defined = [self.vertices.len(), self.places.len(), self.normals.len()];
         let corners = rest.split_whitespace().map(|w| corner(w, defined));
-        let corners = corners.collect::<Result<_, _>>()?;
+        let corners: Vec<Indices> = corners.collect::<Result<_, _>>()?;
+        let nowhere = corners
+            .iter()
+            .find_map(|(vertex, ..)| self.nowhere.get(vertex));
+        if let Some(word) = nowhere {
+            return Err(LineError::Number(word.clone()));
+        }
         if self.groups.is_empty() {
             self.group(None, None);
         }
@@ -209,7 +226,9 @@ pub(super) fn each_line(
     let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let mut joined = String::new();
     let mut first = 1;
-    for (line, text) in (1..).zip(bytes.split(|b| *b == b'\n')) {
+    // Old files end their lines with a carriage return alone.
+    let end = if bytes.contains(&b'\n') { b'\n' } else { b'\r' };
+    for (line, text) in (1..).zip(bytes.split(|b| *b == end)) {
         let text = of_bytes(text);
         if text.contains('\0') {
             return Err(refuse(line, LineError::NotText));
